@@ -1,0 +1,29 @@
+"""MuJoCo simulation and verification of long-reach variable-geometry-truss manipulators."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any
+
+# MuJoCo chooses its OpenGL loader when it is first imported; without a display only EGL can draw.
+os.environ.setdefault("MUJOCO_GL", "egl")
+
+if TYPE_CHECKING:
+    from vgtsim.description import load_scene
+    from vgtsim.mjcf import build_model, load_model
+
+__version__ = "0.1.0"
+__all__ = ["__version__", "build_model", "load_model", "load_scene"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the public functions on first use, so that reading a description needs no MuJoCo."""
+    if name == "load_scene":
+        from vgtsim.description import load_scene
+
+        return load_scene
+    if name in ("build_model", "load_model"):
+        from vgtsim import mjcf
+
+        return getattr(mjcf, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

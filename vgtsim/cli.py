@@ -1,0 +1,212 @@
+"""The command line: each stage of the spine is a verb that leaves a file."""
+
+from __future__ import annotations
+
+import sys
+from enum import IntEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from vgtsim import __version__
+from vgtsim.description import load_manipulator, load_scene
+from vgtsim.description.files import is_scene
+from vgtsim.description.scene import Scene
+from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
+from vgtsim.runlog import RunLog, load_log, save_log
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    help="Simulate a long-reach variable-geometry-truss arm in a waste tank, and verify every claim about it.",
+)
+_out = Console()
+_err = Console(stderr=True)
+
+
+class Status(IntEnum):
+    """Exit statuses."""
+
+    PASSED = 0
+    FAILED = 1
+    BAD_INPUT = 2
+    DIVERGED = 3
+    MISSING_LIBRARY = 4
+
+
+SceneFile = Annotated[Path, typer.Argument(help="TOML file of a scene.", show_default=False)]
+RunFolder = Annotated[Path, typer.Argument(help="Folder that `vgtsim run` left.", show_default=False)]
+OutFolder = Annotated[Path | None, typer.Option("--out", help="Folder for the results [default: out/NAME].")]
+
+
+@app.callback(invoke_without_command=True)
+def _root(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    if version:
+        _out.print(__version__)
+        raise typer.Exit
+
+
+@app.command(epilog="Example: vgtsim run scenes/type_ii_reach.toml --video")
+def run(
+    scene_file: SceneFile,
+    out: OutFolder = None,
+    video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
+) -> None:
+    """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
+    from vgtsim.control.program import check_scene, make_program
+    from vgtsim.mjcf import build_model, scene_chain
+    from vgtsim.mjcf.files import write_scene_files
+    from vgtsim.output.write import prepare_folder, write_outputs
+    from vgtsim.simulation import run as simulate
+    from vgtsim.verification import verify as judge
+
+    scene = load_scene(scene_file)
+    chain = scene_chain(scene)
+    check_scene(scene, chain)
+    folder = out or Path("out") / scene.task.name
+    with _err.status("planning the tour"):
+        program = make_program(scene, chain)
+    prepare_folder(folder)
+    first_goal = program.legs[0].q
+    write_scene_files(scene, first_goal, folder)
+    model = build_model(scene, {"first_goal": first_goal})
+    try:
+        log = simulate(model, program, scene)
+    except DivergenceError as error:
+        if isinstance(error.log, RunLog):
+            save_log(error.log, folder / "run.npz")
+        raise
+    with _err.status("verifying"):
+        report = judge(scene, log)
+    _write_origin(scene, folder)
+    missing = write_outputs(scene, log, report, chain, folder, video=video)
+    _show(report, folder)
+    _finish(report.passed, missing)
+
+
+@app.command(epilog="Example: vgtsim build scenes/type_ii_reach.toml --out out/model")
+def build(
+    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    out: OutFolder = None,
+) -> None:
+    """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
+    from vgtsim.control.program import check_scene, solve_first_goal
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.mjcf.files import write_arm_files, write_scene_files
+    from vgtsim.output.write import prepare_folder
+
+    if is_scene(description):
+        scene = load_scene(description)
+        chain = scene_chain(scene)
+        check_scene(scene, chain)
+        folder = prepare_folder(out or Path("out") / scene.task.name)
+        files = write_scene_files(scene, solve_first_goal(scene, chain), folder)
+    else:
+        manipulator = load_manipulator(description)
+        files = write_arm_files(manipulator, prepare_folder(out or description.parent) / manipulator.name)
+    for file in files:
+        _out.print(str(file), soft_wrap=True)
+
+
+@app.command(epilog="Example: vgtsim verify out/type_ii_reach")
+def verify(folder: RunFolder) -> None:
+    """Make every check again from a folder's log, and write its report anew."""
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.output.write import write_outputs
+    from vgtsim.verification import verify as judge
+
+    scene, log = _read_run(folder)
+    report = judge(scene, log)
+    write_outputs(scene, log, report, scene_chain(scene), folder, video=False)
+    _show(report, folder)
+    _finish(report.passed, None)
+
+
+@app.command(epilog="Example: vgtsim render out/type_ii_reach --camera tool")
+def render(
+    folder: RunFolder,
+    camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
+) -> None:
+    """Film a folder's log."""
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.output.write import film
+    from vgtsim.verification import verify as judge
+
+    scene, log = _read_run(folder)
+    path = film(scene, log, judge(scene, log), scene_chain(scene), folder, camera)
+    _out.print(str(path), soft_wrap=True)
+
+
+@app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
+def view(
+    model_file: Annotated[Path, typer.Argument(help="Generated .xml or .mjb.", show_default=False)],
+) -> None:
+    """Open a generated model in MuJoCo's viewer with its scaled weights."""
+    from vgtsim.mjcf import load_model
+
+    model = load_model(model_file)
+    try:
+        import mujoco.viewer
+
+        mujoco.viewer.launch(model)
+    except (ImportError, RuntimeError) as error:
+        raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
+
+
+def _read_run(folder: Path) -> tuple[Scene, RunLog]:
+    origin = folder / "scene.path"
+    log = load_log(folder / "run.npz")
+    return load_scene(origin.read_text(encoding="utf-8").strip()), log
+
+
+def _write_origin(scene: Scene, folder: Path) -> None:
+    (folder / "scene.path").write_text(f"{scene.file.resolve()}\n", encoding="utf-8")
+
+
+def _show(report: object, folder: Path) -> None:
+    from vgtsim.verification import Report
+
+    assert isinstance(report, Report)
+    table = Table("check", "measured", "limit", "unit", "where", "t/s", title=f"{report.scene}")
+    for check in report.checks:
+        colour = "green" if check.passed else "bold red"
+        sign = "<=" if check.sense == "at most" else ">="
+        row = (
+            f"{check.name}: {check.quantity}",
+            f"[{colour}]{check.measured:.3g}[/]",
+            f"{sign} {check.limit:.3g}",
+            check.unit,
+            check.where,
+            f"{check.when:.2f}",
+        )
+        table.add_row(*row)
+    _out.print(table)
+    factor = report.performance["real_time_factor"]
+    _out.print(f"{'PASSED' if report.passed else 'FAILED'}; {factor:.1f} times real time; {folder / 'report.html'}")
+
+
+def _finish(passed: bool, missing: MissingLibraryError | None) -> None:
+    if missing is not None:
+        raise missing
+    raise typer.Exit(Status.PASSED if passed else Status.FAILED)
+
+
+def main() -> None:
+    """Run the command line and turn errors into exit statuses."""
+    try:
+        app()
+    except MissingLibraryError as error:
+        _complain(str(error), Status.MISSING_LIBRARY)
+    except DivergenceError as error:
+        _complain(str(error), Status.DIVERGED)
+    except VgtError as error:
+        _complain(str(error), Status.BAD_INPUT)
+
+
+def _complain(message: str, status: Status) -> None:
+    _err.print(f"[bold red]error:[/] {message}", soft_wrap=True, highlight=False)
+    sys.exit(status)

@@ -1,0 +1,16 @@
+"""From goals to timed actuator lengths."""
+
+from vgtsim.control.checks import check_scene, start_inputs
+from vgtsim.control.program import Leg, LengthProgram, make_program
+from vgtsim.control.riser import RISER_SPARE, RiserFit, riser_fit
+
+__all__ = [
+    "RISER_SPARE",
+    "Leg",
+    "LengthProgram",
+    "RiserFit",
+    "check_scene",
+    "make_program",
+    "riser_fit",
+    "start_inputs",
+]

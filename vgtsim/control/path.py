@@ -1,0 +1,143 @@
+"""Clear paths between two configurations of the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BSpline, make_interp_spline
+
+from vgtsim.control.trajectory import Corridor, assemblable, smooth
+from vgtsim.errors import AssemblyError, PathError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.redundancy.seeds import azimuth, bend_all, swing
+from vgtsim.redundancy.strokes import centre, make_box
+from vgtsim.redundancy.surroundings import Surroundings
+
+Array = NDArray[np.float64]
+
+_TUCKED = (20.0, 35.0, 35.0, 20.0, 0.0)  # bends of a shape that stands clear of floor, wall and dome, degrees
+
+
+@dataclass(frozen=True)
+class PathSettings:
+    """How a path is planned.
+
+    Attributes:
+        clearance: Least clearance of the path, m.
+        stroke_margin: Distance kept from the ends of the strokes, m.
+        softness: Width of the clearance hinge beyond the clearance, m.
+        waypoints: Number of way-points, ends included.
+        samples: Number of configurations at which the finished path is judged.
+    """
+
+    clearance: float = 0.10
+    stroke_margin: float = 0.005
+    softness: float = 0.08
+    waypoints: int = 40
+    samples: int = 241
+
+
+@dataclass(frozen=True)
+class Path:
+    """A smooth path through input space.
+
+    Attributes:
+        spline: Inputs over the parameter 0 to 1, shape (A, 3) at each; four times continuously differentiable.
+        clearance: Least clearance over the path, m.
+        place: What is that near.
+        spare: Least distance of an actuator from the end of its stroke, m.
+        travel: Sum over the path of the greatest change of an actuator, m: its length in time at a fixed rate.
+    """
+
+    spline: BSpline
+    clearance: float
+    place: str
+    spare: float
+    travel: float
+
+
+def plan_path(
+    chain: Chain,
+    surroundings: Surroundings,
+    first: ArrayLike,
+    last: ArrayLike,
+    leg: str,
+    settings: PathSettings | None = None,
+) -> Path:
+    """Find a clear path between two configurations, the shortest of the candidates.
+
+    Candidates are the straight line in inputs, swings about the mast either way while the shape changes, and, when none
+    of those is clear, the same swings by way of a tucked shape. Each is smoothed and then judged densely.
+
+    Args:
+        chain: The arm.
+        surroundings: What to keep clear of.
+        first: Inputs at the start, shape (A, 3).
+        last: Inputs at the end, shape (A, 3).
+        leg: Name of the goal at the end, for errors.
+        settings: How to plan.
+
+    Returns:
+        The path.
+
+    Raises:
+        PathError: No candidate is clear inside the strokes.
+    """
+    settings = settings or PathSettings()
+    box = make_box(chain, settings.stroke_margin)
+    corridor = Corridor(chain, box, surroundings, settings.clearance, settings.softness)
+    ends = np.asarray(first, float), np.asarray(last, float)
+    judged: list[Path] = []
+    for group in _candidates(chain, *ends, settings.waypoints):
+        for way in group:
+            path = _judge(corridor, smooth(corridor, assemblable(chain, way, centre(chain, box))), settings)
+            if path is not None:
+                judged.append(path)
+        clear = [path for path in judged if path.clearance >= settings.clearance and path.spare > 0]
+        if clear:
+            return min(clear, key=lambda path: path.travel)
+    best = max(judged, key=lambda path: min(path.clearance, path.spare), default=None)
+    if best is None:
+        raise PathError(leg, -np.inf, "a module that does not assemble")
+    if best.clearance >= settings.clearance:
+        raise PathError(leg, best.clearance, f"{best.place}, but overruns a stroke by {-best.spare:.4f} m")
+    raise PathError(leg, best.clearance, best.place)
+
+
+def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator[list[Array]]:
+    """Groups of ways, shape (W, A, 3) each, the simplest group first."""
+    part = np.linspace(0.0, 1.0, count)
+    at, to = azimuth(chain, chain.tool(first)[0]), azimuth(chain, chain.tool(last)[0])
+    near = float(np.mod(to - at + np.pi, 2 * np.pi) - np.pi)
+    far = near - np.copysign(2 * np.pi, near)
+    shape_first, shape_last = swing(first, -at), swing(last, -to)
+    plain = part[:, None, None]
+    direct = (1 - plain) * shape_first + plain * shape_last
+    swung = [swing(direct, at + part * angle) for angle in (near, far)]
+    straight = (1 - plain) * first + plain * last
+    yield [straight, *swung] if abs(near) > np.radians(5) else [straight]
+    stations = np.interp(np.linspace(0, 1, len(first)), np.linspace(0, 1, len(_TUCKED)), np.radians(_TUCKED))
+    tucked = bend_all(chain, stations, 0.0)
+    rise = np.sin(np.pi * part)[:, None, None] ** 2
+    ways = [swing((1 - rise) * direct + rise * tucked, at + part * angle) for angle in (near, far)]
+    for way in ways:
+        way[0], way[-1] = first, last
+    yield ways
+
+
+def _judge(corridor: Corridor, way: Array, settings: PathSettings) -> Path | None:
+    """Spline through a way and what it comes near to; None when it does not assemble."""
+    spline = make_interp_spline(np.linspace(0.0, 1.0, len(way)), way, k=5)
+    samples = spline(np.linspace(0.0, 1.0, settings.samples))
+    samples[0], samples[-1] = way[0], way[-1]
+    try:
+        length = corridor.chain.lengths(samples)
+    except (AssemblyError, ValueError):
+        return None
+    clearance, places = corridor.surroundings.clearance(samples)
+    worst = int(np.argmin(clearance))
+    travel = float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=(1, 2))))
+    return Path(spline, float(clearance[worst]), places[worst], float(np.min(corridor.box.spare(length))), travel)

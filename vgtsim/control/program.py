@@ -1,0 +1,102 @@
+"""The tour as a program: for every leg the actuator lengths at every step of the simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.control.checks import check_scene, start_inputs, surroundings_of
+from vgtsim.control.path import PathSettings, plan_path
+from vgtsim.control.timing import make_limits, time_lengths
+from vgtsim.description.scene import Scene
+from vgtsim.kinematics.chain import Chain
+from vgtsim.redundancy.solver import SolverSettings, solve_goal
+
+Array = NDArray[np.float64]
+
+_MARGIN = 0.02  # kept at the goals beyond the path's clearance, so that a path can leave them, m
+
+
+@dataclass(frozen=True)
+class Leg:
+    """The way to one goal.
+
+    Attributes:
+        name: Of the goal.
+        goal: Its index in the scene.
+        lengths: Actuator lengths at every step, the first and last included, shape (n, 3 A), m.
+        q: Inputs at its end, shape (A, 3).
+        clearance: Least clearance planned on the way, m.
+        place: What is that near.
+    """
+
+    name: str
+    goal: int
+    lengths: Array
+    q: Array
+    clearance: float
+    place: str
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        self.lengths.flags.writeable = False
+        self.q.flags.writeable = False
+
+
+@dataclass(frozen=True)
+class LengthProgram:
+    """The whole tour.
+
+    Attributes:
+        start: Inputs at the start, shape (A, 3).
+        legs: In the order of the goals; each begins with the lengths the last one ended with.
+        timestep: Of the rows of each leg, s.
+    """
+
+    start: Array
+    legs: tuple[Leg, ...]
+    timestep: float
+
+    def __post_init__(self) -> None:
+        """Make the start read-only."""
+        self.start.flags.writeable = False
+
+    @property
+    def duration(self) -> float:
+        """Time in motion, holds not counted, s."""
+        return self.timestep * sum(len(leg.lengths) - 1 for leg in self.legs)
+
+
+def make_program(scene: Scene, chain: Chain) -> LengthProgram:
+    """Plan the tour of a scene.
+
+    Args:
+        scene: The scene.
+        chain: Its arm on its mast.
+
+    Returns:
+        The program; the same scene gives the same program, bit for bit.
+
+    Raises:
+        DescriptionError: The scene cannot work, see `check_scene`.
+        ReachError: A goal cannot be met.
+        PathError: A goal cannot be come to without touching anything.
+    """
+    check_scene(scene, chain)
+    motion = scene.task.motion
+    surroundings = surroundings_of(scene, chain)
+    solving = SolverSettings(stroke_margin=motion.stroke_margin, clearance=motion.clearance + _MARGIN)
+    planning = PathSettings(clearance=motion.clearance, stroke_margin=motion.stroke_margin)
+    limits = make_limits(chain, motion.rate_fraction, motion.acceleration)
+    timestep = scene.task.simulation.timestep
+    q = start = start_inputs(scene, chain)
+    legs = []
+    for index, goal in enumerate(motion.goals):
+        solution = solve_goal(chain, goal.name, goal.position, goal.direction, q, surroundings, solving)
+        path = plan_path(chain, surroundings, q, solution.q, goal.name, planning)
+        lengths = time_lengths(chain, path.spline, limits, timestep)
+        q = solution.q
+        legs.append(Leg(goal.name, index, lengths, np.array(q), path.clearance, path.place))
+    return LengthProgram(np.array(start), tuple(legs), timestep)

@@ -1,0 +1,130 @@
+"""From a path to actuator lengths in time, inside the rates and accelerations of the cylinders.
+
+The path's parameter is first replaced by one in which the fastest actuator, measured by its own rate, moves at the same
+speed all along: the p-norm of the scaled rates, which is smooth where the greatest of them has corners. That parameter
+then runs from rest to rest with ramps of a fifth-order smooth step in speed, so that the acceleration starts and ends
+at zero and is continuous.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BSpline, make_interp_spline
+
+from vgtsim.kinematics.chain import Chain
+
+Array = NDArray[np.float64]
+
+_POWER = 12  # of the norm; 15 equal rates would count 1.25 times one of them
+_GRID = 801  # points of the path at which speeds are looked at
+_SPARE = 1.005  # for what lies between the points of the grid
+
+
+@dataclass(frozen=True)
+class SpeedLimits:
+    """What the cylinders may do.
+
+    Attributes:
+        rate: Greatest speed of each actuator, shape (A, 3), m/s.
+        acceleration: Greatest acceleration of any actuator, m/s².
+    """
+
+    rate: Array
+    acceleration: float
+
+
+def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> SpeedLimits:
+    """Limits of an arm's cylinders.
+
+    Args:
+        chain: The arm.
+        rate_fraction: Part of the rated speed to use.
+        acceleration: m/s².
+
+    Returns:
+        The limits.
+    """
+    cylinders = chain.manipulator.cylinders
+    rates = [rate_fraction * cylinders[module.cylinder].rate for module in chain.manipulator.active]
+    return SpeedLimits(np.repeat(np.array(rates)[:, None], 3, axis=1), acceleration)
+
+
+def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
+    """Actuator lengths along a path at every step of a clock, from rest to rest.
+
+    Args:
+        chain: The arm.
+        spline: Inputs over the parameter 0 to 1, shape (A, 3) at each.
+        limits: Of the actuators.
+        timestep: s.
+
+    Returns:
+        Lengths, shape (n, 3 A), m; the first and last rows are those of the path's ends. Each row is computed from the
+        inputs at its instant.
+
+    Source: section 8.1 asks for rates within limits and names no law; this one is the project's own.
+    """
+    grid = np.linspace(0.0, 1.0, _GRID)
+    speed = _scaled_speed(chain, spline, limits, grid)
+    if np.max(speed) * limits.rate.max() < 1e-9:
+        return chain.lengths(spline(np.array([0.0, 1.0]))).reshape(2, -1)
+    # a floor keeps the parameter's change finite where the path hardly moves an actuator
+    speed = np.maximum(speed, 1e-3 * np.max(speed))
+    steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
+    reach = np.concatenate([[0.0], np.cumsum(steps)])
+    parameter = make_interp_spline(reach, grid, k=5)
+    ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
+    fraction, duration = _profile(reach[-1], ramp)
+    duration *= _stretch(chain, spline, parameter, limits, duration, fraction, reach[-1])
+    count = max(2, int(np.ceil(duration / timestep)))
+    travelled = _run(np.linspace(0.0, 1.0, count + 1), fraction) * reach[-1]
+    inputs = spline(np.clip(parameter(travelled), 0.0, 1.0))
+    return chain.lengths(inputs).reshape(count + 1, -1)
+
+
+def _scaled_speed(chain: Chain, spline: BSpline, limits: SpeedLimits, parameter: Array) -> Array:
+    """Norm of the actuators' speeds over their limits per unit of the parameter, shape (P,), s."""
+    blocks = chain.length_jacobian(spline(parameter))[1]
+    rates = np.einsum("paij,paj->pai", blocks, spline(parameter, 1)) / limits.rate
+    return np.sum(rates**_POWER, axis=(-2, -1)) ** (1 / _POWER)
+
+
+def _profile(reach: float, ramp: float) -> tuple[float, float]:
+    """Fraction of the time spent in each ramp, and the time, s, to cover `reach` seconds of full speed."""
+    if reach >= ramp:
+        return ramp / (reach + ramp), reach + ramp
+    return 0.5, 2 * float(np.sqrt(reach * ramp))
+
+
+def _run(time: ArrayLike, fraction: float) -> Array:
+    """Part of the way covered at a part of the time, both 0 to 1: ramps whose speed is 10 x³ - 15 x⁴ + 6 x⁵."""
+    t = np.asarray(time, float)
+    x = np.clip(np.minimum(t, 1 - t) / fraction, 0.0, 1.0)
+    ramp = fraction * (2.5 * x**4 - 3 * x**5 + x**6)
+    rest = np.maximum(np.minimum(t, 1 - t) - fraction, 0.0)
+    half = (ramp + rest) / (1 - fraction)
+    return np.where(t <= 0.5, half, 1 - half)
+
+
+def _stretch(
+    chain: Chain,
+    spline: BSpline,
+    parameter: BSpline,
+    limits: SpeedLimits,
+    duration: float,
+    fraction: float,
+    reach: float,
+) -> float:
+    """Factor on the duration that brings every speed and acceleration inside its limit, at least one of them to it."""
+    time = np.linspace(0.0, 1.0, 4 * _GRID)
+    inputs = spline(np.clip(parameter(_run(time, fraction) * reach), 0.0, 1.0))
+    length = chain.lengths(inputs)
+    step = (time[1] - time[0]) * duration
+    rate = np.abs(np.diff(length, axis=0)) / step
+    bend = np.abs(np.diff(length, n=2, axis=0)) / step**2
+    too_fast = float(np.max(rate / limits.rate))
+    too_hard = float(np.sqrt(np.max(bend) / limits.acceleration))
+    return _SPARE * max(too_fast, too_hard)

@@ -1,0 +1,286 @@
+"""A scene: an arm on a mast in a tank, its load, its task, and the limits it is judged by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.schema import Description, Name, Provenance
+from vgtsim.description.tank import Tank
+from vgtsim.errors import DescriptionError
+from vgtsim.units import Acceleration, Angle, Density, Force, Frequency, Length, Mass, Moment, Number, Speed, Time
+
+Vector = tuple[Length, Length, Length]
+CameraName = Literal["overview", "cutaway", "riser", "tool"]
+
+
+class Mast(Description):
+    """The pipe that carries the arm down through the riser.
+
+    Attributes:
+        pivot_depth: Depth of the arm's base face below the dome's crown, m.
+        outer_diameter: m.
+        wall: m.
+        density: Of its material, kg/m³.
+    """
+
+    pivot_depth: Length = Field(gt=0)
+    outer_diameter: Length = Field(gt=0)
+    wall: Length = Field(gt=0)
+    density: Density = Field(gt=0)
+
+
+class Payload(Description):
+    """What hangs at the tool point: a ball about it.
+
+    Attributes:
+        mass: kg.
+        radius: Of its envelope, m.
+    """
+
+    mass: Mass = Field(ge=0)
+    radius: Length = Field(gt=0)
+
+
+class Goal(Description):
+    """A tool pose to reach and hold.
+
+    Attributes:
+        name: Unique in the scene.
+        position: Tool point in frame G, m.
+        direction: Outward normal of the tip plate in frame G; normalised on reading.
+    """
+
+    name: Name
+    position: Vector
+    direction: tuple[Number, Number, Number]
+
+    @field_validator("direction")
+    @classmethod
+    def _unit(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
+        length = hypot(*value)
+        if length < 1e-9:
+            raise ValueError("a direction that is not zero")
+        x, y, z = value
+        return (x / length, y / length, z / length)
+
+
+class Bend(Description):
+    """Shape of one active module: its mid-plane.
+
+    Attributes:
+        angle: Angle between its end faces, rad.
+        azimuth: Direction it bends to, from the x axis of its base frame, rad.
+        extension: 2d of equation 3.54, m; absent for the module's straight extension.
+    """
+
+    angle: Angle = 0.0
+    azimuth: Angle = 0.0
+    extension: Length | None = None
+
+
+class Motion(Description):
+    """How the tour is driven.
+
+    Attributes:
+        start: Shape of each active module at the start, from the mast to the tool.
+        rate_fraction: Part of the cylinders' rated speed that the plan may use.
+        acceleration: Greatest acceleration of a cylinder, m/s².
+        stroke_margin: Distance that the plan keeps from the ends of the strokes, m.
+        clearance: Distance that the plan keeps from tank, riser, obstacles and the arm itself, m.
+        settle_speed: A hold is settled when no node is faster than this, m/s.
+        hold: Time a settled goal is held, s.
+        patience: Longest wait for settling, s.
+        goals: The tour.
+    """
+
+    start: tuple[Bend, ...]
+    rate_fraction: Number = Field(gt=0, le=1)
+    acceleration: Acceleration = Field(gt=0)
+    stroke_margin: Length = Field(ge=0)
+    clearance: Length = Field(ge=0)
+    settle_speed: Speed = Field(gt=0)
+    hold: Time = Field(gt=0)
+    patience: Time = Field(gt=0)
+    goals: tuple[Goal, ...] = Field(min_length=1)
+
+
+class Simulation(Description):
+    """Settings of the step loop.
+
+    Attributes:
+        timestep: s.
+        log_rate: Records a second.
+        gravity: Downward, m/s².
+        weight_scale: Factor on the inverse weights that regularise the constraints.
+        drive: Which of the two drives holds the cylinder lengths.
+        servo_stiffness: Stiffness of the position servos, N/m.
+        servo_damping: Damping of the position servos, N·s/m.
+    """
+
+    timestep: Time = Field(gt=0, le=0.1)
+    log_rate: Frequency = Field(gt=0)
+    gravity: Acceleration = Field(ge=0)
+    weight_scale: Number = Field(gt=0, le=1)
+    drive: Literal["rigid", "servo"] = "rigid"
+    servo_stiffness: Annotated[float, Field(gt=0)] = 2e9
+    servo_damping: Annotated[float, Field(gt=0)] = 2e7
+
+    @model_validator(mode="after")
+    def _rates_divide(self) -> Simulation:
+        ratio = 1 / (self.log_rate * self.timestep)
+        if abs(ratio - round(ratio)) > 1e-6 or ratio < 1 - 1e-6:
+            raise ValueError(f"log_rate a whole fraction of the step rate {1 / self.timestep:.6g} Hz")
+        return self
+
+
+class Limits(Description):
+    """What the run is judged by; each is named after its check.
+
+    Attributes:
+        closure: Greatest gap between a member's end and its hub, m.
+        kinematics_agreement: Greatest distance of a node from forward kinematics, m.
+        tracking_position: Tool from a settled goal, m.
+        tracking_angle: Tool direction from a settled goal, rad.
+        end_moment: Moment at a member's end, N·m.
+        excess_shear: Shear beyond the member's own weight and inertia, N.
+        axial_force_settled: Error over the largest force, at rest.
+        axial_force_moving: The same in motion.
+        member_utilisation: Demand over capacity.
+        actuator_force: Demand over capacity.
+        actuator_stroke: Least distance to the end of a stroke, m.
+        clearance: Least distance to anything, m.
+        contacts: Number of logged contacts.
+        safety_factor: On member strength, AISC 360 Omega.
+    """
+
+    closure: Length = Field(gt=0)
+    kinematics_agreement: Length = Field(gt=0)
+    tracking_position: Length = Field(gt=0)
+    tracking_angle: Angle = Field(gt=0)
+    end_moment: Moment = Field(gt=0)
+    excess_shear: Force = Field(gt=0)
+    axial_force_settled: Number = Field(gt=0)
+    axial_force_moving: Number = Field(gt=0)
+    member_utilisation: Number = Field(gt=0)
+    actuator_force: Number = Field(gt=0)
+    actuator_stroke: Length = Field(ge=0)
+    clearance: Length = Field(ge=0)
+    contacts: int = Field(ge=0)
+    safety_factor: Number = Field(ge=1)
+
+
+class Cut(Description):
+    """One shot of the video.
+
+    Attributes:
+        camera: Name of a camera of the model.
+        until: Simulated time at which the shot ends, s; absent for the last one.
+    """
+
+    camera: CameraName
+    until: Time | None = None
+
+
+class Video(Description):
+    """How the run is filmed.
+
+    Attributes:
+        width: Pixels.
+        height: Pixels.
+        fps: Frames a second of film.
+        speed: Simulated seconds in a second of film.
+        cuts: Shots in order.
+    """
+
+    width: int = Field(default=1280, ge=160, le=3840)
+    height: int = Field(default=720, ge=120, le=2160)
+    fps: int = Field(default=25, ge=1, le=60)
+    speed: Number = Field(default=2.0, gt=0)
+    cuts: tuple[Cut, ...] = (Cut(camera="cutaway"),)
+
+
+class SceneFile(Description):
+    """A scene as written.
+
+    Attributes:
+        name: Short name.
+        title: One line for people.
+        manipulator: Path of the arm's file, relative to the scene's.
+        tank: Path of the tank's file, relative to the scene's.
+        mast: What carries the arm.
+        payload: What the arm carries.
+        motion: The task.
+        simulation: Settings of the step loop.
+        limits: What the run is judged by.
+        video: How the run is filmed.
+        provenance: Where the figures come from, by key path.
+    """
+
+    name: Name
+    title: str
+    manipulator: str
+    tank: str
+    mast: Mast
+    payload: Payload
+    motion: Motion
+    simulation: Simulation
+    limits: Limits
+    video: Video = Video()
+    provenance: dict[str, Provenance] = Field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A scene with the arm and tank it names.
+
+    Attributes:
+        task: The scene file.
+        manipulator: The arm.
+        tank: The tank.
+        file: Where the scene was read from.
+    """
+
+    task: SceneFile
+    manipulator: Manipulator
+    tank: Tank
+    file: Path
+
+    def __post_init__(self) -> None:
+        """Check what only the three files together can tell.
+
+        Raises:
+            DescriptionError: The pivot is outside the tank, or the start does not fit the arm.
+        """
+        if not 0 < self.pivot_height < self.tank.shell.crown:
+            raise self.error(
+                "mast.pivot_depth",
+                f"{self.task.mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m",
+                f"a depth that leaves the pivot inside the tank, 0 to {self.tank.shell.crown:.4g} m",
+            )
+        if self.task.mast.outer_diameter >= self.tank.arm_riser.bore:
+            raise self.error(
+                "mast.outer_diameter",
+                f"{self.task.mast.outer_diameter:.4g} m",
+                f"less than the riser's bore, {self.tank.arm_riser.bore:.4g} m",
+            )
+        if len(self.task.motion.start) != len(self.manipulator.active):
+            raise self.error(
+                "motion.start",
+                f"{len(self.task.motion.start)} module shapes",
+                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.active)}",
+            )
+
+    @property
+    def pivot_height(self) -> float:
+        """Height of the arm's base face above the lowest point of the floor, m."""
+        return self.tank.shell.crown - self.task.mast.pivot_depth
+
+    def error(self, key: str, found: str, allowed: str) -> DescriptionError:
+        """Make an error that names this scene's file."""
+        return DescriptionError(self.file, key, found, allowed)

@@ -1,0 +1,141 @@
+"""Materials, tubes and cylinders: the catalogue data that members are made of."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+from pydantic import Field, model_validator
+
+from vgtsim.description.schema import Description, Name
+from vgtsim.units import Density, Length, Pressure, Speed
+
+
+class Material(Description):
+    """An isotropic structural material.
+
+    Attributes:
+        density: kg/m³.
+        youngs_modulus: E, Pa.
+        yield_strength: Fy, Pa.
+    """
+
+    density: Density = Field(gt=0)
+    youngs_modulus: Pressure = Field(gt=0)
+    yield_strength: Pressure = Field(gt=0)
+
+
+class Tube(Description):
+    """A round hollow section.
+
+    Attributes:
+        outer_diameter: m.
+        wall: Wall thickness, m.
+        material: Name of its material.
+    """
+
+    outer_diameter: Length = Field(gt=0)
+    wall: Length = Field(gt=0)
+    material: Name
+
+    @model_validator(mode="after")
+    def _wall_fits(self) -> Tube:
+        if 2 * self.wall > self.outer_diameter:
+            raise ValueError(f"wall of {self.wall:.4g} m at most half the outer diameter {self.outer_diameter:.4g} m")
+        return self
+
+    @property
+    def inner_diameter(self) -> float:
+        """Inner diameter, m."""
+        return self.outer_diameter - 2 * self.wall
+
+    @property
+    def area(self) -> float:
+        """Area of the section, m²."""
+        return pi / 4 * (self.outer_diameter**2 - self.inner_diameter**2)
+
+    @property
+    def gyration_radius(self) -> float:
+        """Radius of gyration r = sqrt(I/A), m."""
+        return sqrt(self.outer_diameter**2 + self.inner_diameter**2) / 4
+
+
+class Cylinder(Description):
+    """A double-acting hydraulic cylinder used as an extensible member.
+
+    Attributes:
+        bore: Piston diameter, m.
+        rod: Rod diameter, m.
+        barrel_wall: Wall thickness of the barrel, m.
+        head: Total thickness of steel in the two heads and the piston, m, at bore diameter.
+        eye: Distance from a pin to the barrel or to the full rod, m; a slim rod eye.
+        retracted: Least length from pin to pin, m.
+        stroke: m.
+        pressure: Supply pressure, Pa.
+        rate: Greatest speed of the rod, m/s.
+        material: Name of its material.
+    """
+
+    bore: Length = Field(gt=0)
+    rod: Length = Field(gt=0)
+    barrel_wall: Length = Field(gt=0)
+    head: Length = Field(gt=0)
+    eye: Length = Field(gt=0)
+    retracted: Length = Field(gt=0)
+    stroke: Length = Field(gt=0)
+    pressure: Pressure = Field(gt=0)
+    rate: Speed = Field(gt=0)
+    material: Name
+
+    @model_validator(mode="after")
+    def _parts_fit(self) -> Cylinder:
+        if self.rod >= self.bore:
+            raise ValueError(f"rod of {self.rod:.4g} m thinner than the bore {self.bore:.4g} m")
+        if self.dead_length < 2 * self.eye:
+            raise ValueError(
+                f"dead length retracted - stroke = {self.dead_length:.4g} m at least two eyes, {2 * self.eye:.4g} m"
+            )
+        return self
+
+    @property
+    def extended(self) -> float:
+        """Greatest length from pin to pin, m."""
+        return self.retracted + self.stroke
+
+    @property
+    def dead_length(self) -> float:
+        """Length that is neither stroke nor barrel for it: retracted - stroke, m."""
+        return self.retracted - self.stroke
+
+    @property
+    def barrel_diameter(self) -> float:
+        """Outer diameter of the barrel, m."""
+        return self.bore + 2 * self.barrel_wall
+
+    @property
+    def barrel_length(self) -> float:
+        """From the base pin to the mouth of the barrel, m: all of the retracted length but the rod's eye."""
+        return self.retracted - self.eye
+
+    @property
+    def rod_length(self) -> float:
+        """From the rod pin to the piston, m: it still sits in the barrel at full extension."""
+        return self.stroke + self.dead_length / 2
+
+    def barrel_mass(self, density: float) -> float:
+        """Mass of barrel and heads, kg, for a density in kg/m³."""
+        shell = pi / 4 * (self.barrel_diameter**2 - self.bore**2) * (self.barrel_length - self.eye)
+        return density * (shell + pi / 4 * self.bore**2 * self.head * 2 / 3)
+
+    def rod_mass(self, density: float) -> float:
+        """Mass of rod and piston, kg, for a density in kg/m³."""
+        return density * (pi / 4 * self.rod**2 * self.rod_length + pi / 4 * self.bore**2 * self.head / 3)
+
+    @property
+    def push(self) -> float:
+        """Greatest compressive member force, N: pressure on the full bore."""
+        return self.pressure * pi / 4 * self.bore**2
+
+    @property
+    def pull(self) -> float:
+        """Greatest tensile member force, N: pressure on the annulus."""
+        return self.pressure * pi / 4 * (self.bore**2 - self.rod**2)

@@ -1,0 +1,144 @@
+"""An underground single-shell tank and what stands in it.
+
+Tank frame G: origin on the tank axis at the lowest point of the floor, z up.
+"""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from vgtsim.description.schema import Description, Name, Provenance
+from vgtsim.units import Angle, Density, Length
+
+
+class Shell(Description):
+    """The liner and dome: a surface of revolution.
+
+    Attributes:
+        inner_diameter: m.
+        dish_depth: Height of the dish-to-knuckle tangent above the lowest point, m.
+        knuckle_radius: Radius of the arc from the dish to the wall, m.
+        wall_top: Height at which the wall ends and the dome springs, m.
+        haunch_radius: Radius of the arc from the wall to the dome cap, m.
+        crown: Height of the dome's underside on the axis, m.
+        dome_thickness: m.
+        liner_thickness: m.
+        soil_cover: Depth of soil over the dome's crown, m.
+    """
+
+    inner_diameter: Length = Field(gt=0)
+    dish_depth: Length = Field(ge=0)
+    knuckle_radius: Length = Field(gt=0)
+    wall_top: Length = Field(gt=0)
+    haunch_radius: Length = Field(gt=0)
+    crown: Length = Field(gt=0)
+    dome_thickness: Length = Field(gt=0)
+    liner_thickness: Length = Field(gt=0)
+    soil_cover: Length = Field(ge=0)
+
+    @model_validator(mode="after")
+    def _profile_closes(self) -> Shell:
+        radius, rise = self.inner_diameter / 2, self.crown - self.wall_top
+        if self.knuckle_radius >= radius:
+            raise ValueError(f"knuckle radius below the tank radius {radius:.4g} m")
+        if self.wall_top <= self.dish_depth + self.knuckle_radius:
+            raise ValueError(f"wall_top above dish and knuckle, {self.dish_depth + self.knuckle_radius:.4g} m")
+        if not self.haunch_radius < rise < radius:
+            raise ValueError(
+                f"dome rise crown - wall_top = {rise:.4g} m between the haunch radius {self.haunch_radius:.4g} m and "
+                f"the tank radius {radius:.4g} m"
+            )
+        return self
+
+
+class Riser(Description):
+    """A vertical pipe through soil and dome.
+
+    Attributes:
+        name: Unique in the tank.
+        bore: Inner diameter, m.
+        radius: Distance of its axis from the tank axis, m.
+        azimuth: Angle of its axis from +x about +z, rad.
+        above_grade: Height of its flange above the soil, m.
+        wall: Thickness of its pipe, m.
+    """
+
+    name: Name
+    bore: Length = Field(gt=0)
+    radius: Length = Field(default=0.0, ge=0)
+    azimuth: Angle = 0.0
+    above_grade: Length = Field(ge=0)
+    wall: Length = Field(gt=0)
+
+
+class Equipment(Description):
+    """A vertical cylinder that stands or hangs in the tank.
+
+    Attributes:
+        name: Unique in the tank.
+        diameter: Outer diameter, m.
+        radius: Distance of its axis from the tank axis, m.
+        azimuth: Angle of its axis from +x about +z, rad.
+        bottom: Height of its lower end above the lowest point of the floor, m.
+        top: Height of its upper end, m; absent when it hangs from the dome.
+    """
+
+    name: Name
+    diameter: Length = Field(gt=0)
+    radius: Length = Field(ge=0)
+    azimuth: Angle
+    bottom: Length = Field(ge=0)
+    top: Length | None = None
+
+
+class Waste(Description):
+    """What is left in the tank, level.
+
+    Attributes:
+        kind: Sludge, saltcake, ...
+        level: Height of its surface above the lowest point of the floor, m.
+        density: kg/m³.
+    """
+
+    kind: str
+    level: Length = Field(ge=0)
+    density: Density = Field(gt=0)
+
+
+class Tank(Description):
+    """A tank with its risers, equipment and waste.
+
+    Attributes:
+        name: Short name.
+        title: One line for people.
+        shell: Liner and dome.
+        arm_riser: The riser the arm enters by, on the tank axis.
+        risers: The others.
+        equipment: Obstacles.
+        waste: What is left.
+        provenance: Where the figures come from, by key path.
+    """
+
+    name: Name
+    title: str
+    shell: Shell
+    arm_riser: Riser
+    risers: tuple[Riser, ...] = ()
+    equipment: tuple[Equipment, ...] = ()
+    waste: Waste
+    provenance: dict[str, Provenance] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _contents_fit(self) -> Tank:
+        if self.arm_riser.radius:
+            raise ValueError(f"arm_riser.radius 0 (the arm enters on the tank axis), not {self.arm_riser.radius:.4g} m")
+        if self.waste.level >= self.shell.wall_top:
+            raise ValueError(f"waste.level below the top of the wall, {self.shell.wall_top:.4g} m")
+        inner = self.shell.inner_diameter / 2
+        for item in (*self.risers, *self.equipment):
+            if item.radius >= inner:
+                raise ValueError(f"{item.name}: radius {item.radius:.4g} m inside the tank radius {inner:.4g} m")
+        for item in self.equipment:
+            if item.top is not None and item.top <= item.bottom:
+                raise ValueError(f"{item.name}: top {item.top:.4g} m above its bottom {item.bottom:.4g} m")
+        return self

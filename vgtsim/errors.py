@@ -1,0 +1,108 @@
+"""The errors of the project: one tree, each carrying its evidence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class VgtError(Exception):
+    """Root of every error this project raises on purpose."""
+
+
+class DescriptionError(VgtError):
+    """A file that describes an arm, tank or scene is wrong.
+
+    Attributes:
+        file: The file that was read, or None when the data did not come from a file.
+        key: Dotted path of the offending entry.
+        found: What stands there.
+        allowed: What may stand there.
+    """
+
+    def __init__(self, file: Path | None, key: str, found: str, allowed: str) -> None:
+        self.file, self.key, self.found, self.allowed = file, key, found, allowed
+        place = f"{file}: " if file else ""
+        super().__init__(f"{place}{key or 'file'}: found {found}; allowed: {allowed}")
+
+
+class AssemblyError(VgtError):
+    """Given lengths do not close a module.
+
+    Attributes:
+        module: Name or index of the module.
+        residual: Greatest gap left in the loop equations, m.
+    """
+
+    def __init__(self, module: str, residual: float, detail: str = "") -> None:
+        self.module, self.residual = module, residual
+        super().__init__(f"{module} does not assemble: residual {residual:.3g} m{'; ' + detail if detail else ''}")
+
+
+class ReachError(VgtError):
+    """A tool goal cannot be met.
+
+    Attributes:
+        goal: Name of the goal.
+        shortfall: Distance between the goal and the nearest tool position found, m.
+        binding: Names of the limits that stop the arm.
+    """
+
+    def __init__(self, goal: str, shortfall: float, binding: tuple[str, ...] = (), detail: str = "") -> None:
+        self.goal, self.shortfall, self.binding = goal, shortfall, binding
+        limits = f"; binding: {', '.join(binding)}" if binding else ""
+        super().__init__(f"goal {goal!r} is out of reach by {shortfall:.4g} m{limits}{'; ' + detail if detail else ''}")
+
+
+class PathError(VgtError):
+    """No collision-free path between two configurations was found.
+
+    Attributes:
+        leg: Name of the goal at the end of the leg.
+        clearance: Greatest least-clearance over the candidate paths, m.
+        place: What is met there.
+    """
+
+    def __init__(self, leg: str, clearance: float, place: str) -> None:
+        self.leg, self.clearance, self.place = leg, clearance, place
+        super().__init__(f"no clear path to {leg!r}: the best candidate comes to {clearance:.3f} m of {place}")
+
+
+class TrussError(VgtError):
+    """A truss is a mechanism or over-constrained.
+
+    Attributes:
+        rank: Rank of the equilibrium matrix.
+        members: Names of the members that take part.
+    """
+
+    def __init__(self, rank: int, members: tuple[str, ...], detail: str) -> None:
+        self.rank, self.members = rank, members
+        super().__init__(f"{detail} (rank {rank}; members: {', '.join(members[:6]) or 'none'})")
+
+
+class DivergenceError(VgtError):
+    """The simulated state stopped being physical.
+
+    Attributes:
+        time: Simulated time, s.
+        row: Name of the worst constraint row.
+        value: Its violation.
+        log: What was recorded until then, a `RunLog`, or None.
+    """
+
+    def __init__(self, time: float, row: str, value: float, log: object = None) -> None:
+        self.time, self.row, self.value, self.log = time, row, value, log
+        super().__init__(f"diverged at t = {time:.3f} s: worst row {row}, violation {value:.3g}")
+
+
+class MissingLibraryError(VgtError):
+    """A system library that an optional output needs is not installed.
+
+    Attributes:
+        library: The library.
+        package: The package that brings it.
+    """
+
+    def __init__(self, library: str, package: str) -> None:
+        self.library, self.package = library, package
+        super().__init__(f"{library} is missing; install it with: {package}")

@@ -1,0 +1,250 @@
+"""How near the arm comes to the tank, to what stands in it, and to itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.description.tank import Tank
+from vgtsim.geometry.distance import enclosure_distance, enclosure_parts, interior_distance, segment_distance
+from vgtsim.geometry.profile import Profile, make_profile
+
+__all__ = [
+    "Clearance",
+    "Obstacles",
+    "arm_clearance",
+    "enclosure_distance",
+    "interior_distance",
+    "obstacles",
+    "segment_distance",
+    "self_clearance",
+]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+SHELL, RISER, WASTE = "shell", "riser", "waste"
+
+# Configurations done at a time: bounds the memory of a batch to some tens of megabytes.
+_CHUNK = 64
+# Points along a member that passes the riser's mouth, and how often the best interval is cut again: the least
+# distance is then found within a 1/256 of the member's length, to second order.
+_SAMPLES = 17
+_CUTS = 2
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """What stands in the tank.
+
+    Attributes:
+        names: Names of the K cylinders.
+        axes: Ends of their axes in frame G, lower first, shape (K, 2, 3), m.
+        radii: shape (K,), m.
+        waste_level: Height of the waste, m.
+    """
+
+    names: tuple[str, ...]
+    axes: Array
+    radii: Array
+    waste_level: float
+
+    def __post_init__(self) -> None:
+        """Copy the arrays and make them read-only."""
+        for name in ("axes", "radii"):
+            frozen = np.array(getattr(self, name), float)
+            frozen.flags.writeable = False
+            object.__setattr__(self, name, frozen)
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """Least distances of an arm from its surroundings.
+
+    Attributes:
+        places: `shell`, `riser`, the obstacles, `waste`: P names.
+        distance: Least distance from each place, shape (..., P), m; negative when inside it, infinite from
+            the riser when nothing of the arm is nearest to it.
+        body: The part of the arm that is nearest, shape (..., P): a member below M, then nodes, then the
+            payload.
+    """
+
+    places: tuple[str, ...]
+    distance: Array
+    body: Index
+
+    @property
+    def least(self) -> Array:
+        """Least distance from anything, shape (...), m."""
+        return self.distance.min(axis=-1)
+
+    @property
+    def nearest(self) -> Index:
+        """Index into `places` of the nearest one, shape (...)."""
+        return self.distance.argmin(axis=-1)
+
+
+def obstacles(tank: Tank) -> Obstacles:
+    """List the equipment of a tank.
+
+    Args:
+        tank: The tank. Equipment without a top ends at the dome above its axis.
+
+    Returns:
+        Its cylinders and the level of its waste.
+    """
+    profile = make_profile(tank.shell)
+    axes = []
+    for item in tank.equipment:
+        x, y = item.radius * np.cos(item.azimuth), item.radius * np.sin(item.azimuth)
+        top = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
+        axes.append([[x, y, item.bottom], [x, y, top]])
+    return Obstacles(
+        tuple(item.name for item in tank.equipment),
+        np.reshape(np.array(axes, float), (-1, 2, 3)),
+        np.array([item.diameter / 2 for item in tank.equipment], float),
+        tank.waste.level,
+    )
+
+
+def arm_clearance(
+    nodes: ArrayLike,
+    ends: NDArray[np.integer],
+    radii: ArrayLike,
+    hub_radius: float,
+    tank: Tank,
+    profile: Profile,
+    around: Obstacles,
+    payload: tuple[ArrayLike, float] | None = None,
+) -> Clearance:
+    """Least distance of an arm from everything in the tank.
+
+    Members are capsules, nodes and payload balls. The tank is convex, so a member is nearest to the shell at
+    one of its ends; only members that begin or end where the riser's mouth is nearest are searched along
+    their length. Equipment is rounded at its ends by its radius, which makes the result a lower bound there.
+
+    Args:
+        nodes: Positions of the N nodes in frame G, shape (..., N, 3), m.
+        ends: Node indices of the M members, shape (M, 2).
+        radii: Radii of the members, shape (M,), m.
+        hub_radius: Radius of the balls at the nodes, m.
+        tank: The tank.
+        profile: Its profile.
+        around: Its obstacles.
+        payload: Tool point in frame G, shape (..., 3), m, and radius of the ball there, m.
+
+    Returns:
+        Distances, with leading shape (...).
+    """
+    nodes = np.asarray(nodes, float)
+    batch = nodes.shape[:-2]
+    balls = nodes
+    ball_radii = np.full(nodes.shape[-2], hub_radius)
+    if payload is not None:
+        balls = np.concatenate(
+            [nodes, np.broadcast_to(np.asarray(payload[0], float)[..., None, :], (*batch, 1, 3))], -2
+        )
+        ball_radii = np.append(ball_radii, payload[1])
+    flat = balls.reshape(-1, *balls.shape[-2:])
+    places = (SHELL, RISER, *around.names, WASTE)
+    distance = np.empty((len(flat), len(places)))
+    body = np.empty((len(flat), len(places)), np.intp)
+    radii = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
+    for first in range(0, len(flat), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        gaps = _gaps(flat[part], np.asarray(ends, np.intp), tank, profile, around) - radii[:, None]
+        body[part] = gaps.argmin(axis=1)
+        distance[part] = gaps.min(axis=1)
+    return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
+
+
+def _gaps(balls: Array, ends: Index, tank: Tank, profile: Profile, around: Obstacles) -> Array:
+    """Distances of centre lines and centres from each place, shape (B, M + balls, P), m."""
+    a, b = balls[:, ends[:, 0]], balls[:, ends[:, 1]]
+    depth, _, mouth = enclosure_parts(tank, profile, balls)
+    inf = np.inf
+    shell, riser = np.where(mouth, inf, depth), np.where(mouth, depth, inf)
+    member_shell = np.minimum(shell[:, ends[:, 0]], shell[:, ends[:, 1]])
+    member_riser = np.minimum(riser[:, ends[:, 0]], riser[:, ends[:, 1]])
+    near = mouth[:, ends[:, 0]] | mouth[:, ends[:, 1]]
+    if near.any():
+        along, at_riser = _along(a[near], b[near], tank, profile)
+        member_shell[near] = np.minimum(member_shell[near], np.where(at_riser, inf, along))
+        member_riser[near] = np.minimum(member_riser[near], np.where(at_riser, along, inf))
+    columns = [np.concatenate([member_shell, shell], 1), np.concatenate([member_riser, riser], 1)]
+    starts, stops = np.concatenate([a, balls], 1), np.concatenate([b, balls], 1)
+    for (low, high), radius in zip(around.axes, around.radii, strict=True):
+        columns.append(segment_distance(starts, stops, low, high)[0] - radius)
+    columns.append(np.minimum(starts[..., 2], stops[..., 2]) - around.waste_level)
+    return np.stack(columns, -1)
+
+
+def _along(a: Array, b: Array, tank: Tank, profile: Profile) -> tuple[Array, NDArray[np.bool_]]:
+    """Least enclosure distance along segments (n, 3), m, and whether the riser is nearest there."""
+    rows = np.arange(len(a))
+    low, high = np.zeros(len(a)), np.ones(len(a))
+    least, at_riser = np.full(len(a), np.inf), np.zeros(len(a), bool)
+    for _ in range(_CUTS):
+        t = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _SAMPLES)
+        depth, _, mouth = enclosure_parts(tank, profile, a[:, None] + t[..., None] * (b - a)[:, None])
+        best = depth.argmin(axis=1)
+        least, at_riser = depth[rows, best], mouth[rows, best]
+        low, high = t[rows, np.maximum(best - 1, 0)], t[rows, np.minimum(best + 1, _SAMPLES - 1)]
+    return least, at_riser
+
+
+def self_clearance(
+    nodes: ArrayLike, ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np.integer]
+) -> tuple[Array, Index]:
+    """Least distance between members of modules that are not neighbours.
+
+    A ball is a member whose two ends are one node: append the tool point to the nodes to have the payload
+    looked at.
+
+    Args:
+        nodes: Positions in frame G, shape (..., N, 3), m.
+        ends: Node indices of the members, shape (M, 2).
+        radii: Radii of the members, shape (M,), m.
+        module: Module of each member, shape (M,); pairs that differ by two or more are looked at.
+
+    Returns:
+        Distance, shape (...), m, infinite without such a pair; and the members that come nearest, shape (...,
+        2), -1 without one.
+    """
+    nodes, module = np.asarray(nodes, float), np.asarray(module)
+    pairs = np.asarray(ends, np.intp)
+    radii = np.broadcast_to(np.asarray(radii, float), (len(ends),))
+    batch = nodes.shape[:-2]
+    flat = nodes.reshape(-1, *nodes.shape[-2:])
+    apart = module[None, :] - module[:, None] >= 2
+    distance, pair = np.full(len(flat), np.inf), np.full((len(flat), 2), -1)
+    if apart.any():
+        for first in range(0, len(flat), _CHUNK):
+            part = slice(first, first + _CHUNK)
+            distance[part], pair[part] = _nearest_pair(flat[part], pairs, radii, apart)
+    return distance.reshape(batch), pair.reshape(*batch, 2)
+
+
+def _nearest_pair(nodes: Array, ends: Index, radii: Array, apart: NDArray[np.bool_]) -> tuple[Array, Index]:
+    """Least distance and pair of members for each of a few configurations.
+
+    Midpoints bound a pair's distance from above, and less both half lengths from below; only pairs whose
+    lower bound is at most the configuration's least upper bound are measured.
+    """
+    a, b = nodes[:, ends[:, 0]], nodes[:, ends[:, 1]]
+    middle, half = (a + b) / 2, np.linalg.norm(b - a, axis=-1) / 2
+    square = np.einsum("bmi,bmi->bm", middle, middle)
+    spread = square[:, :, None] + square[:, None, :] - 2 * middle @ middle.swapaxes(1, 2)
+    upper = np.sqrt(np.maximum(spread, 0.0)) - radii[:, None] - radii[None, :]
+    upper[:, ~apart] = np.inf
+    lower = upper - half[:, :, None] - half[:, None, :]
+    bound = upper.min(axis=(1, 2), keepdims=True)
+    which, first, second = np.nonzero(lower <= bound)
+    gap = segment_distance(a[which, first], b[which, first], a[which, second], b[which, second])[0]
+    gap -= radii[first] + radii[second]
+    order = np.lexsort((gap, which))
+    _, leading = np.unique(which[order], return_index=True)
+    best = order[leading]
+    return gap[best], np.stack([first[best], second[best]], -1)

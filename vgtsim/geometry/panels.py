@@ -1,0 +1,152 @@
+"""The tank for contact: boxes that lie against it from outside.
+
+Each box touches the inner surface with the middle of its inner face, in the tangent plane of that point. As the tank is
+convex, such a box, however large, never comes inside; so neighbours may overlap and need no mitred ends. Where two
+boxes meet, the surface they offer stands back from the tank by at most the tolerance once for the angle between
+sectors and once for the angle between rings.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, ceil, cos, pi, sin, tan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.tank import Tank
+from vgtsim.geometry.profile import Piece, Profile
+
+Array = NDArray[np.float64]
+
+# m; standing back of the boxes for each of the two angles, and their depth away from the tank
+TOLERANCE = 0.025
+DEPTH = 0.4
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A box in frame G.
+
+    Attributes:
+        name: Piece of the profile, ring and sector, for example `knuckle/1/17`.
+        centre: shape (3,), m.
+        axes: Columns along the profile, around the tank, and inward, shape (3, 3).
+        half: Half sizes along these axes, shape (3,), m.
+    """
+
+    name: str
+    centre: Array
+    axes: Array
+    half: Array
+
+
+@dataclass(frozen=True)
+class _Tangent:
+    """A tangent line of the profile: a ring of boxes."""
+
+    name: str
+    point: Array
+    heading: float
+
+    @property
+    def along(self) -> Array:
+        return np.array([cos(self.heading), sin(self.heading)])
+
+    @property
+    def inward(self) -> Array:
+        return np.array([-sin(self.heading), cos(self.heading)])
+
+
+def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> tuple[Panel, ...]:
+    """Enclose the tank, open at the arm riser, and the bore of the arm riser up to its flange.
+
+    Args:
+        tank: The tank.
+        profile: Its profile.
+        tolerance: The boxes stand back from the surface by at most about twice this, m.
+
+    Returns:
+        The boxes, from the floor to the riser.
+    """
+    bore = tank.arm_riser.bore / 2
+    tangents = [line for piece in profile.pieces for line in _tangents(piece, tolerance)]
+    corners = [_meet(a, b) for a, b in zip(tangents, tangents[1:], strict=False)]
+    panels = [_slab(tangents[0], corners[0])]
+    count: dict[str, int] = {tangents[0].name: 1}
+    for index, line in enumerate(tangents[1:], start=1):
+        start = corners[index - 1]
+        stop = corners[index] if index < len(corners) else np.array([0.0, line.point[1]])
+        if max(start[0], stop[0]) <= bore:
+            continue
+        number = count.get(line.name, 0)
+        count[line.name] = number + 1
+        panels += _ring(line, start, stop, bore, tolerance, f"{line.name}/{number}")
+    return (*panels, *_bore(tank, profile, tolerance))
+
+
+def _tangents(piece: Piece, tolerance: float) -> list[_Tangent]:
+    """Tangent lines at equal angles; a line shared by two pieces is left to dish, wall or dome."""
+    steps = 1
+    if piece.turn:
+        steps = max(1, ceil(piece.turn / (2 * acos(piece.radius / (piece.radius + tolerance)))))
+    first, last = (1, steps - 1) if piece.name in ("knuckle", "haunch") else (0, steps if piece.turn else 0)
+    return [
+        _Tangent(piece.name, piece.at(piece.length * i / steps), piece.heading + piece.turn * i / steps)
+        for i in range(first, last + 1)
+    ]
+
+
+def _meet(a: _Tangent, b: _Tangent) -> Array:
+    """Intersection of two tangent lines (r, z)."""
+    s, _ = np.linalg.solve(np.stack([a.along, -b.along], -1), b.point - a.point)
+    return a.point + s * a.along
+
+
+def _slab(line: _Tangent, corner: Array) -> Panel:
+    """The middle of the floor: one square plate."""
+    size = float(corner[0])
+    return Panel(f"{line.name}/0/0", np.array([0, 0, line.point[1] - DEPTH / 2]), np.eye(3), np.array([size, size, DEPTH / 2]))
+
+
+def _sectors(radius: float, tolerance: float) -> int:
+    """Number of sides of the polygon about a circle that stands back by the tolerance at its corners."""
+    return max(8, ceil(pi / acos(radius / (radius + tolerance)))) if radius > 0 else 8
+
+
+def _ring(line: _Tangent, start: Array, stop: Array, bore: float, tolerance: float, name: str) -> list[Panel]:
+    widest = max(start[0], stop[0])
+    sectors = _sectors(widest * sin(line.heading), tolerance)
+    # neighbours with another number of sectors have their corners elsewhere: overlap by a corner, and by the mitre
+    lap = widest * (1 / cos(pi / sectors) - 1) * abs(cos(line.heading)) + DEPTH * tan(pi / 12)
+    low = float((start - line.point) @ line.along) - lap
+    high = float((stop - line.point) @ line.along) + lap
+    if cos(line.heading) < 0:
+        # towards the axis the boxes end at the bore
+        high = min(high, float((bore - line.point[0]) / cos(line.heading)))
+    outline = [line.point + end * line.along for end in (low, high)]
+    half_width = max(point[0] for point in outline) * tan(pi / sectors)
+    middle = line.point + (low + high) / 2 * line.along - DEPTH / 2 * line.inward
+    half = np.array([(high - low) / 2, half_width, DEPTH / 2])
+    return [_place(f"{name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)]
+
+
+def _bore(tank: Tank, profile: Profile, tolerance: float) -> list[Panel]:
+    riser, shell = tank.arm_riser, tank.shell
+    radius = riser.bore / 2
+    rim = float(profile.ceiling_at(radius))
+    top = shell.crown + shell.dome_thickness + shell.soil_cover + riser.above_grade
+    sectors = _sectors(radius, tolerance)
+    line = _Tangent(riser.name, np.array([radius, rim]), pi / 2)
+    middle = np.array([radius + DEPTH / 2, (rim + top) / 2])
+    half = np.array([(top - rim) / 2, radius * tan(pi / sectors) + DEPTH * tan(pi / sectors), DEPTH / 2])
+    return [_place(f"{riser.name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)]
+
+
+def _place(name: str, middle: Array, line: _Tangent, half: Array, azimuth: float) -> Panel:
+    """Turn a box of the meridian plane to its azimuth."""
+    c, s = cos(azimuth), sin(azimuth)
+    along = np.array([line.along[0] * c, line.along[0] * s, line.along[1]])
+    inward = np.array([line.inward[0] * c, line.inward[0] * s, line.inward[1]])
+    axes = np.stack([along, np.cross(inward, along), inward], -1)
+    return Panel(name, np.array([middle[0] * c, middle[0] * s, middle[1]]), axes, half)

@@ -1,0 +1,251 @@
+"""The inner surface of a tank: a curve turned about the tank axis.
+
+The curve lies in the half-plane (r, z) of frame G and runs from the lowest point on the axis to the crown:
+dish, knuckle, wall, haunch, dome. Each piece has constant curvature and each joint is tangent, so that the
+tank is convex and its surface has a normal everywhere. A piece is held by its start, heading and curvature; a
+flat floor and the wall are pieces of no curvature and need no case of their own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import acos, ceil, cos, inf, pi, sin, tan
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from vgtsim.description.tank import Shell
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """An arc, or a straight line, of the profile.
+
+    Attributes:
+        name: `dish`, `knuckle`, `wall`, `haunch` or `dome`.
+        start: Its first point (r, z), m; the tangent point with the piece before.
+        heading: Direction of the curve there, from the r axis towards z, rad.
+        turn: Angle the curve turns through, to the left, rad.
+        length: m.
+    """
+
+    name: str
+    start: tuple[float, float]
+    heading: float
+    turn: float
+    length: float
+
+    @property
+    def curvature(self) -> float:
+        """1/m; the interior lies to the left."""
+        return self.turn / self.length
+
+    @property
+    def radius(self) -> float:
+        """m; infinite for a straight piece."""
+        return self.length / self.turn if self.turn else inf
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Centre (r, z) of the arc, m; at infinity for a straight piece."""
+        if not self.turn:
+            return (
+                -inf if sin(self.heading) > 0.5 else self.start[0],
+                inf if cos(self.heading) > 0.5 else self.start[1],
+            )
+        return (
+            self.start[0] - self.radius * sin(self.heading),
+            self.start[1] + self.radius * cos(self.heading),
+        )
+
+    @property
+    def end(self) -> tuple[float, float]:
+        """Its last point (r, z), m; the tangent point with the piece after."""
+        r, z = self.at(self.length)
+        return (float(r), float(z))
+
+    def at(self, distance: ArrayLike) -> Array:
+        """Points along the piece.
+
+        Args:
+            distance: Arc length from its start, shape (...), m.
+
+        Returns:
+            Points (r, z), shape (..., 2), m.
+        """
+        s = np.asarray(distance, float)
+        half = self.curvature * s / 2
+        chord = s * np.sinc(half / pi)
+        return np.stack(
+            [
+                self.start[0] + chord * np.cos(self.heading + half),
+                self.start[1] + chord * np.sin(self.heading + half),
+            ],
+            -1,
+        )
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The whole curve.
+
+    Attributes:
+        pieces: Dish, knuckle, wall, haunch, dome, from the lowest point to the crown.
+    """
+
+    pieces: tuple[Piece, ...]
+
+    @property
+    def inner_radius(self) -> float:
+        """Radius of the wall, m."""
+        return self.piece("wall").start[0]
+
+    @property
+    def crown(self) -> float:
+        """Height of the top point on the axis, m."""
+        return self.pieces[-1].end[1]
+
+    def piece(self, name: str) -> Piece:
+        """The piece of that name."""
+        return next(piece for piece in self.pieces if piece.name == name)
+
+    def points(self, spacing: float) -> Array:
+        """A polyline through the profile, all tangent points included.
+
+        Args:
+            spacing: Greatest arc length between neighbours, m.
+
+        Returns:
+            Points (r, z) on the curve from the lowest point to the crown, shape (n, 2), m; r is exactly zero
+            at both.
+        """
+        parts = []
+        for piece in self.pieces:
+            count = max(1, ceil(piece.length / spacing - 1e-9))
+            parts.append(piece.at(np.linspace(0.0, piece.length, count + 1)[:-1]))
+        points = np.concatenate([*parts, [self.pieces[-1].end]])
+        points[[0, -1], 0] = 0.0
+        return points
+
+    def radius_at(self, height: ArrayLike) -> Array:
+        """Inner radius at a height.
+
+        Args:
+            height: z, shape (...), m; clipped to the tank.
+
+        Returns:
+            Radius of the tank there, shape (...), m.
+        """
+        z = np.clip(np.asarray(height, float), 0.0, self.crown)
+        radius = np.full(z.shape, self.inner_radius)
+        for piece in self.pieces:
+            if not piece.turn:
+                continue
+            low, high = piece.start[1], piece.end[1]
+            chord = np.sqrt(np.clip(piece.radius**2 - (z - piece.centre[1]) ** 2, 0.0, None))
+            radius = np.where((z >= low) & (z <= high), piece.centre[0] + chord, radius)
+        return radius
+
+    def floor_at(self, radius: ArrayLike) -> Array:
+        """Height of the floor at a distance from the axis.
+
+        Args:
+            radius: shape (...), m; at most the inner radius.
+
+        Returns:
+            z of dish or knuckle, shape (...), m.
+        """
+        r = np.asarray(radius, float)
+        dish, knuckle = self.piece("dish"), self.piece("knuckle")
+        bend = dish.curvature * r
+        dished = bend * r / (1 + np.sqrt(np.clip(1 - bend**2, 0.0, None)))
+        drop = np.sqrt(np.clip(knuckle.radius**2 - (r - knuckle.centre[0]) ** 2, 0.0, None))
+        return np.where(r <= knuckle.start[0], dished, knuckle.centre[1] - drop)
+
+    def ceiling_at(self, radius: ArrayLike) -> Array:
+        """Height of the dome's underside at a distance from the axis.
+
+        Args:
+            radius: shape (...), m; at most the inner radius.
+
+        Returns:
+            z of dome or haunch, shape (...), m.
+        """
+        r = np.asarray(radius, float)
+        haunch, dome = self.piece("haunch"), self.piece("dome")
+        arc_r = np.where(r <= dome.start[0], dome.centre[0], haunch.centre[0])
+        arc_z = np.where(r <= dome.start[0], dome.centre[1], haunch.centre[1])
+        arc = np.where(r <= dome.start[0], dome.radius, haunch.radius)
+        return arc_z + np.sqrt(np.clip(arc**2 - (r - arc_r) ** 2, 0.0, None))
+
+    def volume(self, level: float = inf) -> float:
+        """Volume of the tank below a level.
+
+        Args:
+            level: z, m; the whole tank when left out.
+
+        Returns:
+            m³, by Gauss-Legendre quadrature of pi r² dz along each piece.
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(24)
+        total = 0.0
+        for piece in self.pieces:
+            reach = _reach(piece, level)
+            s = reach * (nodes + 1) / 2
+            climb = np.sin(piece.heading + piece.curvature * s)
+            total += pi * reach / 2 * float(weights @ (piece.at(s)[:, 0] ** 2 * climb))
+        return total
+
+
+def _reach(piece: Piece, level: float) -> float:
+    """Arc length of the part of a piece below a level, m."""
+    if level >= piece.end[1]:
+        return piece.length
+    if level <= piece.start[1]:
+        return 0.0
+    if not piece.turn:
+        return level - piece.start[1]
+    cosine = cos(piece.heading) - piece.curvature * (level - piece.start[1])
+    return (acos(min(1.0, max(-1.0, cosine))) - piece.heading) * piece.radius
+
+
+def make_profile(shell: Shell) -> Profile:
+    """Lay out the inner surface of a tank.
+
+    The dish half-angle theta solves tan(theta/2) (R - rk + rk sin theta) = dish_depth, the condition that the
+    dish is tangent to the knuckle at that height. The dome cap, tangent to the haunch, has radius Rc = (R² -
+    2 R r + f²) / (2 (f - r)) with the rise f = crown - wall_top and the haunch radius r.
+
+    Args:
+        shell: Its dimensions.
+
+    Returns:
+        The profile in frame G.
+    """
+    R, rk, r = shell.inner_diameter / 2, shell.knuckle_radius, shell.haunch_radius
+    theta = _dish_angle(R, rk, shell.dish_depth)
+    dish_radius = (R - rk) / sin(theta) + rk if theta else inf
+    dish_length = dish_radius * theta if theta else R - rk
+    wall_foot = shell.dish_depth + rk * cos(theta)
+    rise = shell.crown - shell.wall_top
+    cap = (R**2 - 2 * R * r + rise**2) / (2 * (rise - r))
+    alpha = acos((cap - rise) / (cap - r))
+    springing = (R - r + r * sin(alpha), shell.wall_top + r * cos(alpha))
+    dish = Piece("dish", (0.0, 0.0), 0.0, theta, dish_length)
+    tangent = (R - rk + rk * sin(theta), shell.dish_depth)
+    knuckle = Piece("knuckle", tangent, theta, pi / 2 - theta, rk * (pi / 2 - theta))
+    wall = Piece("wall", (R, wall_foot), pi / 2, 0.0, shell.wall_top - wall_foot)
+    haunch = Piece("haunch", (R, shell.wall_top), pi / 2, pi / 2 - alpha, r * (pi / 2 - alpha))
+    dome = Piece("dome", springing, pi - alpha, alpha, cap * alpha)
+    return Profile((dish, knuckle, wall, haunch, dome))
+
+
+def _dish_angle(R: float, rk: float, depth: float) -> float:
+    """Half-angle of the dish, rad; zero for a flat floor."""
+    if not depth:
+        return 0.0
+    angle = brentq(lambda theta: tan(theta / 2) * (R - rk + rk * sin(theta)) - depth, 0.0, pi / 2, xtol=1e-15)
+    return float(angle)  # pyright: ignore[reportArgumentType]

@@ -1,0 +1,375 @@
+"""The symmetric batten-actuated double-octahedral module (sections 3.5.3 and 3.5.4).
+
+Frame B sits at the centroid of the base triangle n1 n2 n3, X along n1 - n3 and Z towards the module; frame T sits on
+the top triangle n7 n8 n9 in the same way (equations 3.47 to 3.50). The top triangle is the mirror image of the base in
+the mid-plane, so the module's transform depends on the mid-plane alone. Its three inputs here are
+
+    g = (u_x, u_y, d): the first two components of the mid-plane's unit normal U (3.52), and its distance d from the
+    centroid of the base (3.53), in frame B,
+
+which is a canonical input in the sense of section 3.2: everything follows from it in closed form.
+Differs: the dissertation's canonical input is the three angles phi of equation 3.28; `midplane_from_angles` and
+`angles` convert. (u_x, u_y, d) has no square root in the chain and makes the gimbal of figure 3.13 explicit.
+
+Arrays carry any leading batch dimensions, written `...`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import AssemblyError
+
+Array = NDArray[np.float64]
+
+_EDGES = np.array([[2, 0], [0, 1], [1, 2]])  # base edge, from node to node, that carries n4, n5, n6
+_ACTUATORS = np.array([[0, 1], [1, 2], [2, 0]])  # l1 = n4 n5, l2 = n5 n6, l3 = n6 n4 (3.33)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Fixed dimensions of the module.
+
+    Attributes:
+        face_side: Side b of the base and top triangles, m.
+        longeron: Length of the twelve longerons, m.
+        joint_offset: Ljo of equation 3.54, m.
+    """
+
+    face_side: float
+    longeron: float
+    joint_offset: float = 0.0
+
+    @property
+    def height(self) -> float:
+        """Altitude of a longeron triangle on its base edge, m: h of equation 3.7."""
+        return float(np.sqrt(self.longeron**2 - self.face_side**2 / 4))
+
+
+def face_nodes(face_side: float) -> Array:
+    """Corners of a face triangle in its own frame.
+
+    Args:
+        face_side: Side b, m.
+
+    Returns:
+        n1, n2, n3, shape (3, 3), m.
+    """
+    apothem = face_side / (2 * np.sqrt(3))
+    return np.array([[face_side / 2, -apothem, 0.0], [0.0, 2 * apothem, 0.0], [-face_side / 2, -apothem, 0.0]])
+
+
+def normal(midplane: ArrayLike) -> Array:
+    """Unit normal of the mid-plane.
+
+    Args:
+        midplane: (u_x, u_y, d), shape (..., 3).
+
+    Returns:
+        U in frame B, shape (..., 3); u_z is positive.
+
+    Raises:
+        ValueError: u_x² + u_y² is not below 1.
+    """
+    g = np.asarray(midplane, float)
+    rest = 1.0 - g[..., 0] ** 2 - g[..., 1] ** 2
+    if np.any(rest <= 0):
+        raise ValueError(f"mid-plane normal lies in the base plane: u_x² + u_y² = {1 - np.min(rest):.4g}, below 1")
+    return np.stack([g[..., 0], g[..., 1], np.sqrt(rest)], axis=-1)
+
+
+def normal_derivative(U: Array) -> Array:
+    """Derivative of the normal with respect to (u_x, u_y).
+
+    Args:
+        U: Unit normal, shape (..., 3).
+
+    Returns:
+        dU/du_x and dU/du_y as columns, shape (..., 3, 2).
+    """
+    D = np.zeros((*U.shape, 2))
+    D[..., 0, 0] = D[..., 1, 1] = 1.0
+    D[..., 2, 0] = -U[..., 0] / U[..., 2]
+    D[..., 2, 1] = -U[..., 1] / U[..., 2]
+    return D
+
+
+def transform(geometry: Geometry, midplane: ArrayLike) -> tuple[Array, Array]:
+    """Rotation and origin of frame T in frame B.
+
+    R_BT = (I - 2 U Uᵀ) diag(1, 1, -1) and P_BT = (2 d + Ljo) U: equations 3.52 to 3.54 in closed form.
+
+    Args:
+        geometry: Fixed dimensions.
+        midplane: (u_x, u_y, d), shape (..., 3).
+
+    Returns:
+        R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
+    """
+    g = np.asarray(midplane, float)
+    U = normal(g)
+    R = np.eye(3) - 2 * U[..., :, None] * U[..., None, :]
+    R[..., :, 2] *= -1
+    return R, (2 * g[..., 2:] + geometry.joint_offset) * U
+
+
+def twist(geometry: Geometry, midplane: ArrayLike) -> tuple[Array, Array]:
+    """Velocity of frame T per unit rate of each input, in frame B.
+
+    The rotation's rate is [omega]x = dR Rᵀ with omega = 2 U x dU.
+
+    Args:
+        geometry: Fixed dimensions.
+        midplane: (u_x, u_y, d), shape (..., 3).
+
+    Returns:
+        Angular velocity and velocity of T's origin, each shape (..., 3, 3), inputs along the last axis.
+    """
+    g = np.asarray(midplane, float)
+    U = normal(g)
+    dU = normal_derivative(U)
+    angular = np.zeros((*U.shape, 3))
+    angular[..., :2] = 2 * np.cross(U[..., :, None], dU, axis=-2)
+    linear = np.empty((*U.shape, 3))
+    linear[..., :2] = (2 * g[..., 2, None, None] + geometry.joint_offset) * dU
+    linear[..., 2] = 2 * U
+    return angular, linear
+
+
+def _circle_frames(geometry: Geometry) -> tuple[Array, Array]:
+    """Centres c_i, shape (3, 3), and inward directions v_i, shape (3, 3), of the circles of n4, n5, n6 (3.28)."""
+    nodes = face_nodes(geometry.face_side)
+    start, end = nodes[_EDGES[:, 0]], nodes[_EDGES[:, 1]]
+    along = (end - start) / geometry.face_side
+    return (start + end) / 2, np.cross([0.0, 0.0, 1.0], along)
+
+
+def angles(geometry: Geometry, midplane: ArrayLike) -> Array:
+    """Canonical angles phi of a mid-plane: where it cuts the circles of the mid nodes, outward branch.
+
+    Args:
+        geometry: Fixed dimensions.
+        midplane: (u_x, u_y, d), shape (..., 3).
+
+    Returns:
+        phi_1 to phi_3, shape (..., 3), rad; a quarter turn is an upright longeron triangle, more leans outward.
+
+    Raises:
+        AssemblyError: The plane misses a circle; the residual is the distance by which.
+    """
+    g = np.asarray(midplane, float)
+    U = normal(g)
+    centre, inward = _circle_frames(geometry)
+    cosine = geometry.height * U @ inward.T
+    sine = np.broadcast_to(geometry.height * U[..., 2:], cosine.shape)
+    offset = g[..., 2:] - U @ centre.T
+    amplitude = np.hypot(cosine, sine)
+    miss = np.max(np.abs(offset) - amplitude)
+    if miss > 0:
+        raise AssemblyError("double octahedron", float(miss), "the mid-plane misses a longeron circle")
+    return np.arctan2(sine, cosine) + np.arccos(offset / amplitude)
+
+
+def mid_nodes(geometry: Geometry, phi: ArrayLike) -> Array:
+    """Nodes n4, n5, n6 from the canonical angles (equation 3.28).
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: Angles, shape (..., 3), rad.
+
+    Returns:
+        Nodes in frame B, shape (..., 3, 3), node by node, m.
+    """
+    phi = np.asarray(phi, float)
+    centre, inward = _circle_frames(geometry)
+    lift = np.array([0.0, 0.0, 1.0])
+    return centre + geometry.height * (np.cos(phi)[..., None] * inward + np.sin(phi)[..., None] * lift)
+
+
+def midplane_from_angles(geometry: Geometry, phi: ArrayLike) -> Array:
+    """Canonical forward solution: the plane through n4, n5, n6 (equations 3.28, 3.52, 3.53).
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: Angles, shape (..., 3), rad.
+
+    Returns:
+        (u_x, u_y, d), shape (..., 3).
+    """
+    n = mid_nodes(geometry, phi)
+    cross = np.cross(n[..., 1, :] - n[..., 0, :], n[..., 2, :] - n[..., 0, :])
+    U = cross / np.linalg.norm(cross, axis=-1, keepdims=True)
+    return np.concatenate([U[..., :2], np.sum(U * n[..., 0, :], axis=-1, keepdims=True)], axis=-1)
+
+
+def lengths(geometry: Geometry, midplane: ArrayLike) -> Array:
+    """Actuator lengths of a mid-plane.
+
+    Args:
+        geometry: Fixed dimensions.
+        midplane: (u_x, u_y, d), shape (..., 3).
+
+    Returns:
+        l1, l2, l3, shape (..., 3), m.
+
+    Raises:
+        AssemblyError: The mid-plane misses a longeron circle.
+    """
+    return _actuator_lengths(mid_nodes(geometry, angles(geometry, midplane)))
+
+
+def _actuator_lengths(nodes: Array) -> Array:
+    return np.linalg.norm(nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :], axis=-1)
+
+
+def mid_node_derivative(geometry: Geometry, midplane: ArrayLike, phi: Array) -> Array:
+    """Derivative of n4, n5, n6 with respect to the mid-plane.
+
+    Each phi solves h (U·v cos phi + u_z sin phi) = d - U·c, which is differentiated implicitly.
+
+    Args:
+        geometry: Fixed dimensions.
+        midplane: (u_x, u_y, d), shape (..., 3).
+        phi: The angles of that mid-plane, shape (..., 3), rad.
+
+    Returns:
+        dn/dg in frame B, shape (..., 3 nodes, 3 coordinates, 3 inputs).
+    """
+    U = normal(midplane)
+    dU = normal_derivative(U)
+    centre, inward = _circle_frames(geometry)
+    h, cos, sin = geometry.height, np.cos(phi), np.sin(phi)
+    lift = np.array([0.0, 0.0, 1.0])
+    radial = h * (cos[..., None] * inward + sin[..., None] * lift)
+    tangent = h * (-sin[..., None] * inward + cos[..., None] * lift)
+    rate = np.empty((*phi.shape, 3))
+    rate[..., :2] = -(centre + radial) @ dU
+    rate[..., 2] = 1.0
+    rate /= np.einsum("...ik,...k->...i", tangent, U)[..., None]
+    return tangent[..., None] * rate[..., None, :]
+
+
+def length_jacobian(geometry: Geometry, midplane: ArrayLike) -> tuple[Array, Array]:
+    """Actuator lengths and their derivative with respect to the mid-plane.
+
+    Args:
+        geometry: Fixed dimensions.
+        midplane: (u_x, u_y, d), shape (..., 3).
+
+    Returns:
+        Lengths, shape (..., 3), m, and dl/dg, shape (..., 3 lengths, 3 inputs).
+
+    Raises:
+        AssemblyError: The mid-plane misses a longeron circle.
+    """
+    phi = angles(geometry, midplane)
+    nodes = mid_nodes(geometry, phi)
+    dn = mid_node_derivative(geometry, midplane, phi)
+    span = nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :]
+    length = np.linalg.norm(span, axis=-1)
+    unit = span / length[..., None]
+    relative = dn[..., _ACTUATORS[:, 1], :, :] - dn[..., _ACTUATORS[:, 0], :, :]
+    return length, np.einsum("...ik,...ikj->...ij", unit, relative)
+
+
+def midplane_from_lengths(
+    geometry: Geometry, actuators: ArrayLike, start: ArrayLike | None = None, tolerance: float = 1e-13
+) -> Array:
+    """Conventional forward solution: Newton on the three loop closures (equations 3.32 to 3.33).
+
+    Args:
+        geometry: Fixed dimensions.
+        actuators: l1, l2, l3, shape (..., 3), m.
+        start: Mid-plane to start from, shape (..., 3); absent for the straight module of the mean length.
+        tolerance: Greatest closure residual accepted, m.
+
+    Returns:
+        (u_x, u_y, d), shape (..., 3).
+
+    Raises:
+        AssemblyError: No assembly was found near the start; the residual is what was left.
+
+    Source: equations 3.28 to 3.33. Differs: undamped steps, at most 0.2 rad each, in place of a fixed damping 0.90.
+    """
+    wanted = np.asarray(actuators, float)
+    phi = _straight_angles(geometry, wanted) if start is None else angles(geometry, start)
+    residual = np.inf
+    for _ in range(50):
+        nodes = mid_nodes(geometry, phi)
+        gap = _actuator_lengths(nodes) - wanted
+        residual = float(np.max(np.abs(gap), initial=0.0))
+        if residual <= tolerance:
+            break
+        step = np.linalg.solve(_angle_jacobian(geometry, phi, nodes), -gap[..., None])[..., 0]
+        largest = np.max(np.abs(step), axis=-1, keepdims=True)
+        phi = phi + step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-300))
+    if not residual <= 1e2 * tolerance:
+        raise AssemblyError("double octahedron", residual, f"lengths {np.array2string(wanted, precision=4)} m")
+    return midplane_from_angles(geometry, phi)
+
+
+def _straight_angles(geometry: Geometry, actuators: Array) -> Array:
+    """Angles of the straight module whose three actuators all have the mean length, shape (..., 3)."""
+    reach = np.mean(actuators, axis=-1, keepdims=True) / np.sqrt(3) - geometry.face_side / (2 * np.sqrt(3))
+    phi = np.arccos(np.clip(-reach / geometry.height, -0.98, 0.98))
+    return np.repeat(phi, 3, axis=-1)
+
+
+def _angle_jacobian(geometry: Geometry, phi: Array, nodes: Array) -> Array:
+    """Derivative of the actuator lengths with respect to phi: the matrix of equation 3.14, shape (..., 3, 3)."""
+    _, inward = _circle_frames(geometry)
+    lift = np.array([0.0, 0.0, 1.0])
+    tangent = geometry.height * (-np.sin(phi)[..., None] * inward + np.cos(phi)[..., None] * lift)
+    span = nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :]
+    unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
+    J = np.zeros((*phi.shape, 3))
+    for row, (first, second) in enumerate(_ACTUATORS):
+        J[..., row, first] = -np.sum(unit[..., row, :] * tangent[..., first, :], axis=-1)
+        J[..., row, second] = np.sum(unit[..., row, :] * tangent[..., second, :], axis=-1)
+    return J
+
+
+def inverse_position(geometry: Geometry, position: ArrayLike) -> Array:
+    """Closed-form inverse positioning: the mid-plane that puts T's origin at a point (section 3.5.4).
+
+    Args:
+        geometry: Fixed dimensions.
+        position: Wanted origin of T in frame B, shape (..., 3), m.
+
+    Returns:
+        (u_x, u_y, d), shape (..., 3).
+
+    Raises:
+        AssemblyError: The point is nearer to the base than the joint offset, or not above the base plane.
+    """
+    P = np.asarray(position, float)
+    distance = np.linalg.norm(P, axis=-1, keepdims=True)
+    short = np.max(geometry.joint_offset - distance)
+    if short >= 0 or np.any(P[..., 2] <= 0):
+        raise AssemblyError("double octahedron", float(max(short, -P[..., 2].min())), "position below the base")
+    return np.concatenate([P[..., :2] / distance, (distance - geometry.joint_offset) / 2], axis=-1)
+
+
+def inverse_gimbal(geometry: Geometry, direction: ArrayLike, extension: ArrayLike) -> Array:
+    """Closed-form inverse gimbal: the mid-plane that gives the top face a normal and the module an extension.
+
+    Args:
+        geometry: Fixed dimensions.
+        direction: Wanted Z axis of T in frame B, shape (..., 3), unit.
+        extension: Distance between the origins of B and T, 2 d + Ljo, shape (...), m.
+
+    Returns:
+        (u_x, u_y, d), shape (..., 3): U bisects the two face normals.
+
+    Raises:
+        AssemblyError: The direction is opposite to the base normal.
+    """
+    bisector = np.asarray(direction, float) + np.array([0.0, 0.0, 1.0])
+    size = np.linalg.norm(bisector, axis=-1, keepdims=True)
+    if np.any(size < 1e-9):
+        raise AssemblyError("double octahedron", 0.0, "top face turned back on the base: no mid-plane")
+    half = (np.asarray(extension, float)[..., None] - geometry.joint_offset) / 2
+    return np.concatenate([(bisector / size)[..., :2], np.broadcast_to(half, (*size.shape[:-1], 1))], axis=-1)

@@ -1,0 +1,469 @@
+"""The general batten-actuated double-octahedral module (sections 3.5.1 and 3.5.2): all its lengths may differ.
+
+Frame B sits on the base triangle n1 n2 n3 and frame T on the top triangle n7 n8 n9, each as in `triangle`. The actuators
+l1 = n4 n5, l2 = n5 n6, l3 = n6 n4 make the mid-plane. With a joint offset the upper longerons start from n4' n5' n6',
+displaced by Ljo along the normal of the mid-plane. The longerons, numbered as in figure 3.10, are
+
+    L1 to L6 = n1 n4, n2 n5, n3 n6, n3 n4, n1 n5, n2 n6;  L7 to L12 = n5' n7, n6' n8, n4' n9, n4' n7, n5' n8, n6' n9.
+
+A state is all six angles (phi_1 to phi_6): the lower three are the canonical input, the upper three follow by the second
+closure and say which mode the upper cell is on. Arrays carry any leading batch dimensions, written `...`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import AssemblyError
+from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
+from vgtsim.kinematics.octahedral_closure import (
+    LOWER,
+    UPPER,
+    Circles,
+    circle_angles,
+    circle_nodes,
+    circle_tangents,
+    closure_coefficients,
+    edge_jacobian,
+    make_circles,
+    place_circles,
+)
+from vgtsim.kinematics.octahedron import leg_jacobian
+from vgtsim.kinematics.triangle import place_triangle, triangle_frame, triangle_nodes
+
+Array = NDArray[np.float64]
+
+UPPER_LEGS = np.array([[1, 0], [2, 1], [0, 2], [0, 0], [1, 1], [2, 2]])  # corner of the mid-plane and of the top of L7 to L12
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Fixed dimensions of the module.
+
+    Attributes:
+        base: Sides n1 n2, n2 n3, n3 n1 of the base triangle, m.
+        top: Sides n7 n8, n8 n9, n9 n7 of the top triangle, m.
+        longerons: L1 to L12, m.
+        joint_offset: Ljo, m.
+    """
+
+    base: tuple[float, float, float]
+    top: tuple[float, float, float]
+    longerons: tuple[float, ...]
+    joint_offset: float = 0.0
+
+    @cached_property
+    def base_nodes(self) -> Array:
+        """n1, n2, n3 in frame B, shape (3, 3), m."""
+        return triangle_nodes(self.base)
+
+    @cached_property
+    def top_nodes(self) -> Array:
+        """n7, n8, n9 in frame T, shape (3, 3), m."""
+        return triangle_nodes(self.top)
+
+    @cached_property
+    def circles(self) -> Circles:
+        """Circles of n4, n5, n6 in frame B (3.28 to 3.31)."""
+        return make_circles(self.base_nodes, self.longerons[:6], LOWER, "double octahedron, lower cell")
+
+    @cached_property
+    def radius(self) -> float:
+        """Root mean square distance of the top nodes from their centroid, m: the unit in which rotations are weighed."""
+        return float(np.sqrt(np.mean(np.sum(self.top_nodes**2, axis=-1))))
+
+
+def upper_circles(geometry: Geometry, actuators: ArrayLike) -> Circles:
+    """Circles of n7, n8, n9 in the frame of the mid-plane triangle n4' n5' n6'.
+
+    Args:
+        geometry: Fixed dimensions.
+        actuators: l1, l2, l3, shape (..., 3), m.
+
+    Returns:
+        The circles.
+
+    Raises:
+        AssemblyError: The actuators do not form a triangle, or two longerons do not meet over one.
+
+    Source: equations 3.34 to 3.44.
+    """
+    return make_circles(triangle_nodes(actuators), geometry.longerons[6:], UPPER, "double octahedron, upper cell")
+
+
+def actuator_lengths(geometry: Geometry, phi: ArrayLike) -> Array:
+    """Actuator lengths of the canonical input, in closed form.
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
+
+    Returns:
+        l1, l2, l3, shape (..., 3), m.
+
+    Source: equations 3.28 and 3.32.
+    """
+    return _distances(mid_nodes(geometry, phi))
+
+
+def mid_nodes(geometry: Geometry, phi: ArrayLike) -> Array:
+    """Nodes of the mid-plane from the canonical input.
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
+
+    Returns:
+        n4, n5, n6 in frame B, shape (..., 3, 3), m; the primed ones lie Ljo along the normal from them.
+
+    Source: equation 3.28.
+    """
+    return circle_nodes(geometry.circles, np.asarray(phi, float)[..., :3])
+
+
+def nodes(geometry: Geometry, state: ArrayLike) -> Array:
+    """All moving nodes of a state.
+
+    Args:
+        geometry: Fixed dimensions.
+        state: phi_1 to phi_6, shape (..., 6), rad.
+
+    Returns:
+        n4, n5, n6, n4', n5', n6', n7, n8, n9 in frame B, shape (..., 9, 3), m.
+
+    Source: equations 3.28 and 3.41.
+    """
+    angles = np.asarray(state, float)
+    mid = mid_nodes(geometry, angles)
+    R, P = triangle_frame(mid)
+    shift = geometry.joint_offset * R[..., :, 2]
+    local = circle_nodes(upper_circles(geometry, _distances(mid)), angles[..., 3:])
+    top = local @ np.swapaxes(R, -1, -2) + (P + shift)[..., None, :]
+    return np.concatenate([mid, mid + shift[..., None, :], top], axis=-2)
+
+
+def transform(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:
+    """Rotation and origin of frame T in frame B.
+
+    Args:
+        geometry: Fixed dimensions.
+        state: phi_1 to phi_6, shape (..., 6), rad.
+
+    Returns:
+        R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
+
+    Source: equations 3.47 to 3.51, with the top nodes numbered 7 to 9.
+    """
+    return triangle_frame(nodes(geometry, state)[..., 6:, :])
+
+
+def home(geometry: Geometry, actuators: ArrayLike) -> Array:
+    """A state on the working mode, near the one with these actuator lengths: mid-plane nodes out, top above.
+
+    Args:
+        geometry: Fixed dimensions.
+        actuators: l1, l2, l3, shape (..., 3), m.
+
+    Returns:
+        State, shape (..., 6), rad; its lengths are only near the given ones.
+
+    Raises:
+        AssemblyError: The upper cell cannot be assembled there.
+    """
+    mean = np.mean(np.asarray(actuators, float), axis=-1, keepdims=True)
+    inset = np.mean(geometry.base) / 2 - mean
+    lower = np.arccos(np.clip(inset / np.sqrt(3) / geometry.circles.radius, -0.98, 0.98))
+    length = actuator_lengths(geometry, lower)
+    circles = upper_circles(geometry, length)
+    inset = np.mean(length, axis=-1, keepdims=True) / 2 - np.mean(geometry.top)
+    guess = np.arccos(np.clip(inset / np.sqrt(3) / circles.radius, -0.98, 0.98))
+    begin, goal = _distances(circle_nodes(circles, guess)), np.asarray(geometry.top)
+    upper = _along_edges(circles, guess, begin, np.broadcast_to(goal, begin.shape))
+    if upper.reached.min(initial=1.0) < 1.0:
+        raise AssemblyError("double octahedron, upper cell", float(np.max(np.abs(begin - goal))), "no upright assembly")
+    return np.concatenate([lower, upper.phi.reshape(lower.shape)], axis=-1)
+
+
+def forward(geometry: Geometry, phi: ArrayLike, start: ArrayLike | None = None) -> Array:
+    """Canonical forward solution: the lower cell in closed form, the upper by its closure on the mode of the start.
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: phi_1 to phi_3, shape (..., 3), rad.
+        start: State on the wanted mode, shape (..., 6); absent for `home` at the same lengths.
+
+    Returns:
+        State, shape (..., 6), rad.
+
+    Raises:
+        AssemblyError: Impossible lengths, or a singularity of the upper cell lies between.
+
+    Source: sections 3.5.1 and 3.2.
+    """
+    wanted = np.asarray(phi, float)
+    begin = home(geometry, actuator_lengths(geometry, wanted)) if start is None else np.asarray(start, float)
+    batch = np.broadcast_shapes(wanted.shape[:-1], begin.shape[:-1])
+    state, reached = advance(geometry, np.broadcast_to(begin, (*batch, 6)), np.broadcast_to(wanted, (*batch, 3)))
+    if reached.min(initial=1.0) < 1.0:
+        upper = Followed(state[..., 3:].reshape(-1, 3), reached.reshape(-1))
+        lengths = (actuator_lengths(geometry, np.broadcast_to(item, (*batch, item.shape[-1]))) for item in (begin, wanted))
+        raise _ended_upper(geometry, upper, *(item.reshape(-1, 3) for item in lengths))
+    return state
+
+
+def advance(geometry: Geometry, start: Array, phi: Array) -> tuple[Array, Array]:
+    """As `forward`, but reports how far it got where it met a singularity or impossible lengths.
+
+    Args:
+        geometry: Fixed dimensions.
+        start: States, shape (..., 6), rad.
+        phi: phi_1 to phi_3 wanted, shape (..., 3), rad.
+
+    Returns:
+        States, shape (..., 6), rad, and fractions of the way covered, shape (...).
+    """
+    begin = actuator_lengths(geometry, start).reshape(-1, 3)
+    goal = actuator_lengths(geometry, phi).reshape(-1, 3)
+    upper = _upper(geometry, begin, goal, start[..., 3:].reshape(-1, 3))
+    state = np.concatenate([phi, upper.phi.reshape(phi.shape)], axis=-1)
+    return state, upper.reached.reshape(phi.shape[:-1])
+
+
+def forward_lengths(geometry: Geometry, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:
+    """Conventional forward solution by two closures, on the mode of the start.
+
+    Args:
+        geometry: Fixed dimensions.
+        actuators: l1, l2, l3, shape (..., 3), m.
+        start: State on the wanted mode, shape (..., 6); absent for `home`.
+
+    Returns:
+        State, shape (..., 6), rad.
+
+    Raises:
+        AssemblyError: Impossible lengths, or a singularity of either cell lies between; the detail has the smallest
+            singular value and the member.
+
+    Source: equations 3.28 to 3.46. Differs: undamped steps, each proved to stay on the mode.
+    """
+    wanted = np.asarray(actuators, float)
+    begin = home(geometry, wanted) if start is None else np.asarray(start, float)
+    batch = np.broadcast_shapes(wanted.shape[:-1], begin.shape[:-1])
+    goal = np.broadcast_to(wanted, (*batch, 3)).reshape(-1, 3)
+    state = np.broadcast_to(begin, (*batch, 6)).reshape(-1, 6)
+    length = actuator_lengths(geometry, state)
+    upper_circles(geometry, goal)  # refuses impossible lengths by name
+    lower = _along_edges(geometry.circles, state[:, :3], length, goal)
+    if lower.reached.min(initial=1.0) < 1.0:
+        raise _ended_lower(geometry, lower, goal)
+    upper = _upper(geometry, length, goal, state[:, 3:])
+    if upper.reached.min(initial=1.0) < 1.0:
+        raise _ended_upper(geometry, upper, length, goal)
+    return np.concatenate([lower.phi, upper.phi], axis=-1).reshape(*batch, 6)
+
+
+def _distances(triangle: Array) -> Array:
+    return np.linalg.norm(triangle[..., [1, 2, 0], :] - triangle, axis=-1)
+
+
+def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> Followed:
+    """Follow a cell with fixed circles while the distances of its upper nodes change, straight in their squares."""
+    begin, goal = begin.reshape(-1, 3), goal.reshape(-1, 3)
+    shape = (*phi.shape[:-1], 3)
+    flat = Circles(
+        np.broadcast_to(circles.centre, (*shape, 3)).reshape(-1, 3, 3),
+        np.broadcast_to(circles.inward, (*shape, 3)).reshape(-1, 3, 3),
+        np.broadcast_to(circles.radius, shape).reshape(-1, 3),
+    )
+    first = closure_coefficients(flat, begin)
+    change = (begin**2 - goal**2).T
+
+    def path(t: Array, index: NDArray[np.intp]) -> Array:
+        C = first[:, :, index]
+        C[0] += t * change[:, index]
+        return C
+
+    return follow(path, phi.reshape(-1, 3))
+
+
+def _upper(geometry: Geometry, begin: Array, goal: Array, phi: Array) -> Followed:
+    """Follow the upper cell while the actuators change, straight in their lengths."""
+    longerons, top = np.asarray(geometry.longerons[6:]), np.asarray(geometry.top)
+
+    def path(t: Array, index: NDArray[np.intp]) -> Array:
+        triangle = place_triangle(begin[index] + t[:, None] * (goal[index] - begin[index]))
+        circles = place_circles(triangle, longerons, UPPER)
+        return closure_coefficients(circles, np.broadcast_to(top, circles.radius.shape))
+
+    return follow(path, phi)
+
+
+def _ended_lower(geometry: Geometry, result: Followed, goal: Array) -> AssemblyError:
+    """The error of the member of the batch whose lower cell got least far."""
+    worst = int(np.argmin(result.reached))
+    phi, t = result.phi[worst], result.reached[worst]
+    value, row = worst_direction(angle_jacobian(geometry, phi))
+    gap = np.abs(actuator_lengths(geometry, phi) - goal[worst])
+    return _ended("lower cell", goal[worst], t, float(np.max(gap)), value, f"actuator l{row + 1}")
+
+
+def _ended_upper(geometry: Geometry, result: Followed, begin: Array, goal: Array) -> AssemblyError:
+    """The error of the member of the batch whose upper cell got least far."""
+    worst = int(np.argmin(result.reached))
+    phi, t = result.phi[worst], result.reached[worst]
+    circles = upper_circles(geometry, begin[worst] + t * (goal[worst] - begin[worst]))
+    top = circle_nodes(circles, phi)
+    mid = triangle_nodes(begin[worst] + t * (goal[worst] - begin[worst]))
+    _, J = leg_jacobian(mid[UPPER_LEGS[:, 0]], top[UPPER_LEGS[:, 1]], np.mean(top, axis=0))
+    value, row = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
+    there = circle_nodes(place_circles(triangle_nodes(goal[worst]), np.asarray(geometry.longerons[6:]), UPPER), phi)
+    gap = float(np.max(np.abs(_distances(there) - geometry.top)))
+    return _ended("upper cell", goal[worst], t, gap, value, f"longeron L{row + 7}")
+
+
+def _ended(cell: str, wanted: Array, t: float, gap: float, value: float, member: str) -> AssemblyError:
+    detail = (
+        f"the mode of the start ends {t:.4f} of the way to {np.array2string(wanted, precision=4)} m: "
+        f"smallest singular value {value:.2g}, {member}"
+    )
+    return AssemblyError(f"double octahedron, {cell}", gap, detail)
+
+
+def angle_jacobian(geometry: Geometry, phi: ArrayLike) -> Array:
+    """Derivative of the actuator lengths with respect to the canonical input.
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
+
+    Returns:
+        dl/dphi, shape (..., 3, 3), m/rad.
+
+    Source: equation 3.14 with 3.33.
+    """
+    angles = np.asarray(phi, float)[..., :3]
+    length = actuator_lengths(geometry, angles)
+    circles = Circles(*(np.broadcast_to(item, (*angles.shape, *item.shape[1:])) for item in _parts(geometry.circles)))
+    return edge_jacobian(closure_coefficients(circles, length), length, angles)
+
+
+def _parts(circles: Circles) -> tuple[Array, Array, Array]:
+    return circles.centre, circles.inward, circles.radius
+
+
+def jacobian(geometry: Geometry, state: ArrayLike) -> Array:
+    """Motion of the top per unit rate of the canonical input, in closed form.
+
+    The upper longerons and the top triangle are rigid, so the top's twist follows from the velocities of n4', n5', n6'.
+
+    Args:
+        geometry: Fixed dimensions.
+        state: phi_1 to phi_6, shape (..., 6), rad.
+
+    Returns:
+        Velocity of T's origin over angular velocity of T in frame B, shape (..., 6, 3).
+
+    Raises:
+        AssemblyError: The upper cell is singular.
+
+    Source: section 3.5.4, step 5, for the general module.
+    """
+    angles = np.asarray(state, float)
+    points = nodes(geometry, angles)
+    velocity = _primed_velocity(geometry, angles, points)[..., UPPER_LEGS[:, 0], :, :]
+    length, J = upper_jacobian(points)
+    unit = (points[..., 6 + UPPER_LEGS[:, 1], :] - points[..., 3 + UPPER_LEGS[:, 0], :]) / length[..., None]
+    try:
+        return np.linalg.solve(J, np.einsum("...ik,...ikj->...ij", unit, velocity))
+    except np.linalg.LinAlgError:
+        raise AssemblyError("double octahedron, upper cell", 0.0, "singular state") from None
+
+
+def upper_jacobian(points: Array) -> tuple[Array, Array]:
+    """Upper longerons and their derivative with respect to the motion of the top.
+
+    Args:
+        points: All moving nodes in frame B, shape (..., 9, 3), m.
+
+    Returns:
+        L7 to L12, shape (..., 6), m, and dL/dtwist, shape (..., 6, 6).
+    """
+    origin = np.mean(points[..., 6:, :], axis=-2)
+    return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)
+
+
+def _primed_velocity(geometry: Geometry, angles: Array, points: Array) -> Array:
+    """Derivative of n4', n5', n6' with respect to the canonical input, shape (..., 3 nodes, 3 coordinates, 3 inputs)."""
+    tangent = circle_tangents(geometry.circles, angles[..., :3])
+    moves = tangent[..., :, :, None] * np.eye(3)[:, None, :]
+    first, second = points[..., 1, :] - points[..., 0, :], points[..., 2, :] - points[..., 0, :]
+    cross = np.cross(first, second)
+    size = np.linalg.norm(cross, axis=-1)[..., None, None]
+    rate = np.cross(moves[..., 1, :, :] - moves[..., 0, :, :], second[..., None], axis=-2)
+    rate = rate + np.cross(first[..., None], moves[..., 2, :, :] - moves[..., 0, :, :], axis=-2)
+    w = cross[..., None] / size
+    turn = (rate - w * np.sum(w * rate, axis=-2, keepdims=True)) / size
+    return moves + geometry.joint_offset * turn[..., None, :, :]
+
+
+def length_jacobian(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:
+    """Actuator lengths, and the motion of the top per unit rate of each by the chain rule.
+
+    Args:
+        geometry: Fixed dimensions.
+        state: phi_1 to phi_6, shape (..., 6), rad.
+
+    Returns:
+        l1, l2, l3, shape (..., 3), m, and dtwist/dl, shape (..., 6, 3).
+
+    Raises:
+        AssemblyError: Either cell is singular.
+
+    Source: section 3.2.
+    """
+    angles = np.asarray(state, float)
+    try:
+        inverse = np.linalg.inv(angle_jacobian(geometry, angles))
+    except np.linalg.LinAlgError:
+        raise AssemblyError("double octahedron, lower cell", 0.0, "singular state") from None
+    return actuator_lengths(geometry, angles), jacobian(geometry, angles) @ inverse
+
+
+def singularity(geometry: Geometry, state: ArrayLike) -> tuple[float, str]:
+    """How near a state is to a singularity of either cell, and by which member.
+
+    Args:
+        geometry: Fixed dimensions.
+        state: phi_1 to phi_6, shape (6,), rad.
+
+    Returns:
+        The smaller of two pure numbers, and the member that has most of the length change lost there: the smallest
+        singular values of dl/dphi over the mean radius of the circles, and of dL/dtwist of the upper longerons with
+        rotations in units of `Geometry.radius`.
+    """
+    angles = np.asarray(state, float)
+    value, row = worst_direction(angle_jacobian(geometry, angles), float(np.mean(geometry.circles.radius)))
+    _, J = upper_jacobian(nodes(geometry, angles))
+    upper, leg = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
+    return (value, f"actuator l{row + 1}") if value <= upper else (upper, f"longeron L{leg + 7}")
+
+
+def state_from_nodes(geometry: Geometry, points: ArrayLike) -> Array:
+    """State of given node positions.
+
+    Args:
+        geometry: Fixed dimensions.
+        points: n4, n5, n6, n4', n5', n6', n7, n8, n9 in frame B, shape (..., 9, 3), m.
+
+    Returns:
+        phi_1 to phi_6, shape (..., 6), rad.
+    """
+    n = np.asarray(points, float)
+    R, P = triangle_frame(n[..., 3:6, :])
+    local = (n[..., 6:, :] - P[..., None, :]) @ R
+    circles = upper_circles(geometry, _distances(n[..., :3, :]))
+    return np.concatenate([circle_angles(geometry.circles, n[..., :3, :]), circle_angles(circles, local)], axis=-1)

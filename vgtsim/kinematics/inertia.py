@@ -1,0 +1,160 @@
+"""Mass, centre and moments of inertia of every member and of the tip plate, from the description alone.
+
+A member is one or two rigid segments on a straight axis. The near segment is measured from the hub at the
+member's first node, the far segment from the hub at its second. Tubes are one near segment; a cylinder is a
+barrel (near) and a rod (far), whose overlap changes with the stroke while both keep their mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.sections import Cylinder, Tube
+from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.truss import Truss
+
+Array = NDArray[np.float64]
+_Segment = tuple[float, float, float, float]  # mass, centre, transverse and axial moment
+
+
+@dataclass(frozen=True)
+class MemberInertia:
+    """Segments of every member; the second axis is near and far, the far one zero for tubes.
+
+    Attributes:
+        mass: kg, shape (M, 2).
+        centre: Distance of the centre of mass from the segment's own hub, shape (M, 2), m.
+        centroidal: Moments of inertia through the centre of mass, about a diameter and about the member's
+            axis, shape (M, 2, 2), kg·m².
+    """
+
+    mass: Array
+    centre: Array
+    centroidal: Array
+
+    def __post_init__(self) -> None:
+        """Copy the arrays and make them read-only."""
+        for item in fields(self):
+            value = np.array(getattr(self, item.name), float)
+            value.flags.writeable = False
+            object.__setattr__(self, item.name, value)
+
+    @property
+    def first_moment(self) -> Array:
+        """Mass times distance from the own hub, shape (M, 2), kg·m."""
+        return self.mass * self.centre
+
+    @property
+    def about_end(self) -> Array:
+        """Moment of inertia about a diameter through the own hub, shape (M, 2), kg·m²."""
+        return self.centroidal[..., 0] + self.mass * self.centre**2
+
+
+@dataclass(frozen=True)
+class PlateInertia:
+    """The tip plate, without hubs, in frame T of the last face: centred on its origin.
+
+    Attributes:
+        mass: kg.
+        second_moments: Integrals of x², y² and z² over the mass, shape (3,), kg·m².
+    """
+
+    mass: float
+    second_moments: tuple[float, float, float]
+
+    @property
+    def moments(self) -> tuple[float, float, float]:
+        """Principal moments of inertia about X, Y and Z of T, shape (3,), kg·m²."""
+        x, y, z = self.second_moments
+        return y + z, x + z, x + y
+
+
+def make_member_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia:
+    """Work out the segments of every member.
+
+    Args:
+        manipulator: The arm.
+        truss: Its truss.
+
+    Returns:
+        Arrays over the members of the truss. A tube runs from hub to hub. A barrel is uniform between its eye
+        and its mouth with the heads smeared over it; a rod is uniform and solid with the piston smeared over
+        it.
+    """
+    segments = np.zeros((len(truss.members), 2, 4))
+    for row, member, length in zip(
+        segments, truss.members, _straight_lengths(manipulator, truss), strict=True
+    ):
+        if member.role == "actuator":
+            row[:] = _cylinder_segments(manipulator, manipulator.cylinders[member.section])
+        else:
+            row[0] = _tube_segment(manipulator, manipulator.tubes[member.section], float(length))
+    return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
+
+
+def make_plate_inertia(manipulator: Manipulator) -> PlateInertia:
+    """Work out the tip plate: a uniform, thin equilateral triangle of the face side.
+
+    Args:
+        manipulator: The arm.
+
+    Returns:
+        Mass and second moments about the centroid, which lies on the last face.
+    """
+    mass, side = manipulator.tip_plate_mass, manipulator.face_side
+    plane = mass * side**2 / 24
+    return PlateInertia(mass, (plane, plane, 0.0))
+
+
+def member_radii(manipulator: Manipulator, truss: Truss) -> Array:
+    """Outer radius of every member.
+
+    Args:
+        manipulator: The arm.
+        truss: Its truss.
+
+    Returns:
+        Half the outer diameter of the tube, or of the barrel for an actuator, shape (M,), m.
+    """
+    return np.array(
+        [
+            manipulator.cylinders[member.section].barrel_diameter / 2
+            if member.role == "actuator"
+            else manipulator.tubes[member.section].outer_diameter / 2
+            for member in truss.members
+        ]
+    )
+
+
+def _straight_lengths(manipulator: Manipulator, truss: Truss) -> Array:
+    """Length of each member in the straight pose, shape (M,), m; a tube keeps it."""
+    chain = Chain(manipulator, np.eye(4))
+    nodes = chain.nodes(chain.straight)
+    return np.linalg.norm(nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]], axis=-1)
+
+
+def _uniform_segment(mass: float, start: float, end: float, outer: float, inner: float) -> _Segment:
+    """Uniform round segment between two distances from its hub."""
+    square = (outer**2 + inner**2) / 4  # sum of the squared radii
+    return mass, (start + end) / 2, mass * (square / 4 + (end - start) ** 2 / 12), mass * square / 2
+
+
+def _tube_segment(manipulator: Manipulator, tube: Tube, length: float) -> _Segment:
+    mass = manipulator.materials[tube.material].density * tube.area * length
+    return _uniform_segment(mass, 0.0, length, tube.outer_diameter, tube.inner_diameter)
+
+
+def _cylinder_segments(manipulator: Manipulator, cylinder: Cylinder) -> tuple[_Segment, _Segment]:
+    density = manipulator.materials[cylinder.material].density
+    barrel = _uniform_segment(
+        cylinder.barrel_mass(density),
+        cylinder.eye,
+        cylinder.barrel_length,
+        cylinder.barrel_diameter,
+        cylinder.bore,
+    )
+    return barrel, _uniform_segment(cylinder.rod_mass(density), 0.0, cylinder.rod_length, cylinder.rod, 0.0)

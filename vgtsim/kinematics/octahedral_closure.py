@@ -1,0 +1,248 @@
+"""The closure of an octahedral cell: three nodes on circles about the edges of a triangle, at given distances.
+
+The equivalent mechanism of section 3.4.1 puts each upper node on a circle about a base edge, at an angle phi. With the
+base triangle in a plane of normal w, the squared distance of the nodes of circles i and j is
+
+    D² = a + b cos(phi_i) + g cos(phi_j) + e cos(phi_i) cos(phi_j) + f sin(phi_i) sin(phi_j),
+
+so a cell is fifteen numbers: a, b, g, e, f for each of the three pairs. F = D² - edge² is what has to vanish (3.13, 3.33,
+3.46). Here the closure is one array C of shape (5, 3, ...), with the squared edges already taken from a and the batch
+dimensions last; angles inside this file have shape (3, ...) for the same reason.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import AssemblyError
+
+Array = NDArray[np.float64]
+
+LOWER = np.array([[2, 0], [0, 1], [1, 2]])  # base edge, start to end, of n4, n5, n6 (3.28)
+UPPER = np.array([[0, 1], [1, 2], [2, 0]])  # edge of the mid-plane triangle, start to end, of n7, n8, n9 (3.41)
+_NEXT = np.array([1, 2, 0])
+_AFTER = np.array([2, 0, 1])
+
+
+@dataclass(frozen=True)
+class Circles:
+    """Circles of the three upper nodes, in the frame of the base triangle.
+
+    Attributes:
+        centre: b_1 to b_3 of equation 3.6, shape (..., 3, 3), m.
+        inward: v_1 to v_3: unit vectors in the base plane, normal to their edges, shape (..., 3, 3).
+        radius: h_1 to h_3 of equation 3.7, shape (..., 3), m.
+    """
+
+    centre: Array
+    inward: Array
+    radius: Array
+
+
+def make_circles(base: ArrayLike, longerons: ArrayLike, edges: NDArray[np.intp], module: str) -> Circles:
+    """Circles of the equivalent mechanism.
+
+    Args:
+        base: Corners of the base triangle in its own frame, shape (..., 3, 3), m.
+        longerons: Three lengths to the ends of the edges, then three to their starts, shape (..., 6), m: l1 to l6 with
+            `LOWER`, L7 to L12 with `UPPER`.
+        edges: `LOWER` or `UPPER`.
+        module: Name for the error.
+
+    Returns:
+        The circles.
+
+    Raises:
+        AssemblyError: Two longerons do not meet over their edge; they are named.
+
+    Source: equations 3.5 to 3.11, 3.29 to 3.31, 3.38 to 3.40 and 3.42 to 3.44.
+    """
+    nodes, lengths = np.asarray(base, float), np.asarray(longerons, float)
+    far, near = lengths[..., :3], lengths[..., 3:]
+    side = np.linalg.norm(nodes[..., edges[:, 1], :] - nodes[..., edges[:, 0], :], axis=-1)
+    side = np.broadcast_to(side, np.broadcast_shapes(side.shape, far.shape))
+    gap = np.maximum(side - far - near, np.abs(far - near) - side)
+    if not np.all(gap < 0):
+        worst = np.unravel_index(int(np.argmax(gap)), gap.shape)
+        pair = worst[-1] + 1 + (0 if edges is LOWER else 6)
+        first, second = np.broadcast_to(far, gap.shape)[worst], np.broadcast_to(near, gap.shape)[worst]
+        detail = f"longerons {pair} and {pair + 3}, {first:.4g} m and {second:.4g} m, over an edge of {side[worst]:.4g} m"
+        raise AssemblyError(module, float(gap[worst]), detail)
+    return place_circles(nodes, lengths, edges)
+
+
+def place_circles(base: Array, longerons: Array, edges: NDArray[np.intp]) -> Circles:
+    """As `make_circles`, but with radii that are not numbers where two longerons do not meet.
+
+    Args:
+        base: Corners of the base triangle in its own frame, shape (..., 3, 3), m.
+        longerons: Lengths to the ends, then to the starts of the edges, shape (..., 6), m.
+        edges: `LOWER` or `UPPER`.
+
+    Returns:
+        The circles.
+    """
+    start, end = base[..., edges[:, 0], :], base[..., edges[:, 1], :]
+    far, near = longerons[..., :3], longerons[..., 3:]
+    span = end - start
+    side = np.linalg.norm(span, axis=-1)
+    along = span / side[..., None]
+    foot = (side**2 + near**2 - far**2) / (2 * side)
+    inward = np.stack([-along[..., 1], along[..., 0], np.zeros_like(side)], axis=-1)
+    radius = np.sqrt(near**2 - foot**2)
+    return Circles(start + foot[..., None] * along, np.broadcast_to(inward, (*radius.shape, 3)), radius)
+
+
+def circle_nodes(circles: Circles, phi: ArrayLike) -> Array:
+    """Upper nodes at given angles.
+
+    Args:
+        circles: Circles of the cell.
+        phi: Angles, shape (..., 3), rad: zero points inward, a quarter turn along the normal of the base.
+
+    Returns:
+        Nodes in the frame of the base triangle, shape (..., 3, 3), m.
+
+    Source: equations 3.9, 3.28 and 3.41.
+    """
+    angle = np.asarray(phi, float)[..., None]
+    lift = np.array([0.0, 0.0, 1.0])
+    return circles.centre + circles.radius[..., None] * (np.cos(angle) * circles.inward + np.sin(angle) * lift)
+
+
+def circle_angles(circles: Circles, nodes: ArrayLike) -> Array:
+    """Angles at which nodes sit on their circles.
+
+    Args:
+        circles: Circles of the cell.
+        nodes: Upper nodes in the frame of the base triangle, shape (..., 3, 3), m.
+
+    Returns:
+        phi, shape (..., 3), rad.
+    """
+    arm = np.asarray(nodes, float) - circles.centre
+    return np.arctan2(arm[..., 2], np.sum(arm * circles.inward, axis=-1))
+
+
+def circle_tangents(circles: Circles, phi: ArrayLike) -> Array:
+    """Derivative of the upper nodes with respect to their angles.
+
+    Args:
+        circles: Circles of the cell.
+        phi: Angles, shape (..., 3), rad.
+
+    Returns:
+        dn_i/dphi_i, shape (..., 3, 3), m/rad.
+    """
+    angle = np.asarray(phi, float)[..., None]
+    lift = np.array([0.0, 0.0, 1.0])
+    return circles.radius[..., None] * (np.cos(angle) * lift - np.sin(angle) * circles.inward)
+
+
+def closure_coefficients(circles: Circles, edges: ArrayLike) -> Array:
+    """The fifteen numbers of a cell's closure.
+
+    Args:
+        circles: Circles of the cell.
+        edges: Lengths between the first and second, second and third, third and first upper node, shape (..., 3), m.
+
+    Returns:
+        C, shape (5, 3, ...), m².
+    """
+    c, v = np.moveaxis(circles.centre[..., :2], (-1, -2), (0, 1)), np.moveaxis(circles.inward[..., :2], (-1, -2), (0, 1))
+    h, edge = np.moveaxis(circles.radius, -1, 0), np.moveaxis(np.asarray(edges, float), -1, 0)
+    apart, h2, v2 = c[:, _NEXT] - c, h[_NEXT], v[:, _NEXT]
+    a = apart[0] ** 2 + apart[1] ** 2 + h**2 + h2**2 - edge**2
+    b = -2 * h * (apart[0] * v[0] + apart[1] * v[1])
+    g = 2 * h2 * (apart[0] * v2[0] + apart[1] * v2[1])
+    f = -2 * h * h2
+    return np.stack([a, b, g, f * (v[0] * v2[0] + v[1] * v2[1]), f])
+
+
+def closure_values(C: NDArray, cosine: NDArray, sine: NDArray) -> NDArray:
+    """F of the three pairs; also for complex angles.
+
+    Args:
+        C: Closure, shape (5, 3, ...).
+        cosine: Of phi, shape (3, ...).
+        sine: Of phi, shape (3, ...).
+
+    Returns:
+        D² - edge², shape (3, ...), m².
+    """
+    a, b, g, e, f = C
+    c2, s2 = cosine[_NEXT], sine[_NEXT]
+    return a + b * cosine + c2 * (g + e * cosine) + f * sine * s2
+
+
+def closure_slopes(C: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
+    """Derivatives of F: row k of the matrix of equation 3.14 has only the entries of phi_k and of the next angle.
+
+    Args:
+        C: Closure, shape (5, 3, ...).
+        cosine: Of phi, shape (3, ...).
+        sine: Of phi, shape (3, ...).
+
+    Returns:
+        dF_k/dphi_k and dF_k/dphi_(k+1), each shape (3, ...), m²/rad.
+    """
+    _, b, g, e, f = C
+    c2, s2 = cosine[_NEXT], sine[_NEXT]
+    return f * cosine * s2 - sine * (b + e * c2), f * sine * c2 - s2 * (g + e * cosine)
+
+
+def solve_cyclic(p: Array, q: Array, right: Array, determinant: Array) -> Array:
+    """Solution of the cyclic system p_k x_k + q_k x_(k+1) = right_k.
+
+    Args:
+        p: Diagonal, shape (3, ...).
+        q: Beside it, shape (3, ...).
+        right: Right-hand side, shape (3, ...).
+        determinant: p1 p2 p3 + q1 q2 q3, shape (...).
+
+    Returns:
+        x, shape (3, ...).
+    """
+    p1, p2 = p[_NEXT], p[_AFTER]
+    return (right * p1 * p2 - q * right[_NEXT] * p2 + q * q[_NEXT] * right[_AFTER]) / determinant
+
+
+def newton_step(C: Array, phi: Array) -> tuple[Array, Array]:
+    """One undamped Newton step.
+
+    Args:
+        C: Closure, shape (5, 3, ...).
+        phi: Angles, shape (3, ...), rad.
+
+    Returns:
+        The step, shape (3, ...), rad, and F before it, shape (3, ...), m².
+
+    Source: equation 3.14. Differs: on D² rather than D, which has no square root and the same solutions.
+    """
+    cosine, sine = np.cos(phi), np.sin(phi)
+    F = closure_values(C, cosine, sine)
+    p, q = closure_slopes(C, cosine, sine)
+    return solve_cyclic(p, q, -F, p[0] * p[1] * p[2] + q[0] * q[1] * q[2]), F
+
+
+def edge_jacobian(C: ArrayLike, edges: ArrayLike, phi: ArrayLike) -> Array:
+    """Derivative of the distances D with respect to the angles: the matrix of equation 3.14.
+
+    Args:
+        C: Closure, shape (5, 3, ...).
+        edges: Distances, shape (..., 3), m.
+        phi: Angles, shape (..., 3), rad.
+
+    Returns:
+        dD/dphi, shape (..., 3, 3), m/rad.
+    """
+    angle, edge = np.moveaxis(np.asarray(phi, float), -1, 0), np.asarray(edges, float)
+    p, q = closure_slopes(np.asarray(C, float), np.cos(angle), np.sin(angle))
+    J = np.zeros((*angle.shape[1:], 3, 3))
+    for k in range(3):
+        J[..., k, k] = p[k] / (2 * edge[..., k])
+        J[..., k, _NEXT[k]] = q[k] / (2 * edge[..., k])
+    return J

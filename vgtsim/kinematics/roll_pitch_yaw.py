@@ -1,0 +1,73 @@
+"""Roll, pitch and yaw: three angles for a rotation (equations 3.20 to 3.24).
+
+Roll gamma about X, pitch beta about Y, yaw alpha about Z, all axes fixed: R = R_Z(alpha) R_Y(beta) R_X(gamma).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+_UPRIGHT = 1e-12  # X axis this near to vertical, as cos(beta): roll and yaw turn about the same axis
+
+
+def rotation(rpy: ArrayLike) -> Array:
+    """Rotation matrix of roll, pitch, yaw.
+
+    Args:
+        rpy: gamma, beta, alpha, shape (..., 3), rad.
+
+    Returns:
+        R, shape (..., 3, 3).
+
+    Source: equations 3.20 and 3.24.
+    """
+    angle = np.asarray(rpy, float)
+    (cg, cb, ca), (sg, sb, sa) = (np.moveaxis(f(angle), -1, 0) for f in (np.cos, np.sin))
+    R = np.empty((*angle.shape, 3))
+    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = ca * cb, ca * sb * sg - sa * cg, ca * sb * cg + sa * sg
+    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = sa * cb, sa * sb * sg + ca * cg, sa * sb * cg - ca * sg
+    R[..., 2, 0], R[..., 2, 1], R[..., 2, 2] = -sb, cb * sg, cb * cg
+    return R
+
+
+def roll_pitch_yaw(R: ArrayLike) -> Array:
+    """Roll, pitch, yaw of a rotation matrix, in all three cases.
+
+    Args:
+        R: Rotations, shape (..., 3, 3).
+
+    Returns:
+        gamma, beta, alpha, shape (..., 3), rad; beta in [-pi/2, pi/2], alpha zero where X is vertical.
+
+    Source: equations 3.21 to 3.23.
+    Differs: X_Tz = -sin(beta), so X_Tz = +1 means beta = -90 degrees and X_Tz = -1 means +90 degrees; as printed, 3.22
+    and 3.23 are exchanged.
+    """
+    R = np.asarray(R, float)
+    level = np.hypot(R[..., 0, 0], R[..., 1, 0])
+    upright = level < _UPRIGHT
+    down = -np.sign(R[..., 2, 0])
+    gamma = np.where(upright, down * np.arctan2(R[..., 0, 1], R[..., 1, 1]), np.arctan2(R[..., 2, 1], R[..., 2, 2]))
+    alpha = np.where(upright, 0.0, np.arctan2(R[..., 1, 0], R[..., 0, 0]))
+    return np.stack([gamma, np.arctan2(-R[..., 2, 0], level), alpha], axis=-1)
+
+
+def angular_velocity_matrix(rpy: ArrayLike) -> Array:
+    """Angular velocity per unit rate of roll, pitch and yaw.
+
+    Args:
+        rpy: gamma, beta, alpha, shape (..., 3), rad.
+
+    Returns:
+        E with omega = E d(rpy)/dt in the fixed frame, shape (..., 3, 3); its determinant is cos(beta).
+    """
+    angle = np.asarray(rpy, float)
+    beta, alpha = angle[..., 1], angle[..., 2]
+    E = np.zeros((*angle.shape, 3))
+    E[..., 0, 0], E[..., 1, 0], E[..., 2, 0] = np.cos(alpha) * np.cos(beta), np.sin(alpha) * np.cos(beta), -np.sin(beta)
+    E[..., 0, 1], E[..., 1, 1] = -np.sin(alpha), np.cos(alpha)
+    E[..., 2, 2] = 1.0
+    return E

@@ -1,0 +1,393 @@
+"""The arm in MJCF: one body for every hub and every member, ball joints at one end, closures at the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.manipulator import DoubleOctahedral, Manipulator
+from vgtsim.description.sections import Cylinder
+from vgtsim.errors import DescriptionError
+from vgtsim.kinematics import Chain, Member
+from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia, make_plate_inertia
+from vgtsim.mjcf import names
+from vgtsim.mjcf.contact_bits import contact_bits
+from vgtsim.mjcf.pose import quaternions_to
+from vgtsim.mjcf.rows import SERVO_GROUP, SOLIMP, SOLREF_STEPS
+
+Array = NDArray[np.float64]
+
+ROLE_COLOURS = {
+    "longeron": (0.27, 0.45, 0.69, 1.0),
+    "cross_longeron": (0.45, 0.67, 0.82, 1.0),
+    "batten": (0.62, 0.62, 0.65, 1.0),
+    "actuator": (0.86, 0.45, 0.13, 1.0),
+    "rod": (0.93, 0.90, 0.85, 1.0),
+    "hub": (0.20, 0.22, 0.26, 1.0),
+    "tip": (0.35, 0.36, 0.40, 1.0),
+    "payload": (0.60, 0.12, 0.16, 1.0),
+    "mast": (0.50, 0.52, 0.55, 1.0),
+}
+SITE_GROUP = 4
+
+
+@dataclass(frozen=True)
+class Rigging:
+    """What the arm hangs from and carries, and how its cylinders are held.
+
+    Attributes:
+        mast_diameter: Outer diameter of the mast, m.
+        mast_wall: m.
+        mast_density: kg/m³.
+        mast_length: From the flange up, m.
+        feed_range: Lowest and highest position of the mast relative to its working depth, m.
+        payload_mass: At the tool point, kg.
+        payload_radius: m.
+        timestep: Of the simulation, s; it sets the closures' time constants.
+        servo_stiffness: N/m.
+        servo_damping: N·s/m.
+    """
+
+    mast_diameter: float
+    mast_wall: float
+    mast_density: float
+    mast_length: float
+    feed_range: tuple[float, float]
+    payload_mass: float
+    payload_radius: float
+    timestep: float
+    servo_stiffness: float
+    servo_damping: float
+
+
+def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
+    """Add mast, hubs, members, tip plate, closures, drives and sensors.
+
+    The reference pose of the model is the straight working pose.
+
+    Args:
+        spec: Changed in place.
+        chain: The arm on its mount.
+        rigging: What it hangs from and carries.
+
+    Raises:
+        DescriptionError: A module has a joint offset: its mid-plane joint blocks are not modelled yet.
+    """
+    for place, module in enumerate(chain.manipulator.modules):
+        if isinstance(module, DoubleOctahedral) and module.joint_offset:
+            raise DescriptionError(
+                None,
+                f"modules.{place}.joint_offset",
+                f"{module.joint_offset:.4g} m on {module.name}",
+                "0 in a model",
+            )
+    _add_defaults(spec)
+    nodes = chain.nodes(chain.straight)
+    hubs = _add_mast(spec, chain, nodes, rigging)
+    hubs |= _add_hubs(spec, chain, nodes)
+    _add_tip(spec, chain, nodes, rigging)
+    inertia = make_member_inertia(chain.manipulator, chain.truss)
+    for index, member in enumerate(chain.truss.members):
+        _add_member(spec, chain, index, member, nodes, hubs, inertia, rigging)
+
+
+def _add_defaults(spec: mujoco.MjSpec) -> None:
+    spec.default.site.group = SITE_GROUP
+    spec.default.site.size = [0.01, 0.01, 0.01]
+    for role, colour in ROLE_COLOURS.items():
+        default = spec.add_default(role, spec.default)
+        default.geom.rgba = colour
+        default.geom.type = mujoco.mjtGeom.mjGEOM_CAPSULE
+
+
+def _bits(chain: Chain, module: int) -> dict[str, int]:
+    contype, conaffinity = contact_bits(module + 1, len(chain.manipulator.modules) + 1)
+    return {"contype": contype, "conaffinity": conaffinity}
+
+
+def _add_mast(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging) -> dict[int, mujoco.MjsBody]:
+    """Add mast, feed and flange with the three fixed hubs; returns them by node."""
+    origin, R = chain.mount[:3, 3], chain.mount[:3, :3]
+    mast = spec.worldbody.add_body(name=names.MAST, pos=origin)
+    mast.add_joint(
+        name=names.FEED,
+        type=mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=[0, 0, 1],
+        range=rigging.feed_range,
+        limited=mujoco.mjtLimited.mjLIMITED_FALSE,
+        info="mast",
+    )
+    radius, length = rigging.mast_diameter / 2, rigging.mast_length
+    mast.add_geom(
+        name=names.MAST,
+        default=spec.find_default("mast"),
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[radius, length / 2, 0],
+        pos=[0, 0, length / 2],
+        contype=_bits(chain, -1)["contype"],
+        conaffinity=_bits(chain, -1)["conaffinity"]
+        & ~1,  # it fills the riser by design; its fit is checked apart
+    )
+    _set_pipe_inertia(mast, radius, rigging.mast_wall, length, rigging.mast_density)
+    _add_joint_drives(spec, names.FEED, names.FEED, rigging, force=None)
+    flange = mast.add_body(name=names.FLANGE)
+    flange.add_site(name=names.FLANGE, zaxis=R[:, 2])
+    _add_force_sensors(spec, names.FLANGE, names.FLANGE)
+    hubs = {}
+    for node in range(3):
+        hubs[node] = flange.add_body(name=chain.truss.nodes[node], pos=nodes[node] - origin)
+        _dress_hub(spec, hubs[node], chain, node)
+    return hubs
+
+
+def _set_pipe_inertia(
+    body: mujoco.MjsBody, radius: float, wall: float, length: float, density: float
+) -> None:
+    inner = radius - wall
+    mass = density * np.pi * (radius**2 - inner**2) * length
+    across = mass * (3 * (radius**2 + inner**2) + length**2) / 12
+    body.explicitinertial = True
+    body.mass, body.ipos = mass, [0, 0, length / 2]
+    body.inertia = [across, across, mass * (radius**2 + inner**2) / 2]
+
+
+def _dress_hub(spec: mujoco.MjSpec, body: mujoco.MjsBody, chain: Chain, node: int) -> None:
+    arm, name = chain.manipulator, chain.truss.nodes[node]
+    inertia = 0.4 * arm.hub_mass * arm.hub.radius**2
+    body.explicitinertial = True
+    body.mass, body.inertia = arm.hub_mass, [inertia] * 3
+    bits = _bits(chain, int(chain.truss.node_module[node]))
+    body.add_geom(
+        name=name,
+        default=spec.find_default("hub"),
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[arm.hub.radius, 0, 0],
+        **bits,
+    )
+    body.add_site(name=name)
+
+
+def _add_hubs(spec: mujoco.MjSpec, chain: Chain, nodes: Array) -> dict[int, mujoco.MjsBody]:
+    """Add the free hubs, point masses on three slides each; returns them by node."""
+    hubs = {}
+    for node in range(chain.truss.base.stop, chain.truss.tip.start):
+        name = chain.truss.nodes[node]
+        hubs[node] = spec.worldbody.add_body(name=name, pos=nodes[node], info=name)
+        for joint, axis in zip(names.slides(name), np.eye(3), strict=True):
+            hubs[node].add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        _dress_hub(spec, hubs[node], chain, node)
+    return hubs
+
+
+def _add_tip(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging) -> None:
+    """Add the rigid tip plate with its three hubs, the tool point and the payload."""
+    arm, corners = chain.manipulator, nodes[chain.truss.tip]
+    R, P = chain.frames(chain.straight)
+    tip = spec.worldbody.add_body(name=names.TIP, pos=P[-1], info="tip_plate")
+    mujoco.mju_mat2Quat(tip.quat, R[-1].ravel())
+    tip.add_freejoint(name=names.TIP)
+    bits = _bits(chain, len(arm.modules) - 1)
+    local = (corners - P[-1]) @ R[-1]
+    for name, corner in zip(chain.truss.nodes[chain.truss.tip], local, strict=True):
+        tip.add_site(name=name, pos=corner)
+        tip.add_geom(
+            name=name,
+            default=spec.find_default("hub"),
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[arm.hub.radius, 0, 0],
+            pos=corner,
+            **bits,
+        )
+    half = arm.tip_plate.thickness / 2
+    mesh = spec.add_mesh(name=names.TIP)
+    mesh.uservert = np.concatenate([local + [0, 0, -half], local + [0, 0, half]]).ravel()
+    tip.add_geom(
+        name=names.TIP,
+        default=spec.find_default("tip"),
+        type=mujoco.mjtGeom.mjGEOM_MESH,
+        meshname=names.TIP,
+        **bits,
+    )
+    reach = np.array([0, 0, arm.tip_plate.tool_offset])
+    tip.add_geom(
+        name=names.TOOL,
+        default=spec.find_default("tip"),
+        fromto=[0, 0, 0, *reach],
+        size=[arm.hub.radius, 0, 0],
+        contype=0,
+        conaffinity=0,
+    )
+    tip.add_site(name=names.TOOL, pos=reach, size=[0.03, 0.03, 0.03], rgba=[1, 0.85, 0, 1])
+    if rigging.payload_mass:
+        tip.add_geom(
+            name=names.PAYLOAD,
+            default=spec.find_default("payload"),
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[rigging.payload_radius, 0, 0],
+            pos=reach,
+            **bits,
+        )
+    _set_tip_inertia(tip, arm, local, reach, rigging)
+
+
+def _set_tip_inertia(
+    tip: mujoco.MjsBody, arm: Manipulator, corners: Array, reach: Array, rigging: Rigging
+) -> None:
+    """Plate, corner hubs and payload as one body."""
+    plate = make_plate_inertia(arm)
+    points = np.concatenate([np.zeros((1, 3)), corners, reach[None]])
+    masses = np.array([plate.mass, *[arm.hub_mass] * 3, rigging.payload_mass])
+    balls = 0.4 * (3 * arm.hub_mass * arm.hub.radius**2 + rigging.payload_mass * rigging.payload_radius**2)
+    centre = masses @ points / masses.sum()
+    offset = points - centre
+    spread = np.einsum("p,pi,pj->ij", masses, offset, offset)
+    tensor = np.diag(plate.moments) + balls * np.eye(3) + np.trace(spread) * np.eye(3) - spread
+    tip.explicitinertial = True
+    tip.mass, tip.ipos = float(masses.sum()), centre
+    tip.fullinertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
+
+
+def _add_member(
+    spec: mujoco.MjSpec,
+    chain: Chain,
+    index: int,
+    member: Member,
+    nodes: Array,
+    hubs: dict[int, mujoco.MjsBody],
+    inertia: MemberInertia,
+    rigging: Rigging,
+) -> None:
+    """Add one member, its closure and its sensors."""
+    span = nodes[member.ends[1]] - nodes[member.ends[0]]
+    length = float(np.linalg.norm(span))
+    body = hubs[member.ends[0]].add_body(
+        name=member.name, quat=quaternions_to(span[None] / length)[0], info=member.name
+    )
+    body.add_joint(name=member.name, type=mujoco.mjtJoint.mjJNT_BALL)
+    body.add_site(name=names.near(member.name))
+    _set_inertia(body, inertia, (index, 0), outward=1.0)
+    bits = _bits(chain, member.module)
+    radius = chain.manipulator.hub.radius
+    if member.role == "actuator":
+        _add_cylinder(spec, chain, index, member, body, length, inertia, rigging)
+    else:
+        tube = chain.manipulator.tubes[member.section]
+        size = [tube.outer_diameter / 2, 0, 0]
+        ends = [0, 0, min(radius, length / 4), 0, 0, length - min(radius, length / 4)]
+        body.add_geom(
+            name=member.name, default=spec.find_default(member.role), fromto=ends, size=size, **bits
+        )
+        body.add_site(name=names.far(member.name), pos=[0, 0, length])
+    spec.add_equality(
+        name=names.closure(member.name),
+        type=mujoco.mjtEq.mjEQ_CONNECT,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1=names.far(member.name),
+        name2=chain.truss.nodes[member.ends[1]],
+        solref=[SOLREF_STEPS * rigging.timestep, 1.0],
+        solimp=SOLIMP,
+        info=member.name,
+    )
+    _add_force_sensors(spec, member.name, names.near(member.name))
+
+
+def _set_inertia(body: mujoco.MjsBody, inertia: MemberInertia, segment: tuple[int, int], outward: float) -> None:
+    transverse, axial = inertia.centroidal[segment]
+    body.explicitinertial = True
+    body.mass, body.ipos = inertia.mass[segment], [0, 0, outward * inertia.centre[segment]]
+    body.inertia = [transverse, transverse, axial]
+
+
+def _add_cylinder(
+    spec: mujoco.MjSpec,
+    chain: Chain,
+    index: int,
+    member: Member,
+    barrel: mujoco.MjsBody,
+    length: float,
+    inertia: MemberInertia,
+    rigging: Rigging,
+) -> None:
+    """Dress the barrel and add the rod with its slide, drives and sensors."""
+    part: Cylinder = chain.manipulator.cylinders[member.section]
+    bits = _bits(chain, member.module)
+    barrel.add_geom(
+        name=member.name,
+        default=spec.find_default("actuator"),
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[part.barrel_diameter / 2, (part.barrel_length - part.eye) / 2, 0],
+        pos=[0, 0, (part.barrel_length + part.eye) / 2],
+        **bits,
+    )
+    rod = barrel.add_body(name=names.rod(member.name), pos=[0, 0, length])
+    rod.add_joint(
+        name=names.slide(member.name),
+        type=mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=[0, 0, 1],
+        ref=length - part.retracted,
+        range=[0, part.stroke],
+        limited=mujoco.mjtLimited.mjLIMITED_FALSE,
+    )
+    rod.add_geom(
+        name=names.rod(member.name),
+        default=spec.find_default("rod"),
+        fromto=[0, 0, 0, 0, 0, -part.rod_length],
+        size=[part.rod / 2, 0, 0],
+        **bits,
+    )
+    _set_inertia(rod, inertia, (index, 1), outward=-1.0)
+    rod.add_site(name=names.far(member.name))
+    spec.add_numeric(name=f"{member.name}/retracted", data=[part.retracted])
+    _add_joint_drives(spec, member.name, names.slide(member.name), rigging, force=(part.pull, part.push))
+    add = spec.add_sensor
+    site, joint = mujoco.mjtObj.mjOBJ_SITE, mujoco.mjtObj.mjOBJ_JOINT
+    add(
+        name=names.length(member.name),
+        type=mujoco.mjtSensor.mjSENS_JOINTPOS,
+        objtype=joint,
+        objname=names.slide(member.name),
+    )
+    add(
+        name=names.drive_force(member.name),
+        type=mujoco.mjtSensor.mjSENS_FORCE,
+        objtype=site,
+        objname=names.far(member.name),
+    )
+
+
+def _add_joint_drives(
+    spec: mujoco.MjSpec, owner: str, joint: str, rigging: Rigging, force: tuple[float, float] | None
+) -> None:
+    """Add the rigid drive and the servo of a slide; which one is active is chosen after compilation."""
+    spec.add_equality(
+        name=names.drive(owner),
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1=joint,
+        solref=[SOLREF_STEPS * rigging.timestep, 1.0],
+        solimp=SOLIMP,
+        active=False,
+        data=[0.0] * 12,
+    )
+    servo = spec.add_actuator(
+        name=names.servo(owner),
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=joint,
+        group=SERVO_GROUP,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+    )
+    servo.gainprm[0] = rigging.servo_stiffness
+    servo.biasprm[1:3] = [-rigging.servo_stiffness, -rigging.servo_damping]
+    if force is not None:
+        servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        servo.forcerange = [-force[0], force[1]]  # pushing the rod out compresses the member
+
+
+def _add_force_sensors(spec: mujoco.MjSpec, owner: str, site: str) -> None:
+    kind = mujoco.mjtSensor
+    for name, sensor in ((names.force(owner), kind.mjSENS_FORCE), (names.torque(owner), kind.mjSENS_TORQUE)):
+        spec.add_sensor(name=name, type=sensor, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)

@@ -1,0 +1,211 @@
+"""Descriptions to compiled models: the arm alone, or a whole scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.scene import Scene
+from vgtsim.errors import VgtError
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.mjcf import names
+from vgtsim.mjcf.arm import Rigging, add_arm
+from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.mjcf.rows import select_drive, stiffen
+from vgtsim.mjcf.tank import add_tank
+from vgtsim.mjcf.views import add_arm_cameras, add_goal_markers, add_tank_cameras
+
+Array = NDArray[np.float64]
+
+VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weights the sag grows as its square
+MAST_STICK_UP = 0.5  # length of mast above the riser's flange at the working depth, m
+
+
+def scene_chain(scene: Scene) -> Chain:
+    """Kinematics of a scene's arm on its mast.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        The chain, hanging from the scene's pivot.
+    """
+    return Chain(scene.manipulator, hanging_mount(scene.pivot_height))
+
+
+def build_spec(
+    scene: Scene, poses: Mapping[str, Array] | None = None, timestep: float | None = None
+) -> mujoco.MjSpec:
+    """Lay out a scene in MJCF.
+
+    Args:
+        scene: The scene.
+        poses: Inputs, shape (A, 3), of keyframes besides `stowed` and `straight`, by name.
+        timestep: In place of the scene's, s.
+
+    Returns:
+        The specification, with keyframes; the servos hold the arm until `select_drive` says otherwise.
+    """
+    step = timestep or scene.task.simulation.timestep
+    chain, task, tank = scene_chain(scene), scene.task, scene.tank
+    grade = tank.shell.crown + tank.shell.dome_thickness + tank.shell.soil_cover + tank.arm_riser.above_grade
+    lifts = _withdrawn(chain, scene)
+    rigging = Rigging(
+        mast_diameter=task.mast.outer_diameter,
+        mast_wall=task.mast.wall,
+        mast_density=task.mast.density,
+        mast_length=grade - scene.pivot_height + MAST_STICK_UP,
+        feed_range=(0.0, max(lifts.values())),
+        payload_mass=task.payload.mass,
+        payload_radius=task.payload.radius,
+        timestep=step,
+        servo_stiffness=task.simulation.servo_stiffness,
+        servo_damping=task.simulation.servo_damping,
+    )
+    spec = _start_spec(task.name, step, task.simulation.gravity, task.simulation.weight_scale)
+    add_tank(spec, tank)
+    add_arm(spec, chain, rigging)
+    add_goal_markers(spec, task.motion.goals)
+    add_tank_cameras(spec, tank, scene.pivot_height)
+    _add_keyframes(
+        spec, chain, {"stowed": chain.stowed, "straight": chain.straight} | dict(poses or {}), lifts
+    )
+    return spec
+
+
+def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) -> mujoco.MjSpec:
+    """Lay out an arm alone, hanging over an empty floor.
+
+    Args:
+        manipulator: The arm.
+        timestep: s.
+
+    Returns:
+        The specification, with keyframes `stowed`, `straight` and `reach` (root modules bent to the horizontal).
+    """
+    height = 1.0 + float(
+        np.linalg.norm(Chain(manipulator, np.eye(4)).tool(Chain(manipulator, np.eye(4)).stowed)[0])
+    )
+    chain = Chain(manipulator, hanging_mount(height))
+    rigging = Rigging(0.9144, 0.0127, 7850.0, 2.0, (0.0, 0.0), 0.0, 0.1, timestep, 2e9, 2e7)
+    spec = _start_spec(manipulator.name, timestep, 9.80665, 1e-5)
+    add_arm(spec, chain, rigging)
+    floor = spec.worldbody.add_geom(
+        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0
+    )
+    floor.rgba = [0.86, 0.87, 0.88, 1]
+    add_arm_cameras(spec, height)
+    _add_keyframes(
+        spec, chain, {"stowed": chain.stowed, "straight": chain.straight, "reach": reach_pose(chain)}, {}
+    )
+    return spec
+
+
+def reach_pose(chain: Chain) -> Array:
+    """Inputs of the pose that loads an arm most: bent evenly to the horizontal by its first modules.
+
+    Args:
+        chain: The arm.
+
+    Returns:
+        q, shape (A, 3).
+    """
+    q = np.array(chain.straight)
+    bent = min(3, len(q))
+    q[:bent, 0] = np.sin(np.pi / 4 / bent)
+    return q
+
+
+def build_model(scene: Scene, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
+    """Compile a scene for simulation: weights scaled, the scene's drive selected.
+
+    Args:
+        scene: The scene.
+        poses: Inputs, shape (A, 3), of keyframes besides `stowed` and `straight`, by name.
+
+    Returns:
+        The model.
+
+    Raises:
+        VgtError: The compiled model is not the truss that was described.
+    """
+    return finish_model(build_spec(scene, poses), scene)
+
+
+def finish_model(spec: mujoco.MjSpec, scene: Scene) -> mujoco.MjModel:
+    """Compile a specification and give it the scene's weights and drive.
+
+    Args:
+        spec: From `build_spec`, edited or not.
+        scene: The scene.
+
+    Returns:
+        The model.
+
+    Raises:
+        VgtError: The compiled model is not the truss that was described.
+    """
+    model = spec.compile()
+    stiffen(model, scene.task.simulation.weight_scale)
+    select_drive(model, scene.task.simulation.drive)
+    _check_compiled(model, scene)
+    return model
+
+
+def _withdrawn(chain: Chain, scene: Scene) -> dict[str, float]:
+    """How far the mast is up in the stowed and straight keyframes: tool at the crown, and a metre above the waste."""
+    depth = {name: scene.pivot_height - chain.tool(q)[0][2] for name, q in _long_poses(chain).items()}
+    room = scene.pivot_height - scene.tank.waste.level - scene.task.payload.radius - 1.0
+    return {
+        "stowed": depth["stowed"] + scene.tank.shell.crown - scene.pivot_height,
+        "straight": max(0.0, depth["straight"] - room),
+    }
+
+
+def _long_poses(chain: Chain) -> dict[str, Array]:
+    return {"stowed": chain.stowed, "straight": chain.straight}
+
+
+def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float) -> mujoco.MjSpec:
+    spec = mujoco.MjSpec()
+    spec.modelname = name
+    spec.compiler.degree = False
+    option = spec.option
+    option.timestep = timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    option.gravity = [0, 0, -gravity]
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE  # closures are stiffer than two steps
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state must be seen, not hidden
+    spec.add_numeric(name=names.WEIGHT_SCALE, data=[weight_scale])
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = 3840, 2160
+    spec.visual.map.znear, spec.visual.map.zfar = 0.002, 10.0
+    spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
+    spec.visual.headlight.diffuse = [0.5, 0.5, 0.5]
+    spec.stat.extent = 20.0
+    return spec
+
+
+def _add_keyframes(
+    spec: mujoco.MjSpec, chain: Chain, poses: Mapping[str, Array], lifts: Mapping[str, float]
+) -> None:
+    model = spec.compile()
+    joint = model.actuator_trnid[:, 0]
+    for name, q in poses.items():
+        nodes = chain.nodes(q) + np.array([0.0, 0.0, lifts.get(name, 0.0)])
+        qpos = qpos_from_nodes(model, chain.truss, nodes)
+        spec.add_key(name=name, qpos=qpos, ctrl=qpos[model.jnt_qposadr[joint]])
+
+
+def _check_compiled(model: mujoco.MjModel, scene: Scene) -> None:
+    """Hold the compiled model against the description by what both can count and weigh."""
+    truss = scene_chain(scene).truss
+    closures = int(np.sum(model.eq_type == mujoco.mjtEq.mjEQ_CONNECT))
+    balls = int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL))
+    if (closures, balls) != (len(truss.members), len(truss.members)):
+        raise VgtError(
+            f"compiled model has {balls} ball joints and {closures} closures for {len(truss.members)} members"
+        )

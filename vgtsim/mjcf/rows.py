@@ -1,0 +1,79 @@
+"""Solver settings that keep the loops closed, and what a model file can and cannot carry of them.
+
+MuJoCo softens each constraint row by a regularisation R proportional to the inverse weights of the bodies it joins. With
+the compiled weights a closure under load opens by about R f dt²: tens of millimetres of sag on this arm. Scaling
+`body_invweight0` and `dof_invweight0` after compilation removes it. An MJB file keeps the scaled arrays; XML cannot, so
+an XML file carries the factor as a custom numeric and `load_model` applies it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+
+from vgtsim.errors import DescriptionError
+from vgtsim.mjcf import names
+
+SOLREF_STEPS = 0.2  # time constant of a closure in steps; the discrete integrator stays stable below one step
+SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)  # the greatest impedance MuJoCo accepts
+SERVO_GROUP = 1
+
+
+def stiffen(model: mujoco.MjModel, factor: float) -> None:
+    """Scale the inverse weights that regularise the constraint rows.
+
+    Args:
+        model: Compiled model, changed in place.
+        factor: Between 0 and 1; 1 leaves the compiled weights.
+    """
+    model.body_invweight0 *= factor
+    model.dof_invweight0 *= factor
+
+
+def select_drive(model: mujoco.MjModel, drive: str) -> None:
+    """Let either the rigid drives or the servos hold the cylinders and the feed, in data made from now on.
+
+    Args:
+        model: Compiled model, changed in place.
+        drive: `rigid` (lengths imposed by joint equalities) or `servo` (force-limited position actuators).
+
+    Raises:
+        ValueError: Another drive was asked for.
+    """
+    if drive not in ("rigid", "servo"):
+        raise ValueError(f"drive {drive!r}: rigid or servo")
+    model.eq_active0[model.eq_type == mujoco.mjtEq.mjEQ_JOINT] = drive == "rigid"
+    model.opt.disableactuator = 0 if drive == "servo" else 1 << SERVO_GROUP
+
+
+def load_model(path: str | Path) -> mujoco.MjModel:
+    """Load a generated model with its scaled weights.
+
+    Args:
+        path: `.xml` written by this project (the factor in it is applied) or `.mjb` (weights travel in the file).
+
+    Returns:
+        The model, ready to step.
+
+    Raises:
+        DescriptionError: The file is missing, of another kind, or carries no factor.
+    """
+    file = Path(path)
+    if not file.is_file():
+        raise DescriptionError(file, "", "no such file", "a generated .xml or .mjb")
+    if file.suffix == ".mjb":
+        return mujoco.MjModel.from_binary_path(str(file))
+    if file.suffix != ".xml":
+        raise DescriptionError(file, "", f"a {file.suffix or 'suffixless'} file", "a generated .xml or .mjb")
+    try:
+        model = mujoco.MjModel.from_xml_path(str(file))
+        factor = float(model.numeric(names.WEIGHT_SCALE).data[0])
+    except KeyError:
+        raise DescriptionError(
+            file, f"custom.{names.WEIGHT_SCALE}", "nothing", "a model written by vgtsim"
+        ) from None
+    except ValueError as error:
+        raise DescriptionError(file, "", str(error), "a model MuJoCo can compile") from None
+    stiffen(model, factor)
+    return model

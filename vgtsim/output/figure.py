@@ -1,0 +1,135 @@
+"""How a figure looks in the report, and how it becomes SVG that follows the page's light or dark ground."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vgtsim.description import Scene
+from vgtsim.output.colours import HOLD, LIMIT
+from vgtsim.output.holds import find_holds, goal_name
+from vgtsim.runlog import RunLog
+
+WIDTH = 9.6  # inches; the page shows it at full column width
+_INK = "#010203"  # stands for the page's text colour until the SVG is written
+
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "vgtsim",
+    "font.family": ["sans-serif"],
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.7,
+    "axes.edgecolor": _INK,
+    "axes.labelcolor": _INK,
+    "axes.titlecolor": _INK,
+    "text.color": _INK,
+    "xtick.color": _INK,
+    "ytick.color": _INK,
+    "axes.grid": True,
+    "grid.color": "#8a8f98",
+    "grid.alpha": 0.25,
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "none",
+    "path.simplify": True,
+    "path.simplify_threshold": 0.3,
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Apply the report's style to every figure made inside."""
+    with mpl.rc_context(_STYLE):
+        yield
+
+
+def panels(rows: int, columns: int, height: float, sharey: bool = False) -> tuple[Figure, list[Axes]]:
+    """Make a figure of equal panels over one time axis.
+
+    Args:
+        rows: Number of rows.
+        columns: Number of columns.
+        height: Of the figure, inches.
+        sharey: Whether the panels share their ordinate.
+
+    Returns:
+        The figure and its axes, row by row.
+    """
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    axes = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
+    return figure, list(axes.ravel())
+
+
+def to_svg(figure: Figure, prefix: str, label: str) -> str:
+    """Write a figure as an SVG element for an HTML page.
+
+    Args:
+        figure: A figure made under `styled`.
+        prefix: Put before its identifiers, so that those of several figures differ.
+        label: What the figure shows, for readers who do not see it.
+
+    Returns:
+        The `svg` element; its text and axes take the page's text colour.
+    """
+    text = io.StringIO()
+    with styled():
+        figure.savefig(
+            text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None}
+        )
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = (
+        re.sub(r'\sxmlns(:xlink)?="[^"]*"', "", svg)
+        .replace("xlink:href", "href")
+        .replace(_INK, "currentColor")
+    )
+    used = set(re.findall(r"(?:url\(#|href=\"#)([^)\"]+)", svg))
+    svg = re.sub(r'\sid="([^"]*)"', lambda hit: f' id="{prefix}-{hit[1]}"' if hit[1] in used else "", svg)
+    svg = re.sub(r'(url\(#|href="#)', rf"\g<1>{prefix}-", svg)
+    svg = re.sub(r'\s(width|height)="[\d.]+pt"', "", svg, count=2)
+    return svg.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()
+
+
+def draw_limit(axes: Axes, value: float, label: str) -> None:
+    """Draw a limit as a dashed line with its name at the right end."""
+    axes.axhline(value, color=LIMIT, linewidth=1.1, linestyle=(0, (5, 2)))
+    place = axes.get_yaxis_transform()
+    axes.text(0.995, value, label, color=LIMIT, fontsize=7.5, ha="right", va="bottom", transform=place)
+
+
+def finish(axes: Axes, scene: Scene, log: RunLog, *, named: bool = False, abscissa: bool = True) -> None:
+    """Shade the settled stays and label the time axis.
+
+    Args:
+        axes: With time as abscissa.
+        scene: The scene.
+        log: The run.
+        named: Whether the goals' names stand over the stays.
+        abscissa: Whether the time axis is labelled.
+    """
+    for hold in find_holds(log):
+        axes.axvspan(hold.start, hold.end, color=HOLD, alpha=0.12, linewidth=0)
+        if named:
+            middle, place = (hold.start + hold.end) / 2, axes.get_xaxis_transform()
+            name = goal_name(scene, hold.goal)
+            axes.text(middle, 1.02, name, fontsize=7.5, color=HOLD, ha="center", va="bottom", transform=place)
+    axes.set_xlim(float(log.time[0]), float(log.time[-1]))
+    if abscissa:
+        axes.set_xlabel("time, s")

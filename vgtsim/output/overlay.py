@@ -1,0 +1,120 @@
+"""Text and the scale bar on the film's frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from vgtsim.output.colours import force_colours
+from vgtsim.output.quantities import MINUS
+
+Picture = NDArray[np.uint8]
+
+LABELS = ("time", "goal", "tool error", "greatest force", "in member")
+_GROUND = (14, 18, 24, 190)
+_SOFT = (170, 178, 188, 255)
+_INK = (242, 244, 246, 255)
+_LEAST_FONT = 9  # pixels; smaller letters cannot be read
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """What stays the same on every frame.
+
+    Attributes:
+        layer: Panel, labels and scale bar, of the frame's size, with opacity.
+        unit: Height of the letters, pixels; every other distance is a multiple.
+        font: For the panel.
+        small: For the goals' names.
+        values: Column and row of each value in the panel, pixels.
+    """
+
+    layer: Image.Image
+    unit: int
+    font: ImageFont.FreeTypeFont
+    small: ImageFont.FreeTypeFont
+    values: tuple[tuple[int, int], ...]
+
+
+def make_overlay(width: int, height: int, title: str, end: float) -> Overlay:
+    """Draw the static parts once.
+
+    Args:
+        width: Of the frames, pixels.
+        height: Of the frames, pixels.
+        title: Of the scene.
+        end: Both ends of the scale of axial force, N.
+
+    Returns:
+        The overlay.
+    """
+    unit = max(_LEAST_FONT, round(height / 36))
+    folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
+    font = ImageFont.truetype(folder / "DejaVuSans.ttf", unit)
+    small = ImageFont.truetype(folder / "DejaVuSans.ttf", max(_LEAST_FONT, round(0.8 * unit)))
+    bold = ImageFont.truetype(folder / "DejaVuSans-Bold.ttf", max(_LEAST_FONT, round(0.8 * unit)))
+    layer = Image.new("RGBA", (width, height), (0, 0, 0, 0))
+    draw = ImageDraw.Draw(layer)
+    left, top, step = unit, unit, round(1.45 * unit)
+    box = (left // 2, top // 2, left + 20 * unit, top + step * len(LABELS) + unit // 3)
+    draw.rounded_rectangle(box, unit // 2, fill=_GROUND)
+    rows = [top + step * index for index in range(len(LABELS))]
+    for label, row in zip(LABELS, rows, strict=True):
+        draw.text((left + unit // 4, row), label, font=font, fill=_SOFT)
+    draw.text(
+        (unit, height - round(1.6 * unit)), title, font=bold, fill=_INK, stroke_width=2, stroke_fill=_GROUND
+    )
+    _draw_scale(layer, draw, small, unit, end)
+    return Overlay(layer, unit, font, small, tuple((left + round(8.3 * unit), row) for row in rows))
+
+
+def _draw_scale(
+    layer: Image.Image, draw: ImageDraw.ImageDraw, font: ImageFont.FreeTypeFont, unit: int, end: float
+) -> None:
+    """Draw the signed bar at the right, tension above."""
+    thick, tall = round(1.2 * unit), min(round(15 * unit), layer.height - 6 * unit)
+    left, top = layer.width - round(6.6 * unit), (layer.height - tall) // 2
+    box = (left - unit, top - round(2.4 * unit), layer.width - unit // 2, top + tall + round(2.6 * unit))
+    draw.rounded_rectangle(box, unit // 2, fill=_GROUND)
+    colours = (255 * force_colours(np.linspace(1, -1, tall), 1.0)).astype(np.uint8)
+    layer.paste(Image.fromarray(np.repeat(colours[:, None], thick, axis=1)), (left, top))
+    for part, sign in ((1.0, "+"), (0.5, "+"), (0.0, ""), (-0.5, MINUS), (-1.0, MINUS)):
+        row = top + round((1 - part) / 2 * (tall - 1))
+        draw.line((left + thick, row, left + thick + unit // 3, row), fill=_INK, width=max(1, unit // 12))
+        text = f"{sign}{abs(part) * end / 1e3:.4g}"
+        draw.text((left + thick + unit // 2, row), text, font=font, fill=_INK, anchor="lm")
+    middle = (box[0] + box[2]) // 2
+    draw.text((middle, top - round(1.3 * unit)), "tension, kN", font=font, fill=_INK, anchor="mm")
+    draw.text((middle, top + tall + round(1.4 * unit)), "compression", font=font, fill=_INK, anchor="mm")
+
+
+def draw_overlay(
+    overlay: Overlay, frame: Picture, values: tuple[str, ...], marks: tuple[tuple[str, float, float], ...]
+) -> Picture:
+    """Put the overlay and the texts of one instant onto a frame.
+
+    Args:
+        overlay: The static parts.
+        frame: Shape (height, width, 3).
+        values: One for each of `LABELS`.
+        marks: Names to write at places in the picture: text, column, row, pixels.
+
+    Returns:
+        The finished frame, shape (height, width, 3).
+    """
+    image = Image.fromarray(frame)
+    draw = ImageDraw.Draw(image)
+    shift = 0.7 * overlay.unit
+    for text, column, row in marks:
+        if 0 <= column < image.width and 0 <= row < image.height:
+            place = (column + shift, row - shift)
+            draw.text(place, text, font=overlay.small, fill=_INK[:3], stroke_width=2, stroke_fill=_GROUND[:3])
+    image.paste(overlay.layer, (0, 0), overlay.layer)
+    for text, place in zip(values, overlay.values, strict=True):
+        draw.text(place, text, font=overlay.font, fill=_INK[:3])
+    return np.asarray(image)

@@ -1,0 +1,131 @@
+"""The film of a run: the logged poses, members coloured by axial force, drawn offscreen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description import Scene
+from vgtsim.errors import MissingLibraryError
+from vgtsim.kinematics import Truss
+from vgtsim.mjcf import build_spec, scene_chain
+from vgtsim.output.colours import scale_end
+from vgtsim.output.encoder import open_film
+from vgtsim.output.holds import goal_name
+from vgtsim.output.overlay import draw_overlay, make_overlay
+from vgtsim.output.quantities import MINUS, format_quantity
+from vgtsim.output.replacing import replacing
+from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, project, show
+from vgtsim.runlog import RunLog
+from vgtsim.verification.report import Report
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+
+def render_video(
+    scene: Scene,
+    log: RunLog,
+    report: Report,
+    path: str | Path,
+    progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Film a run to MP4 (H.264) as the scene's `video` table says.
+
+    Args:
+        scene: The scene.
+        log: The run.
+        report: With the series `tool_position_error`, if tracking was measured.
+        path: File to write, whole or not at all; its suffix is `.mp4`.
+        progress: Called with the frames drawn and their number.
+
+    Raises:
+        MissingLibraryError: There is no EGL or no encoder.
+        OSError: The folder cannot be written.
+    """
+    video = scene.task.video
+    width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
+    times = frame_times(log, video.fps, video.speed)
+    with replacing(path) as partial, open_film(partial, width, height, video.fps) as add:
+        for drawn, frame in enumerate(draw_frames(scene, log, report, times, width, height), start=1):
+            add(frame)
+            if progress:
+                progress(drawn, len(times))
+
+
+def draw_frames(
+    scene: Scene, log: RunLog, report: Report, times: Array, width: int, height: int
+) -> Iterator[Picture]:
+    """Draw the run at given instants.
+
+    Args:
+        scene: The scene; its `video.cuts` choose the cameras.
+        log: The run.
+        report: With the series `tool_position_error`, if tracking was measured.
+        times: Shape (F,), s.
+        width: Pixels.
+        height: Pixels.
+
+    Yields:
+        Frames, shape (height, width, 3).
+
+    Raises:
+        MissingLibraryError: There is no EGL.
+    """
+    truss = scene_chain(scene).truss
+    axial = log.axial(truss.ends)
+    model = build_spec(scene).compile()
+    replay = make_replay(model, truss, scale_end(axial))
+    overlay = make_overlay(width, height, scene.task.title, replay.end)
+    goals = np.array([goal.position for goal in scene.task.motion.goals])
+    view = mujoco.MjvOption()
+    with _open_renderer(model, width, height) as renderer:
+        for time in times:
+            record, nodes, forces = interpolate(log, axial, float(time))
+            show(replay, nodes, forces)
+            camera = camera_at(scene.task.video.cuts, float(time))
+            renderer.update_scene(replay.data, camera, view)
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
+            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
+            places = project(renderer.scene, goals, width, height)
+            marks = tuple(
+                (goal.name, float(column), float(row))
+                for goal, (column, row) in zip(scene.task.motion.goals, places, strict=True)
+            )
+            values = _values(scene, log, report, truss, record, float(time), forces)
+            yield draw_overlay(overlay, renderer.render(), values, marks)
+
+
+def _values(
+    scene: Scene, log: RunLog, report: Report, truss: Truss, record: int, time: float, forces: Array
+) -> tuple[str, ...]:
+    """Write the texts of one instant, one for each of the overlay's labels."""
+    goal = goal_name(scene, int(log.goal[record])) or "none"
+    error = report.series.get("tool_position_error")
+    worst = int(np.argmax(np.abs(forces)))
+    return (
+        f"{time:.2f} s",
+        f"{goal}{' (settled)' if log.settled[record] else ''}",
+        "" if error is None else format_quantity(float(error[record]), "m"),
+        f"{forces[worst] / 1e3:+.1f} kN".replace("-", MINUS),
+        truss.members[worst].name,
+    )
+
+
+@contextmanager
+def _open_renderer(model: mujoco.MjModel, width: int, height: int) -> Iterator[mujoco.Renderer]:
+    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+    try:
+        renderer = mujoco.Renderer(model, height, width)
+    except (ImportError, AttributeError, RuntimeError, mujoco.FatalError):
+        # which of them depends on what is missing: the library, its driver, or a device
+        raise MissingLibraryError("EGL", "apt-get install libegl1 libgl1-mesa-dri") from None
+    try:
+        yield renderer
+    finally:
+        renderer.close()

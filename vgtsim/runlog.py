@@ -1,0 +1,138 @@
+"""The run log: what the step loop saw, as whole arrays, and the file it lives in.
+
+It stands apart from the simulation so that verification can read it without MuJoCo.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.errors import DescriptionError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RunLog:
+    """Records of one run; T records, N nodes, M members, J actuators, C contacts. Vectors are in frame G.
+
+    Attributes:
+        time: Shape (T,), s.
+        nodes: Hub positions, shape (T, N, 3), m.
+        ends: Positions of the members' own ends, near end first, shape (T, M, 2, 3), m.
+        commanded: Actuator lengths asked for, shape (T, J), m.
+        actual: Actuator lengths reached, shape (T, J), m.
+        rates: Actuator speeds, shape (T, J), m/s.
+        member_force: Force of each member on the hub at its near end, shape (T, M, 3), N.
+        member_moment: Moment of each member on the hub at its near end, shape (T, M, 3), N·m.
+        actuator_force: Force of each drive on its rod, tension positive, shape (T, J), N.
+        mast_reaction: Force and moment of the mast on the arm at the pivot, shape (T, 6), N and N·m.
+        tool_position: Shape (T, 3), m.
+        tool_direction: Shape (T, 3), unit.
+        goal: Goal being approached or held, shape (T,); -1 before the first.
+        settled: True while a goal is held after settling, shape (T,).
+        contact_time: Shape (C,), s.
+        contact_pair: Names of the two geoms, shape (C, 2).
+        contact_distance: Gap, negative in penetration, shape (C,), m.
+        warnings: What MuJoCo warned of.
+        performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
+        versions: Version of each package that took part.
+        stopped: Why the run ended early, or an empty string.
+    """
+
+    time: Array
+    nodes: Array
+    ends: Array
+    commanded: Array
+    actual: Array
+    rates: Array
+    member_force: Array
+    member_moment: Array
+    actuator_force: Array
+    mast_reaction: Array
+    tool_position: Array
+    tool_direction: Array
+    goal: NDArray[np.int64]
+    settled: NDArray[np.bool_]
+    contact_time: Array
+    contact_pair: NDArray[np.str_]
+    contact_distance: Array
+    warnings: tuple[str, ...]
+    performance: dict[str, float]
+    versions: dict[str, str]
+    stopped: str = ""
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def directions(self, ends: NDArray[np.intp]) -> Array:
+        """Unit vectors along the members, from near to far hub.
+
+        Args:
+            ends: Node indices of each member, shape (M, 2).
+
+        Returns:
+            Shape (T, M, 3).
+        """
+        span = self.nodes[:, ends[:, 1]] - self.nodes[:, ends[:, 0]]
+        return span / np.linalg.norm(span, axis=-1, keepdims=True)
+
+    def axial(self, ends: NDArray[np.intp]) -> Array:
+        """Axial member forces at the near ends, tension positive.
+
+        Args:
+            ends: Node indices of each member, shape (M, 2).
+
+        Returns:
+            Shape (T, M), N.
+        """
+        return np.einsum("tmk,tmk->tm", self.member_force, self.directions(ends))
+
+
+_META = ("warnings", "performance", "versions", "stopped")
+
+
+def save_log(log: RunLog, path: str | Path) -> None:
+    """Write a log as compressed npz.
+
+    Args:
+        log: The log.
+        path: File to write.
+    """
+    fields: dict[str, Any] = {f.name: getattr(log, f.name) for f in dataclasses.fields(log) if f.name not in _META}
+    meta = json.dumps({name: getattr(log, name) for name in _META})
+    np.savez_compressed(path, meta=np.array(meta), **fields)
+
+
+def load_log(path: str | Path) -> RunLog:
+    """Read a log.
+
+    Args:
+        path: File written by `save_log`.
+
+    Returns:
+        The log.
+
+    Raises:
+        DescriptionError: The file is missing or is not a run log.
+    """
+    file = Path(path)
+    try:
+        with np.load(file) as data:
+            fields = {name: data[name] for name in data.files if name != "meta"}
+            meta = json.loads(str(data["meta"]))
+    except (OSError, KeyError, ValueError) as error:
+        raise DescriptionError(file, "", str(error), "a run log written by `vgtsim run`") from None
+    meta["warnings"] = tuple(meta["warnings"])
+    return RunLog(**fields, **meta)

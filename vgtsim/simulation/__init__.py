@@ -1,0 +1,5 @@
+"""The step loop."""
+
+from vgtsim.simulation.loop import run
+
+__all__ = ["run"]

@@ -1,0 +1,193 @@
+"""The only `mj_step` loop: a length programme played into a model, recorded as it goes."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.control.program import LengthProgram
+from vgtsim.description.scene import Scene
+from vgtsim.errors import DivergenceError
+from vgtsim.mjcf import names, scene_chain
+from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.runlog import RunLog
+from vgtsim.simulation.progress import show_progress
+from vgtsim.simulation.recorder import Recorder, find_addresses
+from vgtsim.simulation.watch import check_state, list_contacts, list_warnings
+
+Array = NDArray[np.float64]
+
+PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")
+_MAX_CONTACTS = 1000  # of one run; a collision under rigid drives ends it long before
+
+
+@dataclass
+class _Drive:
+    """The one active set of drives, and how a length becomes its command."""
+
+    model: mujoco.MjModel
+    data: mujoco.MjData
+    rigid: bool
+    rows: NDArray[np.intp]
+    zero: Array
+
+    def command(self, lengths: Array) -> None:
+        if self.rigid:
+            self.model.eq_data[self.rows, 0] = lengths - self.zero
+        else:
+            self.data.ctrl[self.rows] = lengths - self.zero
+
+
+@dataclass
+class _Contacts:
+    time: list[float] = field(default_factory=list)
+    pair: list[tuple[str, str]] = field(default_factory=list)
+    distance: list[float] = field(default_factory=list)
+
+
+def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
+    """Play a programme.
+
+    Each command is the length wanted at the end of the step, because the rigid drives hold at the end of a step. A goal
+    is held until the arm has settled, then for the scene's hold time. Under rigid drives a contact is a collision, not a
+    load, so the first one ends the run.
+
+    Args:
+        model: From `build_model`.
+        program: Lengths of every actuator at every step of every leg.
+        scene: The scene of both.
+
+    Returns:
+        The log.
+
+    Raises:
+        DivergenceError: The state stopped being physical; the error carries the log until then.
+    """
+    data = mujoco.MjData(model)
+    chain = scene_chain(scene)
+    data.qpos[:] = qpos_from_nodes(model, chain.truss, chain.nodes(program.start))
+    recorder = Recorder(find_addresses(model, chain.truss))
+    drive = _find_drive(model, data, chain.truss.member_names, chain.truss.actuated, scene)
+    _find_equilibrium(drive, program, scene, recorder.at.hub_speeds)
+    contacts, stopped = _Contacts(), ""
+    every = round(1 / (scene.task.simulation.log_rate * model.opt.timestep))
+    sensor_bit = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    begin, count, previous = time.perf_counter(), 0, program.legs[0].lengths[0]
+    fault: DivergenceError | None = None
+    for wanted, goal, settled in show_progress(_commands(program, scene, data, recorder.at.hub_speeds), program, data):
+        logged = count % every == 0
+        model.opt.disableflags = model.opt.disableflags & ~sensor_bit if logged else model.opt.disableflags | sensor_bit
+        rates = data.qvel[recorder.at.slide]
+        drive.command(wanted)
+        mujoco.mj_step(model, data)
+        count += 1
+        try:
+            check_state(model, data)
+        except DivergenceError as error:
+            fault = error
+            break
+        if logged:
+            recorder.record(data, previous, rates, goal, settled)
+            recorder.records.setdefault("time", []).append((count - 1) * model.opt.timestep)
+        previous = wanted
+        if data.ncon and (stopped := _note_contacts(model, data, contacts, drive.rigid)):
+            break
+    log = _make_log(model, data, recorder, contacts, count, time.perf_counter() - begin, stopped or str(fault or ""))
+    if fault is not None:
+        raise DivergenceError(fault.time, fault.row, fault.value, log)
+    return log
+
+
+def _find_equilibrium(drive: _Drive, program: LengthProgram, scene: Scene, hub_speeds: NDArray[np.intp]) -> None:
+    """Let the constraints take up the weight before time zero: kinematics give the start pose, but not its forces."""
+    drive.command(program.legs[0].lengths[0])
+    for _ in range(round(scene.task.motion.patience / scene.task.simulation.timestep)):
+        mujoco.mj_step(drive.model, drive.data)
+        check_state(drive.model, drive.data)
+        if np.max(np.abs(drive.data.qvel[hub_speeds])) < scene.task.motion.settle_speed:
+            break
+    drive.data.time = 0.0
+
+
+def _commands(
+    program: LengthProgram, scene: Scene, data: mujoco.MjData, hub_speeds: NDArray[np.intp]
+) -> Iterator[tuple[Array, int, bool]]:
+    """Lengths wanted at the end of each coming step, with the goal and whether it is held, settled."""
+    motion, step = scene.task.motion, scene.task.simulation.timestep
+    for leg in program.legs:
+        for row in leg.lengths[1:]:
+            yield row, leg.goal, False
+        for _ in range(round(motion.patience / step)):
+            if np.max(np.abs(data.qvel[hub_speeds])) < motion.settle_speed:
+                break
+            yield leg.lengths[-1], leg.goal, False
+        else:
+            continue
+        for _ in range(round(motion.hold / step)):
+            yield leg.lengths[-1], leg.goal, True
+
+
+def _find_drive(
+    model: mujoco.MjModel, data: mujoco.MjData, members: tuple[str, ...], actuated: NDArray[np.intp], scene: Scene
+) -> _Drive:
+    actuators = [members[i] for i in actuated]
+    rigid = scene.task.simulation.drive == "rigid"
+    retracted = np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators])
+    if not rigid:
+        rows = np.array([model.actuator(names.servo(name)).id for name in actuators])
+        return _Drive(model, data, rigid, rows, retracted)
+    rows = np.array([model.equality(names.drive(name)).id for name in actuators])
+    reference = np.array([model.qpos0[model.joint(names.slide(name)).qposadr[0]] for name in actuators])
+    return _Drive(model, data, rigid, rows, retracted + reference)
+
+
+def _note_contacts(model: mujoco.MjModel, data: mujoco.MjData, contacts: _Contacts, rigid: bool) -> str:
+    """Log the contacts of a step; returns why the run must end, or an empty string."""
+    for first, second, distance in list_contacts(model, data):
+        if len(contacts.time) < _MAX_CONTACTS:
+            contacts.time.append(float(data.time))
+            contacts.pair.append((first, second))
+            contacts.distance.append(distance)
+    if rigid and contacts.time:
+        first, second = contacts.pair[0]
+        return f"collision of {first} with {second} at t = {contacts.time[0]:.3f} s under rigid drives"
+    return ""
+
+
+def _make_log(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    recorder: Recorder,
+    contacts: _Contacts,
+    steps: int,
+    wall: float,
+    stopped: str,
+) -> RunLog:
+    simulated = steps * model.opt.timestep
+    versions = {"python": platform.python_version()}
+    versions |= {name: importlib.metadata.version(name) for name in PACKAGES}
+    arrays: dict[str, Any] = recorder.arrays()
+    return RunLog(
+        **arrays,
+        contact_time=np.array(contacts.time),
+        contact_pair=np.array(contacts.pair, dtype=str).reshape(-1, 2),
+        contact_distance=np.array(contacts.distance),
+        warnings=list_warnings(data),
+        performance={
+            "simulated_s": simulated,
+            "wall_s": wall,
+            "real_time_factor": simulated / wall,
+            "steps": float(steps),
+            "nv": float(model.nv),
+        },
+        versions=versions,
+        stopped=stopped,
+    )

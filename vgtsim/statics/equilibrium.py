@@ -1,0 +1,171 @@
+"""The method of joints for a whole arm, from the tip plate to the mast flange, over any batch of instants.
+
+Every group of three nodes (a face, or the mid-plane of a double octahedron) has nine equations and nine
+unknowns: the three members among its nodes and the six that join it to the group below. The rigid tip plate
+counts as three bars among its corners, which does not change the force in any member. So the equilibrium
+matrix of the arm is block triangular, and the groups are solved one after the other from the tip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import TrussError
+from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.loads import LoadModel, hub_loads, member_loads
+from vgtsim.statics.motion import Motion
+from vgtsim.statics.rank import diagnose
+
+Array = NDArray[np.float64]
+
+_WORST = 1e9  # entry of an inverse block of unit vectors beyond which no sound digit of a force is left
+_CHUNK = 512  # instants solved at a time: keeps the work arrays in cache
+
+
+@dataclass(frozen=True)
+class MemberForces:
+    """Forces in an arm; tension positive, vectors in frame G.
+
+    Attributes:
+        bar: Axial force where a member's two segments meet, shape (..., M), N: the drive force of an
+            actuator, the force at the far end of a tube.
+        near_axial: Axial force at the near ball joint, shape (..., M), N.
+        far_axial: Axial force at the far hub, shape (..., M), N.
+        near_transverse: Shear that the member's weight and inertia put on its near hub, shape (..., M, 3), N.
+        direction: Unit vector of each member from near to far hub, shape (..., M, 3).
+        reaction: Force and moment of the mast flange on the arm, flange hubs included, about the pivot, shape
+            (..., 6), N and N·m.
+    """
+
+    bar: Array
+    near_axial: Array
+    far_axial: Array
+    near_transverse: Array
+    direction: Array
+    reaction: Array
+
+    @property
+    def near(self) -> Array:
+        """Force of each member on its near hub, shape (..., M, 3), N, in frame G."""
+        return self.near_axial[..., None] * self.direction + self.near_transverse
+
+
+def solve(
+    model: LoadModel,
+    nodes: ArrayLike,
+    motion: Motion | None = None,
+    nodal_forces: ArrayLike | None = None,
+    pivot: ArrayLike | None = None,
+) -> MemberForces:
+    """Find the force in every member.
+
+    Args:
+        model: Masses, gravity and payload.
+        nodes: Shape (..., N, 3), m, in frame G.
+        motion: Velocities and accelerations of the nodes; absent at rest.
+        nodal_forces: Further loads on the hubs, broadcast to shape (..., N, 3), N, in frame G.
+        pivot: Point the reaction's moment is about, shape (3,) or (..., 3), m, in frame G; absent for the
+            centroid of the mast flange.
+
+    Returns:
+        The forces; NaN at instants whose motion is NaN.
+
+    Raises:
+        TrussError: The truss is a mechanism or carries a self-stress at one of the instants; members are
+            named.
+
+    Source: method of joints. Differs: the dissertation leaves force analysis to future work (chapter 9).
+    """
+    n = np.asarray(nodes, float)
+    batch, flat = n.shape[:-2], n.reshape(-1, *n.shape[-2:])
+    moving = None
+    if motion is not None:
+        moving = Motion(motion.velocity.reshape(flat.shape), motion.acceleration.reshape(flat.shape))
+    extra = None if nodal_forces is None else np.broadcast_to(nodal_forces, n.shape).reshape(flat.shape)
+    about = flat[:, model.truss.base].mean(axis=1) if pivot is None else _points(pivot, batch)
+    parts = []
+    for start in range(0, max(len(flat), 1), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        now = None if moving is None else Motion(moving.velocity[part], moving.acceleration[part])
+        parts.append(
+            _solve_chunk(model, flat[part], now, None if extra is None else extra[part], about[part])
+        )
+    whole = (np.concatenate(values) for values in zip(*parts, strict=True))
+    return MemberForces(*(value.reshape(*batch, *value.shape[1:]) for value in whole))
+
+
+def _points(pivot: ArrayLike, batch: tuple[int, ...]) -> Array:
+    return np.broadcast_to(np.asarray(pivot, float), (*batch, 3)).reshape(-1, 3)
+
+
+def _solve_chunk(
+    model: LoadModel, nodes: Array, motion: Motion | None, extra: Array | None, pivot: Array
+) -> tuple[Array, ...]:
+    """Find the fields of `MemberForces` for a flat batch."""
+    truss = model.truss
+    loads = member_loads(model, nodes, motion)
+    force = hub_loads(model, nodes, motion)
+    force += _selection(truss.ends[:, 0], nodes.shape[1]) @ loads.near
+    force += _selection(truss.ends[:, 1], nodes.shape[1]) @ loads.far
+    if extra is not None:
+        force += extra
+    edges = nodes[:, truss.tip_edges[:, 1]] - nodes[:, truss.tip_edges[:, 0]]
+    edges /= np.linalg.norm(edges, axis=-1, keepdims=True)
+    bar, left = _back_substitute(truss, np.concatenate([loads.direction, edges], axis=1), force, nodes)
+    bar = bar[:, : len(truss.members)]
+    near, far = (np.sum(share * loads.direction, axis=-1) for share in (loads.near, loads.far))
+    moment = np.cross(nodes[:, truss.base] - pivot[:, None], -left).sum(axis=1)
+    return (
+        bar,
+        bar + near,
+        bar - far,
+        loads.near - near[..., None] * loads.direction,
+        loads.direction,
+        np.concatenate([-left.sum(axis=1), moment], axis=-1),
+    )
+
+
+def _selection(node: NDArray[np.intp], count: int) -> Array:
+    """Matrix that adds up values of members at their nodes, shape (N, M)."""
+    return (np.arange(count)[:, None] == node).astype(float)
+
+
+def _back_substitute(truss: Truss, unit: Array, force: Array, nodes: Array) -> tuple[Array, Array]:
+    """Bar forces, shape (T, M + 3), and what is left at the flange's nodes, shape (T, 3, 3)."""
+    ends = np.concatenate([truss.ends, truss.tip_edges])
+    group = ends.max(axis=1) // 3
+    bars = [np.flatnonzero(group == g) for g in range(1, len(truss.nodes) // 3)]
+    if any(len(members) != 9 for members in bars):
+        diagnose(truss, nodes[0])
+        raise TrussError(len(ends), (), "isostatic, but not group by group of three nodes")
+    incidence = _selection(ends[:, 0], len(truss.nodes)) - _selection(ends[:, 1], len(truss.nodes))
+    inverse = _invert(truss, np.array(bars), incidence, unit, nodes)
+    total, found = force.copy(), np.empty(unit.shape[:-1])
+    for g in range(len(bars), 0, -1):
+        rest = total[:, 3 * g : 3 * g + 3].reshape(len(total), 9, 1)
+        pull = -(inverse[:, g - 1] @ rest)
+        found[:, bars[g - 1]] = pull[..., 0]
+        total += incidence[:, bars[g - 1]] @ (pull * unit[:, bars[g - 1]])
+    return found, total[:, :3]
+
+
+def _invert(truss: Truss, bars: NDArray[np.intp], incidence: Array, unit: Array, nodes: Array) -> Array:
+    """Inverses of the groups' equilibrium matrices, shape (T, G, 9, 9)."""
+    count = len(bars)
+    rows = np.stack([incidence[3 * g + 3 : 3 * g + 6, bars[g]] for g in range(count)])
+    matrix = np.einsum("gib,tgbx->tgixb", rows, unit[:, bars]).reshape(-1, count, 9, 9)
+    try:
+        inverse = np.asarray(np.linalg.inv(matrix), float)
+    except np.linalg.LinAlgError:
+        inverse = np.full(matrix.shape, np.inf)
+    size = np.abs(inverse).max(axis=(1, 2, 3), initial=0.0)
+    if np.any(size > _WORST):
+        worst = int(np.argmax(size > _WORST))
+        diagnose(truss, nodes[worst])
+        raise TrussError(
+            truss.ends.size, (), f"instant {worst}: so near a mechanism that forces have no digits"
+        )
+    return inverse

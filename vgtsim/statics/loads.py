@@ -1,0 +1,211 @@
+"""Weight and inertia of the members, hubs, tip plate and payload as forces at the nodes.
+
+A point of a member's near segment, at distance s from the near hub, moves with p1 + s û; one of the far
+segment, at distance e from the far hub, with p2 - e û. Its mass dm loads the member with dm (g - a). The
+transverse part goes to the two hubs by moment equilibrium about them, which is exact and holds the rotary
+inertia; the axial part goes to the segment's own hub, so that the bar force left between them is the force
+where the segments meet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.scene import Payload
+from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.inertia import MemberInertia, PlateInertia, make_member_inertia, make_plate_inertia
+from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.motion import Motion
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LoadModel:
+    """What weighs and resists acceleration.
+
+    Attributes:
+        truss: Nodes and members.
+        members: Mass distribution of the members.
+        plate: The tip plate.
+        face_side: Side b of the tip plate, m.
+        tool_offset: Distance of the payload's centre from the last face along its normal, m.
+        hub_mass: Of each node, kg.
+        payload: The ball at the tool point.
+        gravity: Acceleration of gravity in frame G, shape (3,), m/s².
+    """
+
+    truss: Truss
+    members: MemberInertia
+    plate: PlateInertia
+    face_side: float
+    tool_offset: float
+    hub_mass: float
+    payload: Payload
+    gravity: Array
+
+    @property
+    def mass(self) -> float:
+        """Mass of the arm with hubs and payload, kg."""
+        hubs = self.hub_mass * len(self.truss.nodes)
+        return float(self.members.mass.sum()) + hubs + self.plate.mass + self.payload.mass
+
+
+@dataclass(frozen=True)
+class MemberLoads:
+    """Weight and inertia of each member, shared between its hubs; in frame G.
+
+    Attributes:
+        direction: Unit vector from the near to the far hub, shape (..., M, 3).
+        near: Load on the near hub, shape (..., M, 3), N.
+        far: Load on the far hub, shape (..., M, 3), N.
+    """
+
+    direction: Array
+    near: Array
+    far: Array
+
+
+def make_load_model(chain: Chain, payload: Payload, gravity: float) -> LoadModel:
+    """Collect masses from the description.
+
+    Args:
+        chain: The arm.
+        payload: What it carries.
+        gravity: Downward, along -z of frame G, m/s².
+
+    Returns:
+        The load model.
+    """
+    arm = chain.manipulator
+    down = np.array([0.0, 0.0, -gravity])
+    down.flags.writeable = False
+    return LoadModel(
+        truss=chain.truss,
+        members=make_member_inertia(arm, chain.truss),
+        plate=make_plate_inertia(arm),
+        face_side=arm.face_side,
+        tool_offset=arm.tip_plate.tool_offset,
+        hub_mass=arm.hub_mass,
+        payload=payload,
+        gravity=down,
+    )
+
+
+def member_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> MemberLoads:
+    """Share each member's weight and inertia between its two hubs.
+
+    Args:
+        model: Masses.
+        nodes: Shape (..., N, 3), m, in frame G.
+        motion: Velocities and accelerations of the nodes; absent at rest.
+
+    Returns:
+        The shares.
+
+    Source: moment equilibrium of each segment about the member's ends; no counterpart in the dissertation.
+    """
+    first, second = model.truss.ends.T
+    span = nodes[..., second, :] - nodes[..., first, :]
+    length = np.linalg.norm(span, axis=-1, keepdims=True)
+    unit = span / length
+    if motion is None:
+        pull1 = pull2 = np.broadcast_to(model.gravity, unit.shape)
+        turn = np.zeros(3)
+    else:
+        pull1 = model.gravity - motion.acceleration[..., first, :]
+        pull2 = model.gravity - motion.acceleration[..., second, :]
+        turn = direction_acceleration(model.truss, unit, length, motion)
+    mass, first_moment, about_end = (
+        np.moveaxis(value, -1, 0)[..., None]
+        for value in (model.members.mass, model.members.first_moment, model.members.about_end)
+    )
+    total1 = mass[0] * pull1 - first_moment[0] * turn
+    total2 = mass[1] * pull2 + first_moment[1] * turn
+    crossed1 = _transverse(first_moment[0] * pull1 - about_end[0] * turn, unit) / length
+    crossed2 = _transverse(first_moment[1] * pull2 + about_end[1] * turn, unit) / length
+    exchange = crossed2 - crossed1
+    return MemberLoads(unit, total1 + exchange, total2 - exchange)
+
+
+def direction_acceleration(truss: Truss, unit: Array, length: Array, motion: Motion) -> Array:
+    """Second time derivative of the members' unit vectors.
+
+    Args:
+        truss: Members.
+        unit: Shape (..., M, 3).
+        length: Shape (..., M, 1), m.
+        motion: Of the nodes.
+
+    Returns:
+        Shape (..., M, 3), 1/s².
+    """
+    first, second = truss.ends.T
+    rate = motion.velocity[..., second, :] - motion.velocity[..., first, :]
+    second_rate = motion.acceleration[..., second, :] - motion.acceleration[..., first, :]
+    stretch = np.sum(rate * unit, axis=-1, keepdims=True)
+    spin = (rate - stretch * unit) / length
+    transverse = (_transverse(second_rate, unit) - 2 * stretch * spin) / length
+    return transverse - np.sum(spin**2, axis=-1, keepdims=True) * unit
+
+
+def hub_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> Array:
+    """Weight and inertia of the hubs, tip plate and payload as forces at the nodes.
+
+    Args:
+        model: Masses.
+        nodes: Shape (..., N, 3), m, in frame G.
+        motion: Velocities and accelerations of the nodes; absent at rest.
+
+    Returns:
+        Shape (..., N, 3), N. The plate's and payload's wrench stands at the last three nodes, as the least
+        forces that are equivalent to it.
+    """
+    acceleration = np.zeros(nodes.shape) if motion is None else motion.acceleration
+    force = model.hub_mass * (model.gravity - acceleration)
+    force[..., model.truss.tip, :] += _tip_forces(model, nodes, motion)
+    return force
+
+
+def _tip_forces(model: LoadModel, nodes: Array, motion: Motion | None) -> Array:
+    """Forces at the three tip nodes, shape (..., 3, 3), N."""
+    tip = model.truss.tip
+    axes = _face_axes(nodes[..., tip, :], model.face_side)
+    x, y = axes
+    z = np.cross(x, y)
+    centre_pull = np.broadcast_to(model.gravity, z.shape)
+    tool_pull, rotary = centre_pull, np.zeros(z.shape)
+    if motion is not None:
+        centre_pull = model.gravity - motion.acceleration[..., tip, :].mean(axis=-2)
+        dx, dy = _face_axes(motion.velocity[..., tip, :], model.face_side)
+        ddx, ddy = _face_axes(motion.acceleration[..., tip, :], model.face_side)
+        ddz = np.cross(ddx, y) + 2 * np.cross(dx, dy) + np.cross(x, ddy)
+        tool_pull = centre_pull - model.tool_offset * ddz
+        ball = model.payload.mass * model.payload.radius**2 / 5
+        for axis, change, moment in zip((x, y, z), (ddx, ddy, ddz), model.plate.second_moments, strict=True):
+            rotary = rotary - (moment + ball) * np.cross(axis, change)
+    load = model.payload.mass * tool_pull
+    moment = model.tool_offset * np.cross(z, load) + rotary
+    return _spread(model.plate.mass * centre_pull + load, moment, axes, z, model.face_side)
+
+
+def _spread(force: Array, moment: Array, axes: tuple[Array, Array], z: Array, side: float) -> Array:
+    """Least forces at the corners of a triangle that make up a force and a moment about its centroid."""
+    x, y = axes
+    lever = (2 * moment - np.sum(moment * z, axis=-1, keepdims=True) * z) / side**2
+    low, high = side / (2 * np.sqrt(3)), side / np.sqrt(3)
+    corners = np.stack([x * side / 2 - y * low, y * high, -x * side / 2 - y * low], axis=-2)
+    return force[..., None, :] / 3 + np.cross(lever[..., None, :], corners)
+
+
+def _face_axes(corners: Array, side: float) -> tuple[Array, Array]:
+    """X and Y axes of a face from its corners, shape (..., 3, 3), or the derivatives of both."""
+    n1, n2, n3 = corners[..., 0, :], corners[..., 1, :], corners[..., 2, :]
+    return (n1 - n3) / side, (2 * n2 - n1 - n3) / (np.sqrt(3) * side)
+
+
+def _transverse(vector: Array, unit: Array) -> Array:
+    return vector - np.sum(vector * unit, axis=-1, keepdims=True) * unit

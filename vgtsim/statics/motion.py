@@ -1,0 +1,73 @@
+"""Velocities and accelerations of the nodes from their recorded positions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.signal import savgol_filter
+
+Array = NDArray[np.float64]
+
+_SPACING = (
+    1e-6  # relative change of the record spacing that ends a run: far above rounding, far below one step
+)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How the nodes move.
+
+    Attributes:
+        velocity: Shape (..., N, 3), m/s, in frame G.
+        acceleration: Shape (..., N, 3), m/s², in frame G.
+    """
+
+    velocity: Array
+    acceleration: Array
+
+
+def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: int = 4) -> Motion:
+    """Differentiate recorded node positions twice by local polynomials (Savitzky and Golay).
+
+    Args:
+        time: Shape (T,), s, increasing.
+        nodes: Shape (T, N, 3), m, in frame G.
+        window: Number of records under one polynomial, odd.
+        order: Degree of the polynomial, below `window`.
+
+    Returns:
+        Shapes (T, N, 3). Only records of constant spacing are differenced together; NaN where a run of
+        constant spacing is shorter than the window.
+
+    Source: A. Savitzky and M. J. E. Golay, Analytical Chemistry 36 (1964), 1627-1639.
+    """
+    t, n = np.asarray(time, float), np.asarray(nodes, float)
+    velocity, acceleration = np.full(n.shape, np.nan), np.full(n.shape, np.nan)
+    for run in uniform_runs(t):
+        stretch = n[run]
+        spacing = float(t[run.stop - 1] - t[run.start]) / max(len(stretch) - 1, 1)
+        if len(stretch) < window or spacing <= 0:
+            continue
+        # differences from the mean keep the digits that the distance from the tank's origin would cost
+        offset = stretch - stretch.mean(axis=0)
+        velocity[run] = savgol_filter(offset, window, order, deriv=1, delta=spacing, axis=0)
+        acceleration[run] = savgol_filter(offset, window, order, deriv=2, delta=spacing, axis=0)
+    return Motion(velocity, acceleration)
+
+
+def uniform_runs(time: Array) -> tuple[slice, ...]:
+    """Split records into stretches of constant spacing.
+
+    Args:
+        time: Shape (T,), s.
+
+    Returns:
+        Slices over the records; neighbours share the record at which the spacing changes.
+    """
+    step = np.diff(time)
+    change = np.abs(np.diff(step)) > _SPACING * np.abs(step[:-1])
+    edges = [0, *(np.flatnonzero(change) + 1).tolist(), len(time) - 1]
+    return tuple(slice(first, last + 1) for first, last in pairwise(edges))

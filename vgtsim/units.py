@@ -1,0 +1,76 @@
+"""Quantities with units, as users write them, to SI floats."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pint
+
+
+@lru_cache(maxsize=1)
+def _registry() -> pint.UnitRegistry:
+    """Build the unit registry once; importing pint is slow and only parsing needs it."""
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def to_si(value: float | str, unit: str) -> float:
+    """Convert a quantity to the SI unit given.
+
+    Args:
+        value: A bare number, taken to be in `unit`, or a string such as "42 in".
+        unit: SI unit that fixes the dimension, for example "m" or "N/m**2".
+
+    Returns:
+        The magnitude in `unit`.
+
+    Raises:
+        ValueError: The text is not a quantity, has another dimension, or is not finite.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f"expected a number or a quantity such as '1 {unit}'")
+    if isinstance(value, str):
+        import pint
+
+        try:
+            quantity = _registry().Quantity(value)
+        except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
+            raise ValueError(f"not a quantity; expected something like '1 {unit}'") from error
+        try:
+            number = float(quantity.to(unit).magnitude)
+        except pint.DimensionalityError as error:
+            raise ValueError(f"has dimension {quantity.dimensionality}; expected that of {unit}") from error
+    else:
+        number = float(value)
+    if not math.isfinite(number):
+        raise ValueError("must be finite")
+    return number
+
+
+def _parser(unit: str) -> Callable[[Any], float]:
+    def parse(value: Any) -> float:
+        return to_si(value, unit)
+
+    return parse
+
+
+Length = Annotated[float, BeforeValidator(_parser("m"))]
+Mass = Annotated[float, BeforeValidator(_parser("kg"))]
+Time = Annotated[float, BeforeValidator(_parser("s"))]
+Frequency = Annotated[float, BeforeValidator(_parser("1/s"))]
+Speed = Annotated[float, BeforeValidator(_parser("m/s"))]
+Acceleration = Annotated[float, BeforeValidator(_parser("m/s**2"))]
+Force = Annotated[float, BeforeValidator(_parser("N"))]
+Moment = Annotated[float, BeforeValidator(_parser("N*m"))]
+Pressure = Annotated[float, BeforeValidator(_parser("Pa"))]
+Density = Annotated[float, BeforeValidator(_parser("kg/m**3"))]
+Angle = Annotated[float, BeforeValidator(_parser("rad"))]
+Number = Annotated[float, BeforeValidator(_parser("dimensionless"))]

@@ -1,0 +1,45 @@
+"""The worst of an array over time, with where and when."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One measured figure.
+
+    Attributes:
+        value: The worst; NaN when it could not be measured.
+        where: Member or place.
+        when: Time, s.
+        detail: Why it could not be measured, or more figures.
+    """
+
+    value: float
+    where: str
+    when: float
+    detail: str = ""
+
+
+def worst_of(values: NDArray[np.float64], time: NDArray[np.float64], names: Sequence[str]) -> Finding:
+    """Find the greatest value over records and members.
+
+    A record of NaN is one that was not measured and is passed over; a value that is infinite is not.
+
+    Args:
+        values: Shape (T, M).
+        time: Shape (T,), s.
+        names: Of the columns.
+
+    Returns:
+        The finding; NaN when nothing was measured.
+    """
+    if values.size == 0 or np.all(np.isnan(values)):
+        return Finding(float("nan"), "none", float("nan"), "nothing was measured")
+    record, column = np.unravel_index(np.nanargmax(values), values.shape)
+    return Finding(float(values[record, column]), names[int(column)], float(time[record]))

@@ -1,0 +1,115 @@
+"""Verdicts as data: checks with figures and limits, and the report that holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+CHECK_NAMES = (
+    "closure",
+    "kinematics_agreement",
+    "tracking",
+    "axial_purity",
+    "axial_force",
+    "actuator_stroke",
+    "actuator_force",
+    "member_utilisation",
+    "clearance",
+    "contacts",
+)
+
+
+@dataclass(frozen=True)
+class Check:
+    """One figure against its limit.
+
+    Attributes:
+        name: One of `CHECK_NAMES`; a check with two figures stands in two rows.
+        quantity: What was measured, in words.
+        measured: The worst figure; NaN when the check could not be made.
+        limit: What it is held against.
+        unit: Of both.
+        sense: `at most` or `at least`.
+        where: Worst member or place.
+        when: Time of the worst figure, s; NaN when there is none.
+        source: Where the limit comes from.
+        detail: Why the check could not be made, or more figures.
+    """
+
+    name: str
+    quantity: str
+    measured: float
+    limit: float
+    unit: str
+    sense: Literal["at most", "at least"]
+    where: str
+    when: float
+    source: str
+    detail: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether the figure is within its limit; a check that could not be made is not."""
+        if not np.isfinite(self.measured):
+            return False
+        return self.measured <= self.limit if self.sense == "at most" else self.measured >= self.limit
+
+
+@dataclass(frozen=True)
+class Report:
+    """All checks of a run.
+
+    Attributes:
+        scene: Name of the scene.
+        checks: In the order of `CHECK_NAMES`.
+        performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
+        versions: Version of each package that took part.
+        series: Figures over time for plots; keys `closure` (T,) m, `tool_position_error` (T,) m and `tool_angle_error`
+            (T,) rad (NaN where no goal is approached), `utilisation` (T, M), `clearance_time` (K,) s and `clearance`
+            (K,) m.
+    """
+
+    scene: str
+    checks: tuple[Check, ...]
+    performance: Mapping[str, float]
+    versions: Mapping[str, str]
+    series: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check passed and none is missing."""
+        return {check.name for check in self.checks} == set(CHECK_NAMES) and all(check.passed for check in self.checks)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what `report.json` holds; figures that are not finite become null."""
+        rows = [
+            {
+                "name": c.name,
+                "quantity": c.quantity,
+                "measured": _finite(c.measured),
+                "limit": c.limit,
+                "sense": c.sense,
+                "unit": c.unit,
+                "passed": c.passed,
+                "where": c.where,
+                "when": _finite(c.when),
+                "source": c.source,
+                "detail": c.detail,
+            }
+            for c in self.checks
+        ]
+        return {
+            "scene": self.scene,
+            "passed": self.passed,
+            "checks": rows,
+            "performance": dict(self.performance),
+            "versions": dict(self.versions),
+        }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,110 @@
+"""Is it the mechanism? Closure, agreement with kinematics, tracking and strokes, from the log and the description."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.scene import Scene
+from vgtsim.errors import AssemblyError
+from vgtsim.kinematics import Chain
+from vgtsim.runlog import RunLog
+from vgtsim.verification.findings import Finding, worst_of
+
+Array = NDArray[np.float64]
+
+
+def find_gaps(log: RunLog, chain: Chain) -> Array:
+    """Distance of each member's ends from its hubs, the greater of the two.
+
+    Args:
+        log: The run.
+        chain: The arm.
+
+    Returns:
+        Shape (T, M), m.
+    """
+    return np.linalg.norm(log.ends - log.nodes[:, chain.truss.ends], axis=-1).max(axis=-1)
+
+
+def check_closure(log: RunLog, chain: Chain) -> Finding:
+    """Greatest gap between a member's end and its hub, m."""
+    gaps = find_gaps(log, chain)
+    return worst_of(gaps, log.time, chain.truss.member_names)
+
+
+def check_kinematics(log: RunLog, chain: Chain) -> Finding:
+    """Greatest distance of a node from the forward kinematics of the actual lengths, m."""
+    try:
+        q = chain.inputs_from_lengths(log.actual.reshape(len(log.time), -1, 3))
+    except AssemblyError as error:
+        return Finding(float("nan"), error.module, float("nan"), str(error))
+    apart = np.linalg.norm(log.nodes - chain.nodes(q), axis=-1)
+    return worst_of(apart, log.time, chain.truss.nodes)
+
+
+def tool_from_nodes(nodes: Array, chain: Chain) -> tuple[Array, Array]:
+    """Tool point and direction of the plane through the tip nodes.
+
+    Args:
+        nodes: Shape (T, N, 3), m, in frame G.
+        chain: The arm.
+
+    Returns:
+        Position, shape (T, 3), m, and outward unit normal, shape (T, 3), in frame G.
+    """
+    corner = nodes[:, chain.truss.tip]
+    normal = np.cross(corner[:, 0] - corner[:, 2], corner[:, 1] - corner[:, 2])
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    return corner.mean(axis=1) + chain.manipulator.tip_plate.tool_offset * normal, normal
+
+
+def find_tool_errors(log: RunLog, chain: Chain, scene: Scene) -> tuple[Array, Array]:
+    """Distance and angle of the tool from the goal approached or held at each record.
+
+    Args:
+        log: The run.
+        chain: The arm.
+        scene: Names the goals.
+
+    Returns:
+        Shapes (T,), m and rad; NaN where there is no goal.
+    """
+    position, direction = tool_from_nodes(log.nodes, chain)
+    goals = scene.task.motion.goals
+    wanted = np.array([goal.position for goal in goals])[log.goal]
+    aimed = np.array([goal.direction for goal in goals])[log.goal]
+    distance = np.linalg.norm(position - wanted, axis=-1)
+    angle = np.arctan2(np.linalg.norm(np.cross(direction, aimed), axis=-1), np.sum(direction * aimed, axis=-1))
+    none = log.goal < 0
+    distance[none] = angle[none] = np.nan
+    return distance, angle
+
+
+def check_tracking(log: RunLog, errors: Array, scene: Scene) -> Finding:
+    """Greatest error at a settled goal; it could not be made when a goal was never settled.
+
+    Args:
+        log: The run.
+        errors: Distance or angle at each record, shape (T,).
+        scene: Names the goals.
+
+    Returns:
+        The finding, at the goal's name.
+    """
+    labels = [goal.name for goal in scene.task.motion.goals]
+    missed = [name for index, name in enumerate(labels) if not np.any(log.settled & (log.goal == index))]
+    if missed:
+        return Finding(float("nan"), missed[0], float("nan"), f"never settled at {', '.join(missed)}")
+    held = np.flatnonzero(log.settled)
+    worst = held[np.argmax(errors[held])]
+    return Finding(float(errors[worst]), labels[int(log.goal[worst])], float(log.time[worst]))
+
+
+def check_strokes(log: RunLog, chain: Chain) -> Finding:
+    """Least distance of a cylinder from the ends of its stroke, m."""
+    low, high = chain.stroke.reshape(2, -1)
+    room = np.minimum(log.actual - low, high - log.actual)
+    names = [chain.truss.member_names[i] for i in chain.truss.actuated]
+    worst = worst_of(-room, log.time, names)
+    return Finding(-worst.value, worst.where, worst.when)
