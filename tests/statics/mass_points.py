@@ -16,8 +16,8 @@ _GAUSS = ((1 - 1 / np.sqrt(3)) / 2, (1 + 1 / np.sqrt(3)) / 2)  # two points inte
 class Cloud:
     """Mass points of an arm: `points(q)` gives their positions, `masses` and `weighty` belong to them.
 
-    The thickness of a member enters through its direction: û as the position of a mass equal to the thickness' moment of
-    inertia has the right momentum about any point, and no weight.
+    The thickness of a member enters through its direction: û as the position of a mass equal to the
+    moment of inertia of the thickness has the right momentum about any point, and no weight.
     """
 
     chain: Chain
@@ -36,8 +36,8 @@ class Cloud:
             fixed = np.linalg.norm(straight[member.ends[1]] - straight[member.ends[0]])
             for hub, sign, start, end, mass, thickness in self._segments(arm, member, fixed):
                 origin = first if hub == 0 else second
-                for share in _GAUSS:
-                    parts.append((origin + sign * (start + share * (end - start)) * unit)[..., None, :])
+                places = [start + share * (end - start) for share in _GAUSS]
+                parts += [(origin + sign * place * unit)[..., None, :] for place in places]
                 parts.append(unit[..., None, :])
                 masses.append(np.array([mass / 2, mass / 2, mass * thickness]))
                 weighty.append(np.array([1.0, 1.0, 0.0]))
@@ -64,8 +64,12 @@ class Cloud:
     def _tip(self, arm, q):
         R, P = self.chain.frames(q)
         turn, origin = R[..., -1, :, :], P[..., -1, :]
-        corners = arm.face_side * np.array([[0.5, -0.5 / 3**0.5, 0], [0, 1 / 3**0.5, 0], [-0.5, -0.5 / 3**0.5, 0]])
-        plate = (corners + np.roll(corners, 1, axis=0)) / 2  # a triangle is three masses at its edges' middles
+        corners = arm.face_side * np.array(
+            [[0.5, -0.5 / 3**0.5, 0], [0, 1 / 3**0.5, 0], [-0.5, -0.5 / 3**0.5, 0]]
+        )
+        plate = (
+            corners + np.roll(corners, 1, axis=0)
+        ) / 2  # a triangle is three masses at its edges' middles
         spread = self.payload_radius * np.sqrt(0.6)
         ball = np.concatenate([np.eye(3), -np.eye(3)]) * spread + [0, 0, arm.tip_plate.tool_offset]
         local = np.concatenate([plate, ball])

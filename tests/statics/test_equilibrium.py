@@ -17,7 +17,7 @@ from vgtsim.statics.rank import equilibrium_matrix
 
 ROUNDING = 1e-9  # of the largest force: 135 equations of condition 1e3 in double precision
 FINITE_ELEMENTS = 1e-8  # of the largest force: a stiffness solve loses digits in the displacements first
-DIFFERENCES = 1e-6  # of the weight: five-point differences at 5 ms, and of lengths by 1e-4 m
+DIFFERENCES = 1e-8  # of the weight or largest force: five-point differences at 5 ms, and of lengths by 1 mm
 GRAVITY = 9.81
 
 
@@ -254,7 +254,9 @@ def make_short(model, lost):
     """The mass model without one member."""
     keep = np.arange(len(model.members.mass)) != lost
     members = model.members
-    part = replace(members, mass=members.mass[keep], centre=members.centre[keep], centroidal=members.centroidal[keep])
+    part = replace(
+        members, mass=members.mass[keep], centre=members.centre[keep], centroidal=members.centroidal[keep]
+    )
     return replace(model, members=part)
 
 

@@ -1,7 +1,7 @@
 """From goals to timed actuator lengths."""
 
 from vgtsim.control.checks import check_scene, start_inputs
-from vgtsim.control.program import Leg, LengthProgram, make_program
+from vgtsim.control.program import Leg, LengthProgram, make_program, solve_first_goal
 from vgtsim.control.riser import RISER_SPARE, RiserFit, riser_fit
 
 __all__ = [
@@ -12,5 +12,6 @@ __all__ = [
     "check_scene",
     "make_program",
     "riser_fit",
+    "solve_first_goal",
     "start_inputs",
 ]

@@ -10,13 +10,14 @@ from vgtsim.description.scene import Scene
 from vgtsim.errors import AssemblyError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedron import length_jacobian, midplane_from_lengths
+from vgtsim.kinematics.double_octahedron import Geometry, length_jacobian, midplane_from_lengths
 from vgtsim.redundancy.strokes import make_box
 from vgtsim.redundancy.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
 _STATIONS = 5  # lengths tried over each stroke: 125 combinations a module
+_CLOSED = 1e-9  # rounding of lengths that went there and back, m
 
 
 def start_inputs(scene: Scene, chain: Chain) -> Array:
@@ -39,7 +40,15 @@ def start_inputs(scene: Scene, chain: Chain) -> Array:
 
 
 def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
-    """What the arm of a scene must keep clear of."""
+    """What the arm of a scene must keep clear of.
+
+    Args:
+        scene: The scene.
+        chain: Its arm on its mast.
+
+    Returns:
+        Tank, equipment, waste, mast and the arm itself with its payload.
+    """
     task = scene.task
     return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2)
 
@@ -52,8 +61,9 @@ def check_scene(scene: Scene, chain: Chain) -> None:
         chain: Its arm on its mast.
 
     Raises:
-        DescriptionError: A module does not assemble over its strokes; the stowed arm does not pass the riser; the start
-            is outside a stroke or too near something; a goal is outside the tank or too near something.
+        DescriptionError: A module does not assemble over its strokes; the stowed arm does not pass the riser;
+            the start is outside a stroke or too near something; a goal is outside the tank or too near
+            something.
     """
     check_assembly(scene, chain)
     check_riser(scene, chain)
@@ -64,8 +74,8 @@ def check_scene(scene: Scene, chain: Chain) -> None:
 def check_assembly(scene: Scene, chain: Chain) -> None:
     """Refuse strokes over which a module does not assemble.
 
-    All corners of the stroke box and a grid inside it are solved. The determinant of the actuator lengths by the inputs
-    must keep the sign it has at mid-stroke: where it vanishes the module is singular and may change its assembly mode.
+    All corners of the stroke box and a grid inside it are solved. The determinant of the actuator lengths by
+    the inputs must keep its sign: where it vanishes the module is singular and may change its assembly mode.
 
     Args:
         scene: The scene, for the error.
@@ -76,30 +86,32 @@ def check_assembly(scene: Scene, chain: Chain) -> None:
     """
     done = set()
     for a, geometry in enumerate(chain.geometries):
-        low, high = chain.stroke[0, a, 0], chain.stroke[1, a, 0]
+        low, high = float(chain.stroke[0, a, 0]), float(chain.stroke[1, a, 0])
         if (geometry, low, high) in done:
             continue
         done.add((geometry, low, high))
         ticks = np.linspace(low, high, _STATIONS)
-        lengths = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
-        for row in lengths:
-            failure = ""
-            try:
-                inputs = midplane_from_lengths(geometry, row)
-                back, block = length_jacobian(geometry, inputs)
-            except (AssemblyError, ValueError, np.linalg.LinAlgError) as error:
-                failure = str(error)
-            else:
-                if np.max(np.abs(back - row)) > 1e-9 or np.linalg.det(block) >= 0:
-                    failure = "another assembly mode"
+        for lengths in np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3):
+            failure = _assembly_failure(geometry, lengths)
             if failure:
                 name = chain.manipulator.active[a].name
-                at = ", ".join(f"{length:.4f}" for length in row)
+                at = ", ".join(f"{length:.4f}" for length in lengths)
                 raise scene.error(
                     f"manipulator.modules.{name}.cylinder",
-                    f"a stroke from {low:.4f} to {high:.4f} m, with which {name} does not assemble at ({at}) m: {failure}",
-                    "a stroke over whose whole range the module assembles",
+                    f"a stroke from {low:.4f} to {high:.4f} m; at ({at}) m {failure}",
+                    f"a stroke over whose whole range {name} assembles",
                 )
+
+
+def _assembly_failure(geometry: Geometry, lengths: Array) -> str:
+    """Why a module does not take three actuator lengths, shape (3,), m; empty when it does."""
+    try:
+        back, block = length_jacobian(geometry, midplane_from_lengths(geometry, lengths))
+    except (AssemblyError, ValueError, np.linalg.LinAlgError) as error:
+        return str(error)
+    if np.max(np.abs(back - lengths)) > _CLOSED or np.linalg.det(block) >= 0:
+        return "only another assembly mode closes"
+    return ""
 
 
 def _check_start(scene: Scene, chain: Chain) -> None:
@@ -110,7 +122,9 @@ def _check_start(scene: Scene, chain: Chain) -> None:
         try:
             length = length_jacobian(chain.geometries[a], q[a])[0]
         except (AssemblyError, ValueError) as error:
-            raise scene.error(f"motion.start.{a}", f"a shape {module.name} cannot take: {error}", "a smaller bend") from None
+            raise scene.error(
+                f"motion.start.{a}", f"a shape {module.name} cannot take: {error}", "a smaller bend"
+            ) from None
         spare = np.minimum(length - box.least[a], box.greatest[a] - length)
         if np.min(spare) <= 0:
             worst = int(np.argmin(spare))
@@ -121,7 +135,9 @@ def _check_start(scene: Scene, chain: Chain) -> None:
             )
     clearance, place = surroundings_of(scene, chain).least(q)
     if clearance < motion.clearance:
-        raise scene.error("motion.start", f"a shape that comes to {clearance:.3f} m of {place}", f"{motion.clearance:.3f} m")
+        raise scene.error(
+            "motion.start", f"a shape that comes to {clearance:.3f} m of {place}", f"{motion.clearance:.3f} m"
+        )
 
 
 def _check_goals(scene: Scene, chain: Chain) -> None:

@@ -18,6 +18,7 @@ from vgtsim.redundancy.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
+_SWING = np.radians(5.0)  # below this the swing is the straight line
 _TUCKED = (20.0, 35.0, 35.0, 20.0, 0.0)  # bends of a shape that stands clear of floor, wall and dome, degrees
 
 
@@ -45,11 +46,11 @@ class Path:
     """A smooth path through input space.
 
     Attributes:
-        spline: Inputs over the parameter 0 to 1, shape (A, 3) at each; four times continuously differentiable.
+        spline: Inputs over the parameter 0 to 1, shape (A, 3) at each; its fourth derivative is continuous.
         clearance: Least clearance over the path, m.
         place: What is that near.
         spare: Least distance of an actuator from the end of its stroke, m.
-        travel: Sum over the path of the greatest change of an actuator, m: its length in time at a fixed rate.
+        travel: Sum along the path of the greatest change of an actuator, m: its time at a fixed rate.
     """
 
     spline: BSpline
@@ -69,8 +70,9 @@ def plan_path(
 ) -> Path:
     """Find a clear path between two configurations, the shortest of the candidates.
 
-    Candidates are the straight line in inputs, swings about the mast either way while the shape changes, and, when none
-    of those is clear, the same swings by way of a tucked shape. Each is smoothed and then judged densely.
+    Candidates are the straight line in inputs and a swing about the mast while the shape changes; when none
+    of those is clear, the swing the other way round; then the swings by way of a tucked shape. Each is
+    smoothed and then judged densely, the shortest of a group first.
 
     Args:
         chain: The arm.
@@ -90,16 +92,17 @@ def plan_path(
     box = make_box(chain, settings.stroke_margin)
     corridor = Corridor(chain, box, surroundings, settings.clearance, settings.softness)
     ends = np.asarray(first, float), np.asarray(last, float)
-    judged: list[Path] = []
+    middle = centre(chain, box)
+    failed: list[Path] = []
     for group in _candidates(chain, *ends, settings.waypoints):
-        for way in group:
-            path = _judge(corridor, smooth(corridor, assemblable(chain, way, centre(chain, box))), settings)
-            if path is not None:
-                judged.append(path)
-        clear = [path for path in judged if path.clearance >= settings.clearance and path.spare > 0]
-        if clear:
-            return min(clear, key=lambda path: path.travel)
-    best = max(judged, key=lambda path: min(path.clearance, path.spare), default=None)
+        ways = [smooth(corridor, assemblable(chain, way, middle)) for way in group]
+        rough = [item for item in (_spline(corridor, way, settings) for way in ways) if item is not None]
+        for spline, samples, length in sorted(rough, key=lambda item: _travel(item[2])):
+            path = _judge(corridor, spline, samples, length)
+            if path.clearance >= settings.clearance and path.spare > 0:
+                return path
+            failed.append(path)
+    best = max(failed, key=lambda path: min(path.clearance, path.spare), default=None)
     if best is None:
         raise PathError(leg, -np.inf, "a module that does not assemble")
     if best.clearance >= settings.clearance:
@@ -118,7 +121,8 @@ def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator
     direct = (1 - plain) * shape_first + plain * shape_last
     swung = [swing(direct, at + part * angle) for angle in (near, far)]
     straight = (1 - plain) * first + plain * last
-    yield [straight, *swung] if abs(near) > np.radians(5) else [straight]
+    yield [straight, swung[0]] if abs(near) > _SWING else [straight]
+    yield [swung[1]]
     stations = np.interp(np.linspace(0, 1, len(first)), np.linspace(0, 1, len(_TUCKED)), np.radians(_TUCKED))
     tucked = bend_all(chain, stations, 0.0)
     rise = np.sin(np.pi * part)[:, None, None] ** 2
@@ -128,16 +132,23 @@ def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator
     yield ways
 
 
-def _judge(corridor: Corridor, way: Array, settings: PathSettings) -> Path | None:
-    """Spline through a way and what it comes near to; None when it does not assemble."""
+def _spline(corridor: Corridor, way: Array, settings: PathSettings) -> tuple[BSpline, Array, Array] | None:
+    """Spline through a way, its samples and their actuator lengths; None when one does not assemble."""
     spline = make_interp_spline(np.linspace(0.0, 1.0, len(way)), way, k=5)
     samples = spline(np.linspace(0.0, 1.0, settings.samples))
-    samples[0], samples[-1] = way[0], way[-1]
     try:
-        length = corridor.chain.lengths(samples)
+        return spline, samples, corridor.chain.lengths(samples)
     except (AssemblyError, ValueError):
         return None
+
+
+def _travel(length: Array) -> float:
+    return float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=(1, 2))))
+
+
+def _judge(corridor: Corridor, spline: BSpline, samples: Array, length: Array) -> Path:
+    """What a sampled path comes near to."""
     clearance, places = corridor.surroundings.clearance(samples)
     worst = int(np.argmin(clearance))
-    travel = float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=(1, 2))))
-    return Path(spline, float(clearance[worst]), places[worst], float(np.min(corridor.box.spare(length))), travel)
+    spare = float(np.min(corridor.box.spare(length)))
+    return Path(spline, float(clearance[worst]), places[worst], spare, _travel(length))

@@ -69,6 +69,29 @@ class LengthProgram:
         return self.timestep * sum(len(leg.lengths) - 1 for leg in self.legs)
 
 
+def solve_first_goal(scene: Scene, chain: Chain) -> Array:
+    """Configuration at the first goal, without planning the way to it.
+
+    Args:
+        scene: The scene.
+        chain: Its arm on its mast.
+
+    Returns:
+        Inputs, shape (A, 3).
+
+    Raises:
+        ReachError: The goal cannot be met.
+    """
+    goal = scene.task.motion.goals[0]
+    start, surroundings = start_inputs(scene, chain), surroundings_of(scene, chain)
+    return solve_goal(chain, goal.name, goal.position, goal.direction, start, surroundings, _solving(scene)).q
+
+
+def _solving(scene: Scene) -> SolverSettings:
+    motion = scene.task.motion
+    return SolverSettings(stroke_margin=motion.stroke_margin, clearance=motion.clearance + _MARGIN)
+
+
 def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     """Plan the tour of a scene.
 
@@ -87,16 +110,18 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     check_scene(scene, chain)
     motion = scene.task.motion
     surroundings = surroundings_of(scene, chain)
-    solving = SolverSettings(stroke_margin=motion.stroke_margin, clearance=motion.clearance + _MARGIN)
+    solving = _solving(scene)
     planning = PathSettings(clearance=motion.clearance, stroke_margin=motion.stroke_margin)
     limits = make_limits(chain, motion.rate_fraction, motion.acceleration)
     timestep = scene.task.simulation.timestep
-    q = start = start_inputs(scene, chain)
+    start = start_inputs(scene, chain)
+    shapes = [start]
+    for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
+        found = solve_goal(chain, goal.name, goal.position, goal.direction, shapes[-1], surroundings, solving)
+        shapes.append(found.q)
     legs = []
     for index, goal in enumerate(motion.goals):
-        solution = solve_goal(chain, goal.name, goal.position, goal.direction, q, surroundings, solving)
-        path = plan_path(chain, surroundings, q, solution.q, goal.name, planning)
+        path = plan_path(chain, surroundings, shapes[index], shapes[index + 1], goal.name, planning)
         lengths = time_lengths(chain, path.spline, limits, timestep)
-        q = solution.q
-        legs.append(Leg(goal.name, index, lengths, np.array(q), path.clearance, path.place))
+        legs.append(Leg(goal.name, index, lengths, np.array(shapes[index + 1]), path.clearance, path.place))
     return LengthProgram(np.array(start), tuple(legs), timestep)

@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.inertia import member_radii
 
 Array = NDArray[np.float64]
 
-RISER_SPARE = 0.0381 - 1e-5  # 1.5 in all round, what the arm was laid out for, less rounding of its figures to five digits, m
+# 1.5 in all round, what the arm is laid out for, less the rounding of its figures to five digits, m
+RISER_SPARE = 0.0381 - 1e-5
 
 
 @dataclass(frozen=True)
@@ -31,8 +33,8 @@ class RiserFit:
 def riser_fit(chain: Chain, bore: float) -> RiserFit:
     """Distance of the stowed arm from a bore about the mast's axis.
 
-    Hubs are balls and tubes capsules, both widest from the axis at their ends; a cylinder's barrel is a tube from the
-    eye at its base pin to its mouth.
+    Hubs are balls and tubes capsules, widest from the axis at their ends; a cylinder's barrel runs from the
+    eye at its base pin to its mouth, and its rod is thinner than the hub that it runs to.
 
     Args:
         chain: The arm.
@@ -43,23 +45,20 @@ def riser_fit(chain: Chain, bore: float) -> RiserFit:
     """
     nodes = chain.nodes(chain.stowed)
     local = (nodes - chain.mount[:3, 3]) @ chain.mount[:3, :3]
-    flat = local[:, :2]
+    from_axis = np.hypot(local[:, 0], local[:, 1])
     manipulator, truss = chain.manipulator, chain.truss
-    reach = [
-        (float(np.hypot(*flat[n])) + manipulator.hub.radius, f"node {name}") for n, name in enumerate(truss.nodes)
-    ]
-    for member in truss.members:
-        ends = flat[list(member.ends)]
+    hubs = from_axis + manipulator.hub.radius
+    widest, place = max((float(reach), f"node {name}") for reach, name in zip(hubs, truss.nodes, strict=True))
+    for member, radius in zip(truss.members, member_radii(manipulator, truss), strict=True):
+        ends = local[list(member.ends)]
         if member.role == "actuator":
             cylinder = manipulator.cylinders[member.section]
-            length = float(np.linalg.norm(local[member.ends[1]] - local[member.ends[0]]))
+            length = np.linalg.norm(ends[1] - ends[0])
             part = np.array([[cylinder.eye], [cylinder.barrel_length]]) / length
             ends = ends[0] + part * (ends[1] - ends[0])
-            radius = cylinder.barrel_diameter / 2
-        else:
-            radius = manipulator.tubes[member.section].outer_diameter / 2
-        reach.append((float(np.max(np.hypot(ends[:, 0], ends[:, 1]))) + radius, f"member {member.name}"))
-    widest, place = max(reach)
+        reach = float(np.max(np.hypot(ends[:, 0], ends[:, 1])) + radius)
+        if reach > widest:
+            widest, place = reach, f"member {member.name}"
     return RiserFit(bore / 2 - widest, place)
 
 
@@ -71,14 +70,22 @@ def check_riser(scene: Scene, chain: Chain) -> None:
         chain: Its arm.
 
     Raises:
-        DescriptionError: With the node or member and by how much it fails.
+        DescriptionError: The stowed length is outside a stroke; or the node or member that does not fit, and
+            by how much.
     """
+    wanted, (least, greatest) = scene.manipulator.stowed.cylinder_length, chain.stroke[:, :, 0]
+    if not np.all((least <= wanted) & (wanted <= greatest)):
+        raise scene.error(
+            "manipulator.stowed.cylinder_length",
+            f"{wanted:.4f} m",
+            f"a length that every cylinder has, {least.max():.4f} to {greatest.min():.4f} m",
+        )
     riser = scene.tank.arm_riser
     fit = riser_fit(chain, riser.bore)
     if fit.spare < RISER_SPARE:
         raise scene.error(
             "manipulator.stowed",
-            f"an arm that does not fit {riser.name}: {fit.place} leaves {fit.spare * 1e3:.2f} mm of the bore, "
-            f"{(RISER_SPARE - fit.spare) * 1e3:.2f} mm too little",
+            f"an arm that does not fit {riser.name}: {fit.place} leaves {fit.spare * 1e3:.2f} mm of the bore "
+            f"all round, {(RISER_SPARE - fit.spare) * 1e3:.2f} mm too little",
             f"a stowed arm that leaves {RISER_SPARE * 1e3:.1f} mm all round",
         )

@@ -1,9 +1,9 @@
 """From a path to actuator lengths in time, inside the rates and accelerations of the cylinders.
 
-The path's parameter is first replaced by one in which the fastest actuator, measured by its own rate, moves at the same
-speed all along: the p-norm of the scaled rates, which is smooth where the greatest of them has corners. That parameter
-then runs from rest to rest with ramps of a fifth-order smooth step in speed, so that the acceleration starts and ends
-at zero and is continuous.
+The path's parameter is first replaced by one in which the fastest actuator, measured by its own rate, moves
+at the same speed all along: the p-norm of the scaled rates, which is smooth where the greatest of them has
+corners. That parameter then runs from rest to rest with ramps of a fifth-order smooth step in speed, so that
+the acceleration starts and ends at zero and is continuous.
 """
 
 from __future__ import annotations
@@ -62,10 +62,10 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
         timestep: s.
 
     Returns:
-        Lengths, shape (n, 3 A), m; the first and last rows are those of the path's ends. Each row is computed from the
-        inputs at its instant.
+        Lengths, shape (n, 3 A), m; the first and last rows are those of the path's ends. Each row is computed
+        from the inputs at its instant.
 
-    Source: section 8.1 asks for rates within limits and names no law; this one is the project's own.
+    Source: the project's own; the dissertation gives configurations and no motion in time.
     """
     grid = np.linspace(0.0, 1.0, _GRID)
     speed = _scaled_speed(chain, spline, limits, grid)
@@ -100,7 +100,7 @@ def _profile(reach: float, ramp: float) -> tuple[float, float]:
 
 
 def _run(time: ArrayLike, fraction: float) -> Array:
-    """Part of the way covered at a part of the time, both 0 to 1: ramps whose speed is 10 x³ - 15 x⁴ + 6 x⁵."""
+    """Part of the way covered at a part of the time, both 0 to 1: speed 10 x³ - 15 x⁴ + 6 x⁵ in the ramps."""
     t = np.asarray(time, float)
     x = np.clip(np.minimum(t, 1 - t) / fraction, 0.0, 1.0)
     ramp = fraction * (2.5 * x**4 - 3 * x**5 + x**6)
@@ -118,7 +118,7 @@ def _stretch(
     fraction: float,
     reach: float,
 ) -> float:
-    """Factor on the duration that brings every speed and acceleration inside its limit, at least one of them to it."""
+    """Factor on the duration that brings speeds and accelerations inside their limits, one of them to it."""
     time = np.linspace(0.0, 1.0, 4 * _GRID)
     inputs = spline(np.clip(parameter(_run(time, fraction) * reach), 0.0, 1.0))
     length = chain.lengths(inputs)

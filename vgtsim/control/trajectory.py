@@ -1,8 +1,8 @@
 """Way-points between two configurations, moved until they are short, smooth and clear.
 
-The sum of squares that is made small holds, in actuator lengths, the first and second differences along the way, and
-hinges for strokes and clearances that grow before a limit is met. Gauss-Newton with damping; the matrix is
-block-banded, since a way-point feels only two neighbours on either side.
+The sum of squares that is made small holds, in actuator lengths, the first and second differences along the
+way, and hinges for strokes and clearances that grow before a limit is met. Gauss-Newton with damping; the
+matrix is block-banded, since a way-point feels only two neighbours on either side.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def assemblable(chain: Chain, way: Array, middle: Array) -> Array:
     Returns:
         Way-points, shape (W, A, 3).
     """
-    for part in np.linspace(0.0, 0.9, 10):
+    for part in np.linspace(0.0, 1.0, 11):
         trial = np.array(way)
         trial[1:-1] += part * (middle - way[1:-1])
         try:
@@ -95,7 +95,7 @@ def assemblable(chain: Chain, way: Array, middle: Array) -> Array:
         except (AssemblyError, ValueError):
             continue
         return trial
-    return trial
+    return way
 
 
 def _stiffness(count: int) -> Array:
@@ -106,7 +106,7 @@ def _stiffness(count: int) -> Array:
 
 
 def _hinges(corridor: Corridor, length: Array) -> tuple[Array, Array]:
-    """Excess over the stroke hinges towards retraction and extension, each shape (W, A, 3), in units of their width."""
+    """Stroke hinges at retraction and extension, each shape (W, A, 3): from 0 to 1 at the limit."""
     low = np.maximum(0.0, 1 - (length - corridor.box.least) / _STROKE_SOFT)
     high = np.maximum(0.0, 1 - (corridor.box.greatest - length) / _STROKE_SOFT)
     return low, high
@@ -128,7 +128,7 @@ def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
 
 
 def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple[Array, Array]:
-    """Slope, shape (W - 2, 3 A), and the Gauss-Newton blocks [i, i + o], shape (3, W - 2, 3 A, 3 A), o = 0, 1, 2."""
+    """Slope, shape (W - 2, 3 A), and blocks [i, i + o] of the matrix, shape (3 o, W - 2, 3 A, 3 A)."""
     count, modules = way.shape[:2]
     size = 3 * modules
     length, blocks = corridor.chain.length_jacobian(way)

@@ -128,8 +128,8 @@ class Simulation(Description):
     gravity: Acceleration = Field(ge=0)
     weight_scale: Number = Field(gt=0, le=1)
     drive: Literal["rigid", "servo"] = "rigid"
-    servo_stiffness: Annotated[float, Field(gt=0)] = 2e9
-    servo_damping: Annotated[float, Field(gt=0)] = 2e7
+    servo_stiffness: Annotated[float, Field(gt=0)] = 1e8
+    servo_damping: Annotated[float, Field(gt=0)] = 1e6
 
     @model_validator(mode="after")
     def _rates_divide(self) -> Simulation:

@@ -1,14 +1,15 @@
 """The tank for contact: boxes that lie against it from outside.
 
-Each box touches the inner surface with the middle of its inner face, in the tangent plane of that point. As the tank is
-convex, such a box, however large, never comes inside; so neighbours may overlap and need no mitred ends. Where two
-boxes meet, the surface they offer stands back from the tank by at most the tolerance once for the angle between
-sectors and once for the angle between rings.
+Each box touches the inner surface with the middle of its inner face, in the tangent plane of that point. As
+the tank is convex, such a box, however large, never comes inside; so neighbours may overlap and need no
+mitred ends. Where two boxes meet, the surface they offer stands back from the tank by at most the tolerance
+once for the angle between sectors and once for the angle between rings.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import acos, ceil, cos, pi, sin, tan
 
 import numpy as np
@@ -20,7 +21,7 @@ from vgtsim.geometry.profile import Piece, Profile
 Array = NDArray[np.float64]
 
 # m; standing back of the boxes for each of the two angles, and their depth away from the tank
-TOLERANCE = 0.025
+TOLERANCE = 0.02
 DEPTH = 0.4
 
 
@@ -71,7 +72,7 @@ def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> t
     """
     bore = tank.arm_riser.bore / 2
     tangents = [line for piece in profile.pieces for line in _tangents(piece, tolerance)]
-    corners = [_meet(a, b) for a, b in zip(tangents, tangents[1:], strict=False)]
+    corners = [_meet(a, b) for a, b in pairwise(tangents)]
     panels = [_slab(tangents[0], corners[0])]
     count: dict[str, int] = {tangents[0].name: 1}
     for index, line in enumerate(tangents[1:], start=1):
@@ -81,7 +82,10 @@ def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> t
             continue
         number = count.get(line.name, 0)
         count[line.name] = number + 1
-        panels += _ring(line, start, stop, bore, tolerance, f"{line.name}/{number}")
+        turn = line.heading - tangents[index - 1].heading
+        if index < len(corners):
+            turn = max(turn, tangents[index + 1].heading - line.heading)
+        panels += _ring(line, (start, stop), turn, bore, tolerance, f"{line.name}/{number}")
     return (*panels, *_bore(tank, profile, tolerance))
 
 
@@ -106,7 +110,12 @@ def _meet(a: _Tangent, b: _Tangent) -> Array:
 def _slab(line: _Tangent, corner: Array) -> Panel:
     """The middle of the floor: one square plate."""
     size = float(corner[0])
-    return Panel(f"{line.name}/0/0", np.array([0, 0, line.point[1] - DEPTH / 2]), np.eye(3), np.array([size, size, DEPTH / 2]))
+    return Panel(
+        f"{line.name}/0/0",
+        np.array([0, 0, line.point[1] - DEPTH / 2]),
+        np.eye(3),
+        np.array([size, size, DEPTH / 2]),
+    )
 
 
 def _sectors(radius: float, tolerance: float) -> int:
@@ -114,18 +123,23 @@ def _sectors(radius: float, tolerance: float) -> int:
     return max(8, ceil(pi / acos(radius / (radius + tolerance)))) if radius > 0 else 8
 
 
-def _ring(line: _Tangent, start: Array, stop: Array, bore: float, tolerance: float, name: str) -> list[Panel]:
+def _ring(
+    line: _Tangent, ends: tuple[Array, Array], turn: float, bore: float, tolerance: float, name: str
+) -> list[Panel]:
+    """Boxes around the tank along a tangent line between its corners; `turn` is the sharper of the two corners."""
+    start, stop = ends
     widest = max(start[0], stop[0])
     sectors = _sectors(widest * sin(line.heading), tolerance)
-    # neighbours with another number of sectors have their corners elsewhere: overlap by a corner, and by the mitre
-    lap = widest * (1 / cos(pi / sectors) - 1) * abs(cos(line.heading)) + DEPTH * tan(pi / 12)
+    # overlap the neighbours: by the mitre, and by a corner, as with another number of sectors theirs stand elsewhere
+    lap = DEPTH * tan(turn / 2) + widest * (1 / cos(pi / sectors) - 1) * abs(cos(line.heading))
     low = float((start - line.point) @ line.along) - lap
     high = float((stop - line.point) @ line.along) + lap
     if cos(line.heading) < 0:
         # towards the axis the boxes end at the bore
         high = min(high, float((bore - line.point[0]) / cos(line.heading)))
-    outline = [line.point + end * line.along for end in (low, high)]
-    half_width = max(point[0] for point in outline) * tan(pi / sectors)
+    outline = [line.point + reach * line.along for reach in (low, high)]
+    # wide enough to meet at the far side of the boxes as well
+    half_width = (max(point[0] for point in outline) + DEPTH * sin(line.heading)) * tan(pi / sectors)
     middle = line.point + (low + high) / 2 * line.along - DEPTH / 2 * line.inward
     half = np.array([(high - low) / 2, half_width, DEPTH / 2])
     return [_place(f"{name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)]
@@ -139,8 +153,10 @@ def _bore(tank: Tank, profile: Profile, tolerance: float) -> list[Panel]:
     sectors = _sectors(radius, tolerance)
     line = _Tangent(riser.name, np.array([radius, rim]), pi / 2)
     middle = np.array([radius + DEPTH / 2, (rim + top) / 2])
-    half = np.array([(top - rim) / 2, radius * tan(pi / sectors) + DEPTH * tan(pi / sectors), DEPTH / 2])
-    return [_place(f"{riser.name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)]
+    half = np.array([(top - rim) / 2, (radius + DEPTH) * tan(pi / sectors), DEPTH / 2])
+    return [
+        _place(f"{riser.name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)
+    ]
 
 
 def _place(name: str, middle: Array, line: _Tangent, half: Array, azimuth: float) -> Panel:

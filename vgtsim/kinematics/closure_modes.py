@@ -1,14 +1,17 @@
 """All solutions of an octahedral cell's closure, real and complex, by elimination (section 3.4.1).
 
-With x = tan(phi/2) each of a cell's three closures is a biquadratic in two of x1, x2, x3. Eliminating x3 between the
-second and the third by Bezout's resultant, and x2 between that and the first by Sylvester's matrix, leaves a matrix
-polynomial in x1 whose eigenvalues are the solutions. Each candidate is polished by Newton's method on the cosines and
-sines in complex arithmetic, where nothing is singular at phi = pi, and kept only if it closes; doubles are counted once.
+With x = tan(phi/2) each of a cell's three closures is a biquadratic in two of x1, x2, x3. Eliminating x3
+between the second and the third by Bezout's resultant, and x2 between that and the first by Sylvester's
+matrix, leaves a matrix polynomial in x1 whose eigenvalues are the solutions. Each candidate is polished by
+Newton's method on complex angles, where nothing is singular at phi = pi, and kept only if it closes; doubles
+are counted once.
 
-No count is assumed: what is returned is what closes. The elimination bounds it by sixteen per octahedral cell.
+No count is assumed: what is returned is what closes. The elimination bounds it by sixteen per octahedral
+cell.
 
-Some lengths leave a whole curve of solutions, Bricard's flexible octahedra. The eliminated determinant then vanishes for
-every x1; the isolated solutions are found from a neighbouring closure, and the cell is reported as flexible.
+Some lengths leave a whole curve of solutions, Bricard's flexible octahedra. The eliminated determinant then
+vanishes for every x1; the isolated solutions are found from a neighbouring closure, and the cell is reported
+as flexible.
 """
 
 from __future__ import annotations
@@ -19,18 +22,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig
 
-from vgtsim.kinematics.octahedral_closure import closure_values
+from vgtsim.kinematics.octahedral_closure import closure_slopes, closure_values, solve_cyclic
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-_CLOSES = 1e-10  # of the largest coefficient: polished solutions reach 1e-15, false candidates do not get near
+_CLOSES = 1e-11  # of the sum of the terms' sizes: polished solutions reach 1e-15, others do not get near
 _SAME = 1e-6  # between cosines and sines of one solution reached twice; double roots are good to 1e-8
 _REAL = 1e-8  # imaginary part of a real solution after polishing
 _POLISH_STEPS = 30
+_FARTHEST = 25.0  # imaginary part, rad: cosines of 1e10; farther solutions count as lying at infinity
 _VANISHES = 1e-12  # smallest singular value of a matrix with rows of unit size
-_NEIGHBOURHOOD, _NEIGHBOURS = 1e-3, 3  # relative change of the closure, and how many are tried
-_ISOLATED = 1e-5  # conditioning above which a solution of a flexible cell is off the curve
+_NEIGHBOURHOOD = 1e-3  # relative change of the closure of a flexible cell
+_ATTEMPTS = 3  # one for each unknown that may be kept to the end
+_BOUND = 16  # degree of the elimination: there cannot be more
+_ISOLATED = 1e-2  # conditioning above which a solution of a flexible cell is off the curve; on it, 1e-3 to 0
 
 
 @dataclass(frozen=True)
@@ -40,8 +46,9 @@ class Modes:
     Attributes:
         cosine: Of phi_1 to phi_3, shape (n, 3), complex.
         sine: Of phi_1 to phi_3, shape (n, 3), complex.
-        residual: Greatest closure error over the largest coefficient, shape (n,).
-        conditioning: Smallest singular value of the scaled closure's derivative, shape (n,): zero at a multiple solution.
+        residual: Greatest closure error over the sum of the sizes of its terms, shape (n,).
+        conditioning: Smallest singular value of the scaled closure's derivative, shape (n,): zero at a
+            multiple solution.
         flexible: Whether there is a curve of solutions besides these; they are isolated then.
     """
 
@@ -75,27 +82,38 @@ def closure_modes(C: ArrayLike) -> Modes:
     """
     scaled = np.asarray(C, float)
     scaled = scaled / np.max(np.abs(scaled))
-    M = _sylvester(_biquadratics(scaled))
-    if not _vanishes(M):
-        return _distinct(scaled, _polish(scaled, _candidates(_biquadratics(scaled), M)), flexible=False)
+    flexible = _vanishes(_sylvester(_biquadratics(scaled)))
     rng = np.random.default_rng(0)
-    starts = []
-    for _ in range(_NEIGHBOURS):
-        P = _biquadratics(scaled * (1 + _NEIGHBOURHOOD * rng.standard_normal(scaled.shape)))
-        starts.append(_polish(scaled, _candidates(P, _sylvester(P))))
-    return _distinct(scaled, np.concatenate(starts), flexible=True)
+    starts: list[ComplexArray] = []
+    modes = None
+    for attempt in range(_ATTEMPTS):
+        near = scaled * (1 + _NEIGHBOURHOOD * rng.standard_normal(scaled.shape)) if flexible else scaled
+        starts.append(_polish(scaled, _rotated_candidates(near, attempt)))
+        modes = _distinct(scaled, np.concatenate(starts), flexible)
+        if len(modes.residual) == _BOUND:
+            break
+    assert modes is not None
+    return modes
+
+
+def _rotated_candidates(C: Array, turn: int) -> ComplexArray:
+    """Candidates from keeping x1, x2 or x3 to the end: one badly conditioned for one is not for another."""
+    P = _biquadratics(np.roll(C, -turn, axis=1))
+    return np.roll(_candidates(P, _sylvester(P)), turn, axis=1)
 
 
 def _vanishes(M: Array) -> bool:
     """Whether a matrix polynomial is singular for every argument: tried at three."""
     scale = np.max(np.abs(M), axis=(0, 2))
     rows = M / np.where(scale > 0, scale, 1.0)[:, None]
-    tried = [np.tensordot(x ** np.arange(5), rows, axes=1) for x in (0.61 + 0.83j, -1.27 + 0.31j, 0.29 - 1.13j)]
+    tried = [
+        np.tensordot(x ** np.arange(5), rows, axes=1) for x in (0.61 + 0.83j, -1.27 + 0.31j, 0.29 - 1.13j)
+    ]
     return bool(np.max(np.linalg.svd(tried, compute_uv=False)[:, -1]) < _VANISHES)
 
 
 def _biquadratics(C: Array) -> Array:
-    """Coefficients of x_k^m x_(k+1)^n of the three closures times (1 + x_k²)(1 + x_(k+1)²), shape (3, 3, 3)."""
+    """Coefficients of x_k^m x_(k+1)^n of the closures times (1 + x_k²)(1 + x_(k+1)²), shape (3, 3, 3)."""
     plus, minus, odd = np.array([1.0, 0, 1]), np.array([1.0, 0, -1]), np.array([0, 2.0, 0])
     terms = ((plus, plus), (minus, plus), (plus, minus), (minus, minus), (odd, odd))
     return np.array([sum(C[i, k] * np.outer(*term) for i, term in enumerate(terms)) for k in range(3)])
@@ -112,8 +130,8 @@ def _candidates(P: Array, M: Array) -> ComplexArray:
 
 
 def _sylvester(P: Array) -> Array:
-    """Matrix polynomial in x1, shape (5 powers, 6, 6), singular where all three closures have a common solution."""
-    # quadratics in x3: the second closure's coefficients are polynomials in x2 (rows), the third's in x1 (columns)
+    """Matrix polynomial in x1, shape (5 powers, 6, 6), singular where the three closures have a solution."""
+    # quadratics in x3: the second closure's coefficients are polynomials in x2, the third's in x1
     U, W = P[1].T, P[2]
 
     def outer(i: int, j: int) -> Array:
@@ -143,58 +161,54 @@ def _eigenvalues(M: Array) -> ComplexArray:
     degree, size = M.shape[0] - 1, M.shape[1]
     scale = np.max(np.abs(M), axis=(0, 2), keepdims=True)
     M = M / np.where(scale > 0, scale, 1.0)
-    A, B = np.zeros((2, degree * size, degree * size))
+    A, B = np.zeros((degree * size, degree * size)), np.zeros((degree * size, degree * size))
     A[:-size, size:] = np.eye((degree - 1) * size)
     A[-size:] = -np.concatenate(list(M[:-1]), axis=1)
     B[:-size, :-size] = np.eye((degree - 1) * size)
     B[-size:, -size:] = M[-1]
-    alpha, beta = eig(A, B, right=False, homogeneous_eigvals=True)
+    alpha, beta = np.asarray(eig(A, B, right=False, homogeneous_eigvals=True))
     finite = np.abs(beta) > 1e-10 * np.abs(alpha)
     return alpha[finite] / beta[finite]
 
 
 def _polish(C: Array, x: ComplexArray) -> ComplexArray:
-    """Newton on the cosines and sines from every candidate; shape (n, 6), cosines first."""
-    z = np.concatenate([(1 - x**2), 2 * x], axis=-1) / np.tile(1 + x**2, 2)
-    z = z[np.all(np.isfinite(z), axis=-1)]
-    for _ in range(_POLISH_STEPS):
-        value, slope = _system(C, z)
-        regular = np.linalg.cond(slope) < 1e15
-        z = z[regular] - np.linalg.solve(slope[regular], value[regular][..., None])[..., 0]
-        z = z[np.max(np.abs(z), axis=-1) < 1e8]
-    return z
+    """Newton on complex angles from every candidate; shape (n, 3), rad."""
+    with np.errstate(all="ignore"):
+        phi = (-1j * np.log((1 + 1j * x) / (1 - 1j * x))).T
+        for _ in range(_POLISH_STEPS):
+            phi = phi[:, np.all(np.isfinite(phi) & (np.abs(phi.imag) < _FARTHEST), axis=0)]
+            cosine, sine = np.cos(phi), np.sin(phi)
+            p, q = closure_slopes(C[..., None], cosine, sine)
+            determinant = p[0] * p[1] * p[2] + q[0] * q[1] * q[2]
+            phi = phi - solve_cyclic(p, q, closure_values(C[..., None], cosine, sine), determinant)
+    return phi[:, np.all(np.isfinite(phi) & (np.abs(phi.imag) < _FARTHEST), axis=0)].T
 
 
-def _system(C: Array, z: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """The three closures and cos² + sin² = 1, with their derivatives; shapes (n, 6) and (n, 6, 6)."""
-    cosine, sine = z[:, :3], z[:, 3:]
-    value = np.concatenate([closure_values(C[..., None], cosine.T, sine.T).T, cosine**2 + sine**2 - 1], axis=-1)
-    slope = np.zeros((*z.shape, 6), complex)
-    _, b, g, e, f = C
-    for k in range(3):
-        j = (k + 1) % 3
-        slope[:, k, k], slope[:, k, j] = b[k] + e[k] * cosine[:, j], g[k] + e[k] * cosine[:, k]
-        slope[:, k, 3 + k], slope[:, k, 3 + j] = f[k] * sine[:, j], f[k] * sine[:, k]
-        slope[:, 3 + k, k], slope[:, 3 + k, 3 + k] = 2 * cosine[:, k], 2 * sine[:, k]
-    return value, slope
-
-
-def _distinct(C: Array, z: ComplexArray, flexible: bool) -> Modes:
+def _distinct(C: Array, phi: ComplexArray, flexible: bool) -> Modes:
     """Keep the solutions that close, once each; of a flexible cell only the isolated ones."""
-    residual, conditioning = _quality(C, z)
-    z = z[(residual < _CLOSES) & (not flexible or conditioning > _ISOLATED)]
-    z = z[np.lexsort((z[:, 3].real, z[:, 1].real, z[:, 0].real))]
-    apart = np.max(np.abs(z[:, None] - z), axis=-1) / np.maximum(1.0, np.max(np.abs(z), axis=-1))
+    residual, conditioning = _quality(C, phi)
+    good = (residual < _CLOSES) & (not flexible or conditioning > _ISOLATED)
+    phi = phi[good][np.argsort(residual[good])]
+    z = np.concatenate([np.cos(phi), np.sin(phi)], axis=-1)
+    apart = np.max(np.abs(z[:, None] - z) / np.maximum(1.0, np.abs(z)), axis=-1)
     kept: list[int] = []
     for i in range(len(z)):
-        if np.all(apart[i, kept] > _SAME):
+        if np.all(apart[kept, i] > _SAME):
             kept.append(i)
-    z = z[kept]
-    return Modes(z[:, :3], z[:, 3:], *_quality(C, z), flexible)
+    kept.sort(key=lambda i: tuple(np.real(z[i])))
+    return Modes(z[kept, :3], z[kept, 3:], *_quality(C, phi[kept]), flexible)
 
 
-def _quality(C: Array, z: ComplexArray) -> tuple[Array, Array]:
-    """Closure error, relative to the size of the solution squared, and conditioning; each shape (n,)."""
-    value, slope = _system(C, z)
-    size = np.maximum(1.0, np.max(np.abs(z), axis=-1, initial=0.0))
-    return np.max(np.abs(value), axis=-1, initial=0.0) / size**2, np.linalg.svd(slope, compute_uv=False)[:, -1]
+def _quality(C: Array, phi: ComplexArray) -> tuple[Array, Array]:
+    """Closure error, relative to the sum of its terms' sizes, and conditioning; each shape (n,)."""
+    cosine, sine = np.cos(phi.T), np.sin(phi.T)
+    c2, s2 = np.abs(cosine[[1, 2, 0]]), np.abs(sine[[1, 2, 0]])
+    a, b, g, e, f = np.abs(C)[..., None]
+    size = a + b * np.abs(cosine) + c2 * (g + e * np.abs(cosine)) + f * np.abs(sine) * s2
+    error = np.max(np.abs(closure_values(C[..., None], cosine, sine)) / size, axis=0, initial=0.0)
+    p, q = closure_slopes(C[..., None], cosine, sine)
+    J = np.zeros((len(phi), 3, 3), complex)
+    for k in range(3):
+        J[:, k, k], J[:, k, (k + 1) % 3] = p[k], q[k]
+    value = np.linalg.svd(J, compute_uv=False)
+    return error, np.asarray(value[:, -1] / np.maximum(value[:, 0], 1e-300), float)

@@ -1,13 +1,16 @@
-"""The general batten-actuated double-octahedral module (sections 3.5.1 and 3.5.2): all its lengths may differ.
+"""The general batten-actuated double-octahedral module (sections 3.5.1, 3.5.2): all its lengths may differ.
 
-Frame B sits on the base triangle n1 n2 n3 and frame T on the top triangle n7 n8 n9, each as in `triangle`. The actuators
-l1 = n4 n5, l2 = n5 n6, l3 = n6 n4 make the mid-plane. With a joint offset the upper longerons start from n4' n5' n6',
-displaced by Ljo along the normal of the mid-plane. The longerons, numbered as in figure 3.10, are
+Frame B sits on the base triangle n1 n2 n3 and frame T on the top triangle n7 n8 n9, each as in `triangle`.
+The actuators l1 = n4 n5, l2 = n5 n6, l3 = n6 n4 make the mid-plane. With a joint offset the upper longerons
+start from n4' n5' n6', displaced by Ljo along the normal of the mid-plane. The longerons, numbered as in
+figure 3.10, are
 
-    L1 to L6 = n1 n4, n2 n5, n3 n6, n3 n4, n1 n5, n2 n6;  L7 to L12 = n5' n7, n6' n8, n4' n9, n4' n7, n5' n8, n6' n9.
+    L1 to L6 = n1 n4, n2 n5, n3 n6, n3 n4, n1 n5, n2 n6;  L7 to L12 = n5' n7, n6' n8, n4' n9, n4' n7, n5' n8,
+    n6' n9.
 
-A state is all six angles (phi_1 to phi_6): the lower three are the canonical input, the upper three follow by the second
-closure and say which mode the upper cell is on. Arrays carry any leading batch dimensions, written `...`.
+A state is all six angles (phi_1 to phi_6): the lower three are the canonical input, the upper three follow by
+the second closure and say which mode the upper cell is on. Arrays carry any leading batch dimensions, written
+`...`.
 """
 
 from __future__ import annotations
@@ -26,7 +29,6 @@ from vgtsim.kinematics.octahedral_closure import (
     Circles,
     circle_angles,
     circle_nodes,
-    circle_tangents,
     closure_coefficients,
     edge_jacobian,
     make_circles,
@@ -37,7 +39,9 @@ from vgtsim.kinematics.triangle import place_triangle, triangle_frame, triangle_
 
 Array = NDArray[np.float64]
 
-UPPER_LEGS = np.array([[1, 0], [2, 1], [0, 2], [0, 0], [1, 1], [2, 2]])  # corner of the mid-plane and of the top of L7 to L12
+UPPER_LEGS = np.array(
+    [[1, 0], [2, 1], [0, 2], [0, 0], [1, 1], [2, 2]]
+)  # corner of the mid-plane and of the top of L7 to L12
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,7 @@ class Geometry:
 
     @cached_property
     def radius(self) -> float:
-        """Root mean square distance of the top nodes from their centroid, m: the unit in which rotations are weighed."""
+        """RMS distance of the top nodes from their centroid, m: the unit to weigh rotations in."""
         return float(np.sqrt(np.mean(np.sum(self.top_nodes**2, axis=-1))))
 
 
@@ -92,7 +96,9 @@ def upper_circles(geometry: Geometry, actuators: ArrayLike) -> Circles:
 
     Source: equations 3.34 to 3.44.
     """
-    return make_circles(triangle_nodes(actuators), geometry.longerons[6:], UPPER, "double octahedron, upper cell")
+    return make_circles(
+        triangle_nodes(actuators), geometry.longerons[6:], UPPER, "double octahedron, upper cell"
+    )
 
 
 def actuator_lengths(geometry: Geometry, phi: ArrayLike) -> Array:
@@ -162,7 +168,7 @@ def transform(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:
 
 
 def home(geometry: Geometry, actuators: ArrayLike) -> Array:
-    """A state on the working mode, near the one with these actuator lengths: mid-plane nodes out, top above.
+    """A state on the working mode, near the one with these lengths: mid-plane nodes out, top above.
 
     Args:
         geometry: Fixed dimensions.
@@ -184,12 +190,14 @@ def home(geometry: Geometry, actuators: ArrayLike) -> Array:
     begin, goal = _distances(circle_nodes(circles, guess)), np.asarray(geometry.top)
     upper = _along_edges(circles, guess, begin, np.broadcast_to(goal, begin.shape))
     if upper.reached.min(initial=1.0) < 1.0:
-        raise AssemblyError("double octahedron, upper cell", float(np.max(np.abs(begin - goal))), "no upright assembly")
+        raise AssemblyError(
+            "double octahedron, upper cell", float(np.max(np.abs(begin - goal))), "no upright assembly"
+        )
     return np.concatenate([lower, upper.phi.reshape(lower.shape)], axis=-1)
 
 
 def forward(geometry: Geometry, phi: ArrayLike, start: ArrayLike | None = None) -> Array:
-    """Canonical forward solution: the lower cell in closed form, the upper by its closure on the mode of the start.
+    """Canonical forward solution: lower cell in closed form, upper by its closure on the mode of the start.
 
     Args:
         geometry: Fixed dimensions.
@@ -207,10 +215,15 @@ def forward(geometry: Geometry, phi: ArrayLike, start: ArrayLike | None = None) 
     wanted = np.asarray(phi, float)
     begin = home(geometry, actuator_lengths(geometry, wanted)) if start is None else np.asarray(start, float)
     batch = np.broadcast_shapes(wanted.shape[:-1], begin.shape[:-1])
-    state, reached = advance(geometry, np.broadcast_to(begin, (*batch, 6)), np.broadcast_to(wanted, (*batch, 3)))
+    state, reached = advance(
+        geometry, np.broadcast_to(begin, (*batch, 6)), np.broadcast_to(wanted, (*batch, 3))
+    )
     if reached.min(initial=1.0) < 1.0:
         upper = Followed(state[..., 3:].reshape(-1, 3), reached.reshape(-1))
-        lengths = (actuator_lengths(geometry, np.broadcast_to(item, (*batch, item.shape[-1]))) for item in (begin, wanted))
+        lengths = (
+            actuator_lengths(geometry, np.broadcast_to(item, (*batch, item.shape[-1])))
+            for item in (begin, wanted)
+        )
         raise _ended_upper(geometry, upper, *(item.reshape(-1, 3) for item in lengths))
     return state
 
@@ -245,8 +258,8 @@ def forward_lengths(geometry: Geometry, actuators: ArrayLike, start: ArrayLike |
         State, shape (..., 6), rad.
 
     Raises:
-        AssemblyError: Impossible lengths, or a singularity of either cell lies between; the detail has the smallest
-            singular value and the member.
+        AssemblyError: Impossible lengths, or a singularity of either cell lies between; the detail has the
+            smallest singular value and the member.
 
     Source: equations 3.28 to 3.46. Differs: undamped steps, each proved to stay on the mode.
     """
@@ -271,19 +284,12 @@ def _distances(triangle: Array) -> Array:
 
 
 def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> Followed:
-    """Follow a cell with fixed circles while the distances of its upper nodes change, straight in their squares."""
-    begin, goal = begin.reshape(-1, 3), goal.reshape(-1, 3)
-    shape = (*phi.shape[:-1], 3)
-    flat = Circles(
-        np.broadcast_to(circles.centre, (*shape, 3)).reshape(-1, 3, 3),
-        np.broadcast_to(circles.inward, (*shape, 3)).reshape(-1, 3, 3),
-        np.broadcast_to(circles.radius, shape).reshape(-1, 3),
-    )
-    first = closure_coefficients(flat, begin)
-    change = (begin**2 - goal**2).T
+    """Follow a cell with fixed circles while its upper edges change, straight in their squares."""
+    first = closure_coefficients(circles, begin).reshape(5, 3, -1)
+    change = (begin**2 - goal**2).reshape(-1, 3).T
 
     def path(t: Array, index: NDArray[np.intp]) -> Array:
-        C = first[:, :, index]
+        C = first[..., index]
         C[0] += t * change[:, index]
         return C
 
@@ -292,12 +298,12 @@ def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> Fol
 
 def _upper(geometry: Geometry, begin: Array, goal: Array, phi: Array) -> Followed:
     """Follow the upper cell while the actuators change, straight in their lengths."""
-    longerons, top = np.asarray(geometry.longerons[6:]), np.asarray(geometry.top)
+    longerons = np.asarray(geometry.longerons[6:])
 
     def path(t: Array, index: NDArray[np.intp]) -> Array:
         triangle = place_triangle(begin[index] + t[:, None] * (goal[index] - begin[index]))
         circles = place_circles(triangle, longerons, UPPER)
-        return closure_coefficients(circles, np.broadcast_to(top, circles.radius.shape))
+        return closure_coefficients(circles, geometry.top)
 
     return follow(path, phi)
 
@@ -320,7 +326,9 @@ def _ended_upper(geometry: Geometry, result: Followed, begin: Array, goal: Array
     mid = triangle_nodes(begin[worst] + t * (goal[worst] - begin[worst]))
     _, J = leg_jacobian(mid[UPPER_LEGS[:, 0]], top[UPPER_LEGS[:, 1]], np.mean(top, axis=0))
     value, row = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
-    there = circle_nodes(place_circles(triangle_nodes(goal[worst]), np.asarray(geometry.longerons[6:]), UPPER), phi)
+    there = circle_nodes(
+        place_circles(triangle_nodes(goal[worst]), np.asarray(geometry.longerons[6:]), UPPER), phi
+    )
     gap = float(np.max(np.abs(_distances(there) - geometry.top)))
     return _ended("upper cell", goal[worst], t, gap, value, f"longeron L{row + 7}")
 
@@ -347,109 +355,7 @@ def angle_jacobian(geometry: Geometry, phi: ArrayLike) -> Array:
     """
     angles = np.asarray(phi, float)[..., :3]
     length = actuator_lengths(geometry, angles)
-    circles = Circles(*(np.broadcast_to(item, (*angles.shape, *item.shape[1:])) for item in _parts(geometry.circles)))
-    return edge_jacobian(closure_coefficients(circles, length), length, angles)
-
-
-def _parts(circles: Circles) -> tuple[Array, Array, Array]:
-    return circles.centre, circles.inward, circles.radius
-
-
-def jacobian(geometry: Geometry, state: ArrayLike) -> Array:
-    """Motion of the top per unit rate of the canonical input, in closed form.
-
-    The upper longerons and the top triangle are rigid, so the top's twist follows from the velocities of n4', n5', n6'.
-
-    Args:
-        geometry: Fixed dimensions.
-        state: phi_1 to phi_6, shape (..., 6), rad.
-
-    Returns:
-        Velocity of T's origin over angular velocity of T in frame B, shape (..., 6, 3).
-
-    Raises:
-        AssemblyError: The upper cell is singular.
-
-    Source: section 3.5.4, step 5, for the general module.
-    """
-    angles = np.asarray(state, float)
-    points = nodes(geometry, angles)
-    velocity = _primed_velocity(geometry, angles, points)[..., UPPER_LEGS[:, 0], :, :]
-    length, J = upper_jacobian(points)
-    unit = (points[..., 6 + UPPER_LEGS[:, 1], :] - points[..., 3 + UPPER_LEGS[:, 0], :]) / length[..., None]
-    try:
-        return np.linalg.solve(J, np.einsum("...ik,...ikj->...ij", unit, velocity))
-    except np.linalg.LinAlgError:
-        raise AssemblyError("double octahedron, upper cell", 0.0, "singular state") from None
-
-
-def upper_jacobian(points: Array) -> tuple[Array, Array]:
-    """Upper longerons and their derivative with respect to the motion of the top.
-
-    Args:
-        points: All moving nodes in frame B, shape (..., 9, 3), m.
-
-    Returns:
-        L7 to L12, shape (..., 6), m, and dL/dtwist, shape (..., 6, 6).
-    """
-    origin = np.mean(points[..., 6:, :], axis=-2)
-    return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)
-
-
-def _primed_velocity(geometry: Geometry, angles: Array, points: Array) -> Array:
-    """Derivative of n4', n5', n6' with respect to the canonical input, shape (..., 3 nodes, 3 coordinates, 3 inputs)."""
-    tangent = circle_tangents(geometry.circles, angles[..., :3])
-    moves = tangent[..., :, :, None] * np.eye(3)[:, None, :]
-    first, second = points[..., 1, :] - points[..., 0, :], points[..., 2, :] - points[..., 0, :]
-    cross = np.cross(first, second)
-    size = np.linalg.norm(cross, axis=-1)[..., None, None]
-    rate = np.cross(moves[..., 1, :, :] - moves[..., 0, :, :], second[..., None], axis=-2)
-    rate = rate + np.cross(first[..., None], moves[..., 2, :, :] - moves[..., 0, :, :], axis=-2)
-    w = cross[..., None] / size
-    turn = (rate - w * np.sum(w * rate, axis=-2, keepdims=True)) / size
-    return moves + geometry.joint_offset * turn[..., None, :, :]
-
-
-def length_jacobian(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:
-    """Actuator lengths, and the motion of the top per unit rate of each by the chain rule.
-
-    Args:
-        geometry: Fixed dimensions.
-        state: phi_1 to phi_6, shape (..., 6), rad.
-
-    Returns:
-        l1, l2, l3, shape (..., 3), m, and dtwist/dl, shape (..., 6, 3).
-
-    Raises:
-        AssemblyError: Either cell is singular.
-
-    Source: section 3.2.
-    """
-    angles = np.asarray(state, float)
-    try:
-        inverse = np.linalg.inv(angle_jacobian(geometry, angles))
-    except np.linalg.LinAlgError:
-        raise AssemblyError("double octahedron, lower cell", 0.0, "singular state") from None
-    return actuator_lengths(geometry, angles), jacobian(geometry, angles) @ inverse
-
-
-def singularity(geometry: Geometry, state: ArrayLike) -> tuple[float, str]:
-    """How near a state is to a singularity of either cell, and by which member.
-
-    Args:
-        geometry: Fixed dimensions.
-        state: phi_1 to phi_6, shape (6,), rad.
-
-    Returns:
-        The smaller of two pure numbers, and the member that has most of the length change lost there: the smallest
-        singular values of dl/dphi over the mean radius of the circles, and of dL/dtwist of the upper longerons with
-        rotations in units of `Geometry.radius`.
-    """
-    angles = np.asarray(state, float)
-    value, row = worst_direction(angle_jacobian(geometry, angles), float(np.mean(geometry.circles.radius)))
-    _, J = upper_jacobian(nodes(geometry, angles))
-    upper, leg = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
-    return (value, f"actuator l{row + 1}") if value <= upper else (upper, f"longeron L{leg + 7}")
+    return edge_jacobian(closure_coefficients(geometry.circles, length), length, angles)
 
 
 def state_from_nodes(geometry: Geometry, points: ArrayLike) -> Array:
@@ -466,4 +372,6 @@ def state_from_nodes(geometry: Geometry, points: ArrayLike) -> Array:
     R, P = triangle_frame(n[..., 3:6, :])
     local = (n[..., 6:, :] - P[..., None, :]) @ R
     circles = upper_circles(geometry, _distances(n[..., :3, :]))
-    return np.concatenate([circle_angles(geometry.circles, n[..., :3, :]), circle_angles(circles, local)], axis=-1)
+    return np.concatenate(
+        [circle_angles(geometry.circles, n[..., :3, :]), circle_angles(circles, local)], axis=-1
+    )

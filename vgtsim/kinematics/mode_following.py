@@ -1,13 +1,14 @@
 """Forward solutions that stay on the assembly mode of their start, with proof.
 
-A plain Newton iteration may land on any of a cell's sixteen assemblies. Here the lengths run from those of the start to
-those wanted, and every step is cut until a contraction argument holds: with J the Jacobian at the present angles and
-beta = |J^-1|, the map phi - J^-1 F_t(phi) contracts by a half on a ball about them for every t of the step. Then the
-ball holds exactly one assembly at every t, it moves continuously and its Jacobian is regular all the way, so the assembly
-that Newton finds in the ball is on the mode of the start. Where no step passes, the path meets a singularity.
+A plain Newton iteration may land on any of a cell's sixteen assemblies. Here the lengths run from those of
+the start to those wanted, t from 0 to 1, and every step is cut until the theorem of Newton and Kantorovich
+holds from the present angles for every t of the step: beta K eta <= 1/2, with beta = |J^-1|, K a bound of the
+change of J per radian, and eta = |J^-1 F|. Then a ball about the angles holds exactly one assembly at every
+t, with a regular Jacobian, so it moves continuously, and Newton started at the angles ends on it: the mode
+of the start. Where no step passes, the path meets a singularity.
 
-The bounds of the closure's change within a step come from its middle and its end; they are exact for closures that are
-quadratic in t and of third order in the step otherwise.
+The bounds of the closure's change within a step come from its middle and its end; they are exact for closures
+that are quadratic in t, and of third order in the step otherwise.
 """
 
 from __future__ import annotations
@@ -23,9 +24,12 @@ from vgtsim.kinematics.octahedral_closure import closure_slopes, closure_values,
 Array = NDArray[np.float64]
 Path = Callable[[Array, NDArray[np.intp]], Array]
 
-_CONTRACTION = 0.5  # of the fixed-point map on its ball; any value below one proves uniqueness
+_KANTOROVICH = 0.5  # beta K eta; up to this value Newton's limit is the only assembly in its ball
+_TARGET = 0.4  # what the next step is cut to: a little below, since the estimate is not exact
+_NEWTON_STEPS = 4
 _LEAST_STEP = 1e-7  # of the path: shorter certified steps mean a singularity this near
 _MOST_STEPS = 4000
+_ROUNDING = 1e-10  # rad: a ball no smaller than the rounding of the angles
 _POLISH = 2  # Newton steps after the last, which leave rounding only
 
 
@@ -46,13 +50,14 @@ def follow(path: Path, start: ArrayLike) -> Followed:
     """Carry assemblies along closures that change from t = 0 to t = 1.
 
     Args:
-        path: Gives the closures C, shape (5, 3, n), at t, shape (n,), of the members of the batch with indices, shape (n,).
+        path: Gives the closures C, shape (5, 3, n), at t, shape (n,), of the members of the batch with
+            indices, shape (n,).
         start: Angles that close at t = 0, shape (N, 3), rad.
 
     Returns:
         Angles at the end of the path, or where it met a singularity.
     """
-    # impossible lengths on the way give closures that are not numbers; they certify nothing, which ends the path there
+    # impossible lengths on the way give closures that are not numbers, which certify nothing: it ends there
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         return _follow(path, np.array(np.asarray(start, float).T))
 
@@ -71,12 +76,12 @@ def _follow(path: Path, phi: Array) -> Followed:
         goal = path(t + dt, active)
         reach, quality = _certify(C, path(t + dt / 2, active) - C, goal - C, phi[:, active])
         new, moved = _solve(goal, phi[:, active])
-        good = (quality <= _CONTRACTION) & (moved <= reach)
+        good = (quality <= _KANTOROVICH) & (moved <= reach)
         done = active[good]
         phi[:, done] = new[:, good]
         reached[done] = np.where(dt[good] == 1.0 - t[good], 1.0, t[good] + dt[good])
-        stride[active] = dt * np.clip(0.8 * _CONTRACTION / np.maximum(quality, 1e-12), 0.05, 4.0)
-        stride[active[~good & (quality <= _CONTRACTION)]] *= 0.5
+        stride[active] = dt * np.clip((_TARGET / np.maximum(quality, 1e-12)) ** 0.6, 0.1, 4.0)
+        stride[active[~good & (quality <= _KANTOROVICH)]] *= 0.5
         C[:, :, good] = goal[:, :, good]
         keep = (reached[active] < 1.0) & (stride[active] > _LEAST_STEP)
         active, C = active[keep], C[:, :, keep]
@@ -84,9 +89,9 @@ def _follow(path: Path, phi: Array) -> Followed:
 
 
 def _solve(C: Array, phi: Array) -> tuple[Array, Array]:
-    """Newton from the present angles, three steps; the angles, and how far they moved, shape (n,)."""
+    """Newton from the present angles; the angles, and how far they moved, shape (n,)."""
     new = phi
-    for _ in range(3):
+    for _ in range(_NEWTON_STEPS):
         new = new + newton_step(C, new)[0]
     return new, np.sqrt(np.sum((new - phi) ** 2, axis=0))
 
@@ -102,7 +107,7 @@ def _polish(path: Path, phi: Array, reached: Array) -> Followed:
 
 
 def _certify(C: Array, middle: Array, end: Array, phi: Array) -> tuple[Array, Array]:
-    """Radius of the ball and contraction of the fixed-point map on it, over one step; infinite where J is singular.
+    """Radius of the ball that holds the assembly, and beta K eta, over a step; infinite where J is singular.
 
     Args:
         C: Closure at the beginning, shape (5, 3, n).
@@ -111,21 +116,27 @@ def _certify(C: Array, middle: Array, end: Array, phi: Array) -> tuple[Array, Ar
         phi: Angles, shape (3, n).
 
     Returns:
-        Radius, rad, and contraction, each shape (n,).
+        Radius, rad, and beta K eta, each shape (n,).
     """
     cosine, sine = np.cos(phi), np.sin(phi)
     p, q = closure_slopes(C, cosine, sine)
     determinant = p[0] * p[1] * p[2] + q[0] * q[1] * q[2]
-    turn, after = np.array([1, 2, 0]), np.array([2, 0, 1])
-    squares = (p[turn] * p[after]) ** 2 + (q * p[after]) ** 2 + (q * q[turn]) ** 2
-    beta = np.sqrt(np.sum(squares, axis=0)) / np.abs(determinant)
+    p1, p2 = p[[1, 2, 0]], p[[2, 0, 1]]
+    beta = np.sqrt(np.sum((p1 * p2) ** 2 + (q * p2) ** 2 + (q * q[[1, 2, 0]]) ** 2, axis=0)) / np.abs(
+        determinant
+    )
     linear, quadratic = 4 * middle - end, 2 * end - 4 * middle
-    parts = [closure_values(item, cosine, sine) for item in (C, linear, quadratic)]
-    radius = 2 * np.sum([_size(solve_cyclic(p, q, part, determinant)) for part in parts], axis=0)
+    eta = sum(
+        _size(solve_cyclic(p, q, closure_values(item, cosine, sine), determinant))
+        for item in (C, linear, quadratic)
+    )
     spread = np.abs(linear) + np.abs(quadratic)
     first, second = spread[1] + spread[3] + spread[4], spread[2] + spread[3] + spread[4]
-    quality = beta * (_curvature(np.abs(C) + spread) * radius + np.hypot(_size(first), _size(second)))
-    return radius, np.where(np.isfinite(quality), quality, np.inf)
+    # the Jacobian at other t of the step: |J_t - J| bounds how much its inverse and eta may grow
+    growth = 1.0 - beta * np.hypot(_size(first), _size(second))
+    radius = 2 * eta / growth + _ROUNDING
+    quality = beta * _curvature(C, spread, cosine, sine, radius) * (eta / growth**2)
+    return radius, np.where(np.isfinite(quality) & (growth > 0), quality, np.inf)
 
 
 def _size(rows: Array) -> Array:
@@ -133,10 +144,16 @@ def _size(rows: Array) -> Array:
     return np.sqrt(np.sum(rows**2, axis=0))
 
 
-def _curvature(bound: Array) -> Array:
-    """Bound of the change of the closure's Jacobian per radian, for coefficients bounded in size, shape (n,)."""
-    _, b, g, _, f = bound
-    return np.sqrt(np.sum((b + f) ** 2 + (g + f) ** 2 + 2 * f**2, axis=0))
+def _curvature(C: Array, spread: Array, cosine: Array, sine: Array, radius: Array) -> Array:
+    """Bound of the change of J per radian in a ball, for a closure within its spread, shape (n,)."""
+    _, b, g, e, f = C
+    c2, s2 = cosine[[1, 2, 0]], sine[[1, 2, 0]]
+    bound = np.abs(C) + spread
+    further = radius * (bound[1] + bound[2] + 4 * bound[4])  # third derivatives
+    own = np.abs(b * cosine + e * cosine * c2 + f * sine * s2) + spread[1] + spread[3] + spread[4]
+    other = np.abs(g * c2 + e * cosine * c2 + f * sine * s2) + spread[2] + spread[3] + spread[4]
+    mixed = np.abs(e * sine * s2 + f * cosine * c2) + spread[3] + spread[4]
+    return np.sqrt(np.sum((own + further) ** 2 + (other + further) ** 2 + 2 * (mixed + further) ** 2, axis=0))
 
 
 def worst_direction(J: ArrayLike, scale: ArrayLike = 1.0) -> tuple[float, int]:
@@ -153,7 +170,9 @@ def worst_direction(J: ArrayLike, scale: ArrayLike = 1.0) -> tuple[float, int]:
     return float(value[-1]), int(np.argmax(np.abs(left[:, -1])))
 
 
-def damped_newton(C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: float, count: int) -> tuple[Array, Array]:
+def damped_newton(
+    C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: float, count: int
+) -> tuple[Array, Array]:
     """The dissertation's own iteration, as printed, with its history.
 
     Args:
@@ -164,13 +183,14 @@ def damped_newton(C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: flo
         count: Number of iterations.
 
     Returns:
-        Angles after the last iteration, shape (..., 3), rad, and the greatest |D - L| before the first iteration and
-        after each, shape (count + 1, ...), m.
+        Angles after the last iteration, shape (..., 3), rad, and the greatest |D - L| before the first
+        iteration and after each, shape (count + 1, ...), m.
 
-    Source: equations 3.12 to 3.14 and the update after them. It may leave the mode of its start; `follow` does not.
+    Source: equations 3.12 to 3.14 and the update after them. It may leave the mode of its start; `follow`
+    does not.
     """
-    C, edge = np.asarray(C, float), np.moveaxis(np.asarray(edges, float), -1, 0)
-    phi = np.moveaxis(np.asarray(start, float), -1, 0)
+    C, angles = np.asarray(C, float), np.asarray(start, float)
+    phi, edge = np.moveaxis(angles, -1, 0), np.moveaxis(np.broadcast_to(edges, angles.shape), -1, 0)
     history = []
     for k in range(count + 1):
         cosine, sine = np.cos(phi), np.sin(phi)

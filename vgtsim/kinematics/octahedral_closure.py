@@ -1,13 +1,13 @@
-"""The closure of an octahedral cell: three nodes on circles about the edges of a triangle, at given distances.
+"""The closure of an octahedral cell: three nodes on circles about the edges of a triangle.
 
-The equivalent mechanism of section 3.4.1 puts each upper node on a circle about a base edge, at an angle phi. With the
-base triangle in a plane of normal w, the squared distance of the nodes of circles i and j is
+The equivalent mechanism of section 3.4.1 puts each upper node on a circle about a base edge, at an angle phi.
+With the base triangle in a plane of normal w, the squared distance of the nodes of circles i and j is
 
     D² = a + b cos(phi_i) + g cos(phi_j) + e cos(phi_i) cos(phi_j) + f sin(phi_i) sin(phi_j),
 
-so a cell is fifteen numbers: a, b, g, e, f for each of the three pairs. F = D² - edge² is what has to vanish (3.13, 3.33,
-3.46). Here the closure is one array C of shape (5, 3, ...), with the squared edges already taken from a and the batch
-dimensions last; angles inside this file have shape (3, ...) for the same reason.
+so a cell is fifteen numbers: a, b, g, e, f for each of the three pairs. F = D² - edge² is what has to vanish
+(3.13, 3.33, 3.46). Here the closure is one array C of shape (5, 3, ...), with the squared edges already taken
+from a and the batch dimensions last; angles inside this file have shape (3, ...) for the same reason.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from vgtsim.errors import AssemblyError
 Array = NDArray[np.float64]
 
 LOWER = np.array([[2, 0], [0, 1], [1, 2]])  # base edge, start to end, of n4, n5, n6 (3.28)
-UPPER = np.array([[0, 1], [1, 2], [2, 0]])  # edge of the mid-plane triangle, start to end, of n7, n8, n9 (3.41)
+UPPER = np.array([[0, 1], [1, 2], [2, 0]])  # edge of the mid-plane, start to end, of n7, n8, n9 (3.41)
 _NEXT = np.array([1, 2, 0])
 _AFTER = np.array([2, 0, 1])
 
@@ -47,8 +47,8 @@ def make_circles(base: ArrayLike, longerons: ArrayLike, edges: NDArray[np.intp],
 
     Args:
         base: Corners of the base triangle in its own frame, shape (..., 3, 3), m.
-        longerons: Three lengths to the ends of the edges, then three to their starts, shape (..., 6), m: l1 to l6 with
-            `LOWER`, L7 to L12 with `UPPER`.
+        longerons: Three lengths to the ends of the edges, then three to their starts, shape (..., 6), m: l1
+            to l6 with `LOWER`, L7 to L12 with `UPPER`.
         edges: `LOWER` or `UPPER`.
         module: Name for the error.
 
@@ -69,8 +69,8 @@ def make_circles(base: ArrayLike, longerons: ArrayLike, edges: NDArray[np.intp],
         worst = np.unravel_index(int(np.argmax(gap)), gap.shape)
         pair = worst[-1] + 1 + (0 if edges is LOWER else 6)
         first, second = np.broadcast_to(far, gap.shape)[worst], np.broadcast_to(near, gap.shape)[worst]
-        detail = f"longerons {pair} and {pair + 3}, {first:.4g} m and {second:.4g} m, over an edge of {side[worst]:.4g} m"
-        raise AssemblyError(module, float(gap[worst]), detail)
+        over = f"{first:.4g} m and {second:.4g} m, over an edge of {side[worst]:.4g} m"
+        raise AssemblyError(module, float(gap[worst]), f"longerons {pair} and {pair + 3}, {over}")
     return place_circles(nodes, lengths, edges)
 
 
@@ -110,7 +110,9 @@ def circle_nodes(circles: Circles, phi: ArrayLike) -> Array:
     """
     angle = np.asarray(phi, float)[..., None]
     lift = np.array([0.0, 0.0, 1.0])
-    return circles.centre + circles.radius[..., None] * (np.cos(angle) * circles.inward + np.sin(angle) * lift)
+    return circles.centre + circles.radius[..., None] * (
+        np.cos(angle) * circles.inward + np.sin(angle) * lift
+    )
 
 
 def circle_angles(circles: Circles, nodes: ArrayLike) -> Array:
@@ -147,13 +149,19 @@ def closure_coefficients(circles: Circles, edges: ArrayLike) -> Array:
 
     Args:
         circles: Circles of the cell.
-        edges: Lengths between the first and second, second and third, third and first upper node, shape (..., 3), m.
+        edges: Lengths between the first and second, second and third, third and first upper node, shape (...,
+            3), m.
 
     Returns:
         C, shape (5, 3, ...), m².
     """
-    c, v = np.moveaxis(circles.centre[..., :2], (-1, -2), (0, 1)), np.moveaxis(circles.inward[..., :2], (-1, -2), (0, 1))
-    h, edge = np.moveaxis(circles.radius, -1, 0), np.moveaxis(np.asarray(edges, float), -1, 0)
+    edges = np.asarray(edges, float)
+    shape = np.broadcast_shapes(circles.radius.shape, edges.shape)
+    c, v = (
+        np.moveaxis(np.broadcast_to(item[..., :2], (*shape, 2)), (-1, -2), (0, 1))
+        for item in (circles.centre, circles.inward)
+    )
+    h, edge = (np.moveaxis(np.broadcast_to(item, shape), -1, 0) for item in (circles.radius, edges))
     apart, h2, v2 = c[:, _NEXT] - c, h[_NEXT], v[:, _NEXT]
     a = apart[0] ** 2 + apart[1] ** 2 + h**2 + h2**2 - edge**2
     b = -2 * h * (apart[0] * v[0] + apart[1] * v[1])
@@ -178,8 +186,8 @@ def closure_values(C: NDArray, cosine: NDArray, sine: NDArray) -> NDArray:
     return a + b * cosine + c2 * (g + e * cosine) + f * sine * s2
 
 
-def closure_slopes(C: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
-    """Derivatives of F: row k of the matrix of equation 3.14 has only the entries of phi_k and of the next angle.
+def closure_slopes(C: NDArray, cosine: NDArray, sine: NDArray) -> tuple[NDArray, NDArray]:
+    """Derivatives of F: row k of equation 3.14 has only the entries of phi_k and of the next angle.
 
     Args:
         C: Closure, shape (5, 3, ...).
@@ -194,7 +202,7 @@ def closure_slopes(C: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
     return f * cosine * s2 - sine * (b + e * c2), f * sine * c2 - s2 * (g + e * cosine)
 
 
-def solve_cyclic(p: Array, q: Array, right: Array, determinant: Array) -> Array:
+def solve_cyclic(p: NDArray, q: NDArray, right: NDArray, determinant: NDArray) -> NDArray:
     """Solution of the cyclic system p_k x_k + q_k x_(k+1) = right_k.
 
     Args:

@@ -1,8 +1,9 @@
 """The longeron-actuated octahedral module, a Stewart platform (section 3.4); all its lengths may differ.
 
-Frame B sits on the base triangle n1 n2 n3 and frame T on the top triangle n4 n5 n6, each as in `triangle`. Its canonical
-input is the pose: rotation R_BT and origin P_BT of frame T in frame B, from which everything follows in closed form.
-`roll_pitch_yaw` turns the rotation into three angles. The conventional input is the six longeron lengths
+Frame B sits on the base triangle n1 n2 n3 and frame T on the top triangle n4 n5 n6, each as in `triangle`.
+Its canonical input is the pose: rotation R_BT and origin P_BT of frame T in frame B, from which everything
+follows in closed form. `roll_pitch_yaw` turns the rotation into three angles. The conventional input is the
+six longeron lengths
 
     l1 = n1 n4, l2 = n2 n5, l3 = n3 n6, l4 = n3 n4, l5 = n1 n5, l6 = n2 n6.
 
@@ -32,7 +33,9 @@ from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
 Array = NDArray[np.float64]
 
-LEGS = np.array([[0, 0], [1, 1], [2, 2], [2, 0], [0, 1], [1, 2]])  # corner of the base and of the top of l1 to l6 (3.27)
+LEGS = np.array(
+    [[0, 0], [1, 1], [2, 2], [2, 0], [0, 1], [1, 2]]
+)  # corner of the base and of the top of l1 to l6 (3.27)
 _STATIC_TOLERANCE = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 
 
@@ -67,7 +70,7 @@ class Geometry:
 
     @cached_property
     def radius(self) -> float:
-        """Root mean square distance of the top nodes from their centroid, m: the unit in which rotations are weighed."""
+        """RMS distance of the top nodes from their centroid, m: the unit to weigh rotations in."""
         return float(np.sqrt(np.mean(np.sum(self.top_nodes**2, axis=-1))))
 
 
@@ -117,8 +120,9 @@ def inverse(geometry: Geometry, R: ArrayLike, P: ArrayLike, tolerance: float = _
         l1 to l6, shape (..., 6), m.
 
     Raises:
-        AssemblyError: A static longeron would need another length: the pose lies outside the (6 - k)-dimensional subspace
-            of the module. The residual is the greatest such error; the longeron is named.
+        AssemblyError: A static longeron would need another length: the pose lies outside the (6 -
+            k)-dimensional subspace of the module. The residual is the greatest such error; the longeron is
+            named.
 
     Source: section 3.4.2.
     """
@@ -128,8 +132,10 @@ def inverse(geometry: Geometry, R: ArrayLike, P: ArrayLike, tolerance: float = _
     if np.any(error > tolerance):
         worst = np.unravel_index(int(np.argmax(error)), error.shape)
         leg, freedom = int(worst[-1]), geometry.actuated.size
-        detail = f"outside its {freedom}-dimensional subspace: static longeron l{leg + 1} would be {result[worst]:.6g} m"
-        raise AssemblyError("octahedron", float(error[worst]), detail)
+        needs = f"static longeron l{leg + 1} would be {result[worst]:.6g} m"
+        raise AssemblyError(
+            "octahedron", float(error[worst]), f"pose outside the {freedom}-dimensional subspace: {needs}"
+        )
     return result
 
 
@@ -151,7 +157,7 @@ def all_lengths(geometry: Geometry, actuated: ArrayLike) -> Array:
 
 
 def home(geometry: Geometry, longerons: ArrayLike) -> tuple[Array, Array]:
-    """A pose on the working mode for about these lengths: top parallel to base, each top node over its base edge.
+    """A pose on the working mode for about these lengths: top parallel to base, top nodes over base edges.
 
     Args:
         geometry: Fixed dimensions.
@@ -177,23 +183,26 @@ def forward(
 ) -> tuple[Array, Array]:
     """Forward solution on the assembly mode of its start.
 
-    The path from the lengths of the start to those wanted is straight in the foot points and altitudes of the equivalent
-    mechanism (3.6 and 3.7), so every longeron pair on it assembles.
+    The path from the lengths of the start to those wanted is straight in the foot points and altitudes of the
+    equivalent mechanism (3.6 and 3.7), so every longeron pair on it assembles.
 
     Args:
         geometry: Fixed dimensions.
         longerons: l1 to l6, shape (..., 6), m.
-        start: R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, of a pose on the wanted mode; absent for `home`.
+        start: R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, of a pose on the wanted mode; absent for
+            `home`.
 
     Returns:
         R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
 
     Raises:
-        AssemblyError: A longeron pair does not assemble, or a singularity lies between the start and the given lengths:
-            a solution beyond it would be on another mode. The detail has the smallest singular value and the member.
+        AssemblyError: A longeron pair does not assemble, or a singularity lies between the start and the
+            given lengths: a solution beyond it would be on another mode. The detail has the smallest singular
+            value and the member.
 
     Source: equations 3.5 to 3.18.
-    Differs: undamped steps, each proved to stay on the mode; the dissertation limits the range of phi instead.
+    Differs: undamped steps, each proved to stay on the mode; the dissertation limits the range of phi
+    instead.
     """
     wanted = np.asarray(longerons, float)
     R, P = home(geometry, wanted) if start is None else start
@@ -202,12 +211,14 @@ def forward(
     goal = _circles(geometry, np.broadcast_to(wanted, (*batch, 6)).reshape(-1, 6))
     nodes = np.broadcast_to(first, (*batch, 3, 3)).reshape(-1, 3, 3)
     begin = _circles(geometry, _leg_lengths(geometry, nodes))
-    edges = np.asarray(geometry.top)
+    first, last = closure_coefficients(begin, geometry.top), closure_coefficients(goal, geometry.top)
+    # centres and radii are linear in t and the closure is a quadratic form in them
+    change = Circles(goal.centre - begin.centre, begin.inward, goal.radius - begin.radius)
+    square = closure_coefficients(change, np.zeros(3))
+    slope = last - first - square
 
     def path(t: Array, index: NDArray[np.intp]) -> Array:
-        centre = begin.centre[index] + t[:, None, None] * (goal.centre[index] - begin.centre[index])
-        radius = begin.radius[index] + t[:, None] * (goal.radius[index] - begin.radius[index])
-        return closure_coefficients(Circles(centre, begin.inward[index], radius), np.broadcast_to(edges, radius.shape))
+        return first[..., index] + t * (slope[..., index] + t * square[..., index])
 
     result = follow(path, circle_angles(begin, nodes))
     if result.reached.min(initial=1.0) < 1.0:
@@ -236,7 +247,11 @@ def _singular(
     nodes = circle_nodes(Circles(goal.centre[worst], goal.inward[worst], goal.radius[worst]), phi[worst])
     gap = np.linalg.norm(nodes[[1, 2, 0]] - nodes, axis=-1) - geometry.top
     value, member = singularity(geometry, R, P)
-    row = np.broadcast_to(wanted, (reached.size, 6))[worst] if wanted.ndim == 1 else wanted.reshape(-1, 6)[worst]
+    row = (
+        np.broadcast_to(wanted, (reached.size, 6))[worst]
+        if wanted.ndim == 1
+        else wanted.reshape(-1, 6)[worst]
+    )
     detail = (
         f"the mode of the start ends {t:.4f} of the way to {np.array2string(row, precision=4)} m: "
         f"smallest singular value {value:.2g}, longeron l{member + 1}"
@@ -253,15 +268,15 @@ def length_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> tuple[Arr
         P: P_BT, shape (..., 3), m.
 
     Returns:
-        l1 to l6, shape (..., 6), m, and dl/dtwist, shape (..., 6, 6): per velocity of T's origin, then per angular
-        velocity of T, both in frame B.
+        l1 to l6, shape (..., 6), m, and dl/dtwist, shape (..., 6, 6): per velocity of T's origin, then per
+        angular velocity of T, both in frame B.
     """
     top = top_nodes(geometry, R, P)[..., LEGS[:, 1], :]
     return leg_jacobian(geometry.base_nodes[LEGS[:, 0]], top, P)
 
 
 def leg_jacobian(lower: ArrayLike, upper: ArrayLike, origin: ArrayLike) -> tuple[Array, Array]:
-    """Lengths of legs and their derivative with respect to the motion of the body that holds their upper ends.
+    """Lengths of legs and their derivative with respect to the motion of the body at their upper ends.
 
     Args:
         lower: Lower ends, shape (..., 6, 3), m.
@@ -269,8 +284,8 @@ def leg_jacobian(lower: ArrayLike, upper: ArrayLike, origin: ArrayLike) -> tuple
         origin: Reference point of the body, shape (..., 3), m, in the same frame.
 
     Returns:
-        Lengths, shape (..., 6), m, and their derivative per velocity of the reference point, then per angular velocity,
-        shape (..., 6, 6).
+        Lengths, shape (..., 6), m, and their derivative per velocity of the reference point, then per angular
+        velocity, shape (..., 6, 6).
     """
     upper = np.asarray(upper, float)
     span = upper - np.asarray(lower, float)
@@ -298,7 +313,7 @@ def twist_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
     unit = np.zeros((6, geometry.actuated.size))
     unit[geometry.actuated, np.arange(geometry.actuated.size)] = 1.0
     try:
-        return np.linalg.solve(J, np.broadcast_to(unit, (*J.shape[:-2], *unit.shape)))
+        return np.asarray(np.linalg.solve(J, np.broadcast_to(unit, (*J.shape[:-2], *unit.shape))), float)
     except np.linalg.LinAlgError:
         raise AssemblyError("octahedron", 0.0, "singular pose") from None
 
@@ -312,8 +327,8 @@ def singularity(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> tuple[float, 
         P: P_BT, shape (3,), m.
 
     Returns:
-        Smallest singular value of dl/dtwist with rotations in units of `Geometry.radius` (a pure number), and the index of
-        the longeron that has most of the length change lost there.
+        Smallest singular value of dl/dtwist with rotations in units of `Geometry.radius` (a pure number), and
+        the index of the longeron that has most of the length change lost there.
     """
     _, J = length_jacobian(geometry, R, P)
     return worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
@@ -348,7 +363,7 @@ def closure(geometry: Geometry, longerons: ArrayLike) -> tuple[Circles, Array]:
         AssemblyError: A longeron pair does not assemble.
     """
     circles = _circles(geometry, np.asarray(longerons, float))
-    return circles, closure_coefficients(circles, np.broadcast_to(geometry.top, circles.radius.shape))
+    return circles, closure_coefficients(circles, geometry.top)
 
 
 def angle_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
@@ -366,5 +381,6 @@ def angle_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
     """
     nodes = top_nodes(geometry, R, P)
     circles = _circles(geometry, _leg_lengths(geometry, nodes))
-    edges = np.broadcast_to(geometry.top, circles.radius.shape)
-    return edge_jacobian(closure_coefficients(circles, edges), edges, circle_angles(circles, nodes))
+    return edge_jacobian(
+        closure_coefficients(circles, geometry.top), geometry.top, circle_angles(circles, nodes)
+    )

@@ -1,6 +1,7 @@
 """Roll, pitch and yaw: three angles for a rotation (equations 3.20 to 3.24).
 
-Roll gamma about X, pitch beta about Y, yaw alpha about Z, all axes fixed: R = R_Z(alpha) R_Y(beta) R_X(gamma).
+Roll gamma about X, pitch beta about Y, yaw alpha about Z, all axes fixed: R = R_Z(alpha) R_Y(beta)
+R_X(gamma).
 """
 
 from __future__ import annotations
@@ -43,14 +44,16 @@ def roll_pitch_yaw(R: ArrayLike) -> Array:
         gamma, beta, alpha, shape (..., 3), rad; beta in [-pi/2, pi/2], alpha zero where X is vertical.
 
     Source: equations 3.21 to 3.23.
-    Differs: X_Tz = -sin(beta), so X_Tz = +1 means beta = -90 degrees and X_Tz = -1 means +90 degrees; as printed, 3.22
-    and 3.23 are exchanged.
+    Differs: X_Tz = -sin(beta), so X_Tz = +1 means beta = -90 degrees and X_Tz = -1 means +90 degrees; as
+    printed, 3.22 and 3.23 are exchanged.
     """
     R = np.asarray(R, float)
     level = np.hypot(R[..., 0, 0], R[..., 1, 0])
     upright = level < _UPRIGHT
     down = -np.sign(R[..., 2, 0])
-    gamma = np.where(upright, down * np.arctan2(R[..., 0, 1], R[..., 1, 1]), np.arctan2(R[..., 2, 1], R[..., 2, 2]))
+    gamma = np.where(
+        upright, down * np.arctan2(R[..., 0, 1], R[..., 1, 1]), np.arctan2(R[..., 2, 1], R[..., 2, 2])
+    )
     alpha = np.where(upright, 0.0, np.arctan2(R[..., 1, 0], R[..., 0, 0]))
     return np.stack([gamma, np.arctan2(-R[..., 2, 0], level), alpha], axis=-1)
 
@@ -67,7 +70,58 @@ def angular_velocity_matrix(rpy: ArrayLike) -> Array:
     angle = np.asarray(rpy, float)
     beta, alpha = angle[..., 1], angle[..., 2]
     E = np.zeros((*angle.shape, 3))
-    E[..., 0, 0], E[..., 1, 0], E[..., 2, 0] = np.cos(alpha) * np.cos(beta), np.sin(alpha) * np.cos(beta), -np.sin(beta)
+    E[..., 0, 0], E[..., 1, 0], E[..., 2, 0] = (
+        np.cos(alpha) * np.cos(beta),
+        np.sin(alpha) * np.cos(beta),
+        -np.sin(beta),
+    )
     E[..., 0, 1], E[..., 1, 1] = -np.sin(alpha), np.cos(alpha)
     E[..., 2, 2] = 1.0
     return E
+
+
+def pose_transform(pose: ArrayLike) -> tuple[Array, Array]:
+    """Rotation and origin of a six-parameter pose.
+
+    Args:
+        pose: x, y, z, m, then gamma, beta, alpha, rad, of frame T in frame B, shape (..., 6).
+
+    Returns:
+        R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
+
+    Source: equations 3.24 and 3.25.
+    """
+    six = np.asarray(pose, float)
+    return rotation(six[..., 3:]), six[..., :3]
+
+
+def pose_parameters(R: ArrayLike, P: ArrayLike) -> Array:
+    """Six parameters of a pose.
+
+    Args:
+        R: R_BT, shape (..., 3, 3).
+        P: P_BT, shape (..., 3), m.
+
+    Returns:
+        x, y, z, m, then gamma, beta, alpha, rad, shape (..., 6).
+
+    Source: equations 3.15 and 3.21 to 3.23.
+    """
+    return np.concatenate([np.asarray(P, float), roll_pitch_yaw(R)], axis=-1)
+
+
+def pose_twist(pose: ArrayLike) -> tuple[Array, Array]:
+    """Motion of frame T per unit rate of each of its six parameters.
+
+    Args:
+        pose: x, y, z, m, then gamma, beta, alpha, rad, shape (..., 6).
+
+    Returns:
+        Angular velocity of T and velocity of its origin in frame B, each shape (..., 3, 6), inputs along the
+        last axis.
+    """
+    six = np.asarray(pose, float)
+    angular, linear = np.zeros((2, *six.shape[:-1], 3, 6))
+    angular[..., 3:] = angular_velocity_matrix(six[..., 3:])
+    linear[..., :3] = np.eye(3)
+    return angular, linear

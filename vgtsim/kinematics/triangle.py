@@ -1,7 +1,8 @@
 """Face triangles of modules: corners from sides, and the frame that sits on three corners.
 
-A face's corners come as first, second, third. Its frame has its origin at the centroid, X along first - third and Z along
-(first - third) x (second - third) (equations 3.15 to 3.19), so seen from +Z the corners run counter-clockwise.
+A face's corners come as first, second, third. Its frame has its origin at the centroid, X along first - third
+and Z along (first - third) x (second - third) (equations 3.15 to 3.19), so seen from +Z the corners run
+counter-clockwise.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ def triangle_nodes(sides: ArrayLike) -> Array:
     excess = 2 * np.max(s, axis=-1) - np.sum(s, axis=-1)
     if np.any(~(excess < 0)) or np.any(s <= 0):
         worst = np.unravel_index(int(np.argmax(excess)), excess.shape)
-        raise AssemblyError("face triangle", float(np.max(excess)), f"sides {np.array2string(s[worst], precision=4)} m")
+        raise AssemblyError(
+            "face triangle", float(np.max(excess)), f"sides {np.array2string(s[worst], precision=4)} m"
+        )
     return place_triangle(s)
 
 

@@ -16,7 +16,7 @@ from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia, make_p
 from vgtsim.mjcf import names
 from vgtsim.mjcf.contact_bits import contact_bits
 from vgtsim.mjcf.pose import quaternions_to
-from vgtsim.mjcf.rows import SERVO_GROUP, SOLIMP, SOLREF_STEPS
+from vgtsim.mjcf.rows import SERVO_GROUP, SOLIMP, SOLREF_RATIO, SOLREF_STEPS
 
 Array = NDArray[np.float64]
 
@@ -287,7 +287,7 @@ def _add_member(
         objtype=mujoco.mjtObj.mjOBJ_SITE,
         name1=names.far(member.name),
         name2=chain.truss.nodes[member.ends[1]],
-        solref=[SOLREF_STEPS * rigging.timestep, 1.0],
+        solref=[SOLREF_STEPS * rigging.timestep, SOLREF_RATIO],
         solimp=SOLIMP,
         info=member.name,
     )
@@ -367,7 +367,7 @@ def _add_joint_drives(
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
         name1=joint,
-        solref=[SOLREF_STEPS * rigging.timestep, 1.0],
+        solref=[SOLREF_STEPS * rigging.timestep, SOLREF_RATIO],
         solimp=SOLIMP,
         active=False,
         data=[0.0] * 12,

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.manipulator import Manipulator, Prism
 from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
@@ -22,6 +22,8 @@ from vgtsim.mjcf.views import add_arm_cameras, add_goal_markers, add_tank_camera
 Array = NDArray[np.float64]
 
 VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weights the sag grows as its square
+RISER_MOUTH = 0.5  # a module nearer than this to the riser's mouth is stowed in the straight keyframe, m
+HOLDING_WEIGHTS, HOLDING_TIME = 1e-5, 0.1  # how the holding forces of a keyframe are found: stiffly, s
 MAST_STICK_UP = 0.5  # length of mast above the riser's flange at the working depth, m
 
 
@@ -53,13 +55,13 @@ def build_spec(
     step = timestep or scene.task.simulation.timestep
     chain, task, tank = scene_chain(scene), scene.task, scene.tank
     grade = tank.shell.crown + tank.shell.dome_thickness + tank.shell.soil_cover + tank.arm_riser.above_grade
-    lifts = _withdrawn(chain, scene)
+    keyed = _withdrawn_poses(chain, scene) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
     rigging = Rigging(
         mast_diameter=task.mast.outer_diameter,
         mast_wall=task.mast.wall,
         mast_density=task.mast.density,
         mast_length=grade - scene.pivot_height + MAST_STICK_UP,
-        feed_range=(0.0, max(lifts.values())),
+        feed_range=(0.0, max(lift for _, lift in keyed.values())),
         payload_mass=task.payload.mass,
         payload_radius=task.payload.radius,
         timestep=step,
@@ -71,9 +73,7 @@ def build_spec(
     add_arm(spec, chain, rigging)
     add_goal_markers(spec, task.motion.goals)
     add_tank_cameras(spec, tank, scene.pivot_height)
-    _add_keyframes(
-        spec, chain, {"stowed": chain.stowed, "straight": chain.straight} | dict(poses or {}), lifts
-    )
+    _add_keyframes(spec, chain, keyed)
     return spec
 
 
@@ -91,7 +91,7 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
         np.linalg.norm(Chain(manipulator, np.eye(4)).tool(Chain(manipulator, np.eye(4)).stowed)[0])
     )
     chain = Chain(manipulator, hanging_mount(height))
-    rigging = Rigging(0.9144, 0.0127, 7850.0, 2.0, (0.0, 0.0), 0.0, 0.1, timestep, 2e9, 2e7)
+    rigging = Rigging(0.9144, 0.0127, 7850.0, 2.0, (0.0, 0.0), 0.0, 0.1, timestep, 1e8, 1e6)
     spec = _start_spec(manipulator.name, timestep, 9.80665, 1e-5)
     add_arm(spec, chain, rigging)
     floor = spec.worldbody.add_geom(
@@ -99,9 +99,8 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
     )
     floor.rgba = [0.86, 0.87, 0.88, 1]
     add_arm_cameras(spec, height)
-    _add_keyframes(
-        spec, chain, {"stowed": chain.stowed, "straight": chain.straight, "reach": reach_pose(chain)}, {}
-    )
+    poses = {"stowed": chain.stowed, "straight": chain.straight, "reach": reach_pose(chain)}
+    _add_keyframes(spec, chain, {name: (q, 0.0) for name, q in poses.items()})
     return spec
 
 
@@ -156,18 +155,29 @@ def finish_model(spec: mujoco.MjSpec, scene: Scene) -> mujoco.MjModel:
     return model
 
 
-def _withdrawn(chain: Chain, scene: Scene) -> dict[str, float]:
-    """How far the mast is up in the stowed and straight keyframes: tool at the crown, and a metre above the waste."""
-    depth = {name: scene.pivot_height - chain.tool(q)[0][2] for name, q in _long_poses(chain).items()}
-    room = scene.pivot_height - scene.tank.waste.level - scene.task.payload.radius - 1.0
+def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float]]:
+    """Inputs and lift of the mast of the two keyframes that do not fit under a mast at its working depth.
+
+    Stowed: the tool at the crown, all of the arm in and above the riser. Straight: the tool a metre above the waste; what
+    is still in the riser has to be stowed.
+    """
+    crown = scene.tank.shell.crown
+    low = scene.tank.waste.level + scene.task.payload.radius + 1.0
+    q, height = np.array(chain.straight), low + scene.manipulator.tip_plate.tool_offset
+    active = len(q)
+    for module in reversed(scene.manipulator.modules):
+        if isinstance(module, Prism):
+            height += module.length
+            continue
+        active -= 1
+        if height + module.straight > crown - RISER_MOUTH:
+            q[active] = chain.stowed[active]
+        height += 2 * q[active, 2] + module.joint_offset
+    stowed_length = scene.pivot_height - chain.tool(chain.stowed)[0][2]
     return {
-        "stowed": depth["stowed"] + scene.tank.shell.crown - scene.pivot_height,
-        "straight": max(0.0, depth["straight"] - room),
+        "stowed": (chain.stowed, crown + stowed_length - scene.pivot_height),
+        "straight": (q, height - scene.pivot_height),
     }
-
-
-def _long_poses(chain: Chain) -> dict[str, Array]:
-    return {"stowed": chain.stowed, "straight": chain.straight}
 
 
 def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float) -> mujoco.MjSpec:
@@ -178,6 +188,9 @@ def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float)
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     option.gravity = [0, 0, -gravity]
+    option.tolerance = (
+        0.0  # an early stop leaves the joints short of equilibrium: moments of 1e-6 N*m at member ends
+    )
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE  # closures are stiffer than two steps
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state must be seen, not hidden
     spec.add_numeric(name=names.WEIGHT_SCALE, data=[weight_scale])
@@ -189,15 +202,34 @@ def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float)
     return spec
 
 
-def _add_keyframes(
-    spec: mujoco.MjSpec, chain: Chain, poses: Mapping[str, Array], lifts: Mapping[str, float]
-) -> None:
+def _add_keyframes(spec: mujoco.MjSpec, chain: Chain, poses: Mapping[str, tuple[Array, float]]) -> None:
+    """Add keyframes from inputs and lift of the mast; the servos' targets hold the weight as well as the lengths."""
     model = spec.compile()
-    joint = model.actuator_trnid[:, 0]
-    for name, q in poses.items():
-        nodes = chain.nodes(q) + np.array([0.0, 0.0, lifts.get(name, 0.0)])
-        qpos = qpos_from_nodes(model, chain.truss, nodes)
-        spec.add_key(name=name, qpos=qpos, ctrl=qpos[model.jnt_qposadr[joint]])
+    stiffen(model, HOLDING_WEIGHTS)
+    select_drive(model, "rigid")
+    joints = model.actuator_trnid[:, 0]
+    stiffness = model.actuator_gainprm[:, 0]
+    for name, (q, lift) in poses.items():
+        qpos = qpos_from_nodes(model, chain.truss, chain.nodes(q) + np.array([0.0, 0.0, lift]))
+        push = _holding_forces(model, qpos)[model.jnt_dofadr[joints]]
+        spec.add_key(name=name, qpos=qpos, ctrl=qpos[model.jnt_qposadr[joints]] + push / stiffness)
+
+
+def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
+    """Generalised forces with which rigid drives hold a pose at rest, shape (nv,)."""
+    rows = model.eq_type == mujoco.mjtEq.mjEQ_JOINT
+    address = model.jnt_qposadr[model.eq_obj1id[rows]]
+    model.eq_data[rows, 0] = qpos[address] - model.qpos0[address]
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    for _ in range(round(HOLDING_TIME / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+    force = np.zeros(model.nv)
+    drives = set(np.flatnonzero(rows).tolist())
+    for row in range(data.ne):
+        if int(data.efc_id[row]) in drives and data.efc_type[row] == mujoco.mjtConstraint.mjCNSTR_EQUALITY:
+            force[model.jnt_dofadr[model.eq_obj1id[data.efc_id[row]]]] = data.efc_force[row]
+    return force
 
 
 def _check_compiled(model: mujoco.MjModel, scene: Scene) -> None:

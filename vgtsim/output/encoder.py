@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import MissingLibraryError
 
-_SETTINGS = ["-preset", "veryfast", "-crf", "20", "-movflags", "+faststart"]
+_SETTINGS = ["-preset", "veryfast", "-movflags", "+faststart"]
+_QUALITY = 6  # of ten; constant rate factor 20
 
 
 @contextmanager
@@ -44,7 +45,7 @@ def open_film(path: Path, width: int, height: int, fps: int) -> Iterator[Callabl
         codec="libx264",
         pix_fmt_out="yuv420p",
         macro_block_size=2,
-        quality=None,
+        quality=_QUALITY,
         ffmpeg_log_level="error",
         output_params=_SETTINGS,
     )

@@ -130,6 +130,7 @@ def finish(axes: Axes, scene: Scene, log: RunLog, *, named: bool = False, abscis
             middle, place = (hold.start + hold.end) / 2, axes.get_xaxis_transform()
             name = goal_name(scene, hold.goal)
             axes.text(middle, 1.02, name, fontsize=7.5, color=HOLD, ha="center", va="bottom", transform=place)
-    axes.set_xlim(float(log.time[0]), float(log.time[-1]))
+    if log.time[-1] > log.time[0]:
+        axes.set_xlim(float(log.time[0]), float(log.time[-1]))
     if abscissa:
         axes.set_xlabel("time, s")

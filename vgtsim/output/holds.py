@@ -39,8 +39,8 @@ def find_holds(log: RunLog) -> tuple[Hold, ...]:
         One for each unbroken settled stretch at one goal.
     """
     key = np.where(log.settled, log.goal, -1)
-    starts = np.flatnonzero(np.diff(key, prepend=-1))
-    ends = np.append(starts[1:], len(key)) - 1
+    edges = np.flatnonzero(np.diff(key)) + 1
+    starts, ends = np.append(0, edges), np.append(edges, len(key)) - 1
     return tuple(
         Hold(int(key[first]), int(first), int(last), float(log.time[first]), float(log.time[last]))
         for first, last in zip(starts, ends, strict=True)

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from vgtsim.description import Scene
 from vgtsim.kinematics import Truss
+from vgtsim.output import html_facts as facts
 from vgtsim.output import html_tables as tables
 from vgtsim.output.figure import styled, to_svg
 from vgtsim.output.member_plots import (
@@ -157,9 +158,9 @@ def write_report_html(scene: Scene, log: RunLog, report: Report, truss: Truss, p
         checks=tables.check_rows(report),
         goals=tables.goal_rows(scene, log, report),
         plots="\n".join(_draw(section, report) for section in list_sections(scene, log, report, truss)),
-        settings=tables.fact_rows(tables.settings(scene, truss)),
-        performance=tables.fact_rows(tables.performance(report)),
-        versions=tables.fact_rows(report.versions.items()),
+        settings=facts.fact_rows(facts.list_settings(scene, truss)),
+        performance=facts.fact_rows(facts.list_costs(report)),
+        versions=facts.fact_rows(report.versions.items()),
     )
     with replacing(path) as partial:
         partial.write_text(page, encoding="utf-8")

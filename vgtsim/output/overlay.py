@@ -19,7 +19,25 @@ LABELS = ("time", "goal", "tool error", "greatest force", "in member")
 _GROUND = (14, 18, 24, 190)
 _SOFT = (170, 178, 188, 255)
 _INK = (242, 244, 246, 255)
+_ACTIVE = (110, 240, 150)
 _LEAST_FONT = 9  # pixels; smaller letters cannot be read
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A name to write at a place in the picture.
+
+    Attributes:
+        text: The name.
+        column: Pixels.
+        row: Pixels.
+        active: Whether it is the one to look at.
+    """
+
+    text: str
+    column: float
+    row: float
+    active: bool
 
 
 @dataclass(frozen=True)
@@ -27,14 +45,14 @@ class Overlay:
     """What stays the same on every frame.
 
     Attributes:
-        layer: Panel, labels and scale bar, of the frame's size, with opacity.
+        pieces: Panel, scale bar and title, with opacity, and the column and row of their upper left corners.
         unit: Height of the letters, pixels; every other distance is a multiple.
         font: For the panel.
         small: For the goals' names.
         values: Column and row of each value in the panel, pixels.
     """
 
-    layer: Image.Image
+    pieces: tuple[tuple[Image.Image, tuple[int, int]], ...]
     unit: int
     font: ImageFont.FreeTypeFont
     small: ImageFont.FreeTypeFont
@@ -61,22 +79,26 @@ def make_overlay(width: int, height: int, title: str, end: float) -> Overlay:
     layer = Image.new("RGBA", (width, height), (0, 0, 0, 0))
     draw = ImageDraw.Draw(layer)
     left, top, step = unit, unit, round(1.45 * unit)
-    box = (left // 2, top // 2, left + 20 * unit, top + step * len(LABELS) + unit // 3)
-    draw.rounded_rectangle(box, unit // 2, fill=_GROUND)
+    panel = (left // 2, top // 2, left + 20 * unit, top + step * len(LABELS) + unit // 3)
+    draw.rounded_rectangle(panel, unit // 2, fill=_GROUND)
     rows = [top + step * index for index in range(len(LABELS))]
     for label, row in zip(LABELS, rows, strict=True):
         draw.text((left + unit // 4, row), label, font=font, fill=_SOFT)
-    draw.text(
-        (unit, height - round(1.6 * unit)), title, font=bold, fill=_INK, stroke_width=2, stroke_fill=_GROUND
+    foot = (0, height - 2 * unit, width, height)
+    place = (unit, foot[1] + unit // 2)
+    draw.text(place, title, font=bold, fill=_INK, stroke_width=2, stroke_fill=_GROUND)
+    scale = _draw_scale(layer, draw, small, unit, end)
+    pieces = tuple(
+        (layer.crop((left, top, right + 1, bottom + 1)), (left, top))
+        for left, top, right, bottom in (panel, scale, foot)
     )
-    _draw_scale(layer, draw, small, unit, end)
-    return Overlay(layer, unit, font, small, tuple((left + round(8.3 * unit), row) for row in rows))
+    return Overlay(pieces, unit, font, small, tuple((left + round(8.3 * unit), row) for row in rows))
 
 
 def _draw_scale(
     layer: Image.Image, draw: ImageDraw.ImageDraw, font: ImageFont.FreeTypeFont, unit: int, end: float
-) -> None:
-    """Draw the signed bar at the right, tension above."""
+) -> tuple[int, int, int, int]:
+    """Draw the signed bar at the right, tension above; returns its box."""
     thick, tall = round(1.2 * unit), min(round(15 * unit), layer.height - 6 * unit)
     left, top = layer.width - round(6.6 * unit), (layer.height - tall) // 2
     box = (left - unit, top - round(2.4 * unit), layer.width - unit // 2, top + tall + round(2.6 * unit))
@@ -91,10 +113,11 @@ def _draw_scale(
     middle = (box[0] + box[2]) // 2
     draw.text((middle, top - round(1.3 * unit)), "tension, kN", font=font, fill=_INK, anchor="mm")
     draw.text((middle, top + tall + round(1.4 * unit)), "compression", font=font, fill=_INK, anchor="mm")
+    return box
 
 
 def draw_overlay(
-    overlay: Overlay, frame: Picture, values: tuple[str, ...], marks: tuple[tuple[str, float, float], ...]
+    overlay: Overlay, frame: Picture, values: tuple[str, ...], marks: tuple[Mark, ...]
 ) -> Picture:
     """Put the overlay and the texts of one instant onto a frame.
 
@@ -102,7 +125,7 @@ def draw_overlay(
         overlay: The static parts.
         frame: Shape (height, width, 3).
         values: One for each of `LABELS`.
-        marks: Names to write at places in the picture: text, column, row, pixels.
+        marks: Names to write; those outside the picture are left out.
 
     Returns:
         The finished frame, shape (height, width, 3).
@@ -110,11 +133,12 @@ def draw_overlay(
     image = Image.fromarray(frame)
     draw = ImageDraw.Draw(image)
     shift = 0.7 * overlay.unit
-    for text, column, row in marks:
-        if 0 <= column < image.width and 0 <= row < image.height:
-            place = (column + shift, row - shift)
-            draw.text(place, text, font=overlay.small, fill=_INK[:3], stroke_width=2, stroke_fill=_GROUND[:3])
-    image.paste(overlay.layer, (0, 0), overlay.layer)
+    for mark in marks:
+        if 0 <= mark.column < image.width and 0 <= mark.row < image.height:
+            place, ink = (mark.column + shift, mark.row - shift), _ACTIVE if mark.active else _INK[:3]
+            draw.text(place, mark.text, font=overlay.small, fill=ink, stroke_width=2, stroke_fill=_GROUND[:3])
+    for piece, corner in overlay.pieces:
+        image.paste(piece, corner, piece)
     for text, place in zip(values, overlay.values, strict=True):
         draw.text(place, text, font=overlay.font, fill=_INK[:3])
     return np.asarray(image)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -93,7 +94,8 @@ def plot_truss(scene: Scene, log: RunLog, truss: Truss, report: Report) -> Figur
         title="side, in the tool's plane",
     )
     left.set(xlabel="x, m", ylabel="y, m", title="top")
-    right.set(xlabel="m", ylabel="m", title="close up, in the plane that shows most of the arm")
+    right.margins(y=0.4)
+    right.set(xlabel="m", ylabel="m", title="close up, turned to show most of the arm")
     bar = figure.colorbar(_scale(now.end), ax=[tall, left, right], shrink=0.55, aspect=30, pad=0.015)
     bar.set_label(f"axial force, kN (compression {MINUS}, tension +)")
     bar.ax.spines[:].set_visible(False)
@@ -123,7 +125,7 @@ def _draw_arm(axes: Axes, now: Instant, view: Array, scale: float) -> None:
     axes.plot(*(now.nodes[truss.base] @ view.T)[[0, 1, 2, 0]].T, color=REST, linewidth=2.0)
     worst = truss.members[now.worst]
     middle = now.nodes[list(worst.ends)].mean(axis=0) @ view.T
-    line = {"arrowstyle": "-", "linewidth": 0.8}
+    line = {"arrowstyle": "-", "linewidth": 0.8, "color": mpl.rcParams["text.color"]}
     axes.annotate(worst.name, middle, (22, 22), textcoords="offset points", fontsize=8, arrowprops=line)
     axes.autoscale_view()
     axes.set_aspect("equal")

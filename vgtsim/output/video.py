@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from vgtsim.description import Scene
 from vgtsim.errors import MissingLibraryError
 from vgtsim.kinematics import Truss
-from vgtsim.mjcf import build_spec, scene_chain
+from vgtsim.mjcf import build_spec, tank
 from vgtsim.output.colours import scale_end
 from vgtsim.output.encoder import open_film
 from vgtsim.output.holds import goal_name
-from vgtsim.output.overlay import draw_overlay, make_overlay
+from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.replacing import replacing
 from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, project, show
@@ -27,11 +27,22 @@ from vgtsim.verification.report import Report
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
+_SKY = ([0.42, 0.48, 0.55], [0.13, 0.15, 0.18])
+_SKY_PIXELS = 128
+_DIM = 0.6
+_AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
+_SLICES, _STACKS = (
+    14,
+    6,
+)  # of a round geom; the members are a few pixels wide, and finer ones cost most of a frame
+_INSIDE = ("riser", "tool")
+
 
 def render_video(
     scene: Scene,
     log: RunLog,
     report: Report,
+    truss: Truss,
     path: str | Path,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
@@ -41,6 +52,7 @@ def render_video(
         scene: The scene.
         log: The run.
         report: With the series `tool_position_error`, if tracking was measured.
+        truss: The arm's truss.
         path: File to write, whole or not at all; its suffix is `.mp4`.
         progress: Called with the frames drawn and their number.
 
@@ -51,15 +63,16 @@ def render_video(
     video = scene.task.video
     width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
     times = frame_times(log, video.fps, video.speed)
+    frames = draw_frames(scene, log, report, truss, times, width, height)
     with replacing(path) as partial, open_film(partial, width, height, video.fps) as add:
-        for drawn, frame in enumerate(draw_frames(scene, log, report, times, width, height), start=1):
+        for drawn, frame in enumerate(frames, start=1):
             add(frame)
             if progress:
                 progress(drawn, len(times))
 
 
 def draw_frames(
-    scene: Scene, log: RunLog, report: Report, times: Array, width: int, height: int
+    scene: Scene, log: RunLog, report: Report, truss: Truss, times: Array, width: int, height: int
 ) -> Iterator[Picture]:
     """Draw the run at given instants.
 
@@ -67,6 +80,7 @@ def draw_frames(
         scene: The scene; its `video.cuts` choose the cameras.
         log: The run.
         report: With the series `tool_position_error`, if tracking was measured.
+        truss: The arm's truss.
         times: Shape (F,), s.
         width: Pixels.
         height: Pixels.
@@ -77,28 +91,54 @@ def draw_frames(
     Raises:
         MissingLibraryError: There is no EGL.
     """
-    truss = scene_chain(scene).truss
     axial = log.axial(truss.ends)
-    model = build_spec(scene).compile()
+    model = _compile(scene)
     replay = make_replay(model, truss, scale_end(axial))
     overlay = make_overlay(width, height, scene.task.title, replay.end)
     goals = np.array([goal.position for goal in scene.task.motion.goals])
-    view = mujoco.MjvOption()
     with _open_renderer(model, width, height) as renderer:
         for time in times:
             record, nodes, forces = interpolate(log, axial, float(time))
             show(replay, nodes, forces)
             camera = camera_at(scene.task.video.cuts, float(time))
-            renderer.update_scene(replay.data, camera, view)
+            renderer.update_scene(replay.data, camera, _choose_groups(camera))
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
-            places = project(renderer.scene, goals, width, height)
-            marks = tuple(
-                (goal.name, float(column), float(row))
-                for goal, (column, row) in zip(scene.task.motion.goals, places, strict=True)
-            )
             values = _values(scene, log, report, truss, record, float(time), forces)
+            marks = tuple(
+                Mark(goal.name, float(column), float(row), index == log.goal[record])
+                for index, (goal, (column, row)) in enumerate(
+                    zip(scene.task.motion.goals, project(renderer.scene, goals, width, height), strict=True)
+                )
+            )
             yield draw_overlay(overlay, renderer.render(), values, marks)
+
+
+def _compile(scene: Scene) -> mujoco.MjModel:
+    """Compile the scene for the eye: a sky, light that keeps colours, a liner darker than the members."""
+    spec = build_spec(scene)
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=_SKY[0],
+        rgb2=_SKY[1],
+        width=_SKY_PIXELS,
+        height=6 * _SKY_PIXELS,
+    )
+    model = spec.compile()
+    model.mat(f"{tank.BODY}/liner").rgba[:3] *= _DIM
+    model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
+    model.light_diffuse[:] = _DIFFUSE
+    model.vis.quality.numslices, model.vis.quality.numstacks = _SLICES, _STACKS
+    return model
+
+
+def _choose_groups(camera: str) -> mujoco.MjvOption:
+    """Hide the front half of the tank from the cameras outside it."""
+    view = mujoco.MjvOption()
+    view.geomgroup[[tank.FRONT_GROUP, tank.FRONT_COVER_GROUP]] = camera in _INSIDE
+    return view
 
 
 def _values(

@@ -16,11 +16,8 @@ Array = NDArray[np.float64]
 _BENDS = (
     (35.0, 30.0, 15.0, 5.0, 0.0),
     (30.0, 15.0, 0.0, 10.0, 35.0),
-    (25.0, 5.0, -5.0, 25.0, 35.0),
     (40.0, 38.0, 25.0, -20.0, -35.0),
     (20.0, 30.0, 30.0, 30.0, 30.0),
-    (40.0, 40.0, 38.0, -38.0, -38.0),
-    (38.0, 0.0, -38.0, 20.0, 20.0),
 )
 
 
@@ -41,7 +38,7 @@ def azimuth(chain: Chain, point: Array) -> float:
 def swing(q: Array, angle: float | Array) -> Array:
     """Swing the arm's centre line about the mast's axis.
 
-    Turning every mid-plane's normal about Z turns each module's transform about Z, and prisms commute with it.
+    Turning every mid-plane's normal about Z turns each module's transform about Z; prisms commute with it.
 
     Args:
         q: Inputs, shape (..., A, 3).
@@ -52,7 +49,9 @@ def swing(q: Array, angle: float | Array) -> Array:
     """
     cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
     x, y = q[..., 0], q[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y, np.broadcast_to(q[..., 2], (cos * x).shape)], axis=-1)
+    return np.stack(
+        [cos * x - sin * y, sin * x + cos * y, np.broadcast_to(q[..., 2], (cos * x).shape)], axis=-1
+    )
 
 
 def bend_all(chain: Chain, angles: Array, direction: float) -> Array:
@@ -82,8 +81,8 @@ def seeds(chain: Chain, box: StrokeBox, start: Array, target: Array) -> Iterator
         target: Tool position wanted, in frame G, shape (3,), m.
 
     Yields:
-        Inputs inside the box, shape (A, 3): the present ones swung to the target's azimuth, the present ones, then bend
-        patterns in the plane of the target.
+        Inputs inside the box, shape (A, 3): the present ones swung to the target's azimuth, the present ones,
+        then bend patterns in the plane of the target.
     """
     there = azimuth(chain, target)
     yield bring_inside(chain, box, swing(start, there - azimuth(chain, chain.tool(start)[0])))

@@ -122,6 +122,8 @@ def _commands(
 ) -> Iterator[tuple[Array, int, bool]]:
     """Lengths wanted at the end of each coming step, with the goal and whether it is held, settled."""
     motion, step = scene.task.motion, scene.task.simulation.timestep
+    for _ in range(round(motion.hold / step)):
+        yield program.legs[0].lengths[0], -1, False
     for leg in program.legs:
         for row in leg.lengths[1:]:
             yield row, leg.goal, False

@@ -1,0 +1,35 @@
+"""What many tests start from: the shipped arm, tank and scene."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+os.environ.setdefault("MUJOCO_GL", "egl")
+
+import pytest
+
+from vgtsim.description import Manipulator, Scene, Tank, load_manipulator, load_scene, load_tank
+from vgtsim.kinematics import Chain, hanging_mount
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="session")
+def arm15() -> Manipulator:
+    return load_manipulator(ROOT / "models/arm15/arm15.toml")
+
+
+@pytest.fixture(scope="session")
+def type_ii() -> Tank:
+    return load_tank(ROOT / "scenes/tanks/type_ii.toml")
+
+
+@pytest.fixture(scope="session")
+def reach_scene() -> Scene:
+    return load_scene(ROOT / "scenes/type_ii_reach.toml")
+
+
+@pytest.fixture(scope="session")
+def hanging_arm(arm15: Manipulator) -> Chain:
+    return Chain(arm15, hanging_mount(7.32))

@@ -1,0 +1,159 @@
+"""Files that describe: what is shipped is whole and labelled, what is wrong is named."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from vgtsim.description import load_manipulator, load_scene, load_tank
+from vgtsim.errors import DescriptionError
+from vgtsim.units import to_si
+
+ROOT = Path(__file__).parents[2]
+ARM, TANK, SCENE = (
+    ROOT / name for name in ("models/arm15/arm15.toml", "scenes/tanks/type_ii.toml", "scenes/type_ii_reach.toml")
+)
+SHIPPED = sorted([*ROOT.glob("models/*/*.toml"), *ROOT.glob("scenes/**/*.toml")])
+
+
+def leaves(node, key=""):
+    """Every entry of a TOML tree that is a number or a quantity, with its key path."""
+    if isinstance(node, dict):
+        for name, entry in node.items():
+            yield from leaves(entry, f"{key}.{name}")
+    elif isinstance(node, list):
+        for entry in node:
+            yield from leaves(entry, key)
+    elif isinstance(node, float | int) and not isinstance(node, bool):
+        yield key, node
+    elif isinstance(node, str) and node[:1].isdigit():
+        yield key, node
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.name)
+def test_every_shipped_figure_has_a_label(path):
+    bare = [
+        key
+        for key, _ in leaves(tomllib.loads(path.read_text()))
+        if not key.endswith((".value", ".range", ".note", ".title")) and not key.startswith(".video")
+    ]
+    assert not bare
+
+
+def figures(node, key=""):
+    if isinstance(node, dict) and "value" in node:
+        yield key, node
+    elif isinstance(node, dict | list):
+        for name, entry in node.items() if isinstance(node, dict) else enumerate(node):
+            yield from figures(entry, f"{key}.{name}")
+
+
+@pytest.mark.parametrize("path", [ARM, TANK], ids=lambda path: path.name)
+def test_assumed_figures_lie_in_their_ranges(path):
+    checked = 0
+    for key, entry in figures(tomllib.loads(path.read_text())):
+        if entry["label"] != "assumed" or isinstance(entry["value"], list):
+            continue
+        low, high = entry["range"]
+        unit = str(entry["value"]).split(" ", 1)[1] if isinstance(entry["value"], str) else "dimensionless"
+        checked += 1
+        assert to_si(low, unit) <= to_si(entry["value"], unit) <= to_si(high, unit), key
+    assert checked
+
+
+def test_provenance_is_kept_by_key_path():
+    arm = load_manipulator(ARM)
+    assert arm.provenance["hub.radius"].label == "assumed"
+    assert arm.provenance["modules.0.longeron"].label == "derived"
+    assert arm.materials["steel"].yield_strength == pytest.approx(315e6)
+
+
+def changed(tmp_path: Path, source: Path, old: str, new: str) -> Path:
+    """A copy of a shipped file with one piece of text replaced, its own references still good."""
+    text = source.read_text()
+    assert old in text
+    text = text.replace(old, new, 1)
+    for name in ("../models/arm15/arm15.toml", "tanks/type_ii.toml"):
+        text = text.replace(f'"{name}"', f'"{(source.parent / name).resolve()}"')
+    path = tmp_path / source.name
+    path.write_text(text)
+    return path
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(DescriptionError, match=r"nowhere\.toml: .*No such file"):
+        load_scene(tmp_path / "nowhere.toml")
+
+
+def test_a_missing_arm_is_named(tmp_path):
+    path = changed(tmp_path, SCENE, "../models/arm15/arm15.toml", "../models/arm51/arm51.toml")
+    with pytest.raises(DescriptionError, match=r"arm51\.toml"):
+        load_scene(path)
+
+
+def test_a_syntax_error_gives_line_and_column(tmp_path):
+    path = changed(tmp_path, ARM, "[hub]", "[hub")
+    with pytest.raises(DescriptionError, match=r"TOML syntax error.*line \d+, column \d+"):
+        load_manipulator(path)
+
+
+def test_an_unknown_key_names_the_nearest_one(tmp_path):
+    path = changed(tmp_path, ARM, "tool_offset", "tool_ofset")
+    with pytest.raises(DescriptionError, match=r"tip_plate.*unknown key 'tool_ofset'; did you mean 'tool_offset'"):
+        load_manipulator(path)
+
+
+def test_an_unknown_section_names_the_nearest_one(tmp_path):
+    path = changed(tmp_path, ARM, 'longeron_tube = "t300x250"', 'longeron_tube = "t300x520"')
+    with pytest.raises(DescriptionError, match=r"modules\.\d\.longeron_tube = 't300x520'.*did you mean 't300x[0-9]+'"):
+        load_manipulator(path)
+
+
+@pytest.mark.parametrize(
+    ("source", "load", "old", "new", "key", "words"),
+    [
+        (ARM, load_manipulator, 'radius = { value = "1.5 in"', 'radius = { value = "45 kg"', "hub.radius", "dimension"),
+        (ARM, load_manipulator, 'radius = { value = "1.5 in"', 'radius = { value = "-1 in"', "hub.radius", "greater"),
+        (ARM, load_manipulator, 'radius = { value = "1.5 in"', "radius = { value = nan", "hub.radius", "finite"),
+        (TANK, load_tank, 'crown = { value = "9.07 m"', 'crown = { value = "5 m"', "shell", "dome rise"),
+        (TANK, load_tank, 'level = { value = "0.145 m"', 'level = { value = "8 m"', "", "waste.level below"),
+        (ARM, load_manipulator, 'label = "assumed"', 'label = "guessed"', "hub.radius.label", "assumed"),
+    ],
+)
+def test_a_figure_that_cannot_be_is_named(tmp_path, source, load, old, new, key, words):
+    with pytest.raises(DescriptionError, match=words) as caught:
+        load(changed(tmp_path, source, old, new))
+    assert caught.value.key == key
+    assert caught.value.file is not None
+    assert caught.value.file.name == source.name
+
+
+def test_longerons_too_short_for_their_face_name_the_module(tmp_path):
+    path = changed(tmp_path, ARM, 'longeron = { value = "31.177 in"', 'longeron = { value = "15 in"')
+    with pytest.raises(DescriptionError, match=r"module m1: longerons of 0\.381 m do not close a triangle"):
+        load_manipulator(path)
+
+
+def test_a_pivot_outside_the_tank_is_refused(tmp_path):
+    path = changed(tmp_path, SCENE, 'pivot_depth = { value = "1.75 m"', 'pivot_depth = { value = "9.5 m"')
+    with pytest.raises(DescriptionError, match="pivot inside the tank") as caught:
+        load_scene(path)
+    assert caught.value.key == "mast.pivot_depth"
+
+
+def test_a_missing_key_is_named(tmp_path):
+    path = changed(tmp_path, SCENE, "[payload]\nmass", "[payload]\n#mass")
+    with pytest.raises(DescriptionError, match="found nothing") as caught:
+        load_scene(path)
+    assert caught.value.key == "payload.mass"
+
+
+def test_start_must_fit_the_arm(tmp_path):
+    text = SCENE.read_text()
+    first = text.index("[[motion.start]]")
+    second = text.index("[[motion.start]]", first + 1)
+    path = changed(tmp_path, SCENE, text[first:second], "")
+    with pytest.raises(DescriptionError, match="4 module shapes"):
+        load_scene(path)

@@ -1,0 +1,176 @@
+"""The generated model against the description: what it weighs, what it is called, what may touch what."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from vgtsim.control.checks import start_inputs
+from vgtsim.errors import DescriptionError
+from vgtsim.mjcf import build_model, build_spec, load_model, names, scene_chain
+from vgtsim.mjcf.contact_bits import contact_bits
+from vgtsim.mjcf.files import measure_sag, write_scene_files
+from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.statics.loads import make_load_model
+
+PLACED = 1e-12  # m: nodes written into coordinates and read back
+XML_DIGITS = 1e-4  # m: six digits of coordinates of some ten metres, in three directions
+
+
+@pytest.fixture(scope="module")
+def chain(reach_scene):
+    return scene_chain(reach_scene)
+
+
+@pytest.fixture(scope="module")
+def pose(reach_scene, chain):
+    return start_inputs(reach_scene, chain)
+
+
+@pytest.fixture(scope="module")
+def model(reach_scene, pose):
+    return build_model(reach_scene, {"first_goal": pose})
+
+
+@pytest.fixture(scope="module")
+def files(reach_scene, pose, tmp_path_factory):
+    return write_scene_files(reach_scene, pose, tmp_path_factory.mktemp("model"))
+
+
+def test_model_weighs_what_the_description_says(model, chain, reach_scene):
+    task = reach_scene.task
+    expected = make_load_model(chain, task.payload, task.simulation.gravity).mass
+    others = [i for i in range(model.nbody) if model.body(i).name.startswith(("tank", names.MAST)) and i]
+    others.remove(model.body(names.FLANGE).id)
+    assert model.body_mass.sum() - model.body_mass[others].sum() == pytest.approx(expected, rel=1e-12)
+
+
+def test_every_member_has_its_parts(model, chain):
+    for member in chain.truss.members:
+        assert model.joint(member.name).type[0] == mujoco.mjtJoint.mjJNT_BALL
+        assert model.equality(names.closure(member.name)).type[0] == mujoco.mjtEq.mjEQ_CONNECT
+        assert model.sensor(names.force(member.name)).dim[0] == 3
+        assert model.sensor(names.torque(member.name)).dim[0] == 3
+        if member.role == "actuator":
+            assert model.joint(names.slide(member.name)).type[0] == mujoco.mjtJoint.mjJNT_SLIDE
+            assert model.equality(names.drive(member.name)).type[0] == mujoco.mjtEq.mjEQ_JOINT
+            assert model.actuator(names.servo(member.name)).id >= 0
+
+
+def test_cameras_and_keyframes_are_there(model):
+    assert {model.camera(i).name for i in range(model.ncam)} >= set(names.CAMERAS)
+    assert {model.key(i).name for i in range(model.nkey)} == set(names.KEYFRAMES)
+
+
+def test_coordinates_put_every_node_where_kinematics_says(model, chain, pose):
+    nodes = chain.nodes(pose)
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos_from_nodes(model, chain.truss, nodes)
+    mujoco.mj_kinematics(model, data)
+    for name, node in zip(chain.truss.nodes, nodes, strict=True):
+        assert np.allclose(data.site(name).xpos, node, atol=PLACED)
+    for member, (_, far) in zip(chain.truss.members, chain.truss.ends, strict=True):
+        assert np.allclose(data.site(names.far(member.name)).xpos, nodes[far], atol=PLACED)
+
+
+def test_keyframes_touch_nothing(model):
+    data = mujoco.MjData(model)
+    for key in range(model.nkey):
+        mujoco.mj_resetDataKeyframe(model, data, key)
+        mujoco.mj_forward(model, data)
+        touching = {(model.geom(c.geom[0]).name, model.geom(c.geom[1]).name) for c in data.contact if c.dist <= 0}
+        assert not touching, model.key(key).name
+
+
+def test_neighbours_never_meet_and_others_do():
+    parts = 11
+    bits = [contact_bits(part, parts) for part in range(parts)]
+    for i, (type_i, seek_i) in enumerate(bits):
+        for j, (type_j, seek_j) in enumerate(bits):
+            meets = bool(type_i & seek_j or type_j & seek_i)
+            assert meets == (abs(i - j) >= 2)
+
+
+def test_contact_bits_of_a_long_chain_fit_in_31():
+    for part in range(81):
+        contype, affinity = contact_bits(part, 81)
+        assert 0 <= contype < 2**31
+        assert 0 < affinity < 2**31
+
+
+def test_arm_meets_tank_waste_equipment_and_itself(model, chain, reach_scene):
+    """Drop the arm on each: MuJoCo reports the contact."""
+    data = mujoco.MjData(model)
+    nodes = chain.nodes(chain.straight)
+    data.qpos[:] = qpos_from_nodes(model, chain.truss, nodes)
+    mujoco.mj_forward(model, data)
+    touched = {model.geom(g).name for c in data.contact for g in c.geom}
+    assert any(name.startswith("tank/") for name in touched)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_written_files_step_without_warning_in_plain_mujoco(files, index):
+    file = str(files[index])
+    model = (mujoco.MjModel.from_xml_path if index == 0 else mujoco.MjModel.from_binary_path)(file)
+    data = mujoco.MjData(model)
+    for key in range(model.nkey):
+        mujoco.mj_resetDataKeyframe(model, data, key)
+        for _ in range(40):
+            mujoco.mj_step(model, data)
+        assert not np.any(data.warning.number)
+        assert np.isfinite(data.qpos).all()
+
+
+def test_xml_says_what_it_lacks(files):
+    header = files[0].read_text().split("-->")[0]
+    assert "Time step 0.001 s" in header
+    assert "tool" in header
+    assert "vgtsim.load_model" in header
+
+
+def test_loading_applies_the_scaled_weights(files):
+    plain = mujoco.MjModel.from_xml_path(str(files[0]))
+    scaled = load_model(files[0])
+    assert np.allclose(scaled.dof_invweight0, 1e-5 * plain.dof_invweight0, rtol=1e-12)
+    assert measure_sag(scaled, "first_goal").gap < 0.01 * measure_sag(plain, "first_goal").gap
+
+
+def test_mjb_is_the_simulated_model(files, model):
+    loaded = load_model(files[1])
+    assert np.array_equal(loaded.body_invweight0, model.body_invweight0)
+    assert loaded.opt.timestep == model.opt.timestep
+
+
+def test_xml_poses_are_good_to_its_digits(files, chain, pose):
+    model = mujoco.MjModel.from_xml_path(str(files[0]))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("first_goal").id)
+    mujoco.mj_kinematics(model, data)
+    sites = np.array([data.site(name).xpos for name in chain.truss.nodes])
+    assert np.abs(sites - chain.nodes(pose)).max() < XML_DIGITS
+
+
+@pytest.mark.parametrize("name", ["missing.xml", "other.txt"])
+def test_a_file_that_is_no_model_is_refused(tmp_path, name):
+    (tmp_path / "other.txt").write_text("x")
+    with pytest.raises(DescriptionError, match=r"generated \.xml or \.mjb"):
+        load_model(tmp_path / name)
+
+
+def test_foreign_xml_is_refused_by_name_of_what_it_lacks(tmp_path):
+    (tmp_path / "foreign.xml").write_text("<mujoco><worldbody/></mujoco>")
+    with pytest.raises(DescriptionError, match=names.WEIGHT_SCALE):
+        load_model(tmp_path / "foreign.xml")
+
+
+def test_a_joint_offset_is_refused_until_its_blocks_are_modelled(reach_scene):
+    arm = reach_scene.manipulator
+    first = arm.modules[0].model_copy(update={"joint_offset": 0.05})
+    import dataclasses
+
+    changed = dataclasses.replace(
+        reach_scene, manipulator=arm.model_copy(update={"modules": (first, *arm.modules[1:])})
+    )
+    with pytest.raises(DescriptionError, match="joint_offset"):
+        build_spec(changed)

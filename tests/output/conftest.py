@@ -1,0 +1,28 @@
+"""A synthetic run, shared by the tests of the output room."""
+
+import os
+
+os.environ.setdefault("MUJOCO_GL", "egl")
+
+import pytest
+from synthetic_run import make_chain, make_log, make_report, make_scene
+
+
+@pytest.fixture(scope="session")
+def scene():
+    return make_scene()
+
+
+@pytest.fixture(scope="session")
+def log(scene):
+    return make_log(scene)
+
+
+@pytest.fixture(scope="session")
+def report(scene, log):
+    return make_report(scene, log)
+
+
+@pytest.fixture(scope="session")
+def chain(scene):
+    return make_chain(scene)

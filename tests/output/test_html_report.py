@@ -1,0 +1,141 @@
+"""The report for people: whole, alone, and the same every time."""
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from vgtsim.output.html_report import write_report_html
+from vgtsim.output.quantities import format_quantity
+from vgtsim.verification.report import CHECK_NAMES
+
+GREATEST_SIZE = 3e6  # bytes; a mail server takes it
+PLOTS = 9
+VOID = {"meta", "wbr"}
+
+
+class Outline(HTMLParser):
+    """Collects what the tests ask for, and the tags still open at the end."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.links, self.ids, self.text, self.figures = [], [], [], [], 0
+
+    def handle_starttag(self, tag, attrs):
+        values = dict(attrs)
+        self.links += [value for name, value in attrs if name in ("src", "href", "xlink:href")]
+        self.ids += [values["id"]] if "id" in values else []
+        self.figures += tag == "figure"
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if tag not in VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def page(scene, log, report, chain, tmp_path_factory):
+    path = tmp_path_factory.mktemp("html") / "report.html"
+    write_report_html(scene, log, report, chain.truss, path)
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def outline(page):
+    parser = Outline()
+    parser.feed(page)
+    return parser
+
+
+def test_nothing_is_fetched(page, outline):
+    assert "http" not in page
+    assert "@import" not in page
+    assert all(link.startswith(("#", "data:")) for link in outline.links)
+
+
+def test_markup_is_whole(outline):
+    assert outline.open == []
+    assert len(outline.ids) == len(set(outline.ids))
+    assert {link[1:] for link in outline.links if link.startswith("#")} <= set(outline.ids)
+    assert outline.figures == PLOTS
+
+
+def test_verdict_comes_first_and_every_check_is_named(page, outline, report):
+    text = " ".join(outline.text)
+    body = page[page.index("<body>") :]
+    assert body.index("PASSED") < body.index("<table")
+    assert all(name in text for name in CHECK_NAMES)
+    for check in report.checks:
+        assert format_quantity(check.measured, check.unit) in text
+
+
+def test_user_text_is_escaped(page, scene):
+    assert "<sanity>" in scene.task.title
+    assert "<sanity>" not in page
+    assert "&lt;sanity&gt;" in page
+
+
+def test_it_can_be_mailed(page):
+    assert len(page.encode()) < GREATEST_SIZE
+
+
+def test_the_same_run_gives_the_same_file(scene, log, report, chain, page, tmp_path):
+    write_report_html(scene, log, report, chain.truss, tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_text(encoding="utf-8") == page
+
+
+def test_failed_and_missing_checks_stand_out(scene, log, report, chain, tmp_path):
+    worse = dataclasses.replace(report.checks[0], measured=1.0, detail="a loose pin")
+    checks = (worse, *(check for check in report.checks[1:] if check.name != "clearance"))
+    failed = dataclasses.replace(report, checks=checks, series={})
+    write_report_html(scene, log, failed, chain.truss, tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "FAILED" in text
+    assert "PASSED" not in text
+    assert "a loose pin" in text
+    assert len(re.findall(r'<tr class="fail">', text)) == 2
+    assert re.search(r'clearance</th>\s*<td colspan="7">not made', text)
+
+
+def test_plots_without_figures_say_so(scene, log, report, chain, tmp_path):
+    nothing = np.full(len(log.time), np.nan)
+    bare = dataclasses.replace(report, series={"closure": nothing})
+    write_report_html(scene, log, bare, chain.truss, tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for name in ("closure", "tool_position_error", "utilisation", "clearance"):
+        assert re.search(rf"Not measured: [^<]*{name}", text)
+    assert text.count("<svg") == PLOTS - 4
+
+
+def test_a_run_that_ended_early_is_reported(scene, log, report, chain, tmp_path):
+    cut = {
+        field.name: getattr(log, field.name)[:3]
+        for field in dataclasses.fields(log)
+        if field.name
+        in ("time", "nodes", "ends", "commanded", "actual", "rates", "member_force", "member_moment")
+        or field.name
+        in ("actuator_force", "mast_reaction", "tool_position", "tool_direction", "goal", "settled")
+    }
+    pair = np.array([["m5/longeron/1", "tank/saltwell_screen"]])
+    short = dataclasses.replace(
+        log,
+        **cut,
+        contact_time=np.array([0.1]),
+        contact_pair=pair,
+        contact_distance=np.array([-1e-3]),
+        warnings=("BADQACC",),
+        stopped="diverged at t = 0.5 s",
+    )
+    bare = dataclasses.replace(report, series={})
+    write_report_html(scene, short, bare, chain.truss, tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "diverged at t = 0.5 s" in text
+    assert "BADQACC" in text
+    assert "m5/longeron/1 with tank/saltwell_screen" in text
+    assert text.count("never settled") == len(scene.task.motion.goals)

@@ -1,0 +1,109 @@
+"""Plots show the figures they are given, beside their limits, with units."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+
+from vgtsim.output.colours import force_colours, scale_end
+from vgtsim.output.figure import styled, to_svg
+from vgtsim.output.holds import find_holds, goal_name
+from vgtsim.output.html_report import list_sections
+from vgtsim.output.member_plots import plot_actuator_forces, plot_actuator_lengths, plot_axial_forces
+from vgtsim.output.run_plots import plot_clearance, plot_closure
+from vgtsim.output.truss_plot import plot_truss, worst_instant
+
+UNIT = re.compile(r", (m|mm|kN|kN·m|s|°)\b|, °|^m$|over capacity| kN ")
+
+
+def flat_lines(axes):
+    """Ordinates of the horizontal lines."""
+    return {
+        float(line.get_ydata()[0])
+        for line in axes.lines
+        if np.ptp(line.get_ydata()) == 0 and len(line.get_ydata()) == 2
+    }
+
+
+def test_holds_are_the_settled_records(log):
+    held = np.zeros(len(log.time), bool)
+    for hold in find_holds(log):
+        held[hold.first : hold.last + 1] = True
+        assert (log.goal[hold.first : hold.last + 1] == hold.goal).all()
+    np.testing.assert_array_equal(held, log.settled)
+
+
+@pytest.mark.parametrize("settled", [True, False])
+def test_a_run_that_never_changes_has_one_hold_or_none(log, settled):
+    same = dataclasses.replace(
+        log, settled=np.full(len(log.time), settled), goal=np.zeros(len(log.time), np.int64)
+    )
+    assert len(find_holds(same)) == settled
+
+
+def test_before_the_first_goal_there_is_no_name(scene):
+    assert goal_name(scene, -1) == ""
+    assert goal_name(scene, 0) == scene.task.motion.goals[0].name
+
+
+def test_every_ordinate_has_its_unit(scene, log, report, chain):
+    for section in list_sections(scene, log, report, chain.truss):
+        with styled():
+            figure = section.plot()
+        labels = [axes.get_ylabel() for axes in figure.axes if axes.axison and axes.get_ylabel()]
+        assert labels
+        assert all(UNIT.search(label) for label in labels), labels
+
+
+def test_limits_are_drawn(scene, log, report, chain):
+    limits = scene.task.limits
+    assert limits.closure in flat_lines(plot_closure(scene, log, report).axes[0])
+    assert limits.clearance * 1e3 in flat_lines(plot_clearance(scene, log, report).axes[0])
+    lengths, forces = (
+        plot_actuator_lengths(scene, log, chain.truss),
+        plot_actuator_forces(scene, log, chain.truss),
+    )
+    for index, module in enumerate(scene.manipulator.active):
+        cylinder = scene.manipulator.cylinders[module.cylinder]
+        assert {cylinder.retracted, cylinder.extended} <= flat_lines(lengths.axes[index])
+        assert {-cylinder.push / 1e3, cylinder.pull / 1e3} <= flat_lines(forces.axes[index])
+
+
+def test_the_most_used_members_are_named_and_the_others_enveloped(scene, log, report, chain):
+    axes = plot_axial_forces(scene, log, chain.truss, report).axes[0]
+    axial = log.axial(chain.truss.ends) / 1e3
+    order = np.argsort(-report.series["utilisation"].max(axis=0))
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert [chain.truss.members[index].name for index in order[: len(names) - 1]] == names[1:]
+    others = axial[:, order[len(names) - 1 :]]
+    (band,) = axes.collections
+    drawn = band.get_paths()[0].vertices[:, 1]
+    assert drawn.max() == pytest.approx(others.max())
+    assert drawn.min() == pytest.approx(others.min())
+
+
+def test_the_truss_is_drawn_at_the_instant_of_greatest_utilisation(scene, log, report, chain):
+    record, member = worst_instant(log, chain.truss, report)
+    assert report.series["utilisation"][record, member] == report.series["utilisation"].max()
+    axial = log.axial(chain.truss.ends)[record]
+    wanted = np.unique(force_colours(axial, scale_end(axial)).round(9), axis=0)
+    views = [
+        item
+        for axes in plot_truss(scene, log, chain.truss, report).axes
+        for item in axes.collections
+        if isinstance(item, LineCollection) and len(item.get_segments()) == len(chain.truss.members)
+    ]
+    assert len(views) == 3
+    for view in views:
+        np.testing.assert_array_equal(np.unique(view.get_colors().round(9), axis=0), wanted)
+
+
+def test_svg_takes_the_colour_of_the_page(scene, log, report):
+    with styled():
+        svg = to_svg(plot_closure(scene, log, report), "closure", "Closure")
+    assert "currentColor" in svg
+    assert "#010203" not in svg
+    assert svg.startswith("<svg")
+    assert svg.endswith("</svg>")

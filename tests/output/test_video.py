@@ -1,0 +1,171 @@
+"""The film: a file that plays, frames in which things can be made out, and clear errors without it."""
+
+import ctypes
+import dataclasses
+import re
+import subprocess
+
+import imageio_ffmpeg
+import mujoco
+import numpy as np
+import pytest
+
+from vgtsim.description.scene import Cut, Video
+from vgtsim.errors import DescriptionError, MissingLibraryError
+from vgtsim.output import video
+from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
+from vgtsim.output.replay import project
+from vgtsim.output.video import draw_frames, render_video
+from vgtsim.output.write import film, write_outputs
+
+WIDTH, HEIGHT, FPS = 320, 180, 5
+SPEED = 60.0  # two minutes of run in two seconds of film
+SHARE = 0.002  # of the picture's pixels; the arm covers more
+RADIUS = 4  # pixels about a goal in which its ball must be seen
+
+
+def set_video(scene, **settings):
+    return dataclasses.replace(scene, task=scene.task.model_copy(update={"video": Video(**settings)}))
+
+
+@pytest.fixture(scope="module")
+def small(scene):
+    cuts = (Cut(camera="overview", until=40.0), Cut(camera="cutaway"))
+    return set_video(scene, width=WIDTH + 1, height=HEIGHT, fps=FPS, speed=SPEED, cuts=cuts)
+
+
+@pytest.fixture
+def egl():
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        pytest.skip("libEGL is not installed")
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("egl")
+def test_film_is_h264_of_the_size_and_length_asked_for(small, log, report, chain, tmp_path):
+    calls = []
+    render_video(small, log, report, chain.truss, tmp_path / "video.mp4", lambda *done: calls.append(done))
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(tmp_path / "video.mp4"), "-f", "null", "-"]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    stream = next(line for line in told.splitlines() if "Video: h264" in line)
+    assert "yuv420p" in stream
+    assert f" {WIDTH}x{HEIGHT}" in stream  # the odd column is dropped
+    assert f" {FPS} fps" in stream
+    wanted = int(log.time[-1] / SPEED * FPS) + 1
+    assert int(re.findall(r"frame=\s*(\d+)", told)[-1]) == wanted
+    assert calls == [(done, wanted) for done in range(1, wanted + 1)]
+    assert [file.name for file in tmp_path.iterdir()] == ["video.mp4"]
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("egl")
+def test_members_turn_from_blue_to_red_with_the_sign_of_their_force(scene, log, report, chain):
+    direction = log.directions(chain.truss.ends)
+    near = set_video(scene, cuts=(Cut(camera="riser"),))
+    seen = []
+    for force in (3e5, -3e5):
+        pushed = dataclasses.replace(log, member_force=force * direction)
+        (frame,) = draw_frames(near, pushed, report, chain.truss, np.array([0.0]), WIDTH, HEIGHT)
+        seen.append(frame[:, : 3 * WIDTH // 4].astype(int))  # without the scale bar
+    tension, compression = seen
+    changed = np.abs(tension - compression).max(axis=-1) > 40
+    assert changed.mean() > SHARE
+    assert (tension[changed][:, 2] > tension[changed][:, 0]).mean() > 0.95
+    assert (compression[changed][:, 0] > compression[changed][:, 2]).mean() > 0.95
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("egl")
+def test_goal_markers_are_seen_where_they_project(small, log):
+    goals = np.array([goal.position for goal in small.task.motion.goals])
+    model = video._compile(small)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    with video._open_renderer(model, 1280, 720) as renderer:
+        renderer.update_scene(data, "cutaway", video._choose_groups("cutaway"))
+        places = project(renderer.scene, goals, 1280, 720)
+        frame = renderer.render().astype(int)
+    green = (frame[..., 1] > frame[..., 0] + 30) & (frame[..., 1] > frame[..., 2] + 30)
+    for column, row in np.round(places).astype(int):
+        assert green[row - RADIUS : row + RADIUS, column - RADIUS : column + RADIUS].any()
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("egl")
+def test_a_failure_half_way_leaves_no_file(small, log, report, chain, tmp_path):
+    def stop(done, _):
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        render_video(small, log, report, chain.truss, tmp_path / "video.mp4", stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_egl_the_package_is_named_and_the_rest_is_written(
+    small, log, report, chain, tmp_path, monkeypatch
+):
+    def refuse(*_):
+        raise ImportError("Cannot initialize a EGL device display")
+
+    monkeypatch.setattr(mujoco, "Renderer", refuse)
+    missing = write_outputs(small, log, report, chain, tmp_path, video=True)
+    assert isinstance(missing, MissingLibraryError)
+    assert missing.library == "EGL"
+    assert "libegl1" in missing.package
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["report.html", "report.json", "run.npz"]
+
+
+def test_without_an_encoder_the_package_is_named(small, log, report, chain, tmp_path, monkeypatch):
+    def refuse():
+        raise RuntimeError("No ffmpeg exe could be found")
+
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", refuse)
+    with pytest.raises(MissingLibraryError, match="imageio"):
+        render_video(small, log, report, chain.truss, tmp_path / "video.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.render
+@pytest.mark.usefixtures("egl")
+def test_one_camera_can_be_asked_for(small, log, report, chain, tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr(video, "_choose_groups", lambda camera: seen.append(camera) or mujoco.MjvOption())
+    assert film(small, log, report, chain, tmp_path, "riser") == tmp_path / "video.mp4"
+    assert set(seen) == {"riser"}
+
+
+def test_a_camera_that_does_not_exist_is_named_with_the_nearest(small, log, report, chain, tmp_path):
+    with pytest.raises(DescriptionError, match="did you mean 'cutaway'"):
+        film(small, log, report, chain, tmp_path, "cutawya")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (640, 360), (320, 180), (1920, 1080)])
+def test_texts_and_scale_stay_inside_the_picture_and_apart(width, height):
+    overlay = make_overlay(width, height, "title", 4.2e5)
+    longest = ("120.00 s", "a_long_goal_name (settled)", "12.3 mm", "+417.0 kN", "m10/cross_longeron/3")
+    black = np.zeros((height, width, 3), np.uint8)
+    for column, row in overlay.values:
+        assert column < width
+        assert row + overlay.unit < height
+    written = draw_overlay(overlay, black, longest, ())
+    plain = draw_overlay(overlay, black, ("",) * 5, ())
+    changed = (written != plain).any(axis=-1)
+    assert changed.any()
+    assert plain[:, -5 * overlay.unit :].any()
+    assert not changed[:, -8 * overlay.unit :].any()  # no value runs into the scale bar
+
+
+def test_marks_outside_the_picture_are_left_out():
+    overlay = make_overlay(WIDTH, HEIGHT, "", 1.0)
+    black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
+    values = ("",) * 5
+    far = (Mark("far", -50.0, 3.0, False), Mark("behind", float("nan"), float("nan"), False))
+    np.testing.assert_array_equal(
+        draw_overlay(overlay, black, values, far), draw_overlay(overlay, black, values, ())
+    )
+    near = (Mark("near", WIDTH / 2, HEIGHT / 2, True),)
+    assert (draw_overlay(overlay, black, values, near) != draw_overlay(overlay, black, values, ())).any()

@@ -1,0 +1,54 @@
+"""Plays a motion given as inputs into a scene, with the model edited on the way if a test wants it spoilt."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import mujoco
+import numpy as np
+
+from vgtsim.control.program import Leg, LengthProgram
+from vgtsim.description import Scene
+from vgtsim.mjcf import build_spec, scene_chain
+from vgtsim.mjcf.build import finish_model
+from vgtsim.runlog import RunLog
+from vgtsim.simulation import run
+
+Edit = Callable[[mujoco.MjSpec], None]
+
+
+def shorten(scene: Scene, active: int) -> Scene:
+    """The scene with only the first modules of its arm, one free goal, and a short hold."""
+    arm = scene.manipulator.model_copy(update={"modules": scene.manipulator.modules[: 2 * active]})
+    motion = scene.task.motion
+    motion = motion.model_copy(update={"start": motion.start[:active], "goals": motion.goals[:1], "hold": 0.2})
+    task = scene.task.model_copy(update={"motion": motion})
+    return dataclasses.replace(scene, manipulator=arm, task=task)
+
+
+def change(scene: Scene, **updates: object) -> Scene:
+    """The scene with other settings of the step loop."""
+    simulation = scene.task.simulation.model_copy(update=updates)
+    return dataclasses.replace(scene, task=scene.task.model_copy(update={"simulation": simulation}))
+
+
+def bend(scene: Scene, angles: list[float], azimuths: list[float]) -> np.ndarray:
+    """Inputs of a pose from each module's bend, rad."""
+    q = np.array(scene_chain(scene).straight)
+    tilt = np.sin(np.array(angles) / 2)
+    q[:, 0], q[:, 1] = tilt * np.cos(azimuths), tilt * np.sin(azimuths)
+    return q
+
+
+def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit: Edit | None = None) -> RunLog:
+    """Move from one pose to another, smoothly, and hold."""
+    step = scene.task.simulation.timestep
+    s = np.linspace(0, 1, max(round(duration / step), 1) + 1)[:, None, None]
+    s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
+    lengths = scene_chain(scene).lengths(start + s * (end - start)).reshape(len(s), -1)
+    program = LengthProgram(start, (Leg("goal", 0, lengths, end, 1.0, "nothing"),), step)
+    spec = build_spec(scene)
+    if edit is not None:
+        edit(spec)
+    return run(finish_model(spec, scene), program, scene)

@@ -1,0 +1,109 @@
+"""The step loop: it plays what it is told, repeats itself, and stops when it must."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import mujoco
+import numpy as np
+import pytest
+from playing import bend, change, play, shorten
+
+from vgtsim.errors import DivergenceError
+from vgtsim.mjcf import scene_chain
+from vgtsim.runlog import RunLog, load_log, save_log
+
+LAG = 1e-5  # m: a hundredth of what a lag of one step would be at this speed
+SERVO_LAG = 3e-3  # m: 0.1 m/s times damping over stiffness, 0.01 s, and 1e5 N on 1e8 N/m
+
+
+@pytest.fixture(scope="module")
+def module_scene(reach_scene):
+    return shorten(reach_scene, 1)
+
+
+@pytest.fixture(scope="module")
+def motion(module_scene):
+    return bend(module_scene, [0.2], [0.0]), bend(module_scene, [0.6], [0.8])
+
+
+@pytest.fixture(scope="module")
+def log(module_scene, motion):
+    return play(module_scene, *motion, 4.0)
+
+
+def test_actual_lengths_follow_the_command(log):
+    assert np.abs(log.actual - log.commanded).max() < LAG
+
+
+def test_arm_arrives_and_settles(log, module_scene, motion):
+    position, _ = scene_chain(module_scene).tool(motion[1])
+    assert log.settled[-1]
+    assert np.allclose(log.tool_position[-1], position, atol=1e-6)
+
+
+def test_records_are_at_the_log_rate(log, module_scene):
+    assert np.allclose(np.diff(log.time), 1 / module_scene.task.simulation.log_rate)
+
+
+def test_mast_carries_the_weight_at_rest(log, module_scene):
+    arm, task = module_scene.manipulator, module_scene.task
+    from vgtsim.statics.loads import make_load_model
+
+    model = make_load_model(scene_chain(module_scene), task.payload, task.simulation.gravity)
+    weight = model.mass * task.simulation.gravity
+    assert log.mast_reaction[-1, :3] == pytest.approx([0, 0, weight], abs=1e-3)
+    assert arm.name == "arm15"
+
+
+def test_same_scene_gives_the_same_log(log, module_scene, motion):
+    again = play(module_scene, *motion, 4.0)
+    for item in dataclasses.fields(RunLog):
+        if item.name not in ("performance",):
+            assert np.array_equal(getattr(log, item.name), getattr(again, item.name)), item.name
+
+
+def test_log_survives_its_file(log, tmp_path):
+    save_log(log, tmp_path / "run.npz")
+    back = load_log(tmp_path / "run.npz")
+    for item in dataclasses.fields(RunLog):
+        assert np.array_equal(getattr(log, item.name), getattr(back, item.name)), item.name
+
+
+def test_arrays_of_a_log_cannot_be_written(log):
+    with pytest.raises(ValueError, match="read-only"):
+        log.nodes[0] = 0.0
+
+
+def test_no_contact_and_no_warning_in_free_motion(log):
+    assert not len(log.contact_time)
+    assert not log.warnings
+
+
+def test_servo_drive_follows_too(module_scene, motion):
+    log = play(change(module_scene, drive="servo"), *motion, 4.0)
+    assert np.abs(log.actual - log.commanded).max() < SERVO_LAG
+
+
+def test_a_collision_ends_a_run_under_rigid_drives(module_scene, motion):
+    def raise_floor(spec):
+        block = spec.worldbody.add_geom(name="block", type=6, size=[3, 3, 0.1], contype=1, conaffinity=0)
+        block.pos = [0, 0, module_scene.pivot_height - 2.9]
+
+    log = play(module_scene, *motion, 4.0, raise_floor)
+    assert "collision" in log.stopped
+    assert "block" in log.contact_pair[0]
+
+
+def test_a_diverged_state_stops_the_run_and_names_the_row(module_scene, motion):
+    def tear(spec):
+        """More force than the regularised closures hold."""
+        spec.body("m1/longeron/3").add_site(name="middle", pos=[0, 0, 0.4])
+        kind = mujoco.mjtTrn.mjTRN_SITE
+        push = spec.add_actuator(name="push", trntype=kind, target="middle", gear=[1, 0, 0, 0, 0, 0])
+        push.biastype, push.biasprm[0] = mujoco.mjtBias.mjBIAS_AFFINE, 1e13
+
+    with pytest.raises(DivergenceError) as caught:
+        play(module_scene, *motion, 4.0, tear)
+    assert caught.value.time < 4.0
+    assert isinstance(caught.value.log, RunLog)

@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from vgtsim.statics.motion import motion_from_log, uniform_runs
+
+ROUNDING = 1e-7  # m/s²: 1e-15 of the position over the spacing squared, with a factor for the filter
+
+
+def quartic(time, degree=4):
+    rng = np.random.default_rng(5)
+    c = rng.normal(size=(degree + 1, 2, 3))
+    powers = np.arange(degree + 1)
+    t = time[:, None]
+    first = np.where(powers > 0, powers * t ** np.maximum(powers - 1, 0), 0.0)
+    second = np.where(powers > 1, powers * (powers - 1) * t ** np.maximum(powers - 2, 0), 0.0)
+    return tuple(np.einsum("tp,pnk->tnk", weights, c) for weights in (t**powers, first, second))
+
+
+def test_polynomials_are_differentiated_exactly_to_the_ends():
+    time = np.arange(30) * 0.02
+    nodes, velocity, acceleration = quartic(time)
+    motion = motion_from_log(time, nodes)
+    assert motion.velocity == pytest.approx(velocity, abs=ROUNDING)
+    assert motion.acceleration == pytest.approx(acceleration, abs=ROUNDING)
+
+
+def test_nothing_is_differenced_across_a_change_of_spacing():
+    first, second = np.arange(10) * 0.02, 0.5 + np.arange(12) * 0.05
+    time = np.concatenate([first, second])
+    before, after = quartic(first), quartic(second, 3)
+    motion = motion_from_log(time, np.concatenate([before[0], after[0]]))
+    assert motion.acceleration[:10] == pytest.approx(before[2], abs=ROUNDING)
+    assert motion.acceleration[10:] == pytest.approx(after[2], abs=ROUNDING)
+
+
+def test_runs_shorter_than_the_window_stay_open():
+    time = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.55, 0.6, 0.65])
+    motion = motion_from_log(time, quartic(time)[0])
+    assert np.isfinite(motion.velocity[:6]).all()
+    assert np.isnan(motion.velocity[6:]).all()
+    assert np.isnan(motion.acceleration[6:]).all()
+    assert np.isnan(motion_from_log(time[:1], quartic(time[:1])[0]).velocity).all()
+
+
+@pytest.mark.parametrize("rate", [50.0, 100.0, 30.0])
+def test_rounded_times_of_a_long_record_are_one_run(rate):
+    time = np.cumsum(np.full(20000, 1 / rate))
+    assert uniform_runs(time) == (slice(0, 20000),)
+
+
+def test_neighbouring_runs_share_the_record_where_the_spacing_changes():
+    assert uniform_runs(np.array([0.0, 1.0, 2.0, 2.5, 3.0])) == (slice(0, 3), slice(2, 5))

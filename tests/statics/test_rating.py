@@ -1,0 +1,120 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vgtsim.description import load_manipulator
+from vgtsim.description.scene import Payload
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
+from vgtsim.statics.rating import ROD_FACTOR, Section, column_strength, rod_buckling, tension_yield
+
+HAND = 5e-4  # the hand calculations below carry four digits
+TABLE = 0.05  # ksi: half the last digit that the AISC table prints
+OMEGA = 1.67
+
+
+@pytest.fixture(scope="module")
+def chain():
+    arm = load_manipulator(Path(__file__).parents[2] / "models" / "arm15" / "arm15.toml")
+    return Chain(arm, hanging_mount(7.32))
+
+
+@pytest.mark.parametrize(("slenderness", "printed"), [(50, 37.5), (100, 21.7), (200, 5.65)])
+def test_critical_stress_is_the_manual_s(slenderness, printed):
+    """AISC Manual, available critical stress of columns: phi Fcr for Fy = 50 ksi, E = 29,000 ksi."""
+    assert 0.9 * column_strength(1.0, slenderness, 50.0, 29000.0) == pytest.approx(printed, abs=TABLE)
+
+
+def test_column_of_a_3_in_tube_is_the_hand_calculation():
+    """3.0 x 0.375 in, 1.6933 m: A 1995 mm², r 23.81 mm, KL/r 71.11, Fe 390.4 MPa, Fcr 224.7 MPa."""
+    outer, inner = 0.0762, 0.05715
+    area, radius = np.pi / 4 * (outer**2 - inner**2), np.hypot(outer, inner) / 4
+    assert area == pytest.approx(1995e-6, rel=HAND)
+    strength = column_strength(area, 1.6933 / radius, 315e6, 200e9)
+    assert strength == pytest.approx(448.3e3, rel=HAND)
+
+
+def test_slender_column_is_the_hand_calculation():
+    """KL/r 150, past 4.71 sqrt(E/Fy) = 118.7: Fe = 87.73 MPa, Fcr = 76.94 MPa."""
+    assert column_strength(1e-3, 150.0, 315e6, 200e9) == pytest.approx(76.94e3, rel=HAND)
+
+
+def test_column_curve_joins_and_never_rises():
+    slenderness = np.linspace(1, 250, 2000)
+    strength = column_strength(1.0, slenderness, 315e6, 200e9)
+    assert np.all(np.diff(strength) < 0)
+    limit = 4.71 * np.sqrt(200e9 / 315e6)
+    before, after = column_strength(1.0, np.array([limit - 1e-6, limit + 1e-6]), 315e6, 200e9)
+    assert after == pytest.approx(before, rel=1e-3)  # the two branches of E3 meet to the digits printed there
+    assert strength[0] == pytest.approx(tension_yield(1.0, 315e6), rel=1e-3)
+
+
+def test_rod_buckling_is_the_hand_calculation():
+    """2 in rod, 1.3716 m: I 3.269e-7 m4, Pcr 343.0 kN."""
+    assert rod_buckling(0.0508, 200e9, 1.3716) == pytest.approx(343.0e3, rel=HAND)
+
+
+def test_oil_holds_its_area_times_pressure(chain):
+    """4 in bore, 2 in rod, 3000 psi: 12.566 in² push 37,699 lbf, 9.4248 in² pull 28,274 lbf."""
+    cylinder = chain.manipulator.cylinders["c400"].model_copy(
+        update={"bore": 0.1016, "rod": 0.0508, "pressure": 3000 * 6894.757}
+    )
+    assert cylinder.push == pytest.approx(37699 * 4.448222, rel=HAND)
+    assert cylinder.pull == pytest.approx(28274 * 4.448222, rel=HAND)
+
+
+def test_every_member_is_rated_by_its_own_section(chain):
+    section = make_sections(chain.manipulator, chain.truss)
+    for index, member in enumerate(chain.truss.members):
+        if member.role == "actuator":
+            cylinder = chain.manipulator.cylinders[member.section]
+            assert section.push[index] == cylinder.push
+            assert section.area[index] == pytest.approx(np.pi / 4 * cylinder.rod**2)
+        else:
+            assert np.isinf(section.pull[index])
+            assert section.area[index] == chain.manipulator.tubes[member.section].area
+    assert np.flatnonzero(section.actuator).tolist() == chain.truss.actuated.tolist()
+
+
+def made_up(forces, bar):
+    """Forces of two members, with 1 kN of own weight along them."""
+    still = np.zeros((2, 3))
+    return replace(
+        forces, bar=bar, near_axial=bar + 1e3, far_axial=bar, near_transverse=still, direction=still
+    )
+
+
+def test_utilisation_takes_the_worst_along_the_member(chain):
+    forces = solve(make_load_model(chain, Payload(mass=1, radius=0.1), 9.81), chain.nodes(chain.straight))
+    section = Section(
+        area=np.full(2, 1e-3),
+        gyration_radius=np.full(2, 0.01),
+        yield_strength=np.full(2, 315e6),
+        youngs_modulus=np.full(2, 200e9),
+        push=np.array([np.inf, 200e3]),
+        pull=np.array([np.inf, 100e3]),
+        actuator=np.array([False, True]),
+    )
+    ratings = rate(section, np.full((1, 2), 1.5), OMEGA)
+    euler = rod_buckling(0.04, 200e9, 1.5)
+    pulled = utilise(ratings, made_up(forces, np.array([[50e3, 50e3]])))
+    assert pulled.tension == pytest.approx(np.full((1, 2), 51e3 / (315e3 / OMEGA)))
+    assert pulled.pressure == pytest.approx(np.array([[0.0, 0.5]]))
+    assert np.all(pulled.compression == 0)
+    pushed = utilise(ratings, made_up(forces, np.array([[-20e3, -20e3]])))
+    assert pushed.compression == pytest.approx(np.full((1, 2), 20e3 / (76.94e3 / OMEGA)), rel=HAND)
+    assert pushed.rod == pytest.approx(np.array([[0.0, 20e3 * ROD_FACTOR / euler]]))
+    assert pushed.pressure == pytest.approx(np.array([[0.0, 0.1]]))
+    assert np.all(pushed.tension == 0)
+    assert pushed.strength == pytest.approx(np.maximum(pushed.compression, pushed.rod))
+
+
+def test_unknown_forces_stay_unknown(chain):
+    forces = solve(make_load_model(chain, Payload(mass=1, radius=0.1), 9.81), chain.nodes(chain.straight))
+    lengths = np.ones(len(chain.truss.members))
+    unknown = replace(forces, bar=np.full_like(forces.bar, np.nan))
+    use = utilise(rate(make_sections(chain.manipulator, chain.truss), lengths, OMEGA), unknown)
+    assert np.isnan(use.strength).all()
+    assert np.isnan(use.pressure).all()

@@ -1,0 +1,164 @@
+"""Every member carries axial force and its own weight, nothing else: one module and the whole arm, at rest and moving.
+
+The measured forces are MuJoCo's; the expected ones are the method of joints' and, as a third opinion, a finite-element
+program's. The same checks must fail, and name the member, when the truss is spoilt.
+"""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+from frame_analysis import solve_with_pynite
+from playing import bend, change, play, shorten
+
+from vgtsim.mjcf import names, scene_chain
+from vgtsim.verification import loads, shape
+
+END_MOMENT = 1e-6  # N·m; forces are of the order of 1e5 N, arms of 1 m
+EXCESS_SHEAR = 1e-2  # N
+AXIAL_AT_REST = 1e-6  # of the largest force
+AXIAL_IN_MOTION = 1e-2  # of the largest force
+AGAINST_FINITE_ELEMENTS = 1e-6  # of the largest force: what that program's bending stiffness of nearly zero leaves
+CLOSURE = 1e-6  # m
+MODULE, ARM = 1, 5
+
+POSES = {
+    MODULE: [([0.0], [0.0]), ([0.6], [0.4]), ([0.7], [-2.0])],
+    ARM: [([0.0] * 5, [0.0] * 5), ([0.5, 0.5, 0.5, 0.1, 0.0], [0.3] * 5), ([0.3, 0.6, 0.4, -0.5, 0.4], [2.0] * 5)],
+}
+
+
+@pytest.fixture(scope="module")
+def scenes(reach_scene):
+    """The module and the arm in free air: the poses need not fit the tank."""
+    return {count: change(shorten(reach_scene, count), log_rate=40.0) for count in (MODULE, ARM)}
+
+
+def out_of_the_tank(spec):
+    for geom in spec.geoms:
+        geom.contype = geom.conaffinity = 0
+
+
+def rest(scene, pose, edit=None):
+    def both(spec):
+        out_of_the_tank(spec)
+        if edit is not None:
+            edit(spec)
+
+    q = bend(scene, *pose)
+    log = play(scene, q, q, 0.25, both)
+    return log, loads.find_loads(log, scene_chain(scene), scene), scene_chain(scene)
+
+
+@pytest.mark.parametrize("count", [MODULE, ARM])
+@pytest.mark.parametrize("index", [0, 1, 2])
+def test_members_at_rest_carry_axial_force_alone(scenes, count, index):
+    log, found, chain = rest(scenes[count], POSES[count][index])
+    assert log.settled.any()
+    assert loads.check_moment(log, chain, found).value < END_MOMENT
+    assert loads.check_shear(log, chain, found).value < EXCESS_SHEAR
+    assert loads.check_axial_settled(log, chain, found).value < AXIAL_AT_REST
+    assert np.abs(found.axial).max() > 1e3
+
+
+@pytest.mark.parametrize("count", [MODULE, ARM])
+def test_members_in_motion_carry_axial_force_alone(scenes, count):
+    scene, chain = scenes[count], scene_chain(scenes[count])
+    start, end = (bend(scene, *pose) for pose in POSES[count][1:])
+    log = play(scene, start, end, 20.0, out_of_the_tank)
+    found = loads.find_loads(log, chain, scene)
+    assert loads.check_moment(log, chain, found).value < END_MOMENT
+    assert loads.check_shear(log, chain, found).value < EXCESS_SHEAR
+    assert loads.check_axial_moving(log, chain, found).value < AXIAL_IN_MOTION
+
+
+def test_inertia_is_part_of_the_expected_force(scenes):
+    """Without it the expectation for a fast motion is wrong by far more than with it."""
+    scene, chain = scenes[MODULE], scene_chain(scenes[MODULE])
+    start, end = (bend(scene, *pose) for pose in POSES[MODULE][1:])
+    log = play(scene, start, end, 3.0, out_of_the_tank)
+    found = loads.find_loads(log, chain, scene)
+    with_inertia = loads.check_axial_moving(log, chain, found).value
+    model = loads.make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    without = loads.relative_error(found.axial, loads.solve(model, log.nodes).near_axial).max()
+    assert with_inertia < AXIAL_IN_MOTION
+    assert without > 10 * with_inertia
+
+
+@pytest.mark.parametrize("count", [MODULE, ARM])
+def test_forces_agree_with_finite_elements(scenes, count):
+    log, found, chain = rest(scenes[count], POSES[count][1])
+    record = int(found.settled[0])
+    expected = solve_with_pynite(chain, scenes[count], log.nodes[record])
+    assert np.abs(found.axial[record] - expected).max() < AGAINST_FINITE_ELEMENTS * np.abs(expected).max()
+
+
+def seize_ball(spec, member):
+    """The ball joint is welded: the member may no longer turn against the hub."""
+    weld = spec.add_equality(type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=member)
+    weld.name2 = spec.joint(member).parent.parent.name
+    weld.data[10] = 1.0
+
+
+def stiffen_ball(spec, member):
+    """The ball joint has seized: it turns only against a spring of 1e4 N·m/rad."""
+    spec.joint(member).stiffness[0] = 1e4
+
+
+def push_middle(spec, member):
+    """200 N across the middle of a member."""
+    body = spec.body(member)
+    body.add_site(name="middle", pos=[0, 0, 0.4])
+    push = spec.add_actuator(
+        name="push",
+        trntype=mujoco.mjtTrn.mjTRN_SITE,
+        target="middle",
+        gear=[1, 0, 0, 0, 0, 0],
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+    )
+    push.biasprm[0] = 200.0
+
+
+def loosen_closure(spec, member):
+    """One closure softer than any MuJoCo default."""
+    spec.equality(names.closure(member)).solref = [0.02, 1.0]
+    spec.equality(names.closure(member)).solimp = [0.05, 0.05, 0.001, 0.5, 2.0]
+
+
+VICTIM = "m1/longeron/8"
+
+
+def test_a_welded_ball_joint_fails_purity_and_names_the_member(scenes):
+    scene, chain = scenes[MODULE], scene_chain(scenes[MODULE])
+    start, end = bend(scene, [0.0], [0.0]), bend(scene, [0.02], [0.0])
+
+    def spoil(spec):
+        out_of_the_tank(spec)
+        seize_ball(spec, VICTIM)
+
+    log = play(scene, start, end, 0.5, spoil)
+    shear = loads.check_shear(log, chain, loads.find_loads(log, chain, scene))
+    assert shear.value > 1.0
+    assert shear.where == VICTIM
+
+
+def test_a_seized_ball_joint_fails_purity_and_names_the_member(scenes):
+    log, found, chain = rest(scenes[MODULE], POSES[MODULE][1], lambda spec: stiffen_ball(spec, VICTIM))
+    moment = loads.check_moment(log, chain, found)
+    assert moment.value > 1.0
+    assert moment.where == VICTIM
+
+
+def test_a_lateral_force_fails_purity_and_names_the_member(scenes):
+    log, found, chain = rest(scenes[MODULE], POSES[MODULE][1], lambda spec: push_middle(spec, VICTIM))
+    shear = loads.check_shear(log, chain, found)
+    assert shear.value > 10.0
+    assert shear.where == VICTIM
+
+
+def test_a_loosened_closure_fails_closure_and_names_the_member(scenes):
+    log, _, chain = rest(scenes[MODULE], POSES[MODULE][1], lambda spec: loosen_closure(spec, VICTIM))
+    gap = shape.check_closure(log, chain)
+    assert gap.value > CLOSURE
+    assert gap.where == VICTIM

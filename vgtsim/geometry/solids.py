@@ -1,0 +1,146 @@
+"""The tank for the eye: solids of revolution in two halves, so that a picture can leave the near half out.
+
+The back half is on the side of +y, the front half on the side of -y. All meshes are closed and in frame G.
+"""
+
+from __future__ import annotations
+
+from math import ceil, pi
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from vgtsim.description.tank import Riser, Tank
+from vgtsim.geometry.distance import interior_distance
+from vgtsim.geometry.profile import Profile
+
+Array = NDArray[np.float64]
+
+# Spacing of points along the profile, m, and sectors of a half turn: a picture shows no more.
+_SPACING = 0.35
+_SECTORS = 36
+_PIPE_SECTORS = 12
+
+
+def revolve_strip(near: Array, far: Array, front: bool, sections: int = _SECTORS) -> trimesh.Trimesh:
+    """Turn the strip between two curves through half a turn and close its cut faces.
+
+    Args:
+        near: Points (r, z) of the inner curve, anticlockwise seen with r to the right and z up, shape (n, 2),
+            m.
+        far: Points of the outer curve, paired with the inner ones, shape (n, 2), m.
+        front: The half on the side of -y; otherwise that of +y.
+        sections: Sectors of the half turn.
+
+    Returns:
+        A closed mesh with outward normals.
+    """
+    outline = np.concatenate([near, far[::-1], near[:1]])
+    mesh = trimesh.creation.revolve(outline, angle=pi, sections=sections, process=False)
+    count = len(near)
+    i = np.arange(count - 1)
+    j = 2 * count - 1 - i
+    cap = np.concatenate([np.stack([i, i + 1, j - 1], -1), np.stack([i, j - 1, j], -1)])
+    faces = np.concatenate([mesh.faces, cap, cap[:, ::-1] + len(mesh.vertices) - len(outline)])
+    mesh = trimesh.Trimesh(mesh.vertices, faces, process=True)
+    mesh.update_faces(mesh.nondegenerate_faces())
+    if mesh.volume < 0:
+        mesh.invert()
+    if front:
+        mesh.apply_transform(trimesh.transformations.rotation_matrix(pi, [0, 0, 1]))
+    return mesh
+
+
+def make_liner(tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...]) -> trimesh.Trimesh:
+    """Half of the steel liner along some pieces of the profile."""
+    inner = _curve(profile, pieces)
+    return revolve_strip(inner, _offset(profile, inner, tank.shell.liner_thickness), front)
+
+
+def make_concrete(tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...]) -> trimesh.Trimesh:
+    """Half of the concrete behind the liner along some pieces of the profile, drawn as thick as the dome."""
+    inner = _curve(profile, pieces)
+    liner, thickness = tank.shell.liner_thickness, tank.shell.dome_thickness
+    return revolve_strip(_offset(profile, inner, liner), _offset(profile, inner, liner + thickness), front)
+
+
+def make_dome(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
+    """Half of the concrete dome, open at the arm riser."""
+    inner = _ceiling(tank, profile)
+    return revolve_strip(inner, _cover(tank, profile, inner), front)
+
+
+def make_soil(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
+    """Half of the soil on the dome up to grade."""
+    below = _cover(tank, profile, _ceiling(tank, profile))
+    above = np.stack([below[:, 0], np.full(len(below), grade(tank))], -1)
+    return revolve_strip(below, above, front)
+
+
+def make_arm_riser(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
+    """Half of the arm riser's pipe, from the dome's underside to its flange."""
+    riser = tank.arm_riser
+    span = np.array([float(profile.ceiling_at(riser.bore / 2)), grade(tank) + riser.above_grade])
+    inner, outer = (
+        np.stack([np.full(2, radius), span], -1) for radius in (riser.bore / 2, riser.bore / 2 + riser.wall)
+    )
+    return revolve_strip(inner, outer, front)
+
+
+def make_riser(tank: Tank, profile: Profile, riser: Riser) -> trimesh.Trimesh:
+    """The pipe of one of the other risers, whole and in its place."""
+    bottom, top = float(profile.ceiling_at(riser.radius)), grade(tank) + riser.above_grade
+    pipe = trimesh.creation.annulus(
+        riser.bore / 2, riser.bore / 2 + riser.wall, height=top - bottom, sections=_PIPE_SECTORS
+    )
+    x, y = riser.radius * np.cos(riser.azimuth), riser.radius * np.sin(riser.azimuth)
+    pipe.apply_translation([x, y, (top + bottom) / 2])
+    return pipe
+
+
+def make_waste(tank: Tank, profile: Profile) -> trimesh.Trimesh:
+    """The waste: the tank below its level."""
+    level = tank.waste.level
+    bed = _curve(profile, ("dish", "knuckle", "wall"))
+    bed = bed[bed[:, 1] < level]
+    rim = [[float(profile.radius_at(level)), level], [0.0, level]]
+    return trimesh.creation.revolve(np.concatenate([bed, rim]), sections=2 * _SECTORS)
+
+
+def grade(tank: Tank) -> float:
+    """Height of the ground above the lowest point of the floor, m."""
+    return tank.shell.crown + tank.shell.dome_thickness + tank.shell.soil_cover
+
+
+def _curve(profile: Profile, names: tuple[str, ...]) -> Array:
+    """Points along some of the pieces, ends included, shape (n, 2), m."""
+    parts = []
+    for piece in (profile.piece(name) for name in names):
+        # twelve degrees at most between neighbours, so that the tight arcs look round
+        count = max(ceil(piece.length / _SPACING) if piece.turn else 1, ceil(piece.turn / (pi / 15)))
+        parts.append(piece.at(np.linspace(0, piece.length, count + 1))[1 if parts else 0 :])
+    return np.concatenate(parts)
+
+
+def _ceiling(tank: Tank, profile: Profile) -> Array:
+    """The dome's underside from the wall to the arm riser's pipe."""
+    opening = tank.arm_riser.bore / 2 + tank.arm_riser.wall
+    points = _curve(profile, ("haunch", "dome"))
+    points = points[points[:, 0] > opening]
+    return np.concatenate([points, [[opening, float(profile.ceiling_at(opening))]]])
+
+
+def _cover(tank: Tank, profile: Profile, inner: Array) -> Array:
+    """The dome's outer face, upright at the arm riser's pipe."""
+    outer = _offset(profile, inner, tank.shell.dome_thickness)
+    outer[-1, 0] = inner[-1, 0]
+    return outer
+
+
+def _offset(profile: Profile, points: Array, depth: float) -> Array:
+    """Points moved out of the tank along the normal, shape (n, 2), m."""
+    flat = np.stack([points[:, 0], np.zeros(len(points)), points[:, 1]], -1)
+    moved = points - depth * interior_distance(profile, flat)[1][:, [0, 2]]
+    moved[points[:, 0] == 0, 0] = 0.0
+    return moved

@@ -1,0 +1,120 @@
+"""Rates of the general double-octahedral module, and its singularities (sections 3.2, 3.5.2 and 3.5.4).
+
+A state is phi_1 to phi_6, see `double_octahedron_general`. The upper longerons and the top triangle are
+rigid, so the twist of the top follows from the velocities of n4', n5', n6' by one linear system, the same
+matrix as that of a longeron-actuated octahedron; no derivative of the upper angles is needed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import AssemblyError
+from vgtsim.kinematics.double_octahedron_general import (
+    UPPER_LEGS,
+    Geometry,
+    actuator_lengths,
+    angle_jacobian,
+    nodes,
+)
+from vgtsim.kinematics.mode_following import worst_direction
+from vgtsim.kinematics.octahedral_closure import circle_tangents
+from vgtsim.kinematics.octahedron import leg_jacobian
+
+Array = NDArray[np.float64]
+
+
+def jacobian(geometry: Geometry, state: ArrayLike) -> Array:
+    """Motion of the top per unit rate of the canonical input, in closed form.
+
+    Args:
+        geometry: Fixed dimensions.
+        state: phi_1 to phi_6, shape (..., 6), rad.
+
+    Returns:
+        Velocity of T's origin over angular velocity of T in frame B, shape (..., 6, 3).
+
+    Raises:
+        AssemblyError: The upper cell is singular.
+
+    Source: section 3.5.4, step 5, for the general module.
+    """
+    angles = np.asarray(state, float)
+    points = nodes(geometry, angles)
+    velocity = _primed_velocity(geometry, angles, points)[..., UPPER_LEGS[:, 0], :, :]
+    length, J = upper_jacobian(points)
+    unit = (points[..., 6 + UPPER_LEGS[:, 1], :] - points[..., 3 + UPPER_LEGS[:, 0], :]) / length[..., None]
+    try:
+        return np.linalg.solve(J, np.einsum("...ik,...ikj->...ij", unit, velocity))
+    except np.linalg.LinAlgError:
+        raise AssemblyError("double octahedron, upper cell", 0.0, "singular state") from None
+
+
+def upper_jacobian(points: Array) -> tuple[Array, Array]:
+    """Upper longerons and their derivative with respect to the motion of the top.
+
+    Args:
+        points: All moving nodes in frame B, shape (..., 9, 3), m.
+
+    Returns:
+        L7 to L12, shape (..., 6), m, and dL/dtwist, shape (..., 6, 6).
+    """
+    origin = np.mean(points[..., 6:, :], axis=-2)
+    return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)
+
+
+def _primed_velocity(geometry: Geometry, angles: Array, points: Array) -> Array:
+    """Derivative of n4', n5', n6' per canonical input, shape (..., 3 nodes, 3 coordinates, 3 inputs)."""
+    tangent = circle_tangents(geometry.circles, angles[..., :3])
+    moves = tangent[..., :, :, None] * np.eye(3)[:, None, :]
+    first, second = points[..., 1, :] - points[..., 0, :], points[..., 2, :] - points[..., 0, :]
+    cross = np.cross(first, second)
+    size = np.linalg.norm(cross, axis=-1)[..., None, None]
+    rate = np.cross(moves[..., 1, :, :] - moves[..., 0, :, :], second[..., None], axis=-2)
+    rate = rate + np.cross(first[..., None], moves[..., 2, :, :] - moves[..., 0, :, :], axis=-2)
+    w = cross[..., None] / size
+    turn = (rate - w * np.sum(w * rate, axis=-2, keepdims=True)) / size
+    return moves + geometry.joint_offset * turn[..., None, :, :]
+
+
+def length_jacobian(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:
+    """Actuator lengths, and the motion of the top per unit rate of each by the chain rule.
+
+    Args:
+        geometry: Fixed dimensions.
+        state: phi_1 to phi_6, shape (..., 6), rad.
+
+    Returns:
+        l1, l2, l3, shape (..., 3), m, and dtwist/dl, shape (..., 6, 3).
+
+    Raises:
+        AssemblyError: Either cell is singular.
+
+    Source: section 3.2.
+    """
+    angles = np.asarray(state, float)
+    try:
+        inverse = np.linalg.inv(angle_jacobian(geometry, angles))
+    except np.linalg.LinAlgError:
+        raise AssemblyError("double octahedron, lower cell", 0.0, "singular state") from None
+    return actuator_lengths(geometry, angles), jacobian(geometry, angles) @ inverse
+
+
+def singularity(geometry: Geometry, state: ArrayLike) -> tuple[float, str]:
+    """How near a state is to a singularity of either cell, and by which member.
+
+    Args:
+        geometry: Fixed dimensions.
+        state: phi_1 to phi_6, shape (6,), rad.
+
+    Returns:
+        The smaller of two pure numbers, and the member that has most of the length change lost there: the
+        smallest singular values of dl/dphi over the mean radius of the circles, and of dL/dtwist of the upper
+        longerons with rotations in units of `Geometry.radius`.
+    """
+    angles = np.asarray(state, float)
+    value, row = worst_direction(angle_jacobian(geometry, angles), float(np.mean(geometry.circles.radius)))
+    _, J = upper_jacobian(nodes(geometry, angles))
+    upper, leg = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
+    return (value, f"actuator l{row + 1}") if value <= upper else (upper, f"longeron L{leg + 7}")

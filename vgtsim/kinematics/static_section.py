@@ -1,0 +1,168 @@
+"""Static sections: two face triangles held together by longerons and diagonals (section 3.6).
+
+All that the chain needs of a section is the transform from its top face to its base; it comes from dimensions
+or from a measurement. The members follow from the nodes: longerons 1 to 3 join corners 1 to 3 of the base to
+those of the top, cross-longerons 1 to 3 join corners 1 to 3 of the base to corners 2, 3, 1 of the top,
+battens 1 to 3 are the edges 12, 23, 31 of the top. The base battens belong to the module below.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import AssemblyError, TrussError
+from vgtsim.kinematics.mode_following import worst_direction
+from vgtsim.kinematics.octahedron import leg_jacobian
+from vgtsim.kinematics.roll_pitch_yaw import rotation
+from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
+
+Array = NDArray[np.float64]
+Sides = tuple[float, float, float]
+
+_TRIANGLE = ((0, 1), (1, 2), (2, 0))
+_LEGS = np.array([(0, 0), (1, 1), (2, 2), *_TRIANGLE])  # corner of the base and of the top
+_RIGID = 1e-3  # smallest singular value, a pure number, below which a section is a mechanism for all purposes
+_SQUARE = 1e-6  # departure of a measured rotation from an orthogonal matrix that is taken for rounding
+
+
+@dataclass(frozen=True)
+class SectionMember:
+    """One bar of a section.
+
+    Attributes:
+        role: `longeron`, `cross_longeron` or `batten`.
+        ends: Indices of its nodes: 0 to 2 the base, 3 to 5 the top.
+        length: m.
+    """
+
+    role: str
+    ends: tuple[int, int]
+    length: float
+
+
+@dataclass(frozen=True)
+class StaticSection:
+    """A static section.
+
+    Attributes:
+        base: Sides 12, 23, 31 of the base triangle, m.
+        top: Sides 12, 23, 31 of the top triangle, m.
+        R: R_BT, shape (3, 3), read-only.
+        P: P_BT, shape (3,), m, read-only.
+    """
+
+    base: Sides
+    top: Sides
+    R: Array
+    P: Array
+
+    def __post_init__(self) -> None:
+        """Copy the transform, and refuse one that is no rotation or a section that is a mechanism."""
+        for name in ("R", "P"):
+            value = np.array(getattr(self, name), float)
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+        skew = float(np.max(np.abs(self.R @ self.R.T - np.eye(3))))
+        if skew > _SQUARE or np.linalg.det(self.R) < 0:
+            raise AssemblyError("static section", skew, "R_BT is not a rotation matrix")
+        value, leg = self.stiffness
+        if value < _RIGID:
+            role = "longeron" if leg < 3 else "cross_longeron"
+            raise TrussError(
+                8, (f"{role}/{leg % 3 + 1}",), f"static section is a mechanism: singular value {value:.2g}"
+            )
+
+    @cached_property
+    def nodes(self) -> Array:
+        """Corners 1 to 3 of the base and 1 to 3 of the top in frame B, shape (6, 3), m."""
+        return np.concatenate([triangle_nodes(self.base), triangle_nodes(self.top) @ self.R.T + self.P])
+
+    @cached_property
+    def members(self) -> tuple[SectionMember, ...]:
+        """Three longerons, three cross-longerons, three battens."""
+        plan = [("longeron", i, 3 + i) for i in range(3)]
+        plan += [("cross_longeron", i, 3 + j) for i, j in _TRIANGLE]
+        plan += [("batten", 3 + i, 3 + j) for i, j in _TRIANGLE]
+        spans = [float(np.linalg.norm(self.nodes[j] - self.nodes[i])) for _, i, j in plan]
+        return tuple(
+            SectionMember(role, (i, j), span) for (role, i, j), span in zip(plan, spans, strict=True)
+        )
+
+    @cached_property
+    def stiffness(self) -> tuple[float, int]:
+        """Smallest singular value of the leg Jacobian, a pure number, and the leg (0 to 5) worst of it."""
+        _, J = leg_jacobian(self.nodes[_LEGS[:, 0]], self.nodes[3 + _LEGS[:, 1]], self.P)
+        radius = float(np.sqrt(np.mean(np.sum(triangle_nodes(self.top) ** 2, axis=-1))))
+        return worst_direction(J, [1.0, 1.0, 1.0, radius, radius, radius])
+
+
+def make_section(
+    base: Sides,
+    length: float,
+    *,
+    top: Sides | None = None,
+    tilt: tuple[float, float] = (0.0, 0.0),
+    twist: float = 0.0,
+) -> StaticSection:
+    """Section from its dimensions.
+
+    Args:
+        base: Sides 12, 23, 31 of the base triangle, m.
+        length: Distance between the centroids of the faces along the base's normal, m.
+        top: Sides of the top triangle, m; absent for those of the base: a prism. Smaller ones taper it.
+        tilt: Roll about X_B and pitch about Y_B of the top face, rad: end faces that are not parallel.
+        twist: Turn of the top face about its own normal, rad.
+
+    Returns:
+        The section.
+
+    Raises:
+        AssemblyError: Sides that form no triangle.
+        TrussError: The members do not hold the faces; the member is named.
+
+    Source: section 3.6 and figure 3.14.
+    """
+    R = rotation([tilt[0], tilt[1], 0.0]) @ rotation([0.0, 0.0, twist])
+    return StaticSection(base, base if top is None else top, R, np.array([0.0, 0.0, length]))
+
+
+def section_from_transform(base: Sides, top: Sides, T_BT: ArrayLike) -> StaticSection:
+    """Section from a measured transform.
+
+    Args:
+        base: Sides 12, 23, 31 of the base triangle, m.
+        top: Sides 12, 23, 31 of the top triangle, m.
+        T_BT: Frame T in frame B, shape (4, 4).
+
+    Returns:
+        The section.
+
+    Raises:
+        AssemblyError: The upper left block is not a rotation, by more than a measurement's rounding.
+        TrussError: The members do not hold the faces.
+    """
+    T = np.asarray(T_BT, float)
+    return StaticSection(base, top, T[:3, :3], T[:3, 3])
+
+
+def section_from_nodes(nodes: ArrayLike) -> tuple[StaticSection, Array, Array]:
+    """Section from its measured nodes.
+
+    Args:
+        nodes: Corners 1 to 3 of the base and 1 to 3 of the top in any frame F, shape (6, 3), m.
+
+    Returns:
+        The section, and the rotation, shape (3, 3), and origin, shape (3,), m, of its frame B in F.
+
+    Raises:
+        TrussError: The members do not hold the faces.
+    """
+    n = np.asarray(nodes, float)
+    R_B, P_B = triangle_frame(n[:3])
+    R_T, P_T = triangle_frame(n[3:])
+    base, top = ((*np.linalg.norm(face[[1, 2, 0]] - face, axis=-1).tolist(),) for face in (n[:3], n[3:]))
+    return StaticSection(base, top, R_B.T @ R_T, R_B.T @ (P_T - P_B)), R_B, P_B

@@ -1,0 +1,140 @@
+"""Everything a run leaves in its folder."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import get_args
+
+from vgtsim.description import Scene
+from vgtsim.description.scene import CameraName, Cut
+from vgtsim.description.schema import closest
+from vgtsim.errors import DescriptionError, MissingLibraryError
+from vgtsim.kinematics import Chain
+from vgtsim.output.html_report import write_report_html
+from vgtsim.output.json_report import write_report_json
+from vgtsim.output.replacing import replacing
+from vgtsim.runlog import RunLog, save_log
+from vgtsim.verification.report import Report
+
+LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
+
+
+def prepare_folder(out_dir: str | Path) -> Path:
+    """Make a folder and make sure that files can be written in it, before any long work.
+
+    Args:
+        out_dir: The folder; its parents are made too.
+
+    Returns:
+        Its path.
+
+    Raises:
+        DescriptionError: It cannot be made or written; the error names it.
+    """
+    folder = Path(out_dir)
+    with _naming(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    return folder
+
+
+def write_outputs(
+    scene: Scene, log: RunLog, report: Report, chain: Chain, out_dir: str | Path, *, video: bool = False
+) -> MissingLibraryError | None:
+    """Write `run.npz`, `report.json`, `report.html` and, if asked for, `video.mp4`; the film comes last.
+
+    Args:
+        scene: The scene.
+        log: The run.
+        report: Its verdicts.
+        chain: Kinematics of the scene's arm.
+        out_dir: Folder, made if need be.
+        video: Whether to film the run.
+
+    Returns:
+        What kept the film from being made, to be raised when all else is done; None when nothing did.
+
+    Raises:
+        DescriptionError: The folder cannot be written; the error names it.
+    """
+    folder = prepare_folder(out_dir)
+    with _naming(folder):
+        with replacing(folder / LOG) as partial:
+            save_log(log, partial)
+        write_report_json(report, folder / JSON)
+        write_report_html(scene, log, report, chain.truss, folder / HTML)
+    if video:
+        try:
+            film(scene, log, report, chain, folder)
+        except MissingLibraryError as error:
+            return error
+    return None
+
+
+def film(
+    scene: Scene, log: RunLog, report: Report, chain: Chain, out_dir: str | Path, camera: str | None = None
+) -> Path:
+    """Write `video.mp4`, with a progress bar on a terminal.
+
+    Args:
+        scene: The scene.
+        log: The run.
+        report: With the series `tool_position_error`, if tracking was measured.
+        chain: Kinematics of the scene's arm.
+        out_dir: Folder, made if need be.
+        camera: For the whole film, in place of the scene's cuts.
+
+    Returns:
+        The file.
+
+    Raises:
+        DescriptionError: The folder cannot be written, or there is no such camera.
+        MissingLibraryError: There is no EGL or no encoder.
+    """
+    from vgtsim.output.video import render_video  # MuJoCo and OpenGL, which the reports do without
+
+    if camera is not None:
+        scene = _use_camera(scene, camera)
+    path = prepare_folder(out_dir) / VIDEO
+    with _naming(path.parent), _progress_bar() as advance:
+        render_video(scene, log, report, chain.truss, path, advance)
+    return path
+
+
+def _use_camera(scene: Scene, camera: str) -> Scene:
+    known = get_args(CameraName)
+    if camera not in known:
+        raise DescriptionError(None, "camera", repr(camera), f"a camera of the scene{closest(camera, known)}")
+    cut = Cut.model_validate({"camera": camera})
+    video = scene.task.video.model_copy(update={"cuts": (cut,)})
+    return dataclasses.replace(scene, task=scene.task.model_copy(update={"video": video}))
+
+
+@contextmanager
+def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
+    """Give what `render_video` calls for each frame; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task("filming")
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextmanager
+def _naming(folder: Path) -> Iterator[None]:
+    """Name the folder in whatever the file system complains of."""
+    try:
+        yield
+    except OSError as error:
+        found = f"{folder}, {error.strerror or error}"
+        raise DescriptionError(None, "output folder", found, "a folder that can be written") from None
