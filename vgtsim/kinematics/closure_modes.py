@@ -36,7 +36,8 @@ _VANISHES = 1e-12  # smallest singular value of a matrix with rows of unit size
 _NEIGHBOURHOOD = 1e-3  # relative change of the closure of a flexible cell
 _ATTEMPTS = 3  # one for each unknown that may be kept to the end
 _BOUND = 16  # degree of the elimination: there cannot be more
-_ISOLATED = 1e-2  # conditioning above which a solution of a flexible cell is off the curve; on it, 1e-3 to 0
+_REGULAR = 1e-5  # conditioning: on a curve of solutions it is zero but for rounding, of order its square root
+_NUDGE = 1e-3  # rad: how far a solution is pushed to see whether it comes back
 
 
 @dataclass(frozen=True)
@@ -186,9 +187,10 @@ def _polish(C: Array, x: ComplexArray) -> ComplexArray:
 
 def _distinct(C: Array, phi: ComplexArray, flexible: bool) -> Modes:
     """Keep the solutions that close, once each; of a flexible cell only the isolated ones."""
-    residual, conditioning = _quality(C, phi)
-    good = (residual < _CLOSES) & (not flexible or conditioning > _ISOLATED)
-    phi = phi[good][np.argsort(residual[good])]
+    residual, _ = _quality(C, phi)
+    phi = phi[np.argsort(residual)][: np.count_nonzero(residual < _CLOSES)]
+    if flexible:
+        phi = phi[(_quality(C, phi)[1] > _REGULAR) & _comes_back(C, phi)]
     z = np.concatenate([np.cos(phi), np.sin(phi)], axis=-1)
     apart = np.max(np.abs(z[:, None] - z) / np.maximum(1.0, np.abs(z)), axis=-1)
     kept: list[int] = []
@@ -206,9 +208,24 @@ def _quality(C: Array, phi: ComplexArray) -> tuple[Array, Array]:
     a, b, g, e, f = np.abs(C)[..., None]
     size = a + b * np.abs(cosine) + c2 * (g + e * np.abs(cosine)) + f * np.abs(sine) * s2
     error = np.max(np.abs(closure_values(C[..., None], cosine, sine)) / size, axis=0, initial=0.0)
+    value = np.linalg.svd(_jacobian(C, cosine, sine), compute_uv=False)
+    return error, np.asarray(value[:, -1] / np.maximum(value[:, 0], 1.0), float)
+
+
+def _jacobian(C: Array, cosine: ComplexArray, sine: ComplexArray) -> ComplexArray:
+    """dF/dphi, shape (n, 3, 3), for cosines and sines of shape (3, n)."""
     p, q = closure_slopes(C[..., None], cosine, sine)
-    J = np.zeros((len(phi), 3, 3), complex)
+    J = np.zeros((cosine.shape[1], 3, 3), complex)
     for k in range(3):
         J[:, k, k], J[:, k, (k + 1) % 3] = p[k], q[k]
-    value = np.linalg.svd(J, compute_uv=False)
-    return error, np.asarray(value[:, -1] / np.maximum(value[:, 0], 1e-300), float)
+    return J
+
+
+def _comes_back(C: Array, phi: ComplexArray) -> NDArray[np.bool_]:
+    """Which solutions are isolated: pushed aside, the shortest Newton steps bring them back; shape (n,)."""
+    moved = phi + _NUDGE * np.random.default_rng(0).standard_normal(phi.shape)
+    for _ in range(_POLISH_STEPS):
+        cosine, sine = np.cos(moved.T), np.sin(moved.T)
+        F = closure_values(C[..., None], cosine, sine).T
+        moved = moved - (np.linalg.pinv(_jacobian(C, cosine, sine), rcond=1e-6) @ F[..., None])[..., 0]
+    return np.max(np.abs(moved - phi), axis=-1) < _NUDGE / 100
