@@ -21,7 +21,16 @@ ROOMS = (
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
 FORBIDDEN = {("verification", "mjcf"), ("output", "simulation"), ("control", "mjcf"), ("redundancy", "mjcf")}
-NO_MUJOCO = {"description", "geometry", "kinematics", "redundancy", "statics", "control", "verification", "runlog"}
+NO_MUJOCO = {
+    "description",
+    "geometry",
+    "kinematics",
+    "redundancy",
+    "statics",
+    "control",
+    "verification",
+    "runlog",
+}
 FILES = sorted((ROOT / "vgtsim").rglob("*.py"))
 
 
@@ -45,7 +54,7 @@ def test_imports_point_down(path):
     modules = imported_modules(ast.parse(path.read_text()))
     ours = {name.split(".")[1] for name in modules if name.startswith("vgtsim.")} & set(LEVEL)
     for other in ours - {room}:
-        assert LEVEL[other] < LEVEL[room] or LEVEL[other] == LEVEL[room] and room == other, f"{room} imports {other}"
+        assert LEVEL[other] < LEVEL[room] or (LEVEL[other] == LEVEL[room] and room == other), f"{room} imports {other}"
         assert (room, other) not in FORBIDDEN
     if room in NO_MUJOCO:
         assert not any(name.split(".")[0] == "mujoco" for name in modules)

@@ -14,9 +14,9 @@ from rich.table import Table
 from vgtsim import __version__
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
-from vgtsim.description.scene import Scene
 from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
-from vgtsim.runlog import RunLog, load_log, save_log
+from vgtsim.runlog import RunLog, load_run, save_run
+from vgtsim.verification.report import Report
 
 app = typer.Typer(
     add_completion=False,
@@ -78,11 +78,10 @@ def run(
         log = simulate(model, program, scene)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
-            save_log(error.log, folder / "run.npz")
+            save_run(folder / "run.npz", scene, error.log)
         raise
     with _err.status("verifying"):
         report = judge(scene, log)
-    _write_origin(scene, folder)
     missing = write_outputs(scene, log, report, chain, folder, video=video)
     _show(report, folder)
     _finish(report.passed, missing)
@@ -116,12 +115,12 @@ def build(
 def verify(folder: RunFolder) -> None:
     """Make every check again from a folder's log, and write its report anew."""
     from vgtsim.mjcf import scene_chain
-    from vgtsim.output.write import write_outputs
+    from vgtsim.output.write import prepare_folder, write_reports
     from vgtsim.verification import verify as judge
 
-    scene, log = _read_run(folder)
+    scene, log = load_run(folder / "run.npz")
     report = judge(scene, log)
-    write_outputs(scene, log, report, scene_chain(scene), folder, video=False)
+    write_reports(scene, log, report, scene_chain(scene), prepare_folder(folder))
     _show(report, folder)
     _finish(report.passed, None)
 
@@ -136,7 +135,7 @@ def render(
     from vgtsim.output.write import film
     from vgtsim.verification import verify as judge
 
-    scene, log = _read_run(folder)
+    scene, log = load_run(folder / "run.npz")
     path = film(scene, log, judge(scene, log), scene_chain(scene), folder, camera)
     _out.print(str(path), soft_wrap=True)
 
@@ -157,20 +156,7 @@ def view(
         raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
 
 
-def _read_run(folder: Path) -> tuple[Scene, RunLog]:
-    origin = folder / "scene.path"
-    log = load_log(folder / "run.npz")
-    return load_scene(origin.read_text(encoding="utf-8").strip()), log
-
-
-def _write_origin(scene: Scene, folder: Path) -> None:
-    (folder / "scene.path").write_text(f"{scene.file.resolve()}\n", encoding="utf-8")
-
-
-def _show(report: object, folder: Path) -> None:
-    from vgtsim.verification import Report
-
-    assert isinstance(report, Report)
+def _show(report: Report, folder: Path) -> None:
     table = Table("check", "measured", "limit", "unit", "where", "t/s", title=f"{report.scene}")
     for check in report.checks:
         colour = "green" if check.passed else "bold red"

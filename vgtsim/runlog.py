@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.description.files import dump_scene, parse_scene
+from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 
 Array = NDArray[np.float64]
@@ -103,26 +105,27 @@ class RunLog:
 _META = ("warnings", "performance", "versions", "stopped")
 
 
-def save_log(log: RunLog, path: str | Path) -> None:
-    """Write a log as compressed npz.
+def save_run(path: str | Path, scene: Scene, log: RunLog) -> None:
+    """Write a log together with the scene it is of, as compressed npz.
 
     Args:
-        log: The log.
         path: File to write.
+        scene: The scene, arm and tank included: the file can be verified and filmed on its own.
+        log: The log.
     """
     fields: dict[str, Any] = {f.name: getattr(log, f.name) for f in dataclasses.fields(log) if f.name not in _META}
     meta = json.dumps({name: getattr(log, name) for name in _META})
-    np.savez_compressed(path, meta=np.array(meta), **fields)
+    np.savez_compressed(path, scene=np.array(dump_scene(scene)), meta=np.array(meta), **fields)
 
 
-def load_log(path: str | Path) -> RunLog:
-    """Read a log.
+def load_run(path: str | Path) -> tuple[Scene, RunLog]:
+    """Read a log and its scene.
 
     Args:
-        path: File written by `save_log`.
+        path: File written by `save_run`.
 
     Returns:
-        The log.
+        The scene and the log.
 
     Raises:
         DescriptionError: The file is missing or is not a run log.
@@ -130,9 +133,9 @@ def load_log(path: str | Path) -> RunLog:
     file = Path(path)
     try:
         with np.load(file) as data:
-            fields = {name: data[name] for name in data.files if name != "meta"}
-            meta = json.loads(str(data["meta"]))
+            fields = {name: data[name] for name in data.files if name not in ("meta", "scene")}
+            meta, text = json.loads(str(data["meta"])), str(data["scene"])
     except (OSError, KeyError, ValueError) as error:
         raise DescriptionError(file, "", str(error), "a run log written by `vgtsim run`") from None
     meta["warnings"] = tuple(meta["warnings"])
-    return RunLog(**fields, **meta)
+    return parse_scene(text), RunLog(**fields, **meta)

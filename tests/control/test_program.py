@@ -140,9 +140,7 @@ def test_goal_out_of_reach_is_named(reach_scene):
     ],
 )
 def test_start_that_does_not_work_is_refused_by_key(reach_scene, bend, key):
-    scene = with_motion(
-        reach_scene, start=(bend, *[Bend()] * 4)
-    )  # all straight, the arm goes through the floor
+    scene = with_motion(reach_scene, start=(bend, *[Bend()] * 4))  # all straight, the arm goes through the floor
     with pytest.raises(DescriptionError) as caught:
         check_scene(scene, chain_of(scene))
     assert caught.value.key == key

@@ -52,9 +52,7 @@ def test_fat_tubes_do_not_fit_and_are_named(reach_scene):
     scene, chain = with_arm(reach_scene, tubes=tubes)
     fit = riser_fit(chain, scene.tank.arm_riser.bore)
     assert fit.place.startswith("member ")
-    assert fit.spare == pytest.approx(
-        21 * INCH - scene.manipulator.face_side / np.sqrt(3) - 2 * INCH, abs=ROUNDING
-    )
+    assert fit.spare == pytest.approx(21 * INCH - scene.manipulator.face_side / np.sqrt(3) - 2 * INCH, abs=ROUNDING)
 
 
 def test_fat_barrels_count_between_eye_and_mouth(reach_scene):

@@ -53,9 +53,7 @@ def test_motion_starts_and_ends_at_rest_at_the_ends_of_the_path(hanging_arm, spl
     ends = hanging_arm.lengths(spline(np.array([0.0, 1.0]))).reshape(2, -1)
     np.testing.assert_allclose(lengths[[0, -1]], ends, atol=1e-12)
     for end in (lengths[:3], lengths[-3:]):
-        assert (
-            np.abs(np.diff(end, axis=0)).max() < 1e-9
-        )  # the smooth step starts with the fourth power of time
+        assert np.abs(np.diff(end, axis=0)).max() < 1e-9  # the smooth step starts with the fourth power of time
 
 
 def test_every_row_lies_on_the_path(hanging_arm, spline, lengths):

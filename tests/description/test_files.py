@@ -26,9 +26,7 @@ def leaves(node, key=""):
     elif isinstance(node, list):
         for entry in node:
             yield from leaves(entry, key)
-    elif isinstance(node, float | int) and not isinstance(node, bool):
-        yield key, node
-    elif isinstance(node, str) and node[:1].isdigit():
+    elif isinstance(node, float | int | str) and not isinstance(node, bool) and str(node)[:1].isdigit():
         yield key, node
 
 
@@ -114,9 +112,30 @@ def test_an_unknown_section_names_the_nearest_one(tmp_path):
 @pytest.mark.parametrize(
     ("source", "load", "old", "new", "key", "words"),
     [
-        (ARM, load_manipulator, 'radius = { value = "1.5 in"', 'radius = { value = "45 kg"', "hub.radius", "dimension"),
-        (ARM, load_manipulator, 'radius = { value = "1.5 in"', 'radius = { value = "-1 in"', "hub.radius", "greater"),
-        (ARM, load_manipulator, 'radius = { value = "1.5 in"', "radius = { value = nan", "hub.radius", "finite"),
+        (
+            ARM,
+            load_manipulator,
+            'radius = { value = "1.5 in"',
+            'radius = { value = "45 kg"',
+            "hub.radius",
+            "dimension",
+        ),
+        (
+            ARM,
+            load_manipulator,
+            'radius = { value = "1.5 in"',
+            'radius = { value = "-1 in"',
+            "hub.radius",
+            "greater",
+        ),
+        (
+            ARM,
+            load_manipulator,
+            'radius = { value = "1.5 in"',
+            "radius = { value = nan",
+            "hub.radius",
+            "finite",
+        ),
         (TANK, load_tank, 'crown = { value = "9.07 m"', 'crown = { value = "5 m"', "shell", "dome rise"),
         (TANK, load_tank, 'level = { value = "0.145 m"', 'level = { value = "8 m"', "", "waste.level below"),
         (ARM, load_manipulator, 'label = "assumed"', 'label = "guessed"', "hub.radius.label", "assumed"),

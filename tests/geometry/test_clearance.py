@@ -40,9 +40,7 @@ def tank_points(count, seed):
 
 def cloud_distance(points, curve):
     rho = np.hypot(points[:, 0], points[:, 1])
-    return np.array(
-        [np.hypot(curve[:, 0] - r, curve[:, 1] - z).min() for r, z in zip(rho, points[:, 2], strict=True)]
-    )
+    return np.array([np.hypot(curve[:, 0] - r, curve[:, 1] - z).min() for r, z in zip(rho, points[:, 2], strict=True)])
 
 
 def is_inside(points):
@@ -77,9 +75,7 @@ def test_enclosure_distance_is_that_of_the_nearest_of_many_points():
 
 def test_the_closed_tank_never_counts_more_room_than_the_open_one():
     points = tank_points(2000, 3)
-    assert np.all(
-        enclosure_distance(TANK, PROFILE, points)[0] >= interior_distance(PROFILE, points)[0] - ROUNDING
-    )
+    assert np.all(enclosure_distance(TANK, PROFILE, points)[0] >= interior_distance(PROFILE, points)[0] - ROUNDING)
 
 
 @pytest.mark.parametrize("opened", [False, True])
@@ -121,12 +117,8 @@ def test_segment_distance_is_the_least_over_both_parameters():
         def square(x, a0=a0, a1=a1, b0=b0, b1=b1):
             return float(np.sum((a0 + x[0] * (a1 - a0) - b0 - x[1] * (b1 - b0)) ** 2))
 
-        best = minimize(
-            square, [0.5, 0.5], bounds=[(0, 1), (0, 1)], method="L-BFGS-B", options={"ftol": 1e-15}
-        )
-        assert found == pytest.approx(
-            np.sqrt(best.fun), abs=1e-6
-        )  # the minimiser stops at a gradient of 1e-5
+        best = minimize(square, [0.5, 0.5], bounds=[(0, 1), (0, 1)], method="L-BFGS-B", options={"ftol": 1e-15})
+        assert found == pytest.approx(np.sqrt(best.fun), abs=1e-6)  # the minimiser stops at a gradient of 1e-5
     a0, a1, b0, b1 = ends.swapaxes(0, 1)
     gap = a0 + s[:, None] * (a1 - a0) - b0 - t[:, None] * (b1 - b0)
     assert np.allclose(np.linalg.norm(gap, axis=-1), distance, atol=ROUNDING)
@@ -197,17 +189,13 @@ def test_arm_clearance_is_the_least_over_points_along_all_members(pivot, bend):
 
     def to_axis(axis, x):
         height = np.clip(x[..., 2], axis[0, 2], axis[1, 2])
-        return np.linalg.norm(
-            x - np.stack([0 * height + axis[0, 0], 0 * height + axis[0, 1], height], -1), axis=-1
-        )
+        return np.linalg.norm(x - np.stack([0 * height + axis[0, 0], 0 * height + axis[0, 1], height], -1), axis=-1)
 
     enclosure = least(lambda x: enclosure_distance(TANK, PROFILE, x)[0])
     assert np.allclose(result.distance[:, :2].min(axis=1), enclosure, atol=MEMBER_SEARCH)
     for k, (axis, radius) in enumerate(zip(AROUND.axes, AROUND.radii, strict=True)):
         expected = least(lambda x, axis=axis, radius=radius: to_axis(axis, x) - radius)
-        assert np.allclose(
-            result.distance[:, 2 + k], expected, atol=1e-4
-        )  # 800 intervals of 2 mm, second order
+        assert np.allclose(result.distance[:, 2 + k], expected, atol=1e-4)  # 800 intervals of 2 mm, second order
     assert np.allclose(result.distance[:, -1], least(lambda x: x[..., 2] - AROUND.waste_level), atol=ROUNDING)
     assert np.array_equal(result.least, result.distance.min(axis=1))
     assert np.array_equal(result.nearest, result.distance.argmin(axis=1))

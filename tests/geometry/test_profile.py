@@ -73,9 +73,7 @@ def test_the_centre_is_equally_far_from_every_point_of_an_arc():
     for piece in PROFILE.pieces:
         if piece.turn:
             points = piece.at(np.linspace(0, piece.length, 7))
-            assert np.allclose(
-                np.linalg.norm(points - piece.centre, axis=-1), piece.radius, atol=ROUNDING, rtol=0
-            )
+            assert np.allclose(np.linalg.norm(points - piece.centre, axis=-1), piece.radius, atol=ROUNDING, rtol=0)
 
 
 def test_points_keep_the_spacing_and_contain_the_tangent_points():
@@ -123,9 +121,7 @@ def test_volume_agrees_with_caps_and_cylinder_in_closed_form():
 
 
 def test_the_nominal_capacity_lies_between_operating_depth_and_liner_top():
-    assert (
-        0.9 * NOMINAL < PROFILE.volume(OPERATING_DEPTH) < NOMINAL
-    )  # the dish takes 5 % of the flat-floored figure
+    assert 0.9 * NOMINAL < PROFILE.volume(OPERATING_DEPTH) < NOMINAL  # the dish takes 5 % of the flat-floored figure
     assert PROFILE.volume(TANK.shell.wall_top) > NOMINAL
 
 

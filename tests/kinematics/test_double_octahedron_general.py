@@ -235,3 +235,18 @@ def test_singular_value_falls_to_nothing_at_the_refusal():
     assert 0.9 < reached < 1.0
     assert near < 0.1 * far
     assert member == "actuator l3"
+
+
+def test_only_the_symmetric_module_keeps_from_turning_about_z():
+    """Section 3.5.2 says so of the geometry in general; with different longerons it turns."""
+    actuators = np.random.default_rng(0).uniform(0.85, 1.05, (100, 3))
+
+    def turn(longerons):
+        module = general.Geometry((SIDE,) * 3, (SIDE,) * 3, longerons)
+        R = general.transform(module, general.forward_lengths(module, actuators))[0]
+        return np.abs(R[:, 1, 0] - R[:, 0, 1]) / 2
+
+    mirrored = (0.9, 0.9, 0.9, 0.8, 0.8, 0.8, 0.8, 0.8, 0.8, 0.9, 0.9, 0.9)
+    repeated = (0.9, 0.9, 0.9, 0.8, 0.8, 0.8, 0.9, 0.9, 0.9, 0.8, 0.8, 0.8)
+    assert np.max(turn(mirrored)) < ROUNDING
+    assert np.min(turn(repeated)) > 0.3

@@ -59,9 +59,7 @@ def test_cylinders_are_a_barrel_and_a_rod_with_smeared_ends(chain, inertia):
             (part.bore / 2, part.bore / 2 + part.barrel_wall, part.eye, part.retracted - part.eye),
             (0.0, part.rod / 2, 0.0, part.rod_length),
         )
-        for side, (shape, mass) in enumerate(
-            zip(shapes, (part.barrel_mass(rho), part.rod_mass(rho)), strict=True)
-        ):
+        for side, (shape, mass) in enumerate(zip(shapes, (part.barrel_mass(rho), part.rod_mass(rho)), strict=True)):
             bare, centre, across, along = integrate(rho, *shape)
             scale = mass / bare  # heads and piston thicken the whole length
             assert scale > 1

@@ -42,9 +42,7 @@ def test_forward_after_inverse_is_identity():
 def test_inverse_after_forward_is_identity_for_lengths_all_different():
     rng = np.random.default_rng(1)
     longerons = rng.uniform(0.82, 0.98, (300, 6))
-    assert np.allclose(
-        octa.inverse(MODULE, *octa.forward(MODULE, longerons)), longerons, atol=ROUNDING, rtol=0
-    )
+    assert np.allclose(octa.inverse(MODULE, *octa.forward(MODULE, longerons)), longerons, atol=ROUNDING, rtol=0)
 
 
 def test_nodes_of_the_inverse_are_the_frame_s():
@@ -118,9 +116,7 @@ def test_pose_outside_the_subspace_of_static_longerons_is_refused_with_the_resid
 def test_motion_by_the_actuated_longerons_stays_in_the_subspace():
     R, P = (item[0] for item in _poses(1))
     lengths = octa.lengths(MODULE, R, P)
-    module = octa.Geometry(
-        MODULE.base, MODULE.top, (None, float(lengths[1]), None, float(lengths[3]), None, None)
-    )
+    module = octa.Geometry(MODULE.base, MODULE.top, (None, float(lengths[1]), None, float(lengths[3]), None, None))
     moving = lengths[module.actuated] + 0.03
     joined = octa.all_lengths(module, moving)
     assert np.allclose(octa.inverse(module, *octa.forward(module, joined, (R, P)))[[1, 3]], lengths[[1, 3]])

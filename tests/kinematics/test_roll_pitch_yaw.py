@@ -77,7 +77,5 @@ def test_six_parameters_of_a_pose_come_back_and_move_it():
     for k in range(6):
         (Ra, Pa), (Rb, Pb) = (pose_transform(pose + s * STEP * np.eye(6)[k]) for s in (1, -1))
         W = (Ra - Rb) / (2 * STEP) @ np.swapaxes(R, -1, -2)
-        assert np.allclose(
-            np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], -1), angular[..., k], atol=DIFFERENCE
-        )
+        assert np.allclose(np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], -1), angular[..., k], atol=DIFFERENCE)
         assert np.allclose((Pa - Pb) / (2 * STEP), linear[..., k], atol=DIFFERENCE)

@@ -12,9 +12,7 @@ ROUNDING = 1e-12  # m: rounding of a few operations on metres
 SIDES = (0.8, 0.8, 0.8)
 scalene = st.tuples(*[st.floats(0.6, 0.9)] * 3)
 section = st.builds(
-    lambda base, top, length, roll, pitch, twist: make_section(
-        base, length, top=top, tilt=(roll, pitch), twist=twist
-    ),
+    lambda base, top, length, roll, pitch, twist: make_section(base, length, top=top, tilt=(roll, pitch), twist=twist),
     scalene,
     scalene,
     st.floats(1.0, 3.0),

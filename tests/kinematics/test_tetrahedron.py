@@ -11,9 +11,7 @@ ROUNDING = 1e-13  # m or rad: rounding of a few operations on metres
 STEP, DIFFERENCE = 1e-6, 1e-8  # central differences: step² plus rounding over the step, with a margin
 MODULE = tetra.Geometry(side=0.9, hinge=0.8)
 open_angle = st.floats(0.05, 3.0)
-geometry = st.builds(
-    lambda side, ratio: tetra.Geometry(side, side * ratio), st.floats(0.5, 2.0), st.floats(0.3, 1.7)
-)
+geometry = st.builds(lambda side, ratio: tetra.Geometry(side, side * ratio), st.floats(0.5, 2.0), st.floats(0.3, 1.7))
 
 
 @given(geometry, open_angle)

@@ -107,9 +107,7 @@ def test_mujoco_measures_the_distance_of_the_profile():
 
 def test_balls_let_go_in_the_tank_stay_in_it():
     heights, turns = np.linspace(2, 5, 8), np.linspace(0, 2 * np.pi, 8, endpoint=False)
-    balls = [
-        (9 * np.cos(turn), 9 * np.sin(turn), height) for turn, height in zip(turns, heights, strict=True)
-    ]
+    balls = [(9 * np.cos(turn), 9 * np.sin(turn), height) for turn, height in zip(turns, heights, strict=True)]
     radius = 0.3
     _, model = make_model(TANK, balls, radius)
     model.opt.timestep = 0.004
@@ -122,9 +120,7 @@ def test_balls_let_go_in_the_tank_stay_in_it():
         touched = {model.geom(geom).name for geom in data.contact.geom.ravel()}
         places |= {name.split("/")[1] for name in touched if name.startswith("tank/")}
         room = enclosure_distance(TANK, PROFILE, data.qpos.reshape(-1, 7)[:, :3])[0] - radius
-        assert (
-            room.min() > -STANDS_BACK - 0.25
-        )  # a rebound at 6 m/s sinks in by its speed times two steps and more
+        assert room.min() > -STANDS_BACK - 0.25  # a rebound at 6 m/s sinks in by its speed times two steps and more
     assert {"wall", "knuckle", "dish"} <= places
     assert room.min() > -SINK
 

@@ -1,9 +1,5 @@
 """A synthetic run, shared by the tests of the output room."""
 
-import os
-
-os.environ.setdefault("MUJOCO_GL", "egl")
-
 import pytest
 from synthetic_run import make_chain, make_log, make_report, make_scene
 

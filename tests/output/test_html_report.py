@@ -117,10 +117,8 @@ def test_a_run_that_ended_early_is_reported(scene, log, report, chain, tmp_path)
     cut = {
         field.name: getattr(log, field.name)[:3]
         for field in dataclasses.fields(log)
-        if field.name
-        in ("time", "nodes", "ends", "commanded", "actual", "rates", "member_force", "member_moment")
-        or field.name
-        in ("actuator_force", "mast_reaction", "tool_position", "tool_direction", "goal", "settled")
+        if field.name in ("time", "nodes", "ends", "commanded", "actual", "rates", "member_force", "member_moment")
+        or field.name in ("actuator_force", "mast_reaction", "tool_position", "tool_direction", "goal", "settled")
     }
     pair = np.array([["m5/longeron/1", "tank/saltwell_screen"]])
     short = dataclasses.replace(

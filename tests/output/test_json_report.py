@@ -41,6 +41,4 @@ def test_a_failed_write_leaves_the_old_file_alone(report, tmp_path):
     impossible = dataclasses.replace(report, performance={"wall_s": math.inf})  # JSON has no infinity
     with pytest.raises(ValueError):
         write_report_json(impossible, path)
-    assert [(file.name, file.read_text(encoding="utf-8")) for file in tmp_path.iterdir()] == [
-        ("report.json", "old")
-    ]
+    assert [(file.name, file.read_text(encoding="utf-8")) for file in tmp_path.iterdir()] == [("report.json", "old")]

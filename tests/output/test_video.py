@@ -104,9 +104,7 @@ def test_a_failure_half_way_leaves_no_file(small, log, report, chain, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_egl_the_package_is_named_and_the_rest_is_written(
-    small, log, report, chain, tmp_path, monkeypatch
-):
+def test_without_egl_the_package_is_named_and_the_rest_is_written(small, log, report, chain, tmp_path, monkeypatch):
     def refuse(*_):
         raise ImportError("Cannot initialize a EGL device display")
 
@@ -164,8 +162,6 @@ def test_marks_outside_the_picture_are_left_out():
     black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     values = ("",) * 5
     far = (Mark("far", -50.0, 3.0, False), Mark("behind", float("nan"), float("nan"), False))
-    np.testing.assert_array_equal(
-        draw_overlay(overlay, black, values, far), draw_overlay(overlay, black, values, ())
-    )
+    np.testing.assert_array_equal(draw_overlay(overlay, black, values, far), draw_overlay(overlay, black, values, ()))
     near = (Mark("near", WIDTH / 2, HEIGHT / 2, True),)
     assert (draw_overlay(overlay, black, values, near) != draw_overlay(overlay, black, values, ())).any()

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from vgtsim.errors import DescriptionError
-from vgtsim.output.replacing import replacing
 from vgtsim.output.write import prepare_folder, write_outputs
-from vgtsim.runlog import load_log
+from vgtsim.replacing import replacing
+from vgtsim.runlog import load_run
 
 
 def test_reports_and_log_are_written_and_nothing_else(scene, log, report, chain, tmp_path):
@@ -16,7 +16,8 @@ def test_reports_and_log_are_written_and_nothing_else(scene, log, report, chain,
         "report.json",
         "run.npz",
     ]
-    np.testing.assert_array_equal(load_log(tmp_path / "a" / "b" / "run.npz").nodes, log.nodes)
+    _, read = load_run(tmp_path / "a" / "b" / "run.npz")
+    np.testing.assert_array_equal(read.nodes, log.nodes)
 
 
 def test_a_folder_that_cannot_be_made_is_named(scene, log, report, chain, tmp_path):

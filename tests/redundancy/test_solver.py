@@ -14,9 +14,7 @@ from vgtsim.redundancy.strokes import bring_inside, make_box
 
 GOAL = 1e-9  # the accuracy a solved goal is promised to have, m and rad
 ROUNDING = 1e-12  # a few hundred roundings of metres
-SLOPE = (
-    2e-6  # relative, of central differences with a step of 1e-6 against curvatures near the end of a stroke
-)
+SLOPE = 2e-6  # relative, of central differences with a step of 1e-6 against curvatures near the end of a stroke
 STEP = 1e-6
 
 
@@ -77,10 +75,7 @@ def test_no_iterate_leaves_the_strokes(hanging_arm, posture, monkeypatch):
 def test_solution_keeps_the_clearance_asked_for(hanging_arm, posture, tank_around):
     goal = ([-9.3, -3.4, 0.9], [-0.9, -0.34, -0.25])
     asked = {wanted: SolverSettings(clearance=wanted) for wanted in (0.05, 0.2)}
-    found = {
-        wanted: solve_goal(hanging_arm, "low", *goal, posture, tank_around, how)
-        for wanted, how in asked.items()
-    }
+    found = {wanted: solve_goal(hanging_arm, "low", *goal, posture, tank_around, how) for wanted, how in asked.items()}
     for wanted, solution in found.items():
         assert solution.clearance >= wanted
         assert tank_around.least(solution.q)[0] == solution.clearance
@@ -95,12 +90,8 @@ def test_shortfall_of_a_goal_beyond_the_straight_arm_is_the_distance_to_it(hangi
     beyond = 0.7
     with pytest.raises(ReachError) as caught:
         solve_goal(hanging_arm, "deep", tip + beyond * down, down, posture)
-    assert caught.value.shortfall == pytest.approx(
-        beyond, abs=0.02
-    )  # the actuators stop short of the ends by mm
-    assert set(caught.value.binding) == {
-        f"m{a}/actuator/{i} retracted" for a in range(1, 6) for i in range(1, 4)
-    }
+    assert caught.value.shortfall == pytest.approx(beyond, abs=0.02)  # the actuators stop short of the ends by mm
+    assert set(caught.value.binding) == {f"m{a}/actuator/{i} retracted" for a in range(1, 6) for i in range(1, 4)}
 
 
 def test_goal_that_cannot_be_met_clear_of_things_names_what_is_near(hanging_arm, posture, tank_around):
@@ -115,9 +106,7 @@ def test_goal_that_cannot_be_met_clear_of_things_names_what_is_near(hanging_arm,
 def test_goal_beyond_the_wall_names_the_wall(hanging_arm, posture, tank_around):
     settings = SolverSettings(most=25)
     with pytest.raises(ReachError, match="near enough") as caught:
-        solve_goal(
-            hanging_arm, "outside", [-12.5, 0.0, 4.0], [-1.0, 0.0, 0.0], posture, tank_around, settings
-        )
+        solve_goal(hanging_arm, "outside", [-12.5, 0.0, 4.0], [-1.0, 0.0, 0.0], posture, tank_around, settings)
     assert caught.value.shortfall == 0.0
     assert caught.value.binding == ("shell",)
 

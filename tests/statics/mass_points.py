@@ -64,12 +64,8 @@ class Cloud:
     def _tip(self, arm, q):
         R, P = self.chain.frames(q)
         turn, origin = R[..., -1, :, :], P[..., -1, :]
-        corners = arm.face_side * np.array(
-            [[0.5, -0.5 / 3**0.5, 0], [0, 1 / 3**0.5, 0], [-0.5, -0.5 / 3**0.5, 0]]
-        )
-        plate = (
-            corners + np.roll(corners, 1, axis=0)
-        ) / 2  # a triangle is three masses at its edges' middles
+        corners = arm.face_side * np.array([[0.5, -0.5 / 3**0.5, 0], [0, 1 / 3**0.5, 0], [-0.5, -0.5 / 3**0.5, 0]])
+        plate = (corners + np.roll(corners, 1, axis=0)) / 2  # a triangle is three masses at its edges' middles
         spread = self.payload_radius * np.sqrt(0.6)
         ball = np.concatenate([np.eye(3), -np.eye(3)]) * spread + [0, 0, arm.tip_plate.tool_offset]
         local = np.concatenate([plate, ball])

@@ -254,9 +254,7 @@ def make_short(model, lost):
     """The mass model without one member."""
     keep = np.arange(len(model.members.mass)) != lost
     members = model.members
-    part = replace(
-        members, mass=members.mass[keep], centre=members.centre[keep], centroidal=members.centroidal[keep]
-    )
+    part = replace(members, mass=members.mass[keep], centre=members.centre[keep], centroidal=members.centroidal[keep])
     return replace(model, members=part)
 
 

@@ -5,4 +5,13 @@ from vgtsim.description.manipulator import DoubleOctahedral, Manipulator, Prism
 from vgtsim.description.scene import Scene
 from vgtsim.description.tank import Tank
 
-__all__ = ["DoubleOctahedral", "Manipulator", "Prism", "Scene", "Tank", "load_manipulator", "load_scene", "load_tank"]
+__all__ = [
+    "DoubleOctahedral",
+    "Manipulator",
+    "Prism",
+    "Scene",
+    "Tank",
+    "load_manipulator",
+    "load_scene",
+    "load_tank",
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
@@ -64,6 +65,58 @@ def load_scene(path: str | Path) -> Scene:
     manipulator = load_manipulator(file.parent / written.manipulator)
     tank = load_tank(file.parent / written.tank)
     return Scene(task=written, manipulator=manipulator, tank=tank, file=file)
+
+
+def dump_scene(scene: Scene) -> str:
+    """Write a scene with its arm and tank as one JSON text, for a run's log.
+
+    Args:
+        scene: The scene.
+
+    Returns:
+        Text that `parse_scene` reads back; figures are SI.
+    """
+    parts = {"task": scene.task, "manipulator": scene.manipulator, "tank": scene.tank}
+    return json.dumps({name: part.model_dump(mode="json") for name, part in parts.items()} | {"file": str(scene.file)})
+
+
+def parse_scene(text: str) -> Scene:
+    """Read a scene back.
+
+    Args:
+        text: From `dump_scene`.
+
+    Returns:
+        The scene.
+
+    Raises:
+        DescriptionError: The text is not a scene of this version.
+    """
+    try:
+        data = json.loads(text)
+        return Scene(
+            task=SceneFile.model_validate(data["task"]),
+            manipulator=Manipulator.model_validate(data["manipulator"]),
+            tank=Tank.model_validate(data["tank"]),
+            file=Path(data["file"]),
+        )
+    except (ValueError, KeyError, TypeError) as error:
+        raise DescriptionError(None, "scene in the log", str(error), "a scene of this version of vgtsim") from None
+
+
+def is_scene(path: str | Path) -> bool:
+    """Tell a scene's file from an arm's: a scene names an arm.
+
+    Args:
+        path: TOML file.
+
+    Returns:
+        Whether it is a scene.
+
+    Raises:
+        DescriptionError: The file is missing or is not TOML.
+    """
+    return "manipulator" in _read_toml(Path(path))
 
 
 def _load(file: Path, kind: type[_Model]) -> _Model:

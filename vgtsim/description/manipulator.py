@@ -151,7 +151,9 @@ class Manipulator(Description):
                 )
         return self
 
-    def _references(self) -> list[tuple[str, str, dict[Name, Material] | dict[Name, Tube] | dict[Name, Cylinder]]]:
+    def _references(
+        self,
+    ) -> list[tuple[str, str, dict[Name, Material] | dict[Name, Tube] | dict[Name, Cylinder]]]:
         found: list[tuple[str, str, dict[Name, Material] | dict[Name, Tube] | dict[Name, Cylinder]]] = [
             ("hub.material", self.hub.material, self.materials),
             ("tip_plate.material", self.tip_plate.material, self.materials),

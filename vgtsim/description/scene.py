@@ -13,7 +13,19 @@ from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.schema import Description, Name, Provenance
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
-from vgtsim.units import Acceleration, Angle, Density, Force, Frequency, Length, Mass, Moment, Number, Speed, Time
+from vgtsim.units import (
+    Acceleration,
+    Angle,
+    Density,
+    Force,
+    Frequency,
+    Length,
+    Mass,
+    Moment,
+    Number,
+    Speed,
+    Time,
+)
 
 Vector = tuple[Length, Length, Length]
 CameraName = Literal["overview", "cutaway", "riser", "tool"]

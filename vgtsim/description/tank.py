@@ -138,6 +138,13 @@ class Tank(Description):
         for item in (*self.risers, *self.equipment):
             if item.radius >= inner:
                 raise ValueError(f"{item.name}: radius {item.radius:.4g} m inside the tank radius {inner:.4g} m")
+        taken = [item.name for item in (self.arm_riser, *self.risers, *self.equipment)] + [
+            "shell",
+            "riser",
+            "waste",
+        ]
+        if len(set(taken)) != len(taken):
+            raise ValueError(f"names of risers and equipment must differ, and from shell, riser, waste: {taken}")
         for item in self.equipment:
             if item.top is not None and item.top <= item.bottom:
                 raise ValueError(f"{item.name}: top {item.top:.4g} m above its bottom {item.bottom:.4g} m")

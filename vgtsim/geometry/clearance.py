@@ -29,8 +29,8 @@ SHELL, RISER, WASTE = "shell", "riser", "waste"
 
 # Configurations done at a time: bounds the memory of a batch to some tens of megabytes.
 _CHUNK = 64
-# Points along a member that passes the riser's mouth, and how often the best interval is cut again: the place of
-# least distance is then known within a 1/1024 of the member's length.
+# Points along a member that passes the riser's mouth, and how often the best interval is cut
+# again: the place of least distance is then known within 1/1024 of the member's length.
 _SAMPLES = 17
 _CUTS = 3
 

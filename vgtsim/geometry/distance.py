@@ -55,9 +55,7 @@ def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple
     return distance, gradient
 
 
-def enclosure_parts(
-    tank: Tank, profile: Profile, points: ArrayLike
-) -> tuple[Array, Array, NDArray[np.bool_]]:
+def enclosure_parts(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, Array, NDArray[np.bool_]]:
     """`enclosure_distance`, and whether the nearest surface is the riser's rim or bore.
 
     Args:
@@ -89,9 +87,7 @@ def enclosure_parts(
     return distance, _in_space(gradient, outward), mouth
 
 
-def segment_distance(
-    a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike
-) -> tuple[Array, Array, Array]:
+def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike) -> tuple[Array, Array, Array]:
     """Least distance between segments.
 
     The squared distance is a convex quadratic of the two parameters on the unit square, so that its least
@@ -123,9 +119,7 @@ def segment_distance(
     for s, t in choices[1:]:
         square = _square(u, v, w, s, t)
         nearer = square < least
-        least, best_s, best_t = (
-            np.where(nearer, *pair) for pair in ((square, least), (s, best_s), (t, best_t))
-        )
+        least, best_s, best_t = (np.where(nearer, *pair) for pair in ((square, least), (s, best_s), (t, best_t)))
     return np.sqrt(least), best_s, best_t
 
 

@@ -126,11 +126,11 @@ def _sectors(radius: float, tolerance: float) -> int:
 def _ring(
     line: _Tangent, ends: tuple[Array, Array], turn: float, bore: float, tolerance: float, name: str
 ) -> list[Panel]:
-    """Boxes around the tank along a tangent line between its corners; `turn` is the sharper of the two corners."""
+    """Boxes around the tank along a tangent line between its ends; `turn` is the sharper corner there."""
     start, stop = ends
     widest = max(start[0], stop[0])
     sectors = _sectors(widest * sin(line.heading), tolerance)
-    # overlap the neighbours: by the mitre, and by a corner, as with another number of sectors theirs stand elsewhere
+    # overlap the neighbours by the mitre, and by a corner, as theirs may stand at other azimuths
     lap = DEPTH * tan(turn / 2) + widest * (1 / cos(pi / sectors) - 1) * abs(cos(line.heading))
     low = float((start - line.point) @ line.along) - lap
     high = float((stop - line.point) @ line.along) + lap
@@ -154,9 +154,7 @@ def _bore(tank: Tank, profile: Profile, tolerance: float) -> list[Panel]:
     line = _Tangent(riser.name, np.array([radius, rim]), pi / 2)
     middle = np.array([radius + DEPTH / 2, (rim + top) / 2])
     half = np.array([(top - rim) / 2, (radius + DEPTH) * tan(pi / sectors), DEPTH / 2])
-    return [
-        _place(f"{riser.name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)
-    ]
+    return [_place(f"{riser.name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)]
 
 
 def _place(name: str, middle: Array, line: _Tangent, half: Array, azimuth: float) -> Panel:

@@ -107,9 +107,7 @@ def _vanishes(M: Array) -> bool:
     """Whether a matrix polynomial is singular for every argument: tried at three."""
     scale = np.max(np.abs(M), axis=(0, 2))
     rows = M / np.where(scale > 0, scale, 1.0)[:, None]
-    tried = [
-        np.tensordot(x ** np.arange(5), rows, axes=1) for x in (0.61 + 0.83j, -1.27 + 0.31j, 0.29 - 1.13j)
-    ]
+    tried = [np.tensordot(x ** np.arange(5), rows, axes=1) for x in (0.61 + 0.83j, -1.27 + 0.31j, 0.29 - 1.13j)]
     return bool(np.max(np.linalg.svd(tried, compute_uv=False)[:, -1]) < _VANISHES)
 
 

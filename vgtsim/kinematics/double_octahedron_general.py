@@ -96,9 +96,7 @@ def upper_circles(geometry: Geometry, actuators: ArrayLike) -> Circles:
 
     Source: equations 3.34 to 3.44.
     """
-    return make_circles(
-        triangle_nodes(actuators), geometry.longerons[6:], UPPER, "double octahedron, upper cell"
-    )
+    return make_circles(triangle_nodes(actuators), geometry.longerons[6:], UPPER, "double octahedron, upper cell")
 
 
 def actuator_lengths(geometry: Geometry, phi: ArrayLike) -> Array:
@@ -190,9 +188,7 @@ def home(geometry: Geometry, actuators: ArrayLike) -> Array:
     begin, goal = _distances(circle_nodes(circles, guess)), np.asarray(geometry.top)
     upper = _along_edges(circles, guess, begin, np.broadcast_to(goal, begin.shape))
     if upper.reached.min(initial=1.0) < 1.0:
-        raise AssemblyError(
-            "double octahedron, upper cell", float(np.max(np.abs(begin - goal))), "no upright assembly"
-        )
+        raise AssemblyError("double octahedron, upper cell", float(np.max(np.abs(begin - goal))), "no upright assembly")
     return np.concatenate([lower, upper.phi.reshape(lower.shape)], axis=-1)
 
 
@@ -215,14 +211,11 @@ def forward(geometry: Geometry, phi: ArrayLike, start: ArrayLike | None = None) 
     wanted = np.asarray(phi, float)
     begin = home(geometry, actuator_lengths(geometry, wanted)) if start is None else np.asarray(start, float)
     batch = np.broadcast_shapes(wanted.shape[:-1], begin.shape[:-1])
-    state, reached = advance(
-        geometry, np.broadcast_to(begin, (*batch, 6)), np.broadcast_to(wanted, (*batch, 3))
-    )
+    state, reached = advance(geometry, np.broadcast_to(begin, (*batch, 6)), np.broadcast_to(wanted, (*batch, 3)))
     if reached.min(initial=1.0) < 1.0:
         upper = Followed(state[..., 3:].reshape(-1, 3), reached.reshape(-1))
         lengths = (
-            actuator_lengths(geometry, np.broadcast_to(item, (*batch, item.shape[-1])))
-            for item in (begin, wanted)
+            actuator_lengths(geometry, np.broadcast_to(item, (*batch, item.shape[-1]))) for item in (begin, wanted)
         )
         raise _ended_upper(geometry, upper, *(item.reshape(-1, 3) for item in lengths))
     return state
@@ -326,9 +319,7 @@ def _ended_upper(geometry: Geometry, result: Followed, begin: Array, goal: Array
     mid = triangle_nodes(begin[worst] + t * (goal[worst] - begin[worst]))
     _, J = leg_jacobian(mid[UPPER_LEGS[:, 0]], top[UPPER_LEGS[:, 1]], np.mean(top, axis=0))
     value, row = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
-    there = circle_nodes(
-        place_circles(triangle_nodes(goal[worst]), np.asarray(geometry.longerons[6:]), UPPER), phi
-    )
+    there = circle_nodes(place_circles(triangle_nodes(goal[worst]), np.asarray(geometry.longerons[6:]), UPPER), phi)
     gap = float(np.max(np.abs(_distances(there) - geometry.top)))
     return _ended("upper cell", goal[worst], t, gap, value, f"longeron L{row + 7}")
 
@@ -372,6 +363,4 @@ def state_from_nodes(geometry: Geometry, points: ArrayLike) -> Array:
     R, P = triangle_frame(n[..., 3:6, :])
     local = (n[..., 6:, :] - P[..., None, :]) @ R
     circles = upper_circles(geometry, _distances(n[..., :3, :]))
-    return np.concatenate(
-        [circle_angles(geometry.circles, n[..., :3, :]), circle_angles(circles, local)], axis=-1
-    )
+    return np.concatenate([circle_angles(geometry.circles, n[..., :3, :]), circle_angles(circles, local)], axis=-1)

@@ -124,11 +124,7 @@ def inverse(geometry: Geometry, goals: Goal | Sequence[Goal], start: ArrayLike) 
 
     Source: section 3.5.2, and 3.5.4 steps 1 to 8. Differs: damped, and on the general module.
     """
-    wanted = (
-        [goals]
-        if isinstance(goals, Position | AnglesAndCoordinate | NormalAndExtension | Pose)
-        else list(goals)
-    )
+    wanted = [goals] if isinstance(goals, Position | AnglesAndCoordinate | NormalAndExtension | Pose) else list(goals)
     state = np.array(start, float)
     error, J = _errors(geometry, wanted, state)
     state = np.broadcast_to(state, (*error.shape[:-1], 6)).copy()

@@ -86,9 +86,7 @@ def make_member_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia
         it.
     """
     segments = np.zeros((len(truss.members), 2, 4))
-    for row, member, length in zip(
-        segments, truss.members, _straight_lengths(manipulator, truss), strict=True
-    ):
+    for row, member, length in zip(segments, truss.members, _straight_lengths(manipulator, truss), strict=True):
         if member.role == "actuator":
             row[:] = _cylinder_segments(manipulator, manipulator.cylinders[member.section])
         else:

@@ -122,13 +122,10 @@ def _certify(C: Array, middle: Array, end: Array, phi: Array) -> tuple[Array, Ar
     p, q = closure_slopes(C, cosine, sine)
     determinant = p[0] * p[1] * p[2] + q[0] * q[1] * q[2]
     p1, p2 = p[[1, 2, 0]], p[[2, 0, 1]]
-    beta = np.sqrt(np.sum((p1 * p2) ** 2 + (q * p2) ** 2 + (q * q[[1, 2, 0]]) ** 2, axis=0)) / np.abs(
-        determinant
-    )
+    beta = np.sqrt(np.sum((p1 * p2) ** 2 + (q * p2) ** 2 + (q * q[[1, 2, 0]]) ** 2, axis=0)) / np.abs(determinant)
     linear, quadratic = 4 * middle - end, 2 * end - 4 * middle
     eta = sum(
-        _size(solve_cyclic(p, q, closure_values(item, cosine, sine), determinant))
-        for item in (C, linear, quadratic)
+        _size(solve_cyclic(p, q, closure_values(item, cosine, sine), determinant)) for item in (C, linear, quadratic)
     )
     spread = np.abs(linear) + np.abs(quadratic)
     first, second = spread[1] + spread[3] + spread[4], spread[2] + spread[3] + spread[4]
@@ -170,9 +167,7 @@ def worst_direction(J: ArrayLike, scale: ArrayLike = 1.0) -> tuple[float, int]:
     return float(value[-1]), int(np.argmax(np.abs(left[:, -1])))
 
 
-def damped_newton(
-    C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: float, count: int
-) -> tuple[Array, Array]:
+def damped_newton(C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: float, count: int) -> tuple[Array, Array]:
     """The dissertation's own iteration, as printed, with its history.
 
     Args:

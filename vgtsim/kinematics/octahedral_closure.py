@@ -110,9 +110,7 @@ def circle_nodes(circles: Circles, phi: ArrayLike) -> Array:
     """
     angle = np.asarray(phi, float)[..., None]
     lift = np.array([0.0, 0.0, 1.0])
-    return circles.centre + circles.radius[..., None] * (
-        np.cos(angle) * circles.inward + np.sin(angle) * lift
-    )
+    return circles.centre + circles.radius[..., None] * (np.cos(angle) * circles.inward + np.sin(angle) * lift)
 
 
 def circle_angles(circles: Circles, nodes: ArrayLike) -> Array:

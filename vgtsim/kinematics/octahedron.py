@@ -247,11 +247,7 @@ def _singular(
     nodes = circle_nodes(Circles(goal.centre[worst], goal.inward[worst], goal.radius[worst]), phi[worst])
     gap = np.linalg.norm(nodes[[1, 2, 0]] - nodes, axis=-1) - geometry.top
     value, member = singularity(geometry, R, P)
-    row = (
-        np.broadcast_to(wanted, (reached.size, 6))[worst]
-        if wanted.ndim == 1
-        else wanted.reshape(-1, 6)[worst]
-    )
+    row = np.broadcast_to(wanted, (reached.size, 6))[worst] if wanted.ndim == 1 else wanted.reshape(-1, 6)[worst]
     detail = (
         f"the mode of the start ends {t:.4f} of the way to {np.array2string(row, precision=4)} m: "
         f"smallest singular value {value:.2g}, longeron l{member + 1}"
@@ -381,6 +377,4 @@ def angle_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
     """
     nodes = top_nodes(geometry, R, P)
     circles = _circles(geometry, _leg_lengths(geometry, nodes))
-    return edge_jacobian(
-        closure_coefficients(circles, geometry.top), geometry.top, circle_angles(circles, nodes)
-    )
+    return edge_jacobian(closure_coefficients(circles, geometry.top), geometry.top, circle_angles(circles, nodes))

@@ -51,9 +51,7 @@ def roll_pitch_yaw(R: ArrayLike) -> Array:
     level = np.hypot(R[..., 0, 0], R[..., 1, 0])
     upright = level < _UPRIGHT
     down = -np.sign(R[..., 2, 0])
-    gamma = np.where(
-        upright, down * np.arctan2(R[..., 0, 1], R[..., 1, 1]), np.arctan2(R[..., 2, 1], R[..., 2, 2])
-    )
+    gamma = np.where(upright, down * np.arctan2(R[..., 0, 1], R[..., 1, 1]), np.arctan2(R[..., 2, 1], R[..., 2, 2]))
     alpha = np.where(upright, 0.0, np.arctan2(R[..., 1, 0], R[..., 0, 0]))
     return np.stack([gamma, np.arctan2(-R[..., 2, 0], level), alpha], axis=-1)
 

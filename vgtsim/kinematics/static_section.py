@@ -88,9 +88,7 @@ class StaticSection:
         plan += [("cross_longeron", i, 3 + j) for i, j in _TRIANGLE]
         plan += [("batten", 3 + i, 3 + j) for i, j in _TRIANGLE]
         spans = [float(np.linalg.norm(self.nodes[j] - self.nodes[i])) for _, i, j in plan]
-        return tuple(
-            SectionMember(role, (i, j), span) for (role, i, j), span in zip(plan, spans, strict=True)
-        )
+        return tuple(SectionMember(role, (i, j), span) for (role, i, j), span in zip(plan, spans, strict=True))
 
     @cached_property
     def stiffness(self) -> tuple[float, int]:

@@ -46,9 +46,7 @@ class Geometry:
     def __post_init__(self) -> None:
         """Refuse sides that do not make a triangle."""
         if not 0 < self.hinge < 2 * self.side:
-            detail = (
-                f"static triangles with sides {self.side:.4g} m on a hinge of {self.hinge:.4g} m are flat"
-            )
+            detail = f"static triangles with sides {self.side:.4g} m on a hinge of {self.hinge:.4g} m are flat"
             raise AssemblyError("tetrahedron", self.hinge - 2 * self.side, detail)
 
     @property

@@ -31,9 +31,7 @@ def triangle_nodes(sides: ArrayLike) -> Array:
     excess = 2 * np.max(s, axis=-1) - np.sum(s, axis=-1)
     if np.any(~(excess < 0)) or np.any(s <= 0):
         worst = np.unravel_index(int(np.argmax(excess)), excess.shape)
-        raise AssemblyError(
-            "face triangle", float(np.max(excess)), f"sides {np.array2string(s[worst], precision=4)} m"
-        )
+        raise AssemblyError("face triangle", float(np.max(excess)), f"sides {np.array2string(s[worst], precision=4)} m")
     return place_triangle(s)
 
 

@@ -134,7 +134,14 @@ def _module_members(module: Module, index: int, groups: dict[str, list[int]], cl
     plan: list[tuple[str, str, int, int]] = []
     if isinstance(module, DoubleOctahedral):
         for (from_group, from_corner), (to_group, to_corner) in _OCTAHEDRON_LONGERONS:
-            plan.append(("longeron", module.longeron_tube, groups[from_group][from_corner], groups[to_group][to_corner]))
+            plan.append(
+                (
+                    "longeron",
+                    module.longeron_tube,
+                    groups[from_group][from_corner],
+                    groups[to_group][to_corner],
+                )
+            )
         plan += [("actuator", module.cylinder, groups["mid"][i], groups["mid"][j]) for i, j in _TRIANGLE]
     else:
         base, top = groups["base"], groups["top"]

@@ -128,8 +128,7 @@ def _add_mast(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging)
         size=[radius, length / 2, 0],
         pos=[0, 0, length / 2],
         contype=_bits(chain, -1)["contype"],
-        conaffinity=_bits(chain, -1)["conaffinity"]
-        & ~1,  # it fills the riser by design; its fit is checked apart
+        conaffinity=_bits(chain, -1)["conaffinity"] & ~1,  # it fills the riser by design; its fit is checked apart
     )
     _set_pipe_inertia(mast, radius, rigging.mast_wall, length, rigging.mast_density)
     _add_joint_drives(spec, names.FEED, names.FEED, rigging, force=None)
@@ -143,9 +142,7 @@ def _add_mast(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging)
     return hubs
 
 
-def _set_pipe_inertia(
-    body: mujoco.MjsBody, radius: float, wall: float, length: float, density: float
-) -> None:
+def _set_pipe_inertia(body: mujoco.MjsBody, radius: float, wall: float, length: float, density: float) -> None:
     inner = radius - wall
     mass = density * np.pi * (radius**2 - inner**2) * length
     across = mass * (3 * (radius**2 + inner**2) + length**2) / 12
@@ -233,9 +230,7 @@ def _add_tip(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging) 
     _set_tip_inertia(tip, arm, local, reach, rigging)
 
 
-def _set_tip_inertia(
-    tip: mujoco.MjsBody, arm: Manipulator, corners: Array, reach: Array, rigging: Rigging
-) -> None:
+def _set_tip_inertia(tip: mujoco.MjsBody, arm: Manipulator, corners: Array, reach: Array, rigging: Rigging) -> None:
     """Plate, corner hubs and payload as one body."""
     plate = make_plate_inertia(arm)
     points = np.concatenate([np.zeros((1, 3)), corners, reach[None]])
@@ -277,9 +272,7 @@ def _add_member(
         tube = chain.manipulator.tubes[member.section]
         size = [tube.outer_diameter / 2, 0, 0]
         ends = [0, 0, min(radius, length / 4), 0, 0, length - min(radius, length / 4)]
-        body.add_geom(
-            name=member.name, default=spec.find_default(member.role), fromto=ends, size=size, **bits
-        )
+        body.add_geom(name=member.name, default=spec.find_default(member.role), fromto=ends, size=size, **bits)
         body.add_site(name=names.far(member.name), pos=[0, 0, length])
     spec.add_equality(
         name=names.closure(member.name),

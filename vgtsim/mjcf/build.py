@@ -39,9 +39,7 @@ def scene_chain(scene: Scene) -> Chain:
     return Chain(scene.manipulator, hanging_mount(scene.pivot_height))
 
 
-def build_spec(
-    scene: Scene, poses: Mapping[str, Array] | None = None, timestep: float | None = None
-) -> mujoco.MjSpec:
+def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep: float | None = None) -> mujoco.MjSpec:
     """Lay out a scene in MJCF.
 
     Args:
@@ -87,16 +85,12 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
     Returns:
         The specification, with keyframes `stowed`, `straight` and `reach` (root modules bent to the horizontal).
     """
-    height = 1.0 + float(
-        np.linalg.norm(Chain(manipulator, np.eye(4)).tool(Chain(manipulator, np.eye(4)).stowed)[0])
-    )
+    height = 1.0 + float(np.linalg.norm(Chain(manipulator, np.eye(4)).tool(Chain(manipulator, np.eye(4)).stowed)[0]))
     chain = Chain(manipulator, hanging_mount(height))
     rigging = Rigging(0.9144, 0.0127, 7850.0, 2.0, (0.0, 0.0), 0.0, 0.1, timestep, 1e8, 1e6)
     spec = _start_spec(manipulator.name, timestep, 9.80665, 1e-5)
     add_arm(spec, chain, rigging)
-    floor = spec.worldbody.add_geom(
-        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0
-    )
+    floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0)
     floor.rgba = [0.86, 0.87, 0.88, 1]
     add_arm_cameras(spec, height)
     poses = {"stowed": chain.stowed, "straight": chain.straight, "reach": reach_pose(chain)}
@@ -158,8 +152,8 @@ def finish_model(spec: mujoco.MjSpec, scene: Scene) -> mujoco.MjModel:
 def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float]]:
     """Inputs and lift of the mast of the two keyframes that do not fit under a mast at its working depth.
 
-    Stowed: the tool at the crown, all of the arm in and above the riser. Straight: the tool a metre above the waste; what
-    is still in the riser has to be stowed.
+    Stowed: the tool at the crown, all of the arm in and above the riser. Straight: the tool a metre above the waste;
+    what is still in the riser has to be stowed.
     """
     crown = scene.tank.shell.crown
     low = scene.tank.waste.level + scene.task.payload.radius + 1.0
@@ -188,9 +182,7 @@ def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float)
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     option.gravity = [0, 0, -gravity]
-    option.tolerance = (
-        0.0  # an early stop leaves the joints short of equilibrium: moments of 1e-6 N*m at member ends
-    )
+    option.tolerance = 0.0  # an early stop leaves the joints short of equilibrium: moments of 1e-6 N*m at member ends
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE  # closures are stiffer than two steps
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state must be seen, not hidden
     spec.add_numeric(name=names.WEIGHT_SCALE, data=[weight_scale])

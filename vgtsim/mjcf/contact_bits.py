@@ -1,7 +1,7 @@
 """Which parts of the arm may touch which: MuJoCo's 32 contact bits, given out by place along the chain.
 
-Parts are numbered from the mast (0) over the modules (1 to K). Bit 0 is the tank's. Of the others, part i answers to bit
-k when i <= k, and seeks bit k when i >= k + 2; so two parts meet if and only if they are two or more places apart.
+Parts are numbered from the mast (0) over the modules (1 to K). Bit 0 is the tank's. Of the others, part i answers to
+bit k when i <= k, and seeks bit k when i >= k + 2; so two parts meet if and only if they are two or more places apart.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +13,8 @@ from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import names
 from vgtsim.mjcf.build import VIEW_TIMESTEP, build_arm_spec, build_spec
-from vgtsim.mjcf.rows import load_model, select_drive, stiffen
+from vgtsim.mjcf.rows import select_drive, stiffen
+from vgtsim.replacing import replacing
 
 _SETTLE = 0.5  # s; the servos settle in hundredths of a second
 
@@ -25,7 +25,8 @@ Time step {step:g} s. The servos hold the cylinders; keyframes: {keys}, with tar
 To impose the lengths instead, activate the joint equalities named */drive and disable actuator group 1.
 XML cannot carry the scaled inverse weights that keep the loops closed. Plain MuJoCo, settled in keyframe {key}:
 tool {plain_sag:.2g} m off, loops open by up to {plain_gap:.2g} m. With body_invweight0 and dof_invweight0 times
-{factor:g} (vgtsim.load_model, vgtsim view, or the .mjb beside this file): tool {scaled_sag:.2g} m off, loops {scaled_gap:.2g} m.
+{factor:g} (vgtsim.load_model, vgtsim view, or the .mjb beside this file): tool {scaled_sag:.2g} m off,
+loops open by up to {scaled_gap:.2g} m.
 """
 
 
@@ -56,7 +57,14 @@ def write_scene_files(scene: Scene, first_goal: np.ndarray, folder: Path) -> tup
     poses = {"first_goal": first_goal}
     factor = scene.task.simulation.weight_scale
     exact = build_spec(scene, poses)
-    return _write(build_spec(scene, poses, VIEW_TIMESTEP), exact, factor, scene.task.title, "first_goal", folder / "scene")
+    return _write(
+        build_spec(scene, poses, VIEW_TIMESTEP),
+        exact,
+        factor,
+        scene.task.title,
+        "first_goal",
+        folder / "scene",
+    )
 
 
 def write_arm_files(manipulator: Manipulator, stem: Path) -> tuple[Path, Path]:
@@ -94,13 +102,13 @@ def _write(
         scaled_gap=after.gap,
     )
     xml, mjb = stem.with_suffix(".xml"), stem.with_suffix(".mjb")
-    _replace(xml, f"<!--{header}-->\n{spec.to_xml()}".encode())
+    _write_whole(xml, f"<!--{header}-->\n{spec.to_xml()}".encode())
     model = exact.compile()
     stiffen(model, factor)
     select_drive(model, "servo")
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
-    _replace(mjb, buffer.tobytes())
+    _write_whole(mjb, buffer.tobytes())
     return xml, mjb
 
 
@@ -127,14 +135,9 @@ def measure_sag(model: mujoco.MjModel, key: str) -> Sag:
     return Sag(float(moved), float(np.linalg.norm(apart, axis=-1).max()))
 
 
-def _replace(path: Path, content: bytes) -> None:
-    """Write a file whole or not at all."""
-    part = path.with_name(path.name + ".part")
+def _write_whole(path: Path, content: bytes) -> None:
     try:
-        part.write_bytes(content)
-        os.replace(part, path)
+        with replacing(path) as part:
+            part.write_bytes(content)
     except OSError as error:
         raise DescriptionError(path, "", error.strerror or str(error), "a folder that can be written to") from None
-
-
-__all__ = ["Sag", "load_model", "measure_sag", "write_arm_files", "write_scene_files"]

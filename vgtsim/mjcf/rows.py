@@ -1,7 +1,7 @@
 """Solver settings that keep the loops closed, and what a model file can and cannot carry of them.
 
-MuJoCo softens each constraint row by a regularisation R proportional to the inverse weights of the bodies it joins. With
-the compiled weights a closure under load opens by about R f dt²: tens of millimetres of sag on this arm. Scaling
+MuJoCo softens each constraint row by a regularisation R proportional to the inverse weights of the bodies it joins.
+With the compiled weights a closure under load opens by about R f dt²: tens of millimetres of sag on this arm. Scaling
 `body_invweight0` and `dof_invweight0` after compilation removes it. An MJB file keeps the scaled arrays; XML cannot, so
 an XML file carries the factor as a custom numeric and `load_model` applies it.
 """
@@ -15,8 +15,8 @@ import mujoco
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import names
 
-# Time constant in steps and damping ratio of closures and rigid drives. The discrete integrator takes both at the end of
-# the step, so a stiff, hardly damped row is met within the step: the lag behind a moving command is 2 ratio² constant.
+# Time constant in steps and damping ratio of closures and rigid drives. The discrete integrator takes both at the end
+# of the step, so a stiff, hardly damped row is met within the step; it trails a moving command by 2 ratio² time constants.
 SOLREF_STEPS, SOLREF_RATIO = 0.2, 0.1
 SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)  # the greatest impedance MuJoCo accepts
 SERVO_GROUP = 1
@@ -72,9 +72,7 @@ def load_model(path: str | Path) -> mujoco.MjModel:
         model = mujoco.MjModel.from_xml_path(str(file))
         factor = float(model.numeric(names.WEIGHT_SCALE).data[0])
     except KeyError:
-        raise DescriptionError(
-            file, f"custom.{names.WEIGHT_SCALE}", "nothing", "a model written by vgtsim"
-        ) from None
+        raise DescriptionError(file, f"custom.{names.WEIGHT_SCALE}", "nothing", "a model written by vgtsim") from None
     except ValueError as error:
         raise DescriptionError(file, "", str(error), "a model MuJoCo can compile") from None
     stiffen(model, factor)

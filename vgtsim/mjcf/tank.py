@@ -102,9 +102,7 @@ def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: P
     if not level:
         return
     _add_mesh(spec, body, f"{WASTE}/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
-    geom = body.add_geom(
-        name=WASTE, type=mujoco.mjtGeom.mjGEOM_CYLINDER, group=CONTACT_GROUP, contype=1, conaffinity=0
-    )
+    geom = body.add_geom(name=WASTE, type=mujoco.mjtGeom.mjGEOM_CYLINDER, group=CONTACT_GROUP, contype=1, conaffinity=0)
     geom.size = [float(profile.radius_at(level)), DEPTH / 2, 0]
     geom.pos = [0, 0, level - DEPTH / 2]
     geom.material = f"{BODY}/contact"
@@ -114,9 +112,7 @@ def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: P
 def _add_equipment(body: mujoco.MjsBody, tank: Tank) -> None:
     around = obstacles(tank)
     for index, (name, axis, radius) in enumerate(zip(around.names, around.axes, around.radii, strict=True)):
-        geom = body.add_geom(
-            name=names.equipment(name), type=mujoco.mjtGeom.mjGEOM_CYLINDER, contype=1, conaffinity=0
-        )
+        geom = body.add_geom(name=names.equipment(name), type=mujoco.mjtGeom.mjGEOM_CYLINDER, contype=1, conaffinity=0)
         geom.fromto = axis.ravel()
         geom.size = [radius, 0, 0]
         geom.group = INSIDE_GROUP

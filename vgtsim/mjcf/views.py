@@ -23,9 +23,7 @@ def add_goal_markers(spec: mujoco.MjSpec, goals: Sequence[Goal]) -> None:
     """
     for goal in goals:
         p, d = np.array(goal.position), np.array(goal.direction)
-        spec.worldbody.add_site(
-            name=names.goal(goal.name), pos=p, size=[0.12, 0, 0], rgba=GOAL_COLOUR, group=0
-        )
+        spec.worldbody.add_site(name=names.goal(goal.name), pos=p, size=[0.12, 0, 0], rgba=GOAL_COLOUR, group=0)
         spec.worldbody.add_site(
             name=f"{names.goal(goal.name)}/direction",
             type=mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -48,9 +46,7 @@ def add_tank_cameras(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> No
     middle = np.array([0.0, 0.0, 0.42 * crown])
     _add_camera(spec, "overview", np.array([-0.9 * radius, -2.0 * radius, 1.9 * crown]), middle, 45)
     _add_camera(spec, "cutaway", np.array([0.0, -2.35 * radius, 0.62 * crown]), middle, 38)
-    _add_camera(
-        spec, "riser", np.array([2.2, -4.2, pivot_height + 0.6]), np.array([0, 0, pivot_height - 0.9]), 60
-    )
+    _add_camera(spec, "riser", np.array([2.2, -4.2, pivot_height + 0.6]), np.array([0, 0, pivot_height - 0.9]), 60)
     _add_tool_camera(spec)
 
 
@@ -70,17 +66,15 @@ def add_arm_cameras(spec: mujoco.MjSpec, height: float) -> None:
 
 def _add_tool_camera(spec: mujoco.MjSpec) -> None:
     tip = spec.body(names.TIP)
-    camera = tip.add_camera(name="tool", pos=[1.4, 0.0, -1.6], fovy=70)
-    camera.quat = _look([1.4, 0.0, -1.6], [0.0, 0.0, 0.8], up=[0.0, 0.0, 1.0])
+    camera = tip.add_camera(name="tool", pos=[0.0, 0.75, -2.6], fovy=75)
+    camera.quat = _look([0.0, 0.75, -2.6], [0.0, 0.0, 0.6], up=[0.0, 1.0, 0.0])
 
 
 def _add_camera(spec: mujoco.MjSpec, name: str, place: np.ndarray, target: np.ndarray, fovy: float) -> None:
     spec.worldbody.add_camera(name=name, pos=place, quat=_look(place, target, [0, 0, 1]), fovy=fovy)
 
 
-def _look(
-    place: Sequence[float] | np.ndarray, target: Sequence[float] | np.ndarray, up: Sequence[float]
-) -> np.ndarray:
+def _look(place: Sequence[float] | np.ndarray, target: Sequence[float] | np.ndarray, up: Sequence[float]) -> np.ndarray:
     """Orientation of a camera (x right, y up, looking along -z) at a place towards a target, w x y z."""
     back = np.subtract(place, target)
     back /= np.linalg.norm(back)

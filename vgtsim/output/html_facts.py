@@ -20,9 +20,7 @@ def fact_rows(facts: Iterable[tuple[str, str]]) -> str:
     Returns:
         Table rows.
     """
-    return "\n".join(
-        f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>' for name, value in facts
-    )
+    return "\n".join(f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>' for name, value in facts)
 
 
 def list_settings(scene: Scene, truss: Truss) -> list[tuple[str, str]]:
@@ -42,8 +40,7 @@ def list_settings(scene: Scene, truss: Truss) -> list[tuple[str, str]]:
         ("scene", f"{task.name} ({scene.file.name})"),
         (
             "arm",
-            f"{arm.title}: {len(truss.actuated)} actuators, {len(truss.nodes)} nodes, "
-            f"{len(truss.members)} members",
+            f"{arm.title}: {len(truss.actuated)} actuators, {len(truss.nodes)} nodes, {len(truss.members)} members",
         ),
         ("tank", scene.tank.title),
         ("pivot", f"{format_quantity(scene.pivot_height, 'm')} above the lowest floor point"),

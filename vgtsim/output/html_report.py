@@ -24,9 +24,9 @@ from vgtsim.output.member_plots import (
     plot_utilisation,
 )
 from vgtsim.output.quantities import format_quantity
-from vgtsim.output.replacing import replacing
 from vgtsim.output.run_plots import plot_clearance, plot_closure, plot_mast_reaction, plot_tool_error
 from vgtsim.output.truss_plot import plot_truss, worst_instant
+from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.verification.report import Report
 
@@ -64,9 +64,7 @@ def list_sections(scene: Scene, log: RunLog, report: Report, truss: Truss) -> li
     """
     record, member = worst_instant(log, truss, report)
     force = log.axial(truss.ends)[record, member]
-    worst = (
-        f"t = {log.time[record]:.2f} s: {truss.members[member].name} carries {format_quantity(force, 'N')}"
-    )
+    worst = f"t = {log.time[record]:.2f} s: {truss.members[member].name} carries {format_quantity(force, 'N')}"
     tool = ("tool_position_error", "tool_angle_error")
     return [
         Section(
@@ -100,9 +98,9 @@ def list_sections(scene: Scene, log: RunLog, report: Report, truss: Truss) -> li
         Section(
             "axial",
             "Axial force in the members",
-            "The members used most, by name, and the envelope of the others.",
+            "The members that carry most, by name, and the envelope of the others.",
             (),
-            lambda: plot_axial_forces(scene, log, truss, report),
+            lambda: plot_axial_forces(scene, log, truss),
         ),
         Section(
             "forces",

@@ -23,9 +23,7 @@ def summarise(report: Report) -> str:
         Failed checks by name, then the key figures.
     """
     parts = []
-    failed = list(dict.fromkeys(check.name for check in report.checks if not check.passed)) + missing_checks(
-        report
-    )
+    failed = list(dict.fromkeys(check.name for check in report.checks if not check.passed)) + missing_checks(report)
     if failed:
         parts.append(f"failed: {', '.join(failed)}")
     first: dict[str, Check] = {}
@@ -69,8 +67,7 @@ def check_rows(report: Report) -> str:
     """
     rows = [_check_row(check) for check in report.checks]
     rows += [
-        f'<tr class="fail"><td class="mark">✗</td><th scope="row">{name}</th>'
-        '<td colspan="7">not made</td></tr>'
+        f'<tr class="fail"><td class="mark">✗</td><th scope="row">{name}</th><td colspan="7">not made</td></tr>'
         for name in missing_checks(report)
     ]
     return "\n".join(rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from vgtsim.output.replacing import replacing
+from vgtsim.replacing import replacing
 from vgtsim.verification.report import Report
 
 

@@ -88,22 +88,20 @@ def _draw_key(panel: list[Axes], used: int, columns: int) -> None:
         panel[index - columns].xaxis.set_tick_params(labelbottom=True)
 
 
-def plot_axial_forces(scene: Scene, log: RunLog, truss: Truss, report: Report) -> Figure:
-    """Draw the members' axial forces: the most used by name, the others as their envelope.
+def plot_axial_forces(scene: Scene, log: RunLog, truss: Truss) -> Figure:
+    """Draw the members' axial forces: the greatest by name, the others as their envelope.
 
     Args:
         scene: The scene.
         log: The run.
         truss: The arm's truss.
-        report: With the series `utilisation`, which ranks the members; absent, the forces do.
 
     Returns:
         The figure.
     """
     axial = log.axial(truss.ends) / 1e3
-    rank = report.series.get("utilisation", np.abs(axial))
     figure, (axes,) = panels(1, 1, 3.2)
-    _draw_members(axes, log, truss, axial, rank)
+    _draw_members(axes, log, truss, axial)
     axes.axhline(0.0, color=REST, linewidth=0.8)
     axes.set_ylabel("axial force, kN (tension +)")
     finish(axes, scene, log, named=True)
@@ -124,7 +122,7 @@ def plot_utilisation(scene: Scene, log: RunLog, truss: Truss, report: Report) ->
     """
     utilisation = report.series["utilisation"]
     figure, (axes,) = panels(1, 1, 3.0)
-    _draw_members(axes, log, truss, utilisation, utilisation)
+    _draw_members(axes, log, truss, utilisation)
     draw_limit(axes, scene.task.limits.member_utilisation, "limit")
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("demand over capacity")
@@ -132,15 +130,13 @@ def plot_utilisation(scene: Scene, log: RunLog, truss: Truss, report: Report) ->
     return figure
 
 
-def _draw_members(axes: Axes, log: RunLog, truss: Truss, values: Array, rank: Array) -> None:
-    """Draw values (T, M); the members with the greatest rank (T, M) get lines and names."""
-    order = np.argsort(-np.nanmax(rank, axis=0))
+def _draw_members(axes: Axes, log: RunLog, truss: Truss, values: Array) -> None:
+    """Draw values (T, M); the members with the greatest magnitudes get lines and names."""
+    order = np.argsort(-np.nanmax(np.abs(values), axis=0))
     named, others = order[:_NAMED], order[_NAMED:]
     if len(others):
         time, low, high = _envelope(log.time, values[:, others])
-        axes.fill_between(
-            time, low, high, color=REST, alpha=0.35, linewidth=0, label=f"{len(others)} others, envelope"
-        )
+        axes.fill_between(time, low, high, color=REST, alpha=0.35, linewidth=0, label=f"{len(others)} others, envelope")
     for colour, member in zip(LINES, named, strict=False):
         axes.plot(log.time, values[:, member], color=colour, label=truss.members[member].name)
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

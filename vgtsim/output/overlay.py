@@ -16,7 +16,7 @@ from vgtsim.output.quantities import MINUS
 Picture = NDArray[np.uint8]
 
 LABELS = ("time", "goal", "tool error", "greatest force", "in member")
-_GROUND = (14, 18, 24, 190)
+_GROUND = (14, 18, 24, 215)
 _SOFT = (170, 178, 188, 255)
 _INK = (242, 244, 246, 255)
 _ACTIVE = (110, 240, 150)
@@ -84,9 +84,14 @@ def make_overlay(width: int, height: int, title: str, end: float) -> Overlay:
     rows = [top + step * index for index in range(len(LABELS))]
     for label, row in zip(LABELS, rows, strict=True):
         draw.text((left + unit // 4, row), label, font=font, fill=_SOFT)
-    foot = (0, height - 2 * unit, width, height)
-    place = (unit, foot[1] + unit // 2)
-    draw.text(place, title, font=bold, fill=_INK, stroke_width=2, stroke_fill=_GROUND)
+    foot = (
+        left // 2,
+        height - round(2.2 * unit),
+        left + round(bold.getlength(title)) + unit // 2,
+        height - unit // 2,
+    )
+    draw.rounded_rectangle(foot, unit // 2, fill=_GROUND)
+    draw.text((left, (foot[1] + foot[3]) // 2), title, font=bold, fill=_INK, anchor="lm")
     scale = _draw_scale(layer, draw, small, unit, end)
     pieces = tuple(
         (layer.crop((left, top, right + 1, bottom + 1)), (left, top))
@@ -116,9 +121,7 @@ def _draw_scale(
     return box
 
 
-def draw_overlay(
-    overlay: Overlay, frame: Picture, values: tuple[str, ...], marks: tuple[Mark, ...]
-) -> Picture:
+def draw_overlay(overlay: Overlay, frame: Picture, values: tuple[str, ...], marks: tuple[Mark, ...]) -> Picture:
     """Put the overlay and the texts of one instant onto a frame.
 
     Args:

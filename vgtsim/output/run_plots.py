@@ -54,9 +54,7 @@ def plot_tool_error(scene: Scene, log: RunLog, report: Report) -> Figure:
     for axes, error, factor, limit, label in rows:
         shown = np.maximum(error, limit * 1e-6) * factor
         axes.semilogy(log.time, shown, color=REST, linewidth=1.0, label="on the way")
-        axes.semilogy(
-            log.time, np.where(log.settled, shown, np.nan), color=HOLD, linewidth=3.0, label="settled"
-        )
+        axes.semilogy(log.time, np.where(log.settled, shown, np.nan), color=HOLD, linewidth=3.0, label="settled")
         draw_limit(axes, limit * factor, "limit when settled")
         axes.set_ylabel(label)
         finish(axes, scene, log, named=axes is place, abscissa=axes is turn)

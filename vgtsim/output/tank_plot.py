@@ -31,14 +31,10 @@ def draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
     axes.fill_betweenx(level, -width, width, color=WASTE, alpha=0.45, linewidth=0)
     open_ = r >= bore
     for side in (-1, 1):
-        axes.plot(
-            side * r[~open_ & (z < tank.shell.crown / 2)], z[~open_ & (z < tank.shell.crown / 2)], color=REST
-        )
+        axes.plot(side * r[~open_ & (z < tank.shell.crown / 2)], z[~open_ & (z < tank.shell.crown / 2)], color=REST)
         axes.plot(side * r[open_], z[open_], color=REST, linewidth=1.4)
         axes.plot([side * bore] * 2, [float(profile.ceiling_at(bore)), top], color=REST, linewidth=1.4)
-        axes.plot(
-            [side * bore, side * 1.15 * tank.shell.inner_diameter / 2], [top, top], color=REST, linestyle=":"
-        )
+        axes.plot([side * bore, side * 1.15 * tank.shell.inner_diameter / 2], [top, top], color=REST, linestyle=":")
     axes.text(-tank.shell.inner_diameter / 2, top + 0.1, "grade", color=REST, fontsize=7.5, va="bottom")
     for item in tank.equipment:
         across = item.radius * np.cos(item.azimuth - azimuth)

@@ -117,9 +117,7 @@ def _draw_arm(axes: Axes, now: Instant, view: Array, scale: float) -> None:
     order = np.argsort(ends.mean(axis=1) @ np.cross(view[0], view[1]))
     widths = scale * np.array([2.6 if member.role == "actuator" else 1.5 for member in truss.members])
     colours = force_colours(now.axial, now.end)
-    lines = LineCollection(
-        list((ends @ view.T)[order]), colors=list(colours[order]), linewidths=list(widths[order])
-    )
+    lines = LineCollection(list((ends @ view.T)[order]), colors=list(colours[order]), linewidths=list(widths[order]))
     axes.add_collection(lines)
     axes.fill(*(now.nodes[truss.tip] @ view.T).T, color=REST, linewidth=1.5)
     axes.plot(*(now.nodes[truss.base] @ view.T)[[0, 1, 2, 0]].T, color=REST, linewidth=2.0)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, contextmanager
+from itertools import chain
 from pathlib import Path
 
 import mujoco
@@ -19,22 +20,17 @@ from vgtsim.output.encoder import open_film
 from vgtsim.output.holds import goal_name
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
-from vgtsim.output.replacing import replacing
 from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, project, show
+from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.verification.report import Report
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
-_SKY = ([0.42, 0.48, 0.55], [0.13, 0.15, 0.18])
-_SKY_PIXELS = 128
 _DIM = 0.6
 _AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
-_SLICES, _STACKS = (
-    14,
-    6,
-)  # of a round geom; the members are a few pixels wide, and finer ones cost most of a frame
+_SLICES, _STACKS = 14, 6  # of a round geom, a few pixels wide; finer ones take most of a frame's time
 _INSIDE = ("riser", "tool")
 
 
@@ -64,16 +60,18 @@ def render_video(
     width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
     times = frame_times(log, video.fps, video.speed)
     frames = draw_frames(scene, log, report, truss, times, width, height)
-    with replacing(path) as partial, open_film(partial, width, height, video.fps) as add:
-        for drawn, frame in enumerate(frames, start=1):
-            add(frame)
-            if progress:
-                progress(drawn, len(times))
+    with closing(frames), replacing(path) as partial:
+        first = next(frames)  # before the encoder starts: without EGL it would have nothing to do
+        with open_film(partial, width, height, video.fps) as add:
+            for drawn, frame in enumerate(chain([first], frames), start=1):
+                add(frame)
+                if progress:
+                    progress(drawn, len(times))
 
 
 def draw_frames(
     scene: Scene, log: RunLog, report: Report, truss: Truss, times: Array, width: int, height: int
-) -> Iterator[Picture]:
+) -> Generator[Picture, None, None]:
     """Draw the run at given instants.
 
     Args:
@@ -115,18 +113,8 @@ def draw_frames(
 
 
 def _compile(scene: Scene) -> mujoco.MjModel:
-    """Compile the scene for the eye: a sky, light that keeps colours, a liner darker than the members."""
-    spec = build_spec(scene)
-    spec.add_texture(
-        name="sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=_SKY[0],
-        rgb2=_SKY[1],
-        width=_SKY_PIXELS,
-        height=6 * _SKY_PIXELS,
-    )
-    model = spec.compile()
+    """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
+    model = build_spec(scene).compile()
     model.mat(f"{tank.BODY}/liner").rgba[:3] *= _DIM
     model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
     model.light_diffuse[:] = _DIFFUSE
@@ -151,7 +139,7 @@ def _values(
     return (
         f"{time:.2f} s",
         f"{goal}{' (settled)' if log.settled[record] else ''}",
-        "" if error is None else format_quantity(float(error[record]), "m"),
+        format_quantity(float(error[record]), "m") if error is not None and np.isfinite(error[record]) else "",
         f"{forces[worst] / 1e3:+.1f} kN".replace("-", MINUS),
         truss.members[worst].name,
     )

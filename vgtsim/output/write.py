@@ -17,8 +17,8 @@ from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.kinematics import Chain
 from vgtsim.output.html_report import write_report_html
 from vgtsim.output.json_report import write_report_json
-from vgtsim.output.replacing import replacing
-from vgtsim.runlog import RunLog, save_log
+from vgtsim.replacing import replacing
+from vgtsim.runlog import RunLog, save_run
 from vgtsim.verification.report import Report
 
 LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
@@ -64,17 +64,33 @@ def write_outputs(
         DescriptionError: The folder cannot be written; the error names it.
     """
     folder = prepare_folder(out_dir)
-    with _naming(folder):
-        with replacing(folder / LOG) as partial:
-            save_log(log, partial)
-        write_report_json(report, folder / JSON)
-        write_report_html(scene, log, report, chain.truss, folder / HTML)
+    with _naming(folder), replacing(folder / LOG) as partial:
+        save_run(partial, scene, log)
+    write_reports(scene, log, report, chain, folder)
     if video:
         try:
             film(scene, log, report, chain, folder)
         except MissingLibraryError as error:
             return error
     return None
+
+
+def write_reports(scene: Scene, log: RunLog, report: Report, chain: Chain, folder: Path) -> None:
+    """Write `report.json` and `report.html`.
+
+    Args:
+        scene: The scene.
+        log: The run.
+        report: Its verdicts.
+        chain: Kinematics of the scene's arm.
+        folder: Existing folder.
+
+    Raises:
+        DescriptionError: The folder cannot be written; the error names it.
+    """
+    with _naming(folder):
+        write_report_json(report, folder / JSON)
+        write_report_html(scene, log, report, chain.truss, folder / HTML)
 
 
 def film(

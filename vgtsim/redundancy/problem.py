@@ -15,9 +15,7 @@ from vgtsim.redundancy.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
-_HINGE = (
-    100.0  # weight of a clearance hinge; the barrier's slope 2 cm from the end of a stroke is 50 per metre
-)
+_HINGE = 100.0  # weight of a clearance hinge; the barrier's slope 2 cm from the end of a stroke is 50 per metre
 
 
 @dataclass(frozen=True)
@@ -87,9 +85,7 @@ class Problem:
 
     def objective(self, q: Array, length: Array) -> float:
         """Value of the objective for inputs of shape (A, 3) and their actuator lengths, shape (A, 3), m."""
-        value = float(self.box.barrier(length)) + 0.5 * self.sideways * float(
-            np.sum((q[:, :2] @ self.across) ** 2)
-        )
+        value = float(self.box.barrier(length)) + 0.5 * self.sideways * float(np.sum((q[:, :2] @ self.across) ** 2))
         if self.surroundings is not None:
             rows = self.surroundings.rows(q[None], self.clearance + self.softness, slopes=False)
             value += 0.5 * _HINGE * float(np.sum(self._excess(rows.gap) ** 2))

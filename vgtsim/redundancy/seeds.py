@@ -49,9 +49,7 @@ def swing(q: Array, angle: float | Array) -> Array:
     """
     cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
     x, y = q[..., 0], q[..., 1]
-    return np.stack(
-        [cos * x - sin * y, sin * x + cos * y, np.broadcast_to(q[..., 2], (cos * x).shape)], axis=-1
-    )
+    return np.stack([cos * x - sin * y, sin * x + cos * y, np.broadcast_to(q[..., 2], (cos * x).shape)], axis=-1)
 
 
 def bend_all(chain: Chain, angles: Array, direction: float) -> Array:

@@ -20,9 +20,7 @@ from vgtsim.redundancy.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
-_NEARLY = (
-    0.2  # goal error, m or rad, at which the preference for one plane may be what keeps the arm from the goal
-)
+_NEARLY = 0.2  # goal error, m or rad, at which the preference for one plane may be what keeps the arm from the goal
 _WITHIN_REACH = 1e-3  # the same when only its surroundings keep the arm from the goal
 _BINDING = 2e-3  # an actuator this near to the end of its box is called binding, m
 
@@ -164,9 +162,7 @@ def _binding(problem: Problem, q: Array) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _reach_error(
-    problem: Problem, name: str, met: list[GoalSolution], missed: list[Iterate], most: int
-) -> ReachError:
+def _reach_error(problem: Problem, name: str, met: list[GoalSolution], missed: list[Iterate], most: int) -> ReachError:
     shapes = [(item.clearance, item.nearest) for item in met]
     if not met:
         missed.sort(key=lambda item: float(np.linalg.norm(item.error)))

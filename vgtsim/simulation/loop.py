@@ -57,8 +57,8 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
     """Play a programme.
 
     Each command is the length wanted at the end of the step, because the rigid drives hold at the end of a step. A goal
-    is held until the arm has settled, then for the scene's hold time. Under rigid drives a contact is a collision, not a
-    load, so the first one ends the run.
+    is held until the arm has settled, then for the scene's hold time. Under rigid drives a contact is a collision, not
+    a load, so the first one ends the run.
 
     Args:
         model: From `build_model`.
@@ -138,7 +138,11 @@ def _commands(
 
 
 def _find_drive(
-    model: mujoco.MjModel, data: mujoco.MjData, members: tuple[str, ...], actuated: NDArray[np.intp], scene: Scene
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    members: tuple[str, ...],
+    actuated: NDArray[np.intp],
+    scene: Scene,
 ) -> _Drive:
     actuators = [members[i] for i in actuated]
     rigid = scene.task.simulation.drive == "rigid"

@@ -90,9 +90,7 @@ def solve(
     for start in range(0, max(len(flat), 1), _CHUNK):
         part = slice(start, start + _CHUNK)
         now = None if moving is None else Motion(moving.velocity[part], moving.acceleration[part])
-        parts.append(
-            _solve_chunk(model, flat[part], now, None if extra is None else extra[part], about[part])
-        )
+        parts.append(_solve_chunk(model, flat[part], now, None if extra is None else extra[part], about[part]))
     whole = (np.concatenate(values) for values in zip(*parts, strict=True))
     return MemberForces(*(value.reshape(*batch, *value.shape[1:]) for value in whole))
 
@@ -165,7 +163,5 @@ def _invert(truss: Truss, bars: NDArray[np.intp], incidence: Array, unit: Array,
     if np.any(size > _WORST):
         worst = int(np.argmax(size > _WORST))
         diagnose(truss, nodes[worst])
-        raise TrussError(
-            truss.ends.size, (), f"instant {worst}: so near a mechanism that forces have no digits"
-        )
+        raise TrussError(truss.ends.size, (), f"instant {worst}: so near a mechanism that forces have no digits")
     return inverse

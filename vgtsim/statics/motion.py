@@ -11,9 +11,7 @@ from scipy.signal import savgol_filter
 
 Array = NDArray[np.float64]
 
-_SPACING = (
-    1e-6  # relative change of the record spacing that ends a run: far above rounding, far below one step
-)
+_SPACING = 1e-6  # relative change of the record spacing that ends a run: far above rounding, far below one step
 
 
 @dataclass(frozen=True)

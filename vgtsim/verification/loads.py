@@ -118,9 +118,7 @@ def find_utilisation(log: RunLog, chain: Chain, scene: Scene, loads: Loads) -> A
     """
     off = loads.axial - loads.moving.near_axial
     expected = loads.moving
-    forces = replace(
-        expected, bar=expected.bar + off, near_axial=loads.axial, far_axial=expected.far_axial + off
-    )
+    forces = replace(expected, bar=expected.bar + off, near_axial=loads.axial, far_axial=expected.far_axial + off)
     span = log.nodes[:, chain.truss.ends[:, 1]] - log.nodes[:, chain.truss.ends[:, 0]]
     section = make_sections(chain.manipulator, chain.truss)
     ratings = rate(section, np.linalg.norm(span, axis=-1), scene.task.limits.safety_factor)

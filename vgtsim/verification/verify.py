@@ -33,7 +33,14 @@ def verify(scene: Scene, log: RunLog) -> Report:
     utilisation = load_checks.find_utilisation(log, chain, scene, forces)
     clearance_time, clearance, nearest = space.find_clearance(log, chain, scene)
     findings: tuple[tuple[str, str, str, str, _Sense, Finding], ...] = (
-        ("closure", "gap between member end and hub", "closure", "m", "at most", shape.check_closure(log, chain)),
+        (
+            "closure",
+            "gap between member end and hub",
+            "closure",
+            "m",
+            "at most",
+            shape.check_closure(log, chain),
+        ),
         (
             "kinematics_agreement",
             "node to forward kinematics",
