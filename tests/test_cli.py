@@ -46,7 +46,12 @@ BAD_INPUT = {
     "open triangle": (ARM, LONGERON, 'longeron = { value = "15 in"', ["module m1", "do not close a triangle"]),
     "stroke": (ARM, 'stroke = { value = "23 in"', 'stroke = { value = "27 in"', ["m1", "does not assemble"]),
     "riser": (TANK, 'bore = { value = "42 in"', 'bore = { value = "40 in"', ["riser", "node"]),
-    "inside an obstacle": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["1.54 m", "1.84 m", "2.5 m"]', ["saltwell_screen"]),
+    "inside an obstacle": (
+        SCENE,
+        '["9.96 m", "0.87 m", "2.5 m"]',
+        '["1.54 m", "1.84 m", "2.5 m"]',
+        ["saltwell_screen"],
+    ),
     "outside the tank": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["12.5 m", "1.74 m", "2.5 m"]', ["behind", "shell"]),
     "pivot": (SCENE, 'pivot_depth = { value = "1.75 m"', 'pivot_depth = { value = "9.5 m"', ["mast.pivot_depth"]),
     "out of reach": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["0 m", "-1 m", "8.0 m"]', ["behind", "out of reach by"]),
