@@ -24,7 +24,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     help="Simulate a long-reach variable-geometry-truss arm in a waste tank, and verify every claim about it.",
 )
-_out = Console()
+_out = Console(width=None if sys.stdout.isatty() else 140)  # a pipe has no width of its own
 _err = Console(stderr=True)
 
 
@@ -40,7 +40,7 @@ class Status(IntEnum):
 
 SceneFile = Annotated[Path, typer.Argument(help="TOML file of a scene.", show_default=False)]
 RunFolder = Annotated[Path, typer.Argument(help="Folder that `vgtsim run` left.", show_default=False)]
-OutFolder = Annotated[Path | None, typer.Option("--out", help="Folder for the results [default: out/NAME].")]
+OutFolder = Annotated[Path | None, typer.Option("--out", help="Folder for the results, by default out/NAME.")]
 
 
 @app.callback(invoke_without_command=True)
