@@ -133,6 +133,10 @@ class Simulation(Description):
         drive: Which of the two drives holds the cylinder lengths.
         servo_stiffness: Stiffness of the position servos, N/m.
         servo_damping: Damping of the position servos, N·s/m.
+        members: Whether members keep their lengths (`rigid`) or are springs along their axes (`elastic`); under the
+            `rigid` drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
+        damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture; proportional to
+            stiffness, so faster modes are damped more. 0 for as little as the step can hold.
     """
 
     timestep: Time = Field(gt=0, le=0.1)
@@ -142,6 +146,8 @@ class Simulation(Description):
     drive: Literal["rigid", "servo"] = "rigid"
     servo_stiffness: Annotated[float, Field(gt=0)] = 1e8
     servo_damping: Annotated[float, Field(gt=0)] = 1e6
+    members: Literal["rigid", "elastic"] = "rigid"
+    damping_ratio: Number = Field(default=0.02, ge=0, lt=1)
 
     @model_validator(mode="after")
     def _rates_divide(self) -> Simulation:

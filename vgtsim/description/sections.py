@@ -72,6 +72,7 @@ class Cylinder(Description):
         stroke: m.
         pressure: Supply pressure, Pa.
         rate: Greatest speed of the rod, m/s.
+        bulk_modulus: Of the oil, Pa; 1.4 GPa is the low end of makers' data for mineral oil free of air.
         material: Name of its material.
     """
 
@@ -84,6 +85,7 @@ class Cylinder(Description):
     stroke: Length = Field(gt=0)
     pressure: Pressure = Field(gt=0)
     rate: Speed = Field(gt=0)
+    bulk_modulus: Pressure = Field(default=1.4e9, gt=0)
     material: Name
 
     @model_validator(mode="after")

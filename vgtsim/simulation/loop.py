@@ -21,7 +21,9 @@ from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.runlog import RunLog
 from vgtsim.simulation.progress import show_progress
 from vgtsim.simulation.recorder import Recorder, find_addresses
+from vgtsim.simulation.springs import Springs, fit_springs
 from vgtsim.simulation.watch import check_state, list_contacts, list_warnings
+from vgtsim.statics.settling import settle
 
 Array = NDArray[np.float64]
 
@@ -38,9 +40,12 @@ class _Drive:
     rigid: bool
     rows: NDArray[np.intp]
     zero: Array
+    springs: Springs | None = None
 
     def command(self, lengths: Array) -> None:
-        if self.rigid:
+        if self.rigid and self.springs is not None:
+            self.springs.command(lengths)
+        elif self.rigid:
             self.model.eq_data[self.rows, 0] = lengths - self.zero
         else:
             self.data.ctrl[self.rows] = lengths - self.zero
@@ -73,9 +78,14 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
     """
     data = mujoco.MjData(model)
     chain = scene_chain(scene)
-    data.qpos[:] = qpos_from_nodes(model, chain.truss, chain.nodes(program.start))
+    nodes = chain.nodes(program.start)
+    springs = None
+    if scene.task.simulation.members == "elastic":
+        springs = fit_springs(model, data, chain, scene, nodes)
+        nodes = settle(springs.elastic, nodes)
+    data.qpos[:] = qpos_from_nodes(model, chain.truss, nodes)
     recorder = Recorder(find_addresses(model, chain.truss))
-    drive = _find_drive(model, data, chain.truss.member_names, chain.truss.actuated, scene)
+    drive = _find_drive(model, data, chain.truss.member_names, chain.truss.actuated, scene, springs)
     _find_equilibrium(drive, program, scene, recorder.at.hub_speeds)
     contacts, stopped = _Contacts(), ""
     every = round(1 / (scene.task.simulation.log_rate * model.opt.timestep))
@@ -143,6 +153,7 @@ def _find_drive(
     members: tuple[str, ...],
     actuated: NDArray[np.intp],
     scene: Scene,
+    springs: Springs | None,
 ) -> _Drive:
     actuators = [members[i] for i in actuated]
     rigid = scene.task.simulation.drive == "rigid"
@@ -152,7 +163,7 @@ def _find_drive(
         return _Drive(model, data, rigid, rows, retracted)
     rows = np.array([model.equality(names.drive(name)).id for name in actuators])
     reference = np.array([model.qpos0[model.joint(names.slide(name)).qposadr[0]] for name in actuators])
-    return _Drive(model, data, rigid, rows, retracted + reference)
+    return _Drive(model, data, rigid, rows, retracted + reference, springs)
 
 
 def _note_contacts(model: mujoco.MjModel, data: mujoco.MjData, contacts: _Contacts, rigid: bool) -> str:
