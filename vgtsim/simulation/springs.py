@@ -17,7 +17,7 @@ from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain
 from vgtsim.mjcf import names
 from vgtsim.statics.elasticity import ElasticModel, make_elastic_model
-from vgtsim.statics.modes import find_modes
+from vgtsim.statics.modes import damping_time
 
 Array = NDArray[np.float64]
 
@@ -62,20 +62,18 @@ def find_damping_time(elastic: ElasticModel, nodes: Array, scene: Scene) -> floa
 
     Raises:
         DescriptionError: The ratio is below what the step can hold.
-
-    Source: damping proportional to stiffness, beta = 2 zeta / omega.
     """
     simulation = scene.task.simulation
-    omega = 2 * np.pi * find_modes(elastic, nodes, 1).frequency[0]
     least = simulation.timestep / 2
     if simulation.damping_ratio == 0:
         return least
-    beta = 2 * simulation.damping_ratio / omega
+    beta = damping_time(elastic, nodes, simulation.damping_ratio)
     if beta < least:
         raise scene.error(
             "simulation.damping_ratio",
-            f"{simulation.damping_ratio:.4g} with a slowest mode of {omega / 2 / np.pi:.3g} Hz",
-            f"at least {omega * least / 2:.4g} with a step of {simulation.timestep:.4g} s, or 0 for that least",
+            f"{simulation.damping_ratio:.4g}",
+            f"at least {simulation.damping_ratio * least / beta:.4g} at a step of {simulation.timestep:.4g} s, "
+            "or 0 for that least",
         )
     return beta
 

@@ -56,6 +56,22 @@ def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestre
     return Modes(np.sqrt(np.maximum(square, 0.0)) / (2 * np.pi), moved)
 
 
+def damping_time(model: ElasticModel, nodes: ArrayLike, ratio: float) -> float:
+    """Damper over stiffness, the same for every member, that gives the slowest mode a damping ratio.
+
+    Args:
+        model: Masses and stiffnesses.
+        nodes: Pose in which the mode is taken, unloaded, shape (N, 3), m.
+        ratio: Of critical damping.
+
+    Returns:
+        beta, s; mode i then has ratio beta omega_i / 2.
+
+    Source: damping proportional to stiffness, J. W. Strutt (Lord Rayleigh), The Theory of Sound (1877).
+    """
+    return ratio / (np.pi * float(find_modes(model, nodes, 1).frequency[0]))
+
+
 def stiffness_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
     """Stiffness matrix of the unknowns, shape (n, n), N/m, N and N·m, for nodes of shape (N, 3)."""
     upper = band_matrix(model, np.asarray(nodes, float)[None])[0][0]
@@ -184,7 +200,7 @@ def _tip_inertia(model: ElasticModel, nodes: Array) -> Array:
     total = np.zeros((6, 6))
     mass, centre = _tip_mass(model), _tip_centre(model, nodes)
     total[:3, :3] = mass * np.eye(3)
-    total[:3, 3:] = mass * np.cross(np.eye(3), centre)
+    total[:3, 3:] = mass * np.cross(np.eye(3), centre).T
     total[3:, :3] = total[:3, 3:].T
     total[3:, 3:] = np.trace(spread) * np.eye(3) - spread
     return total

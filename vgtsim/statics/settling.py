@@ -17,13 +17,16 @@ _PASSES = 40
 _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
 
-def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None) -> Array:
+def settle(
+    model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, damping_time: float = 0.0
+) -> Array:
     """Find the pose in which every member's force is its stiffness times its elongation.
 
     Args:
         model: Masses and stiffnesses.
         nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
-        motion: Velocities and accelerations of the nodes, whose inertia acts too; absent at rest.
+        motion: Velocities and accelerations of the nodes, whose inertia and damping act too; absent at rest.
+        damping_time: Damper over stiffness of every member, s.
 
     Returns:
         Loaded pose, shape (..., N, 3), m.
@@ -41,17 +44,19 @@ def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None) 
         if motion is not None:
             parts = (part.reshape(flat.shape)[index : index + 1] for part in (motion.velocity, motion.acceleration))
             now = Motion(*parts)
-        settled[index] = _settle_one(model, pose[None], now)[0]
+        settled[index] = _settle_one(model, pose[None], now, damping_time)[0]
     return settled.reshape(n.shape)
 
 
-def _settle_one(model: ElasticModel, unloaded: Array, motion: Motion | None) -> Array:
+def _settle_one(model: ElasticModel, unloaded: Array, motion: Motion | None, damping_time: float) -> Array:
     """As `settle`, for one pose of shape (1, N, 3)."""
     truss, pattern = model.truss, make_pattern(model.truss)
     rest, spring = _lengths(model, unloaded), model.stiffness_at(unloaded)
     nodes = unloaded.copy()
     for _ in range(_PASSES):
         bar = spring * (_lengths(model, nodes) - rest)
+        if motion is not None:
+            bar = bar + damping_time * spring * _stretching(model, nodes, motion.velocity)
         load = gather(truss, nodes, node_loads(model, nodes, motion))[0]
         pulls = bar[0, :, None] * elongations(truss, nodes)[0]
         load -= np.bincount(np.where(pattern.dof < 0, pattern.size, pattern.dof).ravel(), pulls.ravel())[:-1]
@@ -65,6 +70,13 @@ def _settle_one(model: ElasticModel, unloaded: Array, motion: Motion | None) -> 
         if np.abs(shift).max() < _CLOSE:
             return nodes
     raise TrussError(pattern.size, (), f"does not settle: {np.abs(shift).max():.3g} m in pass {_PASSES}")
+
+
+def _stretching(model: ElasticModel, nodes: Array, velocity: Array) -> Array:
+    """Rates of the members' lengths, shape (1, M), m/s."""
+    first, second = model.truss.ends.T
+    span, rate = nodes[:, second] - nodes[:, first], velocity[:, second] - velocity[:, first]
+    return np.sum(span * rate, axis=-1) / np.linalg.norm(span, axis=-1)
 
 
 def _lengths(model: ElasticModel, nodes: Array) -> Array:

@@ -12,7 +12,7 @@ from vgtsim.kinematics import Chain
 from vgtsim.runlog import RunLog
 from vgtsim.statics.equilibrium import MemberForces, solve
 from vgtsim.statics.loads import make_load_model
-from vgtsim.statics.motion import motion_from_log
+from vgtsim.statics.motion import Motion, motion_from_log
 from vgtsim.statics.rating import make_sections, rate, utilise
 from vgtsim.verification.findings import Finding, worst_of
 
@@ -29,7 +29,7 @@ class Loads:
         moment: Measured at the near ends, shape (T, M), N·m.
         moving: Expected with inertia, from the method of joints; NaN where the motion is unknown.
         settled: Records at rest, shape (S,).
-        resting: Expected at rest, for the settled records alone.
+        resting: Expected for the settled records alone: at rest, or with the inertia of an elastic arm's ringing.
     """
 
     axial: Array
@@ -51,17 +51,22 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
     Returns:
         Both.
     """
-    model = make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    simulation = scene.task.simulation
+    model = make_load_model(chain, scene.task.payload, simulation.gravity, split=simulation.members == "elastic")
+    motion = motion_from_log(log.time, log.nodes)
     along = log.directions(chain.truss.ends)
     axial = np.einsum("tmk,tmk->tm", log.member_force, along)
     settled = np.flatnonzero(log.settled)
+    # an elastic arm still rings a little when it counts as settled
+    ringing = simulation.members == "elastic"
+    at_rest = Motion(motion.velocity[settled], motion.acceleration[settled]) if ringing else None
     return Loads(
         axial=axial,
         shear=log.member_force - axial[..., None] * along,
         moment=np.linalg.norm(log.member_moment, axis=-1),
-        moving=solve(model, log.nodes, motion_from_log(log.time, log.nodes)),
+        moving=solve(model, log.nodes, motion),
         settled=settled,
-        resting=solve(model, log.nodes[settled]),
+        resting=solve(model, log.nodes[settled], at_rest),
     )
 
 
