@@ -1,4 +1,4 @@
-"""An arm as a pin-jointed finite-element model of PyNiteFEA, with its own loads: none of the project's solvers takes part."""
+"""An arm as a pin-jointed finite-element model of PyNiteFEA, loads given: none of the project's solvers takes part."""
 
 from __future__ import annotations
 
@@ -6,6 +6,25 @@ import numpy as np
 from Pynite import FEModel3D
 
 STIFF = 1e4  # rigid tip: bars this much stiffer than the stiffest member
+
+
+def settle_with_pynite(truss, nodes, spring, force, tool, tool_force, passes=4):
+    """Nodes and tool point at rest under full load: each pass solves for the forces that Hooke's law leaves over."""
+    ends = np.array([*map(tuple, truss.ends), *map(tuple, truss.tip_edges)])
+    tripod = [(node, len(nodes)) for node in range(truss.tip.start, truss.tip.stop)]
+    ends = np.concatenate([ends, tripod])
+    points, loads = np.vstack([nodes, tool]), np.vstack([force, tool_force])
+    stiff = np.concatenate([spring, np.full(len(ends) - len(spring), STIFF * spring.max())])
+    rest = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
+    for _ in range(passes):
+        span = points[ends[:, 1]] - points[ends[:, 0]]
+        length = np.linalg.norm(span, axis=1)
+        pull = (stiff * (length - rest) / length)[:, None] * span
+        left = loads.copy()
+        np.add.at(left, ends[:, 0], pull)
+        np.add.at(left, ends[:, 1], -pull)
+        points = points + deflect_with_pynite(truss, points[:-1], spring, left[:-1], points[-1], left[-1])
+    return points
 
 
 def deflect_with_pynite(truss, nodes, spring, force, tool, tool_force):

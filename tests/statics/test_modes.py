@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -92,9 +94,7 @@ def test_mirrored_arm_gives_mirrored_results(model, hanging_arm, bent):
 
 
 def _mirrored(model, nodes, wrench, original, plain):
-    """The tip's corner order makes its axes left-handed in the mirror, so the tool point is given by the nodes there."""
-    from dataclasses import replace
-
+    """In the mirror the tip's corners run the other way round, so the tool offset changes sign."""
     loads = replace(model.loads, tool_offset=-model.loads.tool_offset)
     other = deflect(replace(model, loads=loads), nodes, tool_wrench=wrench)
     mirror = np.array([1.0, -1.0, 1.0])

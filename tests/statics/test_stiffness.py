@@ -144,5 +144,5 @@ def test_member_without_stiffness_is_named(hanging_arm, spoilt):
     else:
         steel = arm.materials["steel"].model_copy(update={"youngs_modulus": -2e11})
         arm = arm.model_copy(update={"materials": {"steel": steel}})
-    with pytest.raises(TrussError, match="axial stiffness of -?[0-9.e+]+ N/m"):
+    with pytest.raises(TrussError, match=r"axial stiffness of -?[0-9.e+]+ N/m"):
         make_elastic_model(replace(hanging_arm, manipulator=arm), Payload(mass=1.0, radius=0.1), 9.81)

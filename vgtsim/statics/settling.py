@@ -17,9 +17,7 @@ _PASSES = 40
 _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
 
-def settle(
-    model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, damping_time: float = 0.0
-) -> Array:
+def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, damping_time: float = 0.0) -> Array:
     """Find the pose in which every member's force is its stiffness times its elongation.
 
     Args:
@@ -52,7 +50,7 @@ def _settle_one(model: ElasticModel, unloaded: Array, motion: Motion | None, dam
     """As `settle`, for one pose of shape (1, N, 3)."""
     truss, pattern = model.truss, make_pattern(model.truss)
     rest, spring = _lengths(model, unloaded), model.stiffness_at(unloaded)
-    nodes = unloaded.copy()
+    nodes, shift = unloaded.copy(), np.full(unloaded.shape, np.inf)
     for _ in range(_PASSES):
         bar = spring * (_lengths(model, nodes) - rest)
         if motion is not None:

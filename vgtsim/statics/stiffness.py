@@ -1,8 +1,8 @@
 """Direct stiffness of a whole arm: displacements, member forces and tip compliance over any batch of poses.
 
-Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of its
-centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow: it is
-assembled straight into band storage through index tables made once, and factored by banded Cholesky.
+Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of
+its centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow: it
+is assembled straight into band storage through index tables made once, and factored by banded Cholesky.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def deflect(
     shift = scatter(model.truss, flat, moved[..., 0])
     lever = tool_point(model.loads, flat) - flat[:, model.truss.tip].mean(axis=1)
     tip = moved[:, -6:, 0]
-    tool = np.concatenate([tip[:, :3] + np.cross(tip[:, 3:], lever), tip[:, 3:]], axis=-1)
+    tool = np.asarray(np.concatenate([tip[:, :3] + np.cross(tip[:, 3:], lever), tip[:, 3:]], axis=-1), float)
     return Deflection(shift.reshape(n.shape), tool.reshape(*batch, 6), bar[..., 0].reshape(*batch, bar.shape[1]))
 
 
@@ -222,7 +222,7 @@ def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) 
     value = (spring[..., None] * grow)[:, member, first] * grow[:, member, second]
     room = (pattern.band + 1) * pattern.size
     place = pattern.place + room * np.arange(len(nodes))[:, None]
-    matrix = np.bincount(place.ravel(), value.ravel(), room * len(nodes))
+    matrix = np.asarray(np.bincount(place.ravel(), value.ravel(), room * len(nodes)), float)
     return matrix.reshape(len(nodes), pattern.band + 1, pattern.size), grow, spring
 
 
