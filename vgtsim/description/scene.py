@@ -157,6 +157,28 @@ class Simulation(Description):
         return self
 
 
+class LoadCase(Description):
+    """A combination of static loads that the arm must stand anywhere along its run.
+
+    Attributes:
+        name: Unique in the scene.
+        dead: Factor on the arm's own weight.
+        payload: Factor on the payload's weight.
+        dynamic: Factor on all weight, for jerks and sudden stops.
+        seismic: Static coefficients along x, y and z of frame G: parts of gravity that act on all masses besides.
+        force: On the tool in frame G, N.
+        moment: On the tool in frame G, N·m.
+    """
+
+    name: Name
+    dead: Number = Field(default=1.0, gt=0)
+    payload: Number = Field(default=1.0, ge=0)
+    dynamic: Number = Field(default=1.0, gt=0)
+    seismic: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
+
+
 class Limits(Description):
     """What the run is judged by; each is named after its check.
 
@@ -236,6 +258,7 @@ class SceneFile(Description):
         motion: The task.
         simulation: Settings of the step loop.
         limits: What the run is judged by.
+        loads: Load cases beside the run itself.
         video: How the run is filmed.
         provenance: Where the figures come from, by key path.
     """
@@ -249,6 +272,7 @@ class SceneFile(Description):
     motion: Motion
     simulation: Simulation
     limits: Limits
+    loads: tuple[LoadCase, ...] = ()
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 

@@ -139,6 +139,26 @@ def tool_point(model: LoadModel, nodes: Array) -> Array:
     return corner.mean(axis=-2) + model.tool_offset * np.cross(x, y)
 
 
+def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
+    """Least forces at the tip nodes that make up a wrench on the tool.
+
+    Args:
+        model: Gives side and tool offset.
+        nodes: Shape (..., N, 3), m, in frame G.
+        wrench: Force and moment about the tool point in frame G, shape (..., 6), N and N·m.
+
+    Returns:
+        Forces at all nodes, shape (..., N, 3), N.
+    """
+    x, y = axes = _face_axes(nodes[..., model.truss.tip, :], model.face_side)
+    z = np.cross(x, y)
+    force = np.broadcast_to(wrench[..., :3], z.shape)
+    moment = wrench[..., 3:] + np.cross(model.tool_offset * z, force)
+    total = np.zeros(nodes.shape)
+    total[..., model.truss.tip, :] = _spread(force, moment, axes, z, model.face_side)
+    return total
+
+
 def direction_acceleration(truss: Truss, unit: Array, length: Array, motion: Motion) -> Array:
     """Second time derivative of the members' unit vectors.
 

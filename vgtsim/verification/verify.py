@@ -11,7 +11,7 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.runlog import RunLog
 from vgtsim.verification import loads as load_checks
 from vgtsim.verification import shape, space
-from vgtsim.verification.findings import Finding, worst_of
+from vgtsim.verification.findings import Finding
 from vgtsim.verification.report import Check, Report
 
 _Sense = Literal["at most", "at least"]
@@ -31,7 +31,8 @@ def verify(scene: Scene, log: RunLog) -> Report:
     elastic = scene.task.simulation.members == "elastic"
     distance, angle = shape.find_tool_errors(log, chain, scene)
     forces = load_checks.find_loads(log, chain, scene)
-    utilisation = load_checks.find_utilisation(log, chain, scene, forces)
+    use, ratings = load_checks.find_utilisation(log, chain, scene, forces)
+    cases = load_checks.check_cases(log, chain, scene)
     clearance_time, clearance, nearest = space.find_clearance(log, chain, scene)
     findings: tuple[tuple[str, str, str, str, _Sense, Finding], ...] = (
         (
@@ -120,8 +121,9 @@ def verify(scene: Scene, log: RunLog) -> Report:
             "member_utilisation",
             "1",
             "at most",
-            worst_of(utilisation, log.time, chain.truss.member_names),
+            load_checks.check_utilisation(log, chain, use, ratings),
         ),
+        *_case_rows(cases),
         ("clearance", "least distance to anything", "clearance", "m", "at least", nearest),
         ("contacts", "logged contacts", "contacts", "1", "at most", space.check_contacts(log)),
     )
@@ -134,10 +136,23 @@ def verify(scene: Scene, log: RunLog) -> Report:
             "closure": shape.find_gaps(log, chain).max(axis=1),
             "tool_position_error": distance,
             "tool_angle_error": angle,
-            "utilisation": utilisation,
+            "utilisation": use.strength,
+            "utilisation_tension": use.tension,
+            "utilisation_compression": np.maximum(use.compression, use.rod),
             "clearance_time": clearance_time,
             "clearance": clearance,
         },
+    )
+
+
+def _case_rows(
+    cases: tuple[Finding, Finding] | None,
+) -> tuple[tuple[str, str, str, str, _Sense, Finding], ...]:
+    if cases is None:
+        return ()
+    return (
+        ("member_utilisation", "force over strength, load cases", "member_utilisation", "1", "at most", cases[0]),
+        ("actuator_force", "drive force over capacity, load cases", "actuator_force", "1", "at most", cases[1]),
     )
 
 
