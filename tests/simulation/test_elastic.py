@@ -243,3 +243,34 @@ def test_damping_below_what_the_step_holds_is_refused_with_the_least(scene):
     q = bend(few, *POSES["horizontal"])
     with pytest.raises(DescriptionError, match=r"damping_ratio.*at least 0\.00"):
         play(few, q, q, 0.1, out_of_the_tank)
+
+
+def test_hydraulic_arm_holds_its_lengths_against_the_load(scene):
+    """Valves take up what the oil gives; the lengths come to their command within the lock's band."""
+    oil = change(scene, drive="hydraulic", valve_gain=2.0, damping_ratio=0.5)
+    q, chain = bend(oil, *POSES["horizontal"]), scene_chain(oil)
+    log = play(oil, q, q, 1.0, out_of_the_tank)
+    assert log.settled.any()
+    assert np.abs(log.actual[-1] - log.commanded[-1]).max() < 2 * oil.task.simulation.lock_band
+    assert shape.check_settled_shape(log, chain, oil).value < 1e-4
+    assert loads.check_saturation(log, chain).value == 0
+
+
+def test_pressure_that_cannot_hold_the_dead_load_is_refused_with_figures(scene):
+    arm = scene.manipulator
+    weak = {name: part.model_copy(update={"pressure": part.pressure / 10}) for name, part in arm.cylinders.items()}
+    low = dataclasses.replace(scene, manipulator=arm.model_copy(update={"cylinders": weak}))
+    low = change(low, drive="hydraulic")
+    q = bend(low, *POSES["horizontal"])
+    with pytest.raises(DescriptionError, match=r"2\.068 MPa, which holds .* kN; allowed: at least .* MPa: m1/actuator"):
+        play(low, q, q, 0.1, out_of_the_tank)
+
+
+def test_fast_command_saturates_the_valves_and_is_counted(scene):
+    oil = change(scene, drive="hydraulic", damping_ratio=0.5, valve_gain=2.0)
+    chain = scene_chain(oil)
+    start, end = bend(oil, *POSES["horizontal"]), bend(oil, [0.3, 0.3, 0.3, 0.0, 0.0], [0.0] * 5)
+    log = play(oil, start, end, 1.0, out_of_the_tank)
+    found = loads.check_saturation(log, chain)
+    assert found.value > 0.05
+    assert "flow in" in found.detail

@@ -75,6 +75,7 @@ class Cylinder(Description):
         pressure: Supply pressure, Pa.
         rate: Greatest speed of the rod, m/s.
         bulk_modulus: Of the oil, Pa; 1.4 GPa is the low end of makers' data for mineral oil free of air.
+        leakage: Flow of oil across the piston per pressure while the lock valve is open, m³/(s·Pa).
         material: Name of its material.
         pin: Diameter of the pins at its ends, in double shear, m; absent where the joint is rated elsewhere.
     """
@@ -89,6 +90,7 @@ class Cylinder(Description):
     pressure: Pressure = Field(gt=0)
     rate: Speed = Field(gt=0)
     bulk_modulus: Pressure = Field(default=1.4e9, gt=0)
+    leakage: float = Field(default=0.0, ge=0)
     material: Name
     pin: Length | None = Field(default=None, gt=0)
 

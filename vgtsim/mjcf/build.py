@@ -70,7 +70,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
         elastic=task.simulation.members == "elastic",
     )
     spec = _start_spec(task.name, step, task.simulation.gravity, task.simulation.weight_scale)
-    if rigging.elastic and task.simulation.drive == "rigid":
+    if rigging.elastic and task.simulation.drive != "servo":
         spec.option.iterations = ELASTIC_ITERATIONS
     add_tank(spec, tank)
     add_arm(spec, chain, rigging)

@@ -59,7 +59,9 @@ def plot_capacity(found: CapacityMap, title: str) -> Figure:
         # what hangs straight down carries ten times what reaches out
         norm = "log" if place is axes[0] and value.min() > 0 else "linear"
         top = float(np.quantile(value, 0.97))
-        dots = place.scatter(found.radius, found.depth, c=np.minimum(value, top), marker="s", s=46, cmap=colours, norm=norm)
+        dots = place.scatter(
+            found.radius, found.depth, c=np.minimum(value, top), marker="s", s=46, cmap=colours, norm=norm
+        )
         figure.colorbar(dots, ax=place, label=label)
         place.set_xlabel("radius, m")
         place.set_aspect("equal")

@@ -40,6 +40,16 @@ class Springs:
     retracted: Array
     excess: float
 
+    @property
+    def stiffness(self) -> Array:
+        """Present stiffness of the cylinders, shape (J,), N/m."""
+        return self.model.jnt_stiffness[self.joints]
+
+    @property
+    def unloaded(self) -> Array:
+        """Present unloaded lengths of the cylinders, shape (J,), m."""
+        return self.retracted + self.model.qpos_spring[self.model.jnt_qposadr[self.joints]]
+
     def command(self, lengths: Array) -> None:
         """Set the unloaded lengths of the cylinders, shape (J,), m."""
         stiffness = self.elastic.stiffness(lengths)[self.elastic.truss.actuated]
@@ -101,7 +111,7 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, scene:
     tubes = [member.name for member in truss.members if member.role != "actuator"]
     joints = np.array([model.joint(names.slide(name)).id for name in tubes])
     model.dof_damping[model.jnt_dofadr[joints]] = excess * model.jnt_stiffness[joints]
-    if task.simulation.drive == "rigid":
+    if task.simulation.drive != "servo":
         data.eq_active[[model.equality(names.drive(name)).id for name in actuators]] = 0
     return Springs(
         model,

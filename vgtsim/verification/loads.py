@@ -27,6 +27,7 @@ from vgtsim.verification.findings import Finding, worst_of
 
 Array = NDArray[np.float64]
 
+_SATURATIONS = {1: "flow", 2: "force or pressure", 4: "stroke"}
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
@@ -171,6 +172,20 @@ def check_cases(log: RunLog, chain: Chain, scene: Scene) -> tuple[Finding, Findi
         finding = worst_of(used[case], log.time[picked], chain.truss.member_names)
         found.append(replace(finding, detail=f"case {worst.cases[int(case)]}, margin {1 / finding.value - 1:.3g}"))
     return found[0], found[1]
+
+
+def check_saturation(log: RunLog, chain: Chain) -> Finding:
+    """Part of the records in which some cylinder had reached its force, pressure, flow or stroke limit."""
+    if not log.saturation.size:
+        return Finding(float("nan"), "none", float("nan"), "the log does not say what saturated")
+    hit = log.saturation != 0
+    share = float(hit.any(axis=1).mean())
+    if share == 0:
+        return Finding(0.0, "none", float("nan"))
+    worst = int(np.argmax(hit.sum(axis=0)))
+    words = [f"{word} in {np.mean((log.saturation & bit).any(axis=1)):.1%}" for bit, word in _SATURATIONS.items()]
+    name = chain.truss.members[chain.truss.actuated[worst]].name
+    return Finding(share, name, float(log.time[np.argmax(hit[:, worst])]), f"of the records: {', '.join(words)}")
 
 
 def check_actuators(log: RunLog, chain: Chain) -> Finding:

@@ -12,6 +12,7 @@ from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.kinematics import Chain
 from vgtsim.runlog import RunLog
 from vgtsim.statics.elasticity import make_elastic_model
+from vgtsim.statics.equilibrium import solve
 from vgtsim.statics.modes import damping_time
 from vgtsim.statics.motion import Motion, motion_from_log
 from vgtsim.statics.settling import settle
@@ -63,12 +64,17 @@ def check_settled_shape(log: RunLog, chain: Chain, scene: Scene) -> Finding:
         return Finding(float("nan"), "none", float("nan"), "the arm never settled: no instant to compare")
     picked = np.unique(settled[np.linspace(0, len(settled) - 1, min(len(settled), _SETTLED)).astype(int)])
     motion = motion_from_log(log.time, log.nodes)
+    elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
     velocity, acceleration = motion.velocity[picked], motion.acceleration[picked]
     try:
-        unloaded = chain.nodes(chain.inputs_from_lengths(log.commanded[picked].reshape(len(picked), -1, 3)))
-        elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
         known = np.isfinite(acceleration)
         left = Motion(np.where(known, velocity, 0.0), np.where(known, acceleration, 0.0))
+        lengths = log.commanded[picked]
+        if scene.task.simulation.drive != "rigid":
+            # the valve holds the loaded length; what the oil would have without its load is that less the deflection
+            bar = solve(elastic.loads, log.nodes[picked], left).bar
+            lengths = log.actual[picked] - (bar / elastic.stiffness(log.actual[picked]))[:, chain.truss.actuated]
+        unloaded = chain.nodes(chain.inputs_from_lengths(lengths.reshape(len(picked), -1, 3)))
         start = chain.nodes(chain.inputs_from_lengths(log.commanded[0].reshape(-1, 3)))
         beta = damping_time(elastic, start, scene.task.simulation.damping_ratio)
         apart = np.linalg.norm(log.nodes[picked] - settle(elastic, unloaded, left, beta), axis=-1)

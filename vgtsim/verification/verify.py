@@ -123,6 +123,7 @@ def verify(scene: Scene, log: RunLog) -> Report:
             "at most",
             load_checks.check_utilisation(log, chain, use, ratings),
         ),
+        *_drive_rows(scene, log, chain),
         *_case_rows(cases),
         ("clearance", "least distance to anything", "clearance", "m", "at least", nearest),
         ("contacts", "logged contacts", "contacts", "1", "at most", space.check_contacts(log)),
@@ -143,6 +144,13 @@ def verify(scene: Scene, log: RunLog) -> Report:
             "clearance": clearance,
         },
     )
+
+
+def _drive_rows(scene: Scene, log: RunLog, chain: Chain) -> tuple[tuple[str, str, str, str, _Sense, Finding], ...]:
+    if scene.task.simulation.drive == "rigid":
+        return ()
+    found = load_checks.check_saturation(log, chain)
+    return (("actuator_force", "records with a cylinder saturated", "saturation", "1", "at most", found),)
 
 
 def _case_rows(
