@@ -140,6 +140,86 @@ def render(
     _out.print(str(path), soft_wrap=True)
 
 
+@app.command(epilog="Example: vgtsim capacity models/arm15/arm15.toml")
+def capacity(
+    model_file: Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)],
+    out: OutFolder = None,
+    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.")] = 453.59237,
+    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.")] = 1.67,
+) -> None:
+    """Map what an arm may carry over radius and depth, what governs, and how far the tip sags."""
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.output.capacity_map import write_capacity
+    from vgtsim.output.write import prepare_folder
+    from vgtsim.statics.capacity import map_capacity
+
+    arm = load_manipulator(model_file)
+    with _err.status("solving shapes"):
+        found = map_capacity(Chain(arm, hanging_mount(0.0)), safety_factor=safety_factor, reference=payload)
+    for file in write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)):
+        _out.print(str(file), soft_wrap=True)
+    far, least = int(found.radius.argmax()), int(found.payload.argmin())
+    for words, i in (("at full reach", far), ("least", least)):
+        _out.print(
+            f"{words}: {found.payload[i]:.0f} kg at radius {found.radius[i]:.2f} m, depth {found.depth[i]:.2f} m, "
+            f"by {found.limit[i]} of {found.member[i]}; sag {found.sag[i]:.3f} m with {found.reference:.0f} kg"
+        )
+
+
+@app.command(epilog="Example: vgtsim size models/arm15/arm15.toml --task scenes/type_ii_reach.toml --out sized.toml")
+def size(
+    model_file: Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)],
+    task: Annotated[Path, typer.Option("--task", help="Scene whose tour and load cases it must stand.")],
+    out: Annotated[Path, typer.Option("--out", help="File of the sized arm.")] = Path("sized.toml"),
+    reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.1,
+    catalogue_file: Annotated[Path | None, typer.Option("--catalogue", help="TOML file [default: built in].")] = None,
+) -> None:
+    """Choose tubes and cylinders from a catalogue so that nothing is overloaded over a scene's tour and load cases."""
+    import dataclasses
+
+    from vgtsim.control.program import make_program
+    from vgtsim.control.sampling import sample_poses
+    from vgtsim.description.catalogue import load_catalogue, write_sized_arm
+    from vgtsim.description.scene import LoadCase
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.statics.sizing import size_arm
+
+    catalogue = load_catalogue(catalogue_file)
+    scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))
+    chain, settings = scene_chain(scene), scene.task
+    with _err.status("planning the tour"):
+        nodes = sample_poses(chain, make_program(scene, chain))
+    cases = (LoadCase(name="run"), *settings.loads)
+    gravity, factor = settings.simulation.gravity, settings.limits.safety_factor
+    found = size_arm(chain, catalogue, nodes, settings.payload, cases, gravity, factor, 1 - reserve)
+    reason = f"least size with {reserve:.0%} in reserve over {settings.name}, {len(cases)} load cases"
+    notes = (catalogue.tube_standard, catalogue.cylinder_standard, reason)
+    write_sized_arm(model_file, out, found.manipulator.tubes, found.manipulator.cylinders, found.chosen, notes)
+    table = Table(
+        "module", "member", "section", "used", title=f"{scene.manipulator.name} sized in {found.passes} passes"
+    )
+    for (module, field), section in found.chosen.items():
+        table.add_row(module, field, section, f"{found.utilisation[module, field]:.2f}")
+    _out.print(table)
+    _out.print(f"arm of {found.mass[0]:.0f} kg, now {found.mass[1]:.0f} kg; {out}", soft_wrap=True)
+
+
+@app.command(epilog="Example: vgtsim export out/type_ii_reach --time 12.5")
+def export(
+    folder: RunFolder,
+    time: Annotated[float | None, typer.Option(help="Simulated time, s [default: of the greatest force].")] = None,
+    vtk: Annotated[bool, typer.Option("--vtk/--no-vtk", help="Also write truss.vtu, for ParaView.")] = True,
+) -> None:
+    """Write the truss of one instant with loads and forces, for other tools: JSON, PyNiteFEA, VTK."""
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.output.truss_export import write_truss
+    from vgtsim.output.write import prepare_folder
+
+    scene, log = load_run(folder / "run.npz")
+    for file in write_truss(scene, log, scene_chain(scene), prepare_folder(folder), time, vtk=vtk):
+        _out.print(str(file), soft_wrap=True)
+
+
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
 def view(
     model_file: Annotated[Path, typer.Argument(help="Generated .xml or .mjb.", show_default=False)],

@@ -47,6 +47,8 @@ class RunLog:
         performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
         versions: Version of each package that took part.
         stopped: Why the run ended early, or an empty string.
+        saturation: What each cylinder had reached since the record before, bits of 1 flow, 2 force or pressure and 4
+            stroke, shape (T, J); empty in logs of versions that did not look.
     """
 
     time: Array
@@ -70,6 +72,7 @@ class RunLog:
     performance: dict[str, float]
     versions: dict[str, str]
     stopped: str = ""
+    saturation: NDArray[np.int64] = dataclasses.field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

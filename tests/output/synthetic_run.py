@@ -206,6 +206,8 @@ def make_report(scene: Scene, log: RunLog) -> Report:
         "tool_position_error": error,
         "tool_angle_error": 1e-4 + error / 10,
         "utilisation": utilisation,
+        "utilisation_tension": np.where(axial > 0, utilisation, 0.0),
+        "utilisation_compression": np.where(axial < 0, utilisation, 0.0),
         "clearance_time": log.time[::4],
         "clearance": clearance,
     }

@@ -8,7 +8,7 @@ from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
-from vgtsim.statics.rating import ROD_FACTOR, Section, column_strength, rod_buckling, tension_yield
+from vgtsim.statics.rating import ROD_FACTOR, Section, column_strength, pin_shear, rod_buckling, tension_yield
 
 HAND = 5e-4  # the hand calculations below carry four digits
 TABLE = 0.05  # ksi: half the last digit that the AISC table prints
@@ -54,6 +54,27 @@ def test_column_curve_joins_and_never_rises():
 def test_rod_buckling_is_the_hand_calculation():
     """2 in rod, 1.3716 m: I 3.269e-7 m4, Pcr 343.0 kN."""
     assert rod_buckling(0.0508, 200e9, 1.3716) == pytest.approx(343.0e3, rel=HAND)
+
+
+def test_pin_in_double_shear_is_the_hand_calculation():
+    """2 in pin: A 2026.8 mm², two planes at 0.6 times 315 MPa: 766.1 kN."""
+    assert pin_shear(0.0508, 315e6) == pytest.approx(766.1e3, rel=HAND)
+
+
+def test_pins_are_rated_where_they_are_given(chain):
+    tubes = chain.manipulator.tubes
+    arm = chain.manipulator.model_copy(
+        update={"tubes": tubes | {"t300x250": tubes["t300x250"].model_copy(update={"pin": 0.02})}}
+    )
+    section = make_sections(arm, chain.truss)
+    given = [member.section == "t300x250" for member in chain.truss.members]
+    assert np.isfinite(section.pin).tolist() == given
+    forces = solve(make_load_model(chain, Payload(mass=400, radius=0.1), 9.81), chain.nodes(chain.straight))
+    use = utilise(rate(section, np.ones(len(given)), OMEGA), forces)
+    most = np.abs(np.stack([forces.near_axial, forces.bar, forces.far_axial])).max(axis=0)
+    assert use.pin[given] == pytest.approx(most[given] * OMEGA / pin_shear(0.02, 315e6))
+    assert np.all(use.pin[np.logical_not(given)] == 0)
+    assert np.all(use.strength >= use.pin)
 
 
 def test_oil_holds_its_area_times_pressure(chain):

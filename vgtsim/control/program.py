@@ -10,12 +10,17 @@ from numpy.typing import NDArray
 from vgtsim.control.checks import check_scene, start_inputs, surroundings_of
 from vgtsim.control.path import PathSettings, plan_path
 from vgtsim.control.timing import make_limits, time_lengths
-from vgtsim.description.scene import Scene
+from vgtsim.description.scene import Goal, Scene
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.solver import SolverSettings, solve_goal
+from vgtsim.redundancy.surroundings import Surroundings
+from vgtsim.statics.elasticity import ElasticModel, make_elastic_model
+from vgtsim.statics.loads import tool_point
+from vgtsim.statics.settling import settle
 
 Array = NDArray[np.float64]
 
+_AIMS, _AIMED = 6, 1e-4  # corrections for the sag of an elastic arm, and what may be left of it, m and rad
 _MARGIN = 0.02  # kept at the goals beyond the path's clearance, so that a path can leave them, m
 
 
@@ -87,6 +92,25 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
     return solve_goal(chain, goal.name, goal.position, goal.direction, start, surroundings, _solving(scene)).q
 
 
+def _aim_above(
+    scene: Scene, chain: Chain, elastic: ElasticModel, goal: Goal, q: Array, surroundings: Surroundings
+) -> Array:
+    """Inputs with which an elastic arm, sagging, holds its tool at a goal: the aim is moved by what is left over."""
+    wanted = np.array([goal.position, goal.direction])
+    aim = wanted.copy()
+    for _ in range(_AIMS):
+        nodes = settle(elastic, chain.nodes(q))
+        corner = nodes[chain.truss.tip]
+        normal = np.cross(corner[0] - corner[2], corner[1] - corner[2])
+        left = wanted - [tool_point(elastic.loads, nodes), normal / np.linalg.norm(normal)]
+        if np.abs(left).max() < _AIMED:
+            break
+        aim += left
+        direction = aim[1] / np.linalg.norm(aim[1])
+        q = solve_goal(chain, goal.name, aim[0], direction, q, surroundings, _solving(scene)).q
+    return q
+
+
 def _solving(scene: Scene) -> SolverSettings:
     motion = scene.task.motion
     return SolverSettings(stroke_margin=motion.stroke_margin, clearance=motion.clearance + _MARGIN)
@@ -116,9 +140,15 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     timestep = scene.task.simulation.timestep
     start = start_inputs(scene, chain)
     shapes = [start]
+    elastic = None
+    if scene.task.simulation.members == "elastic":
+        elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
         found = solve_goal(chain, goal.name, goal.position, goal.direction, shapes[-1], surroundings, solving)
-        shapes.append(found.q)
+        q = found.q
+        if elastic is not None:
+            q = _aim_above(scene, chain, elastic, goal, q, surroundings)
+        shapes.append(q)
     legs = []
     for index, goal in enumerate(motion.goals):
         path = plan_path(chain, surroundings, shapes[index], shapes[index + 1], goal.name, planning)

@@ -130,18 +130,34 @@ class Simulation(Description):
         log_rate: Records a second.
         gravity: Downward, m/s².
         weight_scale: Factor on the inverse weights that regularise the constraints.
-        drive: Which of the two drives holds the cylinder lengths.
+        drive: What holds the cylinder lengths: `rigid`, `servo`, or `hydraulic` (valve and oil, elastic members only).
         servo_stiffness: Stiffness of the position servos, N/m.
         servo_damping: Damping of the position servos, N·s/m.
+        members: Whether members keep their lengths (`rigid`) or are springs along their axes (`elastic`); under the
+            `rigid` drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
+        damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture; proportional to
+            stiffness, so faster modes are damped more. 0 for as little as the step can hold.
+        valve_gain: Speed of a hydraulic cylinder per length error, 1/s.
+        lock_band: Length error below which a cylinder at rest is locked, m.
     """
 
     timestep: Time = Field(gt=0, le=0.1)
     log_rate: Frequency = Field(gt=0)
     gravity: Acceleration = Field(ge=0)
     weight_scale: Number = Field(gt=0, le=1)
-    drive: Literal["rigid", "servo"] = "rigid"
+    drive: Literal["rigid", "servo", "hydraulic"] = "rigid"
     servo_stiffness: Annotated[float, Field(gt=0)] = 1e8
     servo_damping: Annotated[float, Field(gt=0)] = 1e6
+    members: Literal["rigid", "elastic"] = "rigid"
+    damping_ratio: Number = Field(default=0.02, ge=0, lt=1)
+    valve_gain: Frequency = Field(default=1.0, gt=0)
+    lock_band: Length = Field(default=5e-5, ge=0)
+
+    @model_validator(mode="after")
+    def _oil_is_elastic(self) -> Simulation:
+        if self.drive == "hydraulic" and self.members != "elastic":
+            raise ValueError('members = "elastic" with a hydraulic drive: its oil is a spring')
+        return self
 
     @model_validator(mode="after")
     def _rates_divide(self) -> Simulation:
@@ -149,6 +165,28 @@ class Simulation(Description):
         if abs(ratio - round(ratio)) > 1e-6 or ratio < 1 - 1e-6:
             raise ValueError(f"log_rate a whole fraction of the step rate {1 / self.timestep:.6g} Hz")
         return self
+
+
+class LoadCase(Description):
+    """A combination of static loads that the arm must stand anywhere along its run.
+
+    Attributes:
+        name: Unique in the scene.
+        dead: Factor on the arm's own weight.
+        payload: Factor on the payload's weight.
+        dynamic: Factor on all weight, for jerks and sudden stops.
+        seismic: Static coefficients along x, y and z of frame G: parts of gravity that act on all masses besides.
+        force: On the tool in frame G, N.
+        moment: On the tool in frame G, N·m.
+    """
+
+    name: Name
+    dead: Number = Field(default=1.0, gt=0)
+    payload: Number = Field(default=1.0, ge=0)
+    dynamic: Number = Field(default=1.0, gt=0)
+    seismic: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
+    moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
 
 
 class Limits(Description):
@@ -169,6 +207,7 @@ class Limits(Description):
         clearance: Least distance to anything, m.
         contacts: Number of logged contacts.
         safety_factor: On member strength, AISC 360 Omega.
+        saturation: Part of the records in which a cylinder may be at its force, pressure, flow or stroke limit.
     """
 
     closure: Length = Field(gt=0)
@@ -185,6 +224,7 @@ class Limits(Description):
     clearance: Length = Field(ge=0)
     contacts: int = Field(ge=0)
     safety_factor: Number = Field(ge=1)
+    saturation: Number = Field(default=0.0, ge=0)
 
 
 class Cut(Description):
@@ -230,6 +270,7 @@ class SceneFile(Description):
         motion: The task.
         simulation: Settings of the step loop.
         limits: What the run is judged by.
+        loads: Load cases beside the run itself.
         video: How the run is filmed.
         provenance: Where the figures come from, by key path.
     """
@@ -243,6 +284,7 @@ class SceneFile(Description):
     motion: Motion
     simulation: Simulation
     limits: Limits
+    loads: tuple[LoadCase, ...] = ()
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 

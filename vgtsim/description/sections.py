@@ -31,11 +31,13 @@ class Tube(Description):
         outer_diameter: m.
         wall: Wall thickness, m.
         material: Name of its material.
+        pin: Diameter of the pins at its ends, in double shear, m; absent where the joint is rated elsewhere.
     """
 
     outer_diameter: Length = Field(gt=0)
     wall: Length = Field(gt=0)
     material: Name
+    pin: Length | None = Field(default=None, gt=0)
 
     @model_validator(mode="after")
     def _wall_fits(self) -> Tube:
@@ -72,7 +74,10 @@ class Cylinder(Description):
         stroke: m.
         pressure: Supply pressure, Pa.
         rate: Greatest speed of the rod, m/s.
+        bulk_modulus: Of the oil, Pa; 1.4 GPa is the low end of makers' data for mineral oil free of air.
+        leakage: Flow of oil across the piston per pressure while the lock valve is open, m³/(s·Pa).
         material: Name of its material.
+        pin: Diameter of the pins at its ends, in double shear, m; absent where the joint is rated elsewhere.
     """
 
     bore: Length = Field(gt=0)
@@ -84,7 +89,10 @@ class Cylinder(Description):
     stroke: Length = Field(gt=0)
     pressure: Pressure = Field(gt=0)
     rate: Speed = Field(gt=0)
+    bulk_modulus: Pressure = Field(default=1.4e9, gt=0)
+    leakage: float = Field(default=0.0, ge=0)
     material: Name
+    pin: Length | None = Field(default=None, gt=0)
 
     @model_validator(mode="after")
     def _parts_fit(self) -> Cylinder:

@@ -73,12 +73,13 @@ class PlateInertia:
         return y + z, x + z, x + y
 
 
-def make_member_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia:
+def make_member_inertia(manipulator: Manipulator, truss: Truss, *, split: bool = False) -> MemberInertia:
     """Work out the segments of every member.
 
     Args:
         manipulator: The arm.
         truss: Its truss.
+        split: Whether a tube is cut in the middle into a near and a far half, as an elastic one is.
 
     Returns:
         Arrays over the members of the truss. A tube runs from hub to hub. A barrel is uniform between its eye
@@ -89,6 +90,8 @@ def make_member_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia
     for row, member, length in zip(segments, truss.members, _straight_lengths(manipulator, truss), strict=True):
         if member.role == "actuator":
             row[:] = _cylinder_segments(manipulator, manipulator.cylinders[member.section])
+        elif split:
+            row[:] = _tube_segment(manipulator, manipulator.tubes[member.section], float(length) / 2)
         else:
             row[0] = _tube_segment(manipulator, manipulator.tubes[member.section], float(length))
     return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])

@@ -49,6 +49,7 @@ class Rigging:
         timestep: Of the simulation, s; it sets the closures' time constants.
         servo_stiffness: N/m.
         servo_damping: N·s/m.
+        elastic: Whether each tube is two halves with a spring of stiffness EA/L between them.
     """
 
     mast_diameter: float
@@ -61,6 +62,7 @@ class Rigging:
     timestep: float
     servo_stiffness: float
     servo_damping: float
+    elastic: bool = False
 
 
 def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
@@ -89,7 +91,7 @@ def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
     hubs = _add_mast(spec, chain, nodes, rigging)
     hubs |= _add_hubs(spec, chain, nodes)
     _add_tip(spec, chain, nodes, rigging)
-    inertia = make_member_inertia(chain.manipulator, chain.truss)
+    inertia = make_member_inertia(chain.manipulator, chain.truss, split=rigging.elastic)
     for index, member in enumerate(chain.truss.members):
         _add_member(spec, chain, index, member, nodes, hubs, inertia, rigging)
 
@@ -264,16 +266,10 @@ def _add_member(
     body.add_joint(name=member.name, type=mujoco.mjtJoint.mjJNT_BALL)
     body.add_site(name=names.near(member.name))
     _set_inertia(body, inertia, (index, 0), outward=1.0)
-    bits = _bits(chain, member.module)
-    radius = chain.manipulator.hub.radius
     if member.role == "actuator":
         _add_cylinder(spec, chain, index, member, body, length, inertia, rigging)
     else:
-        tube = chain.manipulator.tubes[member.section]
-        size = [tube.outer_diameter / 2, 0, 0]
-        ends = [0, 0, min(radius, length / 4), 0, 0, length - min(radius, length / 4)]
-        body.add_geom(name=member.name, default=spec.find_default(member.role), fromto=ends, size=size, **bits)
-        body.add_site(name=names.far(member.name), pos=[0, 0, length])
+        _add_tube(spec, chain, index, member, body, length, inertia, rigging)
     spec.add_equality(
         name=names.closure(member.name),
         type=mujoco.mjtEq.mjEQ_CONNECT,
@@ -285,6 +281,37 @@ def _add_member(
         info=member.name,
     )
     _add_force_sensors(spec, member.name, names.near(member.name))
+
+
+def _add_tube(
+    spec: mujoco.MjSpec,
+    chain: Chain,
+    index: int,
+    member: Member,
+    body: mujoco.MjsBody,
+    length: float,
+    inertia: MemberInertia,
+    rigging: Rigging,
+) -> None:
+    """Dress a tube; an elastic one gets its far half on a slide with a spring."""
+    tube = chain.manipulator.tubes[member.section]
+    bits = _bits(chain, member.module)
+    gap = min(chain.manipulator.hub.radius, length / 4)
+    ends = [0, 0, gap, 0, 0, length - gap]
+    shape = {"default": spec.find_default(member.role), "size": [tube.outer_diameter / 2, 0, 0], **bits}
+    body.add_geom(name=member.name, fromto=ends, **shape)
+    if rigging.elastic:
+        body = body.add_body(name=names.half(member.name), pos=[0, 0, length])
+        modulus = chain.manipulator.materials[tube.material].youngs_modulus
+        body.add_joint(
+            name=names.slide(member.name),
+            type=mujoco.mjtJoint.mjJNT_SLIDE,
+            axis=[0, 0, 1],
+            stiffness=modulus * tube.area / length,
+        )
+        _set_inertia(body, inertia, (index, 1), outward=-1.0)
+        length = 0.0
+    body.add_site(name=names.far(member.name), pos=[0, 0, length])
 
 
 def _set_inertia(body: mujoco.MjsBody, inertia: MemberInertia, segment: tuple[int, int], outward: float) -> None:

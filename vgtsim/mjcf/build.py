@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weights the sag grows as its square
 RISER_MOUTH = 0.5  # a module nearer than this to the riser's mouth is stowed in the straight keyframe, m
 HOLDING_WEIGHTS, HOLDING_TIME = 1e-5, 0.1  # how the holding forces of a keyframe are found: stiffly, s
+STIFF_TUBES = 1e4  # on elastic tubes meanwhile: they must not ring
+ELASTIC_ITERATIONS = 3  # of the solver: without contacts the problem is linear; zero tolerance would spend a hundred
 MAST_STICK_UP = 0.5  # length of mast above the riser's flange at the working depth, m
 
 
@@ -65,8 +67,11 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
         timestep=step,
         servo_stiffness=task.simulation.servo_stiffness,
         servo_damping=task.simulation.servo_damping,
+        elastic=task.simulation.members == "elastic",
     )
     spec = _start_spec(task.name, step, task.simulation.gravity, task.simulation.weight_scale)
+    if rigging.elastic and task.simulation.drive != "servo":
+        spec.option.iterations = ELASTIC_ITERATIONS
     add_tank(spec, tank)
     add_arm(spec, chain, rigging)
     add_goal_markers(spec, task.motion.goals)
@@ -212,6 +217,7 @@ def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
     rows = model.eq_type == mujoco.mjtEq.mjEQ_JOINT
     address = model.jnt_qposadr[model.eq_obj1id[rows]]
     model.eq_data[rows, 0] = qpos[address] - model.qpos0[address]
+    model.jnt_stiffness *= STIFF_TUBES
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     for _ in range(round(HOLDING_TIME / model.opt.timestep)):

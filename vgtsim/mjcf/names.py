@@ -41,8 +41,13 @@ def rod(member: str) -> str:
     return f"{member}/rod"
 
 
+def half(member: str) -> str:
+    """Far half of an elastic tube, a body and its geom."""
+    return f"{member}/half"
+
+
 def slide(member: str) -> str:
-    """Slide joint of a cylinder; zero when retracted."""
+    """Slide joint of a cylinder, zero when retracted; of an elastic tube, zero when unloaded."""
     return f"{member}/slide"
 
 

@@ -25,6 +25,9 @@ class PoseMap:
         ball_reference: Member orientations at zero rotation, shape (M, 4), w x y z.
         cylinders: Slide of each actuator, shape (J,).
         retracted: Length of each actuator at zero slide, shape (J,), m.
+        tubes: Indices of the members that are elastic tubes, shape (E,); none when members are rigid.
+        springs: Slide of each elastic tube, shape (E,).
+        unloaded: Length of each elastic tube at zero slide, shape (E,), m.
         feed: Of the mast's feed.
         feed_reference: Height of the mast flange at zero feed, m.
         tip: First of the seven coordinates of the tip plate.
@@ -36,6 +39,9 @@ class PoseMap:
     ball_reference: Array
     cylinders: NDArray[np.intp]
     retracted: Array
+    tubes: NDArray[np.intp]
+    springs: NDArray[np.intp]
+    unloaded: Array
     feed: int
     feed_reference: float
     tip: int
@@ -57,6 +63,9 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
 
     hubs = truss.nodes[truss.base.stop : truss.tip.start]
     actuators = [truss.members[i].name for i in truss.actuated]
+    bodies = {model.body(i).name for i in range(model.nbody)}
+    tubes = [i for i, member in enumerate(truss.members) if names.half(member.name) in bodies]
+    halves = [truss.members[i].name for i in tubes]
     return PoseMap(
         slides=np.array([[address(joint) for joint in names.slides(node)] for node in hubs]).reshape(-1, 3),
         hub_reference=np.array([model.body(node).pos for node in hubs]).reshape(-1, 3),
@@ -64,6 +73,9 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
         ball_reference=np.array([model.body(member.name).quat for member in truss.members]),
         cylinders=np.array([address(names.slide(name)) for name in actuators], dtype=int),
         retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
+        tubes=np.array(tubes, dtype=int),
+        springs=np.array([address(names.slide(name)) for name in halves], dtype=int),
+        unloaded=np.array([model.body(names.half(name)).pos[2] for name in halves]),
         feed=address(names.FEED),
         feed_reference=float(model.body(names.MAST).pos[2]),
         tip=address(names.TIP),
@@ -103,6 +115,7 @@ def fill_qpos(pose: PoseMap, truss: Truss, nodes: Array, qpos: Array) -> Array:
     turned = quaternions_to(span / length[:, None])
     qpos[pose.balls[:, None] + np.arange(4)] = _multiply(_conjugate(pose.ball_reference), turned)
     qpos[pose.cylinders] = length[truss.actuated] - pose.retracted
+    qpos[pose.springs] = length[pose.tubes] - pose.unloaded
     qpos[pose.feed] = nodes[truss.base, 2].mean() - pose.feed_reference
     corner = nodes[truss.tip]
     x = (corner[0] - corner[2]) / np.linalg.norm(corner[0] - corner[2])

@@ -38,14 +38,15 @@ def select_drive(model: mujoco.MjModel, drive: str) -> None:
 
     Args:
         model: Compiled model, changed in place.
-        drive: `rigid` (lengths imposed by joint equalities) or `servo` (force-limited position actuators).
+        drive: `rigid` (lengths imposed by joint equalities), `servo` (force-limited position actuators) or `hydraulic`
+            (springs, which the step loop moves; only the feed is held by its equality).
 
     Raises:
         ValueError: Another drive was asked for.
     """
-    if drive not in ("rigid", "servo"):
-        raise ValueError(f"drive {drive!r}: rigid or servo")
-    model.eq_active0[model.eq_type == mujoco.mjtEq.mjEQ_JOINT] = drive == "rigid"
+    if drive not in ("rigid", "servo", "hydraulic"):
+        raise ValueError(f"drive {drive!r}: rigid, servo or hydraulic")
+    model.eq_active0[model.eq_type == mujoco.mjtEq.mjEQ_JOINT] = drive != "servo"
     model.opt.disableactuator = 0 if drive == "servo" else 1 << SERVO_GROUP
 
 

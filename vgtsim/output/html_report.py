@@ -17,6 +17,7 @@ from vgtsim.kinematics import Truss
 from vgtsim.output import html_facts as facts
 from vgtsim.output import html_tables as tables
 from vgtsim.output.figure import styled, to_svg
+from vgtsim.output.html_loads import member_rows, reaction_rows
 from vgtsim.output.member_plots import (
     plot_actuator_forces,
     plot_actuator_lengths,
@@ -155,6 +156,8 @@ def write_report_html(scene: Scene, log: RunLog, report: Report, truss: Truss, p
         notices=tables.notices(log),
         checks=tables.check_rows(report),
         goals=tables.goal_rows(scene, log, report),
+        members=member_rows(log, report, truss),
+        reactions=reaction_rows(scene, log),
         plots="\n".join(_draw(section, report) for section in list_sections(scene, log, report, truss)),
         settings=facts.fact_rows(facts.list_settings(scene, truss)),
         performance=facts.fact_rows(facts.list_costs(report)),

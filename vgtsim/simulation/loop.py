@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.control.hydraulics import PRESSURE, Hydraulics, make_hydraulics, require_pressure
 from vgtsim.control.program import LengthProgram
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DivergenceError
@@ -21,7 +22,9 @@ from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.runlog import RunLog
 from vgtsim.simulation.progress import show_progress
 from vgtsim.simulation.recorder import Recorder, find_addresses
+from vgtsim.simulation.springs import Springs, fit_springs
 from vgtsim.simulation.watch import check_state, list_contacts, list_warnings
+from vgtsim.statics.settling import settle
 
 Array = NDArray[np.float64]
 
@@ -38,12 +41,38 @@ class _Drive:
     rigid: bool
     rows: NDArray[np.intp]
     zero: Array
+    springs: Springs | None = None
+    hydraulics: Hydraulics | None = None
+    saturation: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    _last: Array | None = None
 
     def command(self, lengths: Array) -> None:
-        if self.rigid:
+        if self.hydraulics is not None and self.springs is not None:
+            self._open_valves(self.hydraulics, self.springs, lengths)
+        elif self.rigid and self.springs is not None:
+            self.springs.command(lengths)
+        elif self.rigid:
             self.model.eq_data[self.rows, 0] = lengths - self.zero
         else:
             self.data.ctrl[self.rows] = lengths - self.zero
+            limit = self.model.actuator_forcerange[self.rows]
+            force = self.data.actuator_force[self.rows]
+            self.saturation |= PRESSURE * ((force <= limit[:, 0]) | (force >= limit[:, 1]))
+
+    def _open_valves(self, hydraulics: Hydraulics, springs: Springs, lengths: Array) -> None:
+        speed = (lengths - (lengths if self._last is None else self._last)) / hydraulics.timestep
+        self._last = np.array(lengths)
+        unloaded = lengths if not np.any(springs.stiffness) else springs.unloaded
+        length = springs.retracted + self.data.qpos[self.model.jnt_qposadr[springs.joints]]
+        stiffness = springs.elastic.stiffness(unloaded)[springs.elastic.truss.actuated]
+        moved, saturated = hydraulics.advance(unloaded, lengths, speed, length, stiffness)
+        self.saturation |= saturated
+        springs.command(moved)
+
+    def take_saturation(self) -> NDArray[np.int64]:
+        """What has saturated since last asked."""
+        taken, self.saturation = self.saturation, np.zeros_like(self.saturation)
+        return taken
 
 
 @dataclass
@@ -73,9 +102,16 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
     """
     data = mujoco.MjData(model)
     chain = scene_chain(scene)
-    data.qpos[:] = qpos_from_nodes(model, chain.truss, chain.nodes(program.start))
+    nodes = chain.nodes(program.start)
+    springs = None
+    if scene.task.simulation.drive == "hydraulic":
+        require_pressure(scene, chain, program.start)
+    if scene.task.simulation.members == "elastic":
+        springs = fit_springs(model, data, chain, scene, nodes)
+        nodes = settle(springs.elastic, nodes)
+    data.qpos[:] = qpos_from_nodes(model, chain.truss, nodes)
     recorder = Recorder(find_addresses(model, chain.truss))
-    drive = _find_drive(model, data, chain.truss.member_names, chain.truss.actuated, scene)
+    drive = _find_drive(model, data, chain.truss.member_names, chain.truss.actuated, scene, springs)
     _find_equilibrium(drive, program, scene, recorder.at.hub_speeds)
     contacts, stopped = _Contacts(), ""
     every = round(1 / (scene.task.simulation.log_rate * model.opt.timestep))
@@ -97,6 +133,7 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
         if logged:
             recorder.record(data, previous, rates, goal, settled)
             recorder.records.setdefault("time", []).append((count - 1) * model.opt.timestep)
+            recorder.records.setdefault("saturation", []).append(drive.take_saturation())
         previous = wanted
         if data.ncon and (stopped := _note_contacts(model, data, contacts, drive.rigid)):
             break
@@ -110,11 +147,14 @@ def _find_equilibrium(drive: _Drive, program: LengthProgram, scene: Scene, hub_s
     """Let the constraints take up the weight before time zero: kinematics give the start pose, but not its forces."""
     drive.command(program.legs[0].lengths[0])
     for _ in range(round(scene.task.motion.patience / scene.task.simulation.timestep)):
+        if drive.hydraulics is not None:
+            drive.command(program.legs[0].lengths[0])
         mujoco.mj_step(drive.model, drive.data)
         check_state(drive.model, drive.data)
         if np.max(np.abs(drive.data.qvel[hub_speeds])) < scene.task.motion.settle_speed:
             break
     drive.data.time = 0.0
+    drive.take_saturation()
 
 
 def _commands(
@@ -143,16 +183,19 @@ def _find_drive(
     members: tuple[str, ...],
     actuated: NDArray[np.intp],
     scene: Scene,
+    springs: Springs | None,
 ) -> _Drive:
     actuators = [members[i] for i in actuated]
-    rigid = scene.task.simulation.drive == "rigid"
+    kind = scene.task.simulation.drive
+    rigid, none = kind != "servo", np.zeros(len(actuators), dtype=np.int64)
     retracted = np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators])
     if not rigid:
         rows = np.array([model.actuator(names.servo(name)).id for name in actuators])
-        return _Drive(model, data, rigid, rows, retracted)
+        return _Drive(model, data, rigid, rows, retracted, saturation=none)
     rows = np.array([model.equality(names.drive(name)).id for name in actuators])
     reference = np.array([model.qpos0[model.joint(names.slide(name)).qposadr[0]] for name in actuators])
-    return _Drive(model, data, rigid, rows, retracted + reference)
+    hydraulics = make_hydraulics(scene, scene_chain(scene)) if kind == "hydraulic" else None
+    return _Drive(model, data, rigid, rows, retracted + reference, springs, hydraulics, none)
 
 
 def _note_contacts(model: mujoco.MjModel, data: mujoco.MjData, contacts: _Contacts, rigid: bool) -> str:

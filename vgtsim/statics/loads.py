@@ -69,13 +69,14 @@ class MemberLoads:
     far: Array
 
 
-def make_load_model(chain: Chain, payload: Payload, gravity: float) -> LoadModel:
+def make_load_model(chain: Chain, payload: Payload, gravity: float, *, split: bool = False) -> LoadModel:
     """Collect masses from the description.
 
     Args:
         chain: The arm.
         payload: What it carries.
         gravity: Downward, along -z of frame G, m/s².
+        split: Whether each tube is two halves that move with their own hubs along it, as elastic members do.
 
     Returns:
         The load model.
@@ -85,7 +86,7 @@ def make_load_model(chain: Chain, payload: Payload, gravity: float) -> LoadModel
     down.flags.writeable = False
     return LoadModel(
         truss=chain.truss,
-        members=make_member_inertia(arm, chain.truss),
+        members=make_member_inertia(arm, chain.truss, split=split),
         plate=make_plate_inertia(arm),
         face_side=arm.face_side,
         tool_offset=arm.tip_plate.tool_offset,
@@ -129,6 +130,33 @@ def member_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -
     crossed2 = _transverse(first_moment[1] * pull2 + about_end[1] * turn, unit) / length
     exchange = crossed2 - crossed1
     return MemberLoads(unit, total1 + exchange, total2 - exchange)
+
+
+def tool_point(model: LoadModel, nodes: Array) -> Array:
+    """Tool point from the tip nodes, shape (..., 3), m, for nodes of shape (..., N, 3)."""
+    corner = nodes[..., model.truss.tip, :]
+    x, y = _face_axes(corner, model.face_side)
+    return corner.mean(axis=-2) + model.tool_offset * np.cross(x, y)
+
+
+def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
+    """Least forces at the tip nodes that make up a wrench on the tool.
+
+    Args:
+        model: Gives side and tool offset.
+        nodes: Shape (..., N, 3), m, in frame G.
+        wrench: Force and moment about the tool point in frame G, shape (..., 6), N and N·m.
+
+    Returns:
+        Forces at all nodes, shape (..., N, 3), N.
+    """
+    x, y = axes = _face_axes(nodes[..., model.truss.tip, :], model.face_side)
+    z = np.cross(x, y)
+    force = np.broadcast_to(wrench[..., :3], z.shape)
+    moment = wrench[..., 3:] + np.cross(model.tool_offset * z, force)
+    total = np.zeros(nodes.shape)
+    total[..., model.truss.tip, :] = _spread(force, moment, axes, z, model.face_side)
+    return total
 
 
 def direction_acceleration(truss: Truss, unit: Array, length: Array, motion: Motion) -> Array:

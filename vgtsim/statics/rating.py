@@ -19,6 +19,7 @@ from vgtsim.statics.equilibrium import MemberForces
 Array = NDArray[np.float64]
 
 SLENDERNESS_ADVICE = 200.0  # AISC 360-22 E2, user note: KL/r preferably not above
+MODES = ("yield", "column", "rod buckling", "pin shear")
 ROD_FACTOR = 3.0  # on the Euler load of a cylinder's rod: makers ask for 3 to 5
 
 
@@ -34,6 +35,7 @@ class Section:
         push: Compression that the supply pressure holds, shape (M,), N; infinite for tubes.
         pull: Tension that the supply pressure holds, shape (M,), N; infinite for tubes.
         actuator: Whether the member is an actuator, shape (M,).
+        pin: Nominal shear strength of the pins at its ends, shape (M,), N; absent or infinite where none is given.
     """
 
     area: Array
@@ -43,6 +45,7 @@ class Section:
     push: Array
     pull: Array
     actuator: NDArray[np.bool_]
+    pin: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,7 @@ class Ratings:
         push: Compression that the cylinder's supply pressure holds, shape (..., M); infinite for tubes.
         pull: Tension that the cylinder's supply pressure holds, shape (..., M); infinite for tubes.
         slenderness: KL/r with K = 1, shape (..., M); at most `SLENDERNESS_ADVICE` is advised.
+        pin: Shear of the pins at the ends, shape (..., M); infinite where none is given.
     """
 
     tension: Array
@@ -64,6 +68,7 @@ class Ratings:
     push: Array
     pull: Array
     slenderness: Array
+    pin: Array
 
 
 @dataclass(frozen=True)
@@ -75,17 +80,24 @@ class Utilisation:
         compression: Greatest compression along the member over its column strength.
         rod: Greatest compression over the allowable of the rod; zero for tubes.
         pressure: Drive force over what the supply pressure holds; zero for tubes.
+        pin: Greatest force, pulled or pushed, over the pins' shear strength; zero where none is given.
     """
 
     tension: Array
     compression: Array
     rod: Array
     pressure: Array
+    pin: Array
 
     @property
     def strength(self) -> Array:
-        """Worst of tension, column and rod: everything but the oil, shape (..., M)."""
-        return np.maximum(np.maximum(self.tension, self.compression), self.rod)
+        """Worst of tension, column, rod and pin: everything but the oil, shape (..., M)."""
+        return self.by_mode.max(axis=0)
+
+    @property
+    def by_mode(self) -> Array:
+        """Utilisation in each of `MODES`, shape (4, ..., M)."""
+        return np.stack([self.tension, self.compression, self.rod, self.pin])
 
 
 def tension_yield(area: ArrayLike, yield_strength: ArrayLike) -> Array:
@@ -143,6 +155,21 @@ def rod_buckling(diameter: ArrayLike, youngs_modulus: ArrayLike, length: ArrayLi
     return pi**2 * np.asarray(youngs_modulus, float) * inertia / np.asarray(length, float) ** 2
 
 
+def pin_shear(diameter: ArrayLike, yield_strength: ArrayLike) -> Array:
+    """Nominal strength of a pin in double shear, by yielding.
+
+    Args:
+        diameter: Shape (...), m.
+        yield_strength: Fy, shape (...), Pa.
+
+    Returns:
+        2 times 0.6 Fy times its area, shape (...), N.
+
+    Source: AISC 360-22 equation J4-3, on two planes.
+    """
+    return 2 * 0.6 * np.asarray(yield_strength, float) * pi / 4 * np.asarray(diameter, float) ** 2
+
+
 def make_sections(manipulator: Manipulator, truss: Truss) -> Section:
     """Collect section properties for every member.
 
@@ -153,22 +180,23 @@ def make_sections(manipulator: Manipulator, truss: Truss) -> Section:
     Returns:
         Arrays over the members.
     """
-    rows = []
+    rows, pins = [], []
     for member in truss.members:
         if member.role == "actuator":
             cylinder = manipulator.cylinders[member.section]
             material = manipulator.materials[cylinder.material]
             shape = (pi / 4 * cylinder.rod**2, cylinder.rod / 4)
-            oil = (cylinder.push, cylinder.pull)
+            oil, pin = (cylinder.push, cylinder.pull), cylinder.pin
         else:
             tube = manipulator.tubes[member.section]
             material = manipulator.materials[tube.material]
             shape = (tube.area, tube.gyration_radius)
-            oil = (np.inf, np.inf)
+            oil, pin = (np.inf, np.inf), tube.pin
         rows.append((*shape, material.yield_strength, material.youngs_modulus, *oil))
+        pins.append(np.inf if pin is None else float(pin_shear(pin, material.yield_strength)))
     actuator = np.zeros(len(rows), dtype=bool)
     actuator[truss.actuated] = True
-    return Section(*np.array(rows).T, actuator=actuator)
+    return Section(*np.array(rows).T, actuator=actuator, pin=np.array(pins))
 
 
 def rate(section: Section, lengths: ArrayLike, safety_factor: float) -> Ratings:
@@ -182,7 +210,7 @@ def rate(section: Section, lengths: ArrayLike, safety_factor: float) -> Ratings:
     Returns:
         Allowable forces.
 
-    Source: AISC 360-22 D2 and E3 with K = 1; `rod_buckling` for actuators.
+    Source: AISC 360-22 D2, E3 with K = 1 and J4.2; `rod_buckling` for actuators.
     """
     length = np.asarray(lengths, float)
     slenderness = length / section.gyration_radius
@@ -192,7 +220,8 @@ def rate(section: Section, lengths: ArrayLike, safety_factor: float) -> Ratings:
     spread = (np.broadcast_to(value, length.shape) for value in (tension, section.push, section.pull))
     tension, push, pull = spread
     rod = np.where(section.actuator, euler / ROD_FACTOR, np.inf)
-    return Ratings(tension, column / safety_factor, rod, push, pull, slenderness)
+    pin = np.broadcast_to(np.inf if section.pin is None else section.pin / safety_factor, length.shape)
+    return Ratings(tension, column / safety_factor, rod, push, pull, slenderness, pin)
 
 
 def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
@@ -211,4 +240,5 @@ def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
     along = np.stack([forces.near_axial, forces.bar, forces.far_axial])
     pull, push = np.maximum(along.max(axis=0), 0.0), np.maximum(-along.min(axis=0), 0.0)
     drive = np.where(forces.bar > 0, forces.bar / ratings.pull, -forces.bar / ratings.push)
-    return Utilisation(pull / ratings.tension, push / ratings.compression, push / ratings.rod, drive)
+    sheared = np.maximum(pull, push) / ratings.pin
+    return Utilisation(pull / ratings.tension, push / ratings.compression, push / ratings.rod, drive, sheared)

@@ -10,13 +10,25 @@ from numpy.typing import NDArray
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain
 from vgtsim.runlog import RunLog
+from vgtsim.statics.cases import find_envelope
 from vgtsim.statics.equilibrium import MemberForces, solve
 from vgtsim.statics.loads import make_load_model
-from vgtsim.statics.motion import motion_from_log
-from vgtsim.statics.rating import make_sections, rate, utilise
+from vgtsim.statics.motion import Motion, motion_from_log
+from vgtsim.statics.rating import (
+    MODES,
+    SLENDERNESS_ADVICE,
+    Ratings,
+    Utilisation,
+    make_sections,
+    rate,
+    utilise,
+)
 from vgtsim.verification.findings import Finding, worst_of
 
 Array = NDArray[np.float64]
+
+_SATURATIONS = {1: "flow", 2: "force or pressure", 4: "stroke"}
+_CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
 @dataclass(frozen=True)
@@ -29,7 +41,7 @@ class Loads:
         moment: Measured at the near ends, shape (T, M), N·m.
         moving: Expected with inertia, from the method of joints; NaN where the motion is unknown.
         settled: Records at rest, shape (S,).
-        resting: Expected at rest, for the settled records alone.
+        resting: Expected for the settled records alone: at rest, or with the inertia of an elastic arm's ringing.
     """
 
     axial: Array
@@ -51,15 +63,20 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
     Returns:
         Both.
     """
-    model = make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    simulation = scene.task.simulation
+    model = make_load_model(chain, scene.task.payload, simulation.gravity, split=simulation.members == "elastic")
+    motion = motion_from_log(log.time, log.nodes)
     settled = np.flatnonzero(log.settled)
+    # an elastic arm still rings a little when it counts as settled
+    ringing = simulation.members == "elastic"
+    at_rest = Motion(motion.velocity[settled], motion.acceleration[settled]) if ringing else None
     return Loads(
         axial=log.axial(chain.truss.ends),
         shear=log.shear(chain.truss.ends),
         moment=np.linalg.norm(log.member_moment, axis=-1),
-        moving=solve(model, log.nodes, motion_from_log(log.time, log.nodes)),
+        moving=solve(model, log.nodes, motion),
         settled=settled,
-        resting=solve(model, log.nodes[settled]),
+        resting=solve(model, log.nodes[settled], at_rest),
     )
 
 
@@ -100,7 +117,7 @@ def relative_error(measured: Array, expected: Array) -> Array:
     return np.abs(measured - expected) / np.max(np.abs(expected), axis=-1, keepdims=True)
 
 
-def find_utilisation(log: RunLog, chain: Chain, scene: Scene, loads: Loads) -> Array:
+def find_utilisation(log: RunLog, chain: Chain, scene: Scene, loads: Loads) -> tuple[Utilisation, Ratings]:
     """Demand over strength of every member under the measured forces.
 
     The force varies along a member by its own weight and inertia, which the expected forces give.
@@ -112,7 +129,7 @@ def find_utilisation(log: RunLog, chain: Chain, scene: Scene, loads: Loads) -> A
         loads: Measured and expected forces.
 
     Returns:
-        Shape (T, M).
+        Each mode's, shapes (T, M), and the allowable forces.
     """
     off = loads.axial - loads.moving.near_axial
     expected = loads.moving
@@ -120,7 +137,53 @@ def find_utilisation(log: RunLog, chain: Chain, scene: Scene, loads: Loads) -> A
     span = log.nodes[:, chain.truss.ends[:, 1]] - log.nodes[:, chain.truss.ends[:, 0]]
     section = make_sections(chain.manipulator, chain.truss)
     ratings = rate(section, np.linalg.norm(span, axis=-1), scene.task.limits.safety_factor)
-    return utilise(ratings, forces).strength
+    return utilise(ratings, forces), ratings
+
+
+def check_utilisation(log: RunLog, chain: Chain, use: Utilisation, ratings: Ratings) -> Finding:
+    """Greatest demand over strength, with what governs and what margin is left."""
+    found = worst_of(use.strength, log.time, chain.truss.member_names)
+    if not np.isfinite(found.value):
+        return found
+    record, member = np.unravel_index(np.nanargmax(use.strength), use.strength.shape)
+    mode = MODES[int(np.argmax(use.by_mode[:, record, member]))]
+    slender = ratings.slenderness[record, member]
+    text = f"governed by {mode}, KL/r {slender:.0f}, margin {1 / found.value - 1:.3g}"
+    most = float(np.nanmax(ratings.slenderness))
+    if most > SLENDERNESS_ADVICE:
+        name = chain.truss.member_names[int(np.nanargmax(np.nanmax(ratings.slenderness, axis=0)))]
+        text += f"; {name} has KL/r {most:.0f}, more than the {SLENDERNESS_ADVICE:.0f} that AISC 360 E2 advises"
+    return replace(found, detail=text)
+
+
+def check_cases(log: RunLog, chain: Chain, scene: Scene) -> tuple[Finding, Finding] | None:
+    """Worst strength and drive capacity used in any load case at any recorded pose; None without cases."""
+    if not scene.task.loads:
+        return None
+    picked = np.unique(np.linspace(0, len(log.time) - 1, min(len(log.time), _CASE_POSES)).astype(int))
+    model = make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    section = make_sections(chain.manipulator, chain.truss)
+    worst = find_envelope(model, section, log.nodes[picked], scene.task.loads, scene.task.limits.safety_factor)
+    found = []
+    for used in (worst.strength, worst.pressure):
+        case, *_ = np.unravel_index(np.argmax(used), used.shape)
+        finding = worst_of(used[case], log.time[picked], chain.truss.member_names)
+        found.append(replace(finding, detail=f"case {worst.cases[int(case)]}, margin {1 / finding.value - 1:.3g}"))
+    return found[0], found[1]
+
+
+def check_saturation(log: RunLog, chain: Chain) -> Finding:
+    """Part of the records in which some cylinder had reached its force, pressure, flow or stroke limit."""
+    if not log.saturation.size:
+        return Finding(float("nan"), "none", float("nan"), "the log does not say what saturated")
+    hit = log.saturation != 0
+    share = float(hit.any(axis=1).mean())
+    if share == 0:
+        return Finding(0.0, "none", float("nan"))
+    worst = int(np.argmax(hit.sum(axis=0)))
+    words = [f"{word} in {np.mean((log.saturation & bit).any(axis=1)):.1%}" for bit, word in _SATURATIONS.items()]
+    name = chain.truss.members[chain.truss.actuated[worst]].name
+    return Finding(share, name, float(log.time[np.argmax(hit[:, worst])]), f"of the records: {', '.join(words)}")
 
 
 def check_actuators(log: RunLog, chain: Chain) -> Finding:

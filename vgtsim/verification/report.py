@@ -69,8 +69,8 @@ class Report:
         performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
         versions: Version of each package that took part.
         series: Figures over time for plots; keys `closure` (T,) m, `tool_position_error` (T,) m and `tool_angle_error`
-            (T,) rad (NaN where no goal is approached), `utilisation` (T, M), `clearance_time` (K,) s and `clearance`
-            (K,) m.
+            (T,) rad (NaN where no goal is approached), `utilisation` (T, M) and its parts `utilisation_tension` and
+            `utilisation_compression` (T, M), `clearance_time` (K,) s and `clearance` (K,) m.
     """
 
     scene: str

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.scene import Scene
-from vgtsim.errors import AssemblyError
+from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.kinematics import Chain
 from vgtsim.runlog import RunLog
+from vgtsim.statics.elasticity import make_elastic_model
+from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.modes import damping_time
+from vgtsim.statics.motion import Motion, motion_from_log
+from vgtsim.statics.settling import settle
 from vgtsim.verification.findings import Finding, worst_of
 
 Array = NDArray[np.float64]
+
+_SETTLED = 60  # settled instants of a run whose shape is compared: each takes a nonlinear solve
 
 
 def find_gaps(log: RunLog, chain: Chain) -> Array:
@@ -41,6 +50,39 @@ def check_kinematics(log: RunLog, chain: Chain) -> Finding:
         return Finding(float("nan"), error.module, float("nan"), str(error))
     apart = np.linalg.norm(log.nodes - chain.nodes(q), axis=-1)
     return worst_of(apart, log.time, chain.truss.nodes)
+
+
+def check_settled_shape(log: RunLog, chain: Chain, scene: Scene) -> Finding:
+    """Greatest distance of a node of an elastic arm, at settled instants, from where the stiffness solve puts it, m.
+
+    Forward kinematics of lengths says nothing of an arm whose tubes stretch. What it should look like at rest follows
+    from the commanded lengths, the stiffnesses and the weight: equilibrium at the deformed pose, with the inertia of
+    what motion is left.
+    """
+    settled = np.flatnonzero(log.settled)
+    if not len(settled):
+        return Finding(float("nan"), "none", float("nan"), "the arm never settled: no instant to compare")
+    picked = np.unique(settled[np.linspace(0, len(settled) - 1, min(len(settled), _SETTLED)).astype(int)])
+    motion = motion_from_log(log.time, log.nodes)
+    elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    velocity, acceleration = motion.velocity[picked], motion.acceleration[picked]
+    try:
+        known = np.isfinite(acceleration)
+        left = Motion(np.where(known, velocity, 0.0), np.where(known, acceleration, 0.0))
+        lengths = log.commanded[picked]
+        if scene.task.simulation.drive != "rigid":
+            # the valve holds the loaded length; what the oil would have without its load is that less the deflection
+            bar = solve(elastic.loads, log.nodes[picked], left).bar
+            lengths = log.actual[picked] - (bar / elastic.stiffness(log.actual[picked]))[:, chain.truss.actuated]
+        unloaded = chain.nodes(chain.inputs_from_lengths(lengths.reshape(len(picked), -1, 3)))
+        start = chain.nodes(chain.inputs_from_lengths(log.commanded[0].reshape(-1, 3)))
+        beta = damping_time(elastic, start, scene.task.simulation.damping_ratio)
+        apart = np.linalg.norm(log.nodes[picked] - settle(elastic, unloaded, left, beta), axis=-1)
+    except (AssemblyError, TrussError) as error:
+        return Finding(float("nan"), "none", float("nan"), str(error))
+    worst = worst_of(apart, log.time[picked], chain.truss.nodes)
+    sag = np.linalg.norm(log.nodes[picked] - unloaded, axis=-1).max()
+    return replace(worst, detail=f"{len(picked)} settled instants; sag below the unloaded shape up to {sag:.4g} m")
 
 
 def tool_from_nodes(nodes: Array, chain: Chain) -> tuple[Array, Array]:

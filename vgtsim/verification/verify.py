@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
+
+import numpy as np
 
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.runlog import RunLog
 from vgtsim.verification import loads, shape, space
-from vgtsim.verification.findings import Finding, worst_of
+from vgtsim.verification.findings import Finding
 from vgtsim.verification.report import Check, Report
 
 
@@ -24,21 +26,20 @@ class _Row:
     sense: Literal["at most", "at least"] = "at most"
 
 
-_ROWS = (
-    _Row("closure", "closure", "gap between member end and hub", "m"),
-    _Row("kinematics_agreement", "kinematics_agreement", "node to forward kinematics", "m"),
-    _Row("tracking_position", "tracking", "tool position at a settled goal", "m"),
-    _Row("tracking_angle", "tracking", "tool direction at a settled goal", "rad"),
-    _Row("end_moment", "axial_purity", "moment at a member's end", "N*m"),
-    _Row("excess_shear", "axial_purity", "shear beyond own weight and inertia", "N"),
-    _Row("axial_force_settled", "axial_force", "error at rest over largest force", "1"),
-    _Row("axial_force_moving", "axial_force", "error in motion over largest force", "1"),
-    _Row("actuator_stroke", "actuator_stroke", "distance to the end of a stroke", "m", "at least"),
-    _Row("actuator_force", "actuator_force", "drive force over capacity", "1"),
-    _Row("member_utilisation", "member_utilisation", "force over strength", "1"),
-    _Row("clearance", "clearance", "least distance to anything", "m", "at least"),
-    _Row("contacts", "contacts", "logged contacts", "1"),
-)
+_CLOSURE = _Row("closure", "closure", "gap between member end and hub", "m")
+_AGREEMENT = _Row("kinematics_agreement", "kinematics_agreement", "node to forward kinematics", "m")
+_POSITION = _Row("tracking_position", "tracking", "tool position at a settled goal", "m")
+_ANGLE = _Row("tracking_angle", "tracking", "tool direction at a settled goal", "rad")
+_MOMENT = _Row("end_moment", "axial_purity", "moment at a member's end", "N*m")
+_SHEAR = _Row("excess_shear", "axial_purity", "shear beyond own weight and inertia", "N")
+_AT_REST = _Row("axial_force_settled", "axial_force", "error at rest over largest force", "1")
+_MOVING = _Row("axial_force_moving", "axial_force", "error in motion over largest force", "1")
+_STROKE = _Row("actuator_stroke", "actuator_stroke", "distance to the end of a stroke", "m", "at least")
+_DRIVE = _Row("actuator_force", "actuator_force", "drive force over capacity", "1")
+_SATURATION = _Row("saturation", "actuator_force", "records with a cylinder saturated", "1")
+_STRENGTH = _Row("member_utilisation", "member_utilisation", "force over strength", "1")
+_CLEARANCE = _Row("clearance", "clearance", "least distance to anything", "m", "at least")
+_CONTACTS = _Row("contacts", "contacts", "logged contacts", "1")
 
 
 def verify(scene: Scene, log: RunLog) -> Report:
@@ -54,33 +55,59 @@ def verify(scene: Scene, log: RunLog) -> Report:
     chain = Chain(scene.manipulator, hanging_mount(scene.pivot_height))
     distance, angle = shape.find_tool_errors(log, chain, scene)
     forces = loads.find_loads(log, chain, scene)
-    utilisation = loads.find_utilisation(log, chain, scene, forces)
+    use, ratings = loads.find_utilisation(log, chain, scene, forces)
     clearance_time, clearance, nearest = space.find_clearance(log, chain, scene)
-    findings = {
-        "closure": shape.check_closure(log, chain),
-        "kinematics_agreement": shape.check_kinematics(log, chain),
-        "tracking_position": shape.check_tracking(log, distance, scene),
-        "tracking_angle": shape.check_tracking(log, angle, scene),
-        "end_moment": loads.check_moment(log, chain, forces),
-        "excess_shear": loads.check_shear(log, chain, forces),
-        "axial_force_settled": loads.check_axial_settled(log, chain, forces),
-        "axial_force_moving": loads.check_axial_moving(log, chain, forces),
-        "actuator_stroke": shape.check_strokes(log, chain),
-        "actuator_force": loads.check_actuators(log, chain),
-        "member_utilisation": worst_of(utilisation, log.time, chain.truss.member_names),
-        "clearance": nearest,
-        "contacts": space.check_contacts(log),
-    }
+    rows = [
+        (_CLOSURE, shape.check_closure(log, chain)),
+        _agreement(scene, log, chain),
+        (_POSITION, shape.check_tracking(log, distance, scene)),
+        (_ANGLE, shape.check_tracking(log, angle, scene)),
+        (_MOMENT, loads.check_moment(log, chain, forces)),
+        (_SHEAR, loads.check_shear(log, chain, forces)),
+        (_AT_REST, loads.check_axial_settled(log, chain, forces)),
+        (_MOVING, loads.check_axial_moving(log, chain, forces)),
+        (_STROKE, shape.check_strokes(log, chain)),
+        (_DRIVE, loads.check_actuators(log, chain)),
+        (_STRENGTH, loads.check_utilisation(log, chain, use, ratings)),
+        *_drive_rows(scene, log, chain),
+        *_case_rows(scene, log, chain),
+        (_CLEARANCE, nearest),
+        (_CONTACTS, space.check_contacts(log)),
+    ]
     series = {
         "closure": shape.find_gaps(log, chain).max(axis=1),
         "tool_position_error": distance,
         "tool_angle_error": angle,
-        "utilisation": utilisation,
+        "utilisation": use.strength,
+        "utilisation_tension": use.tension,
+        "utilisation_compression": np.maximum(use.compression, use.rod),
         "clearance_time": clearance_time,
         "clearance": clearance,
     }
-    checks = tuple(_judge(scene, row, findings[row.key]) for row in _ROWS)
+    checks = tuple(_judge(scene, row, found) for row, found in rows)
     return Report(scene.task.name, checks, log.performance, log.versions, series)
+
+
+def _agreement(scene: Scene, log: RunLog, chain: Chain) -> tuple[_Row, Finding]:
+    """An elastic arm is where its stiffness puts it, which kinematics alone cannot tell."""
+    if scene.task.simulation.members == "elastic":
+        found = shape.check_settled_shape(log, chain, scene)
+        return replace(_AGREEMENT, quantity="settled node to stiffness solution"), found
+    return _AGREEMENT, shape.check_kinematics(log, chain)
+
+
+def _drive_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
+    if scene.task.simulation.drive == "rigid":
+        return []
+    return [(_SATURATION, loads.check_saturation(log, chain))]
+
+
+def _case_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
+    cases = loads.check_cases(log, chain, scene)
+    if cases is None:
+        return []
+    rows = (replace(row, quantity=f"{row.quantity}, load cases") for row in (_STRENGTH, _DRIVE))
+    return list(zip(rows, cases, strict=True))
 
 
 def _judge(scene: Scene, row: _Row, found: Finding) -> Check:

@@ -1,0 +1,63 @@
+"""Allowable payload: exact at the boundary, and what governs is named."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vgtsim.description.scene import Payload
+from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
+from vgtsim.statics.capacity import LIMITS, find_allowance, map_capacity
+
+BOUNDARY = 1e-9  # forces are linear in the payload
+OMEGA, GRAVITY = 1.67, 9.80665
+
+
+@pytest.fixture(scope="module")
+def nodes(hanging_arm):
+    rng = np.random.default_rng(41)
+    q = np.repeat(hanging_arm.straight[None], 12, axis=0)
+    q[..., :2] += 0.25 * rng.uniform(-1, 1, (*q.shape[:2], 2))
+    return hanging_arm.nodes(q)
+
+
+def greatest_use(chain, nodes, mass):
+    forces = solve(make_load_model(chain, Payload(mass=mass, radius=0.15), GRAVITY), nodes)
+    ends = chain.truss.ends
+    length = np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1)
+    use = utilise(rate(make_sections(chain.manipulator, chain.truss), length, OMEGA), forces)
+    every = np.stack([use.tension, use.compression, use.rod, use.pressure, use.pin])
+    return every.max(), np.unravel_index(np.argmax(every), every.shape)
+
+
+def test_allowable_payload_uses_the_governing_member_to_the_full(hanging_arm, nodes):
+    found = find_allowance(hanging_arm, nodes, GRAVITY, OMEGA, 0.15)
+    assert len(set(found.limit.tolist())) > 1
+    for pose, mass, member, limit in zip(nodes, found.payload, found.member, found.limit, strict=True):
+        used, (kind, worst) = greatest_use(hanging_arm, pose, mass)
+        assert used == pytest.approx(1.0, rel=BOUNDARY)
+        assert (LIMITS[kind], worst) == (LIMITS[limit], member)
+
+
+def test_arm_that_cannot_hold_itself_has_a_negative_allowance(hanging_arm, nodes):
+    """Oil at a tenth of the pressure cannot hold the dead load; the cylinder is named."""
+    arm = hanging_arm.manipulator
+    weak = {name: part.model_copy(update={"pressure": part.pressure / 10}) for name, part in arm.cylinders.items()}
+    chain = type(hanging_arm)(arm.model_copy(update={"cylinders": weak}), hanging_arm.mount)
+    found = find_allowance(chain, nodes, GRAVITY, OMEGA, 0.15)
+    held = found.payload < 0
+    assert held.any()
+    assert all(LIMITS[i] == "oil pressure" for i in found.limit[held])
+    assert set(found.member[held]) <= set(chain.truss.actuated.tolist())
+
+
+def test_map_has_one_best_posture_a_cell_and_repeats_itself(hanging_arm):
+    first, second = (map_capacity(hanging_arm, shapes=2000, cell=1.0) for _ in range(2))
+    assert np.array_equal(first.payload, second.payload)
+    cells = np.stack([first.radius, first.depth], axis=1)
+    assert len(np.unique(cells, axis=0)) == len(cells)
+    more = map_capacity(hanging_arm, shapes=2000, cell=3.0)
+    assert more.payload.max() == pytest.approx(first.payload.max())
+    assert np.all(first.sag > 0)
+    # the arm was sized for 1000 lb anywhere
+    assert first.payload.min() > 453.6

@@ -1,0 +1,100 @@
+"""Load cases: superposition, hand calculations and symmetry."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vgtsim.description.scene import LoadCase, Payload
+from vgtsim.statics import make_load_model, make_sections, solve
+from vgtsim.statics.cases import find_envelope, solve_case
+
+ROUNDING = 1e-9  # of the largest force
+GRAVITY = 9.80665
+
+
+@pytest.fixture(scope="module")
+def model(hanging_arm):
+    return make_load_model(hanging_arm, Payload(mass=400.0, radius=0.15), GRAVITY)
+
+
+@pytest.fixture(scope="module")
+def nodes(hanging_arm):
+    q = np.array(hanging_arm.straight)
+    q[:3, 0], q[3, 1] = 0.25, -0.1
+    return hanging_arm.nodes(q)
+
+
+def bars(model, nodes, **parts):
+    return solve_case(model, nodes, LoadCase(name="case", **parts)).bar
+
+
+def test_plain_case_is_the_arm_under_its_weight(model, nodes):
+    assert np.array_equal(bars(model, nodes), solve(model, nodes).bar)
+
+
+def test_cases_add_up(model, nodes):
+    """Dead load, payload, wrench and seismic coefficient, each with its factor, superpose."""
+    dead, wrench = bars(model, nodes, payload=0.0), (100.0, -300.0, 200.0)
+    payload = bars(model, nodes) - dead
+    pulled = bars(model, nodes, force=wrench, moment=(5.0, 6.0, 7.0)) - dead - payload
+    shaken = bars(model, nodes, payload=0.0, seismic=(0.2, -0.1, 0.3)) - dead
+    shaken_payload = bars(model, nodes, seismic=(0.2, -0.1, 0.3)) - dead - payload - shaken
+    whole = bars(
+        model,
+        nodes,
+        dead=1.2,
+        payload=1.6,
+        dynamic=1.1,
+        seismic=(0.2, -0.1, 0.3),
+        force=wrench,
+        moment=(5.0, 6.0, 7.0),
+    )
+    parts = 1.2 * 1.1 * dead + 1.6 * 1.1 * payload + pulled + 1.2 * shaken + 1.6 * shaken_payload
+    assert np.abs(whole - parts).max() < ROUNDING * np.abs(whole).max()
+
+
+def test_seismic_reaction_is_mass_times_coefficient(model, nodes):
+    still = solve_case(model, nodes, LoadCase(name="still")).reaction
+    shaken = solve_case(model, nodes, LoadCase(name="shaken", seismic=(0.3, 0.0, 0.1))).reaction
+    assert shaken[:3] - still[:3] == pytest.approx(-model.mass * GRAVITY * np.array([0.3, 0.0, 0.1]), abs=1e-6)
+
+
+def test_wrench_at_the_tool_is_reacted_at_the_mast(model, nodes, hanging_arm):
+    force, moment = np.array([150.0, -80.0, 40.0]), np.array([10.0, 20.0, -30.0])
+    still = solve_case(model, nodes, LoadCase(name="still")).reaction
+    pulled = solve_case(model, nodes, LoadCase(name="p", force=tuple(force), moment=tuple(moment))).reaction
+    corner = nodes[-3:]
+    normal = np.cross(corner[0] - corner[2], corner[1] - corner[2])
+    tool = corner.mean(axis=0) + 0.3 * normal / np.linalg.norm(normal)
+    lever = tool - nodes[:3].mean(axis=0)
+    assert pulled[:3] - still[:3] == pytest.approx(-force, abs=1e-6)
+    assert pulled[3:] - still[3:] == pytest.approx(-moment - np.cross(lever, force), abs=1e-5)
+
+
+def test_symmetric_load_on_the_straight_arm_gives_symmetric_forces(model, hanging_arm):
+    """Threefold: a pull and a twist along the axis load the three members of a kind alike."""
+    straight = hanging_arm.nodes(hanging_arm.straight)
+    found = bars(model, straight, force=(0.0, 0.0, -500.0), moment=(0.0, 0.0, 100.0))
+    for kind in ("m2/actuator", "s2/longeron", "s2/cross_longeron", "m3/batten"):
+        rows = [i for i, name in enumerate(model.truss.member_names) if name.startswith(f"{kind}/")]
+        assert found[rows] == pytest.approx(np.full(3, found[rows[0]]), abs=ROUNDING * np.abs(found).max())
+
+
+def test_envelope_holds_every_case_and_keeps_tension_and_compression_apart(model, nodes, hanging_arm):
+    cases = [
+        LoadCase(name="dead", payload=0.0),
+        LoadCase(name="jerk", dynamic=1.3),
+        LoadCase(name="side", seismic=(0, 0.3, 0)),
+    ]
+    section = make_sections(hanging_arm.manipulator, hanging_arm.truss)
+    poses = np.stack([nodes, hanging_arm.nodes(hanging_arm.straight)])
+    worst = find_envelope(model, section, poses, cases, 1.67)
+    assert worst.cases == ("dead", "jerk", "side")
+    assert worst.strength.shape == (3, 2, len(model.truss.members))
+    for case in cases:
+        forces = solve_case(model, poses, case)
+        assert np.all(worst.tension >= forces.near_axial.max(axis=0) - 1e-9)
+        assert np.all(worst.compression >= -forces.bar.min(axis=0) - 1e-9)
+    alone = find_envelope(model, section, poses, cases[1:2], 1.67)
+    assert np.array_equal(alone.strength[0], worst.strength[1])

@@ -1,0 +1,148 @@
+"""The stiffness solve against the method of joints, finite elements, hand calculations and its own laws."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from finite_elements import deflect_with_pynite
+
+from vgtsim.description.scene import Payload
+from vgtsim.errors import TrussError
+from vgtsim.statics import solve
+from vgtsim.statics.elasticity import TRAPPED, make_elastic_model
+from vgtsim.statics.settling import settle
+from vgtsim.statics.stiffness import deflect, node_loads, tip_compliance, tool_point
+
+ROUNDING = 1e-9  # of the largest: the stiffness matrix has a condition number of 1e6
+FINITE_ELEMENTS = 2e-3  # of the largest: that program's tip is bars 1e4 times as stiff as the members, not rigid
+SECOND_ORDER = 5e-3  # of the sag: 0.2 m on 14 m
+
+
+@pytest.fixture(scope="module")
+def model(hanging_arm):
+    return make_elastic_model(hanging_arm, Payload(mass=453.6, radius=0.15), 9.80665)
+
+
+@pytest.fixture(scope="module")
+def poses(hanging_arm):
+    """Straight, bent to the horizontal, and five at random: nodes, shape (7, N, 3)."""
+    rng = np.random.default_rng(31)
+    q = np.repeat(hanging_arm.straight[None], 7, axis=0)
+    q[1, :3, 0] = np.sin(np.pi / 12)
+    q[2:] += np.array([0.2, 0.2, 0.02]) * rng.uniform(-1, 1, q[2:].shape)
+    return hanging_arm.nodes(q)
+
+
+def test_forces_are_the_method_of_joints(model, poses):
+    """Two routes: by displacements, and by equilibrium alone."""
+    bar, joints = deflect(model, poses).bar, solve(model.loads, poses).bar
+    assert np.abs(bar - joints).max() < ROUNDING * np.abs(joints).max()
+
+
+@pytest.mark.parametrize("index", [0, 1, 4])
+@pytest.mark.parametrize("payload", [0.0, 453.6])
+def test_displacements_agree_with_finite_elements(hanging_arm, poses, index, payload):
+    light = make_elastic_model(hanging_arm, Payload(mass=payload, radius=0.15), 9.80665)
+    empty = make_elastic_model(hanging_arm, Payload(mass=0.0, radius=0.15), 9.80665)
+    nodes = poses[index]
+    pull = np.array([0.0, 0.0, -payload * 9.80665])
+    tool = tool_point(light.loads, nodes)
+    moved = deflect_with_pynite(light.truss, nodes, light.stiffness_at(nodes), node_loads(empty, nodes), tool, pull)
+    found = deflect(light, nodes)
+    assert np.abs(moved[:-1] - found.nodes).max() < FINITE_ELEMENTS * np.abs(moved).max()
+    assert np.abs(moved[-1] - found.tool[:3]).max() < FINITE_ELEMENTS * np.abs(moved).max()
+
+
+def test_compliance_is_symmetric_and_positive(model, poses):
+    """Maxwell and Betti."""
+    compliance = tip_compliance(model, poses)
+    assert np.allclose(compliance, np.swapaxes(compliance, -1, -2), rtol=0, atol=1e-12 * np.abs(compliance).max())
+    assert np.linalg.eigvalsh(compliance).min() > 0
+
+
+def test_compliance_gives_the_response_to_a_wrench(model, poses):
+    wrench = np.array([300.0, -200.0, 500.0, 40.0, 60.0, -20.0])
+    tool = deflect(model, poses, tool_wrench=wrench, weight=False).tool
+    expected = tip_compliance(model, poses) @ wrench
+    assert np.abs(tool - expected).max() < ROUNDING * np.abs(expected).max()
+
+
+def test_work_done_is_energy_stored(model, poses):
+    """Clapeyron: half the loads times the displacements is the springs' energy."""
+    response = deflect(model, poses)
+    work = np.sum(node_loads(model, poses) * response.nodes, axis=(1, 2)) / 2
+    stored = np.sum(response.bar**2 / model.stiffness_at(poses), axis=1) / 2
+    assert work == pytest.approx(stored, rel=ROUNDING)
+
+
+def test_hanging_module_stretches_by_the_hand_calculation(hanging_arm, model):
+    """Straight and pulled at the tool by P, unit load method: P times the sum of n² / k."""
+    pull, nodes = 1000.0, hanging_arm.nodes(hanging_arm.straight)
+    unit = solve(model.loads, nodes, nodal_forces=_share(model.truss, nodes, -1.0)).bar - solve(model.loads, nodes).bar
+    stretch = pull * np.sum(unit**2 / model.stiffness_at(nodes))
+    assert deflect(model, nodes, tool_wrench=[0, 0, -pull, 0, 0, 0], weight=False).tool[2] == pytest.approx(
+        -stretch, rel=1e-6
+    )
+
+
+def _share(truss, nodes, force):
+    loads = np.zeros(nodes.shape)
+    loads[truss.tip, 2] = force / 3
+    return loads
+
+
+def test_cylinder_is_the_hand_calculation(hanging_arm, model):
+    """c600: 6 in bore, 3 in rod, half stroke: two oil columns beside the piston, in series with the rod."""
+    part = hanging_arm.manipulator.cylinders["c600"]
+    bore, annulus = np.pi / 4 * 0.1524**2, np.pi / 4 * (0.1524**2 - 0.0762**2)
+    column = 0.5 * 23 * 0.0254 + TRAPPED
+    oil = 1.4e9 * (bore + annulus) / column
+    rod = 200e9 * np.pi / 4 * 0.0762**2 / part.rod_length
+    first = model.truss.actuated[0]
+    lengths = np.full(15, part.retracted + part.stroke / 2)
+    assert model.stiffness(lengths)[first] == pytest.approx(1 / (1 / oil + 1 / rod), rel=1e-9)
+
+
+def test_settled_arm_is_in_equilibrium_with_its_elongations(model, poses):
+    """Hooke's law at the deformed pose, member forces from the method of joints alone."""
+    settled = settle(model, poses)
+    ends = model.truss.ends
+    length = [np.linalg.norm(n[:, ends[:, 1]] - n[:, ends[:, 0]], axis=-1) for n in (settled, poses)]
+    springs = model.stiffness_at(poses) * (length[0] - length[1])
+    joints = solve(model.loads, settled).bar
+    assert np.abs(springs - joints).max() < 1e-6 * np.abs(joints).max()
+
+
+def test_linear_sag_is_the_settled_sag_to_second_order(model, poses):
+    linear, settled = deflect(model, poses).nodes, settle(model, poses) - poses
+    sag = np.linalg.norm(linear, axis=-1).max(axis=1)
+    assert np.all(np.linalg.norm(linear - settled, axis=-1).max(axis=1) < np.maximum(SECOND_ORDER * sag, 0.05 * sag))
+
+
+def test_batch_is_the_single_solve(model, poses):
+    one, many = deflect(model, poses[3]), deflect(model, poses.reshape(7, 1, *poses.shape[1:]))
+    assert one.bar == pytest.approx(many.bar[3, 0], abs=ROUNDING * np.abs(one.bar).max())
+    assert one.nodes == pytest.approx(many.nodes[3, 0], abs=ROUNDING * np.abs(one.nodes).max())
+
+
+def test_mechanism_is_named(model, hanging_arm):
+    nodes = hanging_arm.nodes(hanging_arm.straight)
+    flat = [model.truss.nodes.index(f"m1/mid/{i}") for i in (1, 2, 3)]
+    nodes[flat, 2] = nodes[0, 2]
+    with pytest.raises(TrussError, match="mechanism"):
+        deflect(model, nodes)
+
+
+@pytest.mark.parametrize("spoilt", ["tube", "modulus"])
+def test_member_without_stiffness_is_named(hanging_arm, spoilt):
+    arm = hanging_arm.manipulator
+    if spoilt == "tube":
+        tube = arm.tubes["t150x188"].model_copy(update={"wall": 0.0})
+        arm = arm.model_copy(update={"tubes": arm.tubes | {"t150x188": tube}})
+    else:
+        steel = arm.materials["steel"].model_copy(update={"youngs_modulus": -2e11})
+        arm = arm.model_copy(update={"materials": {"steel": steel}})
+    with pytest.raises(TrussError, match=r"axial stiffness of -?[0-9.e+]+ N/m"):
+        make_elastic_model(replace(hanging_arm, manipulator=arm), Payload(mass=1.0, radius=0.1), 9.81)

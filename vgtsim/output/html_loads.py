@@ -1,0 +1,103 @@
+"""What members, mast and riser carry, as tables of the HTML report."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description import Scene
+from vgtsim.kinematics import Truss
+from vgtsim.runlog import RunLog
+from vgtsim.verification.report import Report
+
+Array = NDArray[np.float64]
+
+_ROWS = 20  # members listed, the most used first
+
+
+def member_rows(log: RunLog, report: Report, truss: Truss) -> str:
+    """Write what the most used members carry: tension and compression apart, with the margin.
+
+    Args:
+        log: The run.
+        report: With the series `utilisation` and its parts.
+        truss: The arm's truss.
+
+    Returns:
+        Table rows; one that says so when nothing was measured.
+    """
+    used = report.series.get("utilisation", np.empty((0, 0)))
+    if not np.isfinite(used).any():
+        return '<tr><td colspan="9">not measured</td></tr>'
+    axial = log.axial(truss.ends)
+    peak = np.max(np.nan_to_num(used, nan=-np.inf), axis=0)
+    rows = []
+    for index in np.argsort(-peak)[:_ROWS]:
+        record = int(np.nanargmax(used[:, index]))
+        member = truss.members[index]
+        pulled, pushed = (
+            float(np.nanmax(report.series[f"utilisation_{kind}"][:, index])) for kind in ("tension", "compression")
+        )
+        cells = (
+            member.section,
+            f"{max(axial[:, index].max(), 0) / 1e3:.1f}",
+            f"{pulled:.3f}",
+            f"{max(-axial[:, index].min(), 0) / 1e3:.1f}",
+            f"{pushed:.3f}",
+            f"{peak[index]:.3f}",
+            f"{1 / peak[index] - 1:.2f}" if peak[index] > 0 else "",
+            f"{log.time[record]:.2f} s",
+        )
+        body = "".join(f'<td class="figure">{escape(cell)}</td>' for cell in cells)
+        rows.append(f'<tr><th scope="row">{escape(member.name)}</th>{body}</tr>')
+    return "\n".join(rows)
+
+
+def riser_reaction(scene: Scene, log: RunLog) -> Array:
+    """Force and moment that the riser carries at its mouth, which the dome must not carry.
+
+    Args:
+        scene: Gives mast and depth.
+        log: The run.
+
+    Returns:
+        Of the arm and mast on the riser, about the axis at the crown, frame G, shape (T, 6), N and N·m.
+    """
+    mast, shell = scene.task.mast, scene.tank.shell
+    inner = mast.outer_diameter - 2 * mast.wall
+    length = mast.pivot_depth + shell.dome_thickness + shell.soil_cover + scene.tank.arm_riser.above_grade
+    mass = mast.density * np.pi / 4 * (mast.outer_diameter**2 - inner**2) * length
+    force = -log.mast_reaction[:, :3] + [0.0, 0.0, -mass * scene.task.simulation.gravity]
+    lever = np.array([0.0, 0.0, -mast.pivot_depth])
+    return np.concatenate([force, -log.mast_reaction[:, 3:] + np.cross(lever, -log.mast_reaction[:, :3])], axis=1)
+
+
+def reaction_rows(scene: Scene, log: RunLog) -> str:
+    """Write the peaks of the loads on mast and riser.
+
+    Args:
+        scene: The scene.
+        log: The run.
+
+    Returns:
+        Table rows.
+    """
+    places = (("mast at the pivot", -log.mast_reaction), ("riser at the crown", riser_reaction(scene, log)))
+    rows = []
+    for name, wrench in places:
+        lateral = np.linalg.norm(wrench[:, :2], axis=1)
+        bending = np.linalg.norm(wrench[:, 3:5], axis=1)
+        cells = []
+        for values, unit in (
+            (-wrench[:, 2], "kN"),
+            (lateral, "kN"),
+            (bending, "kN·m"),
+            (np.abs(wrench[:, 5]), "kN·m"),
+        ):
+            worst = int(np.argmax(values))
+            cells.append(f"{values[worst] / 1e3:.2f} {unit} at {log.time[worst]:.2f} s")
+        body = "".join(f'<td class="figure">{cell}</td>' for cell in cells)
+        rows.append(f'<tr><th scope="row">{name}</th>{body}</tr>')
+    return "\n".join(rows)

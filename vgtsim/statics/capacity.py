@@ -1,0 +1,193 @@
+"""What an arm may carry where: allowable payload and sag over the vertical plane, with the member that governs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.description.scene import Payload
+from vgtsim.errors import TrussError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.statics.elasticity import make_elastic_model
+from vgtsim.statics.equilibrium import MemberForces, solve
+from vgtsim.statics.loads import make_load_model
+from vgtsim.statics.rating import MODES, make_sections, rate
+from vgtsim.statics.stiffness import deflect
+
+Array = NDArray[np.float64]
+
+LIMITS = (*MODES[:3], "oil pressure", MODES[3])
+_UNIT = 1000.0  # payload of the second load, kg
+_GREATEST_BEND = np.pi / 4  # of a module, rad
+_ROUND = 2000  # shapes solved at a time
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """Allowable payload of a batch of poses.
+
+    Attributes:
+        payload: Greatest mass at the tool with every utilisation at most 1, shape (...), kg; negative where the arm
+            cannot hold its own weight.
+        member: Index of the member that governs, shape (...).
+        limit: Index into `LIMITS` of what governs, shape (...).
+    """
+
+    payload: Array
+    member: NDArray[np.intp]
+    limit: NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class CapacityMap:
+    """Best posture found in each cell of the vertical plane; C cells that can be reached.
+
+    Attributes:
+        radius: Of the tool from the mast's axis, shape (C,), m.
+        depth: Of the tool below the pivot, shape (C,), m.
+        payload: Allowable, shape (C,), kg.
+        sag: Displacement of the tool under the reference payload, shape (C,), m.
+        member: Name of the governing member, per cell.
+        limit: What governs, per cell.
+        bends: Angle of each active module in the plane, shape (C, A), rad.
+        reference: Payload of the sag, kg.
+    """
+
+    radius: Array
+    depth: Array
+    payload: Array
+    sag: Array
+    member: tuple[str, ...]
+    limit: tuple[str, ...]
+    bends: Array
+    reference: float
+
+
+def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor: float, radius: float) -> Allowance:
+    """Find the payload at which the first member or cylinder is used to the full.
+
+    Member forces are linear in the payload, so two solves give it exactly.
+
+    Args:
+        chain: The arm.
+        nodes: Poses, shape (..., N, 3), m, in frame G.
+        gravity: Downward, m/s².
+        safety_factor: Omega of AISC 360.
+        radius: Of the payload, m.
+
+    Returns:
+        The allowances.
+
+    Raises:
+        TrussError: The arm is a mechanism in one of the poses.
+    """
+    n = np.asarray(nodes, float)
+    empty, loaded = (
+        solve(make_load_model(chain, Payload(mass=mass, radius=radius), gravity), n) for mass in (0.0, _UNIT)
+    )
+    ends = chain.truss.ends
+    length = np.linalg.norm(n[..., ends[:, 1], :] - n[..., ends[:, 0], :], axis=-1)
+    ratings = rate(make_sections(chain.manipulator, chain.truss), length, safety_factor)
+    along, growth = _along(empty), (_along(loaded) - _along(empty)) / _UNIT
+    rows = [
+        _room(along, growth, ratings.tension, np.inf),
+        _room(along, growth, np.inf, ratings.compression),
+        _room(along, growth, np.inf, ratings.rod),
+        _room(along[1:2], growth[1:2], ratings.pull, ratings.push),
+        _room(along, growth, ratings.pin, ratings.pin),
+    ]
+    room = np.stack(rows, axis=-1)
+    flat = room.reshape(*room.shape[:-2], -1)
+    worst = np.argmin(flat, axis=-1)
+    return Allowance(flat.min(axis=-1), worst // len(LIMITS), worst % len(LIMITS))
+
+
+def _along(forces: MemberForces) -> Array:
+    """Forces at the near hub, between and at the far hub, shape (3, ..., M), N."""
+    return np.stack([forces.near_axial, forces.bar, forces.far_axial])
+
+
+def _room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) -> Array:
+    """Payload at which each member's force reaches what it may be, shape (..., M), kg."""
+    bound = np.where(growth > 0, pull, push)
+    rate_of = np.maximum(np.abs(growth), 1e-12)
+    return np.min((bound - np.sign(growth) * force) / rate_of, axis=0)
+
+
+def map_capacity(
+    chain: Chain,
+    gravity: float = 9.80665,
+    safety_factor: float = 1.67,
+    reference: float = 453.59237,
+    cell: float = 0.5,
+    shapes: int = 20000,
+    seed: int = 1,
+) -> CapacityMap:
+    """Map the allowable payload over the vertical plane through the mast.
+
+    Shapes are drawn at random, each module bent in the plane of azimuth zero by up to 45 degrees at its straight
+    extension; those outside a stroke are dropped, and in each cell the posture that carries most is kept.
+
+    Args:
+        chain: The arm, hanging; depth counts from its base face.
+        gravity: Downward, m/s².
+        safety_factor: Omega of AISC 360.
+        reference: Payload of the sag, kg.
+        cell: Side of a cell, m.
+        shapes: Shapes drawn.
+        seed: Of the draw.
+
+    Returns:
+        The map.
+
+    Raises:
+        TrussError: No shape is within the strokes.
+    """
+    rng = np.random.default_rng(seed)
+    active = len(chain.straight)
+    # evenly curved arms as well as free ones: the former reach far, the latter fill the plane
+    bend = _GREATEST_BEND * rng.uniform(-1, 1, (shapes, active))
+    even = rng.uniform(0, 1, (shapes, 1)) < 0.5
+    bend = np.where(even, 0.7 * bend[:, :1] * np.linspace(1, -1, active) ** 2 + 0.3 * bend, bend)
+    q = np.repeat(chain.straight[None], shapes, axis=0)
+    q[..., 0] = np.sin(bend / 2)
+    length = chain.lengths(q)
+    low, high = chain.stroke
+    kept = np.all((length >= low) & (length <= high), axis=(1, 2))
+    if not kept.any():
+        raise TrussError(0, (), f"none of {shapes} shapes is within the strokes")
+    q, bend = q[kept], bend[kept]
+    tool, _ = chain.tool(q)
+    radius = np.linalg.norm(tool[:, :2] - chain.mount[:2, 3], axis=1)
+    depth = chain.mount[2, 3] - tool[:, 2]
+    parts = [
+        find_allowance(chain, chain.nodes(q[i : i + _ROUND]), gravity, safety_factor, 0.15)
+        for i in range(0, len(q), _ROUND)
+    ]
+    payload, member, limit = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("payload", "member", "limit")
+    )
+    best = _best_in_cells(np.floor(radius / cell), np.floor(depth / cell), payload)
+    elastic = make_elastic_model(chain, Payload(mass=reference, radius=0.15), gravity)
+    sag = np.linalg.norm(deflect(elastic, chain.nodes(q[best])).tool[:, :3], axis=1)
+    names = chain.truss.member_names
+    return CapacityMap(
+        (np.floor(radius[best] / cell) + 0.5) * cell,
+        (np.floor(depth[best] / cell) + 0.5) * cell,
+        payload[best],
+        sag,
+        tuple(names[i] for i in member[best]),
+        tuple(LIMITS[i] for i in limit[best]),
+        bend[best],
+        reference,
+    )
+
+
+def _best_in_cells(column: Array, row: Array, payload: Array) -> NDArray[np.intp]:
+    """Index of the greatest payload in each cell, in the order of the cells."""
+    order = np.lexsort((-payload, row, column))
+    first = np.ones(len(order), dtype=bool)
+    first[1:] = (np.diff(column[order]) != 0) | (np.diff(row[order]) != 0)
+    return order[first]

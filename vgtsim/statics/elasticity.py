@@ -1,0 +1,131 @@
+"""Axial stiffness of members and cylinders, and the model that the stiffness solves share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.scene import Payload
+from vgtsim.errors import TrussError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.loads import LoadModel, make_load_model
+
+Array = NDArray[np.float64]
+
+TRAPPED = 0.005  # oil left beside the piston at either end of the stroke, m: ports and cushions
+
+
+@dataclass(frozen=True)
+class ElasticModel:
+    """An arm whose members are springs along their axes.
+
+    Attributes:
+        loads: Masses, with every tube split in the middle: each half moves with its own hub along the member.
+        spring: EA/L of the tubes, shape (M,), N/m; zero where an actuator stands.
+        rod: Stiffness of the actuators' rods, shape (J,), N/m.
+        oil: Bulk modulus times piston area and times annulus area, shape (2, J), N.
+        stroke: Retracted and extended lengths of the actuators, shape (2, J), m.
+    """
+
+    loads: LoadModel
+    spring: Array
+    rod: Array
+    oil: Array
+    stroke: Array
+
+    @property
+    def truss(self) -> Truss:
+        """Nodes and members."""
+        return self.loads.truss
+
+    def stiffness(self, actuators: ArrayLike) -> Array:
+        """Axial stiffness of every member.
+
+        Args:
+            actuators: Actuator lengths, shape (..., J), m.
+
+        Returns:
+            Shape (..., M), N/m.
+        """
+        length = np.asarray(actuators, float)
+        low, high = self.stroke
+        column = self.oil[0] / (np.maximum(length - low, 0.0) + TRAPPED)
+        column = column + self.oil[1] / (np.maximum(high - length, 0.0) + TRAPPED)
+        result = np.broadcast_to(self.spring, (*length.shape[:-1], len(self.spring))).copy()
+        result[..., self.truss.actuated] = 1 / (1 / column + 1 / self.rod)
+        return result
+
+    def stiffness_at(self, nodes: ArrayLike) -> Array:
+        """Axial stiffness of every member at the actuator lengths of a pose.
+
+        Args:
+            nodes: Shape (..., N, 3), m.
+
+        Returns:
+            Shape (..., M), N/m.
+        """
+        n = np.asarray(nodes, float)
+        ends = self.truss.ends[self.truss.actuated]
+        return self.stiffness(np.linalg.norm(n[..., ends[:, 1], :] - n[..., ends[:, 0], :], axis=-1))
+
+
+def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> ElasticModel:
+    """Collect stiffnesses and masses from the description.
+
+    A tube is EA/L from hub to hub. A cylinder is its oil, trapped on both sides of the piston by lock valves, in series
+    with its solid rod; barrel wall and pins count as rigid.
+
+    Args:
+        chain: The arm.
+        payload: What it carries.
+        gravity: Downward, along -z of frame G, m/s².
+
+    Returns:
+        The model.
+
+    Raises:
+        TrussError: A member has no area or no stiffness.
+
+    Source: oil column, H. E. Merritt, Hydraulic Control Systems (1967), equation 6-43, for unequal areas.
+    """
+    arm, truss = chain.manipulator, chain.truss
+    spring, rods, oil, stroke = np.zeros(len(truss.members)), [], [], []
+    nodes = chain.nodes(chain.straight)
+    length = np.linalg.norm(nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]], axis=-1)
+    for index, member in enumerate(truss.members):
+        if member.role == "actuator":
+            part = arm.cylinders[member.section]
+            rods.append(arm.materials[part.material].youngs_modulus * pi / 4 * part.rod**2 / part.rod_length)
+            areas = (pi / 4 * part.bore**2, pi / 4 * (part.bore**2 - part.rod**2))
+            oil.append([part.bulk_modulus * area for area in areas])
+            stroke.append([part.retracted, part.extended])
+        else:
+            spring[index] = _tube_stiffness(arm, member.section, float(length[index]))
+    model = ElasticModel(
+        make_load_model(chain, payload, gravity, split=True),
+        spring,
+        np.array(rods),
+        np.array(oil).reshape(-1, 2).T,
+        np.array(stroke).reshape(-1, 2).T,
+    )
+    _require_stiffness(model)
+    return model
+
+
+def _tube_stiffness(arm: Manipulator, section: str, length: float) -> float:
+    tube = arm.tubes[section]
+    return arm.materials[tube.material].youngs_modulus * tube.area / length
+
+
+def _require_stiffness(model: ElasticModel) -> None:
+    """Refuse members that are no springs; a description cannot hold them, an edited copy of one can."""
+    found = model.stiffness(model.stroke.mean(axis=0))
+    wrong = np.flatnonzero(~(found > 0) | ~np.isfinite(found))
+    if len(wrong):
+        names = tuple(model.truss.members[i].name for i in wrong)
+        raise TrussError(len(found) - len(wrong), names, f"axial stiffness of {found[wrong[0]]:.4g} N/m, must be > 0")

@@ -1,0 +1,206 @@
+"""Natural modes of an elastic arm: consistent masses of the members, cylinder segments included, and stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eigh
+
+from vgtsim.statics.elasticity import ElasticModel
+from vgtsim.statics.loads import hub_loads
+from vgtsim.statics.stiffness import band_matrix, deflect, make_pattern, node_loads, scatter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural modes, slowest first.
+
+    Attributes:
+        frequency: Shape (n,), Hz.
+        nodes: Displacements of the nodes in each mode for a modal mass of 1 kg, shape (n, N, 3), m.
+    """
+
+    frequency: Array
+    nodes: Array
+
+
+def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestressed: bool = True) -> Modes:
+    """Find the slowest natural modes about a pose.
+
+    Args:
+        model: Masses and stiffnesses.
+        nodes: Shape (N, 3), m, in frame G.
+        count: Number of modes.
+        prestressed: Whether the member forces under weight stiffen (pulled) and soften (pushed) the arm.
+
+    Returns:
+        The modes.
+
+    Raises:
+        TrussError: The truss is a mechanism.
+
+    Source: generalised eigenvalue problem K v = omega² M v; consistent masses as for a rigid line between its two
+        hubs, see `member_loads`.
+    """
+    n = np.asarray(nodes, float)
+    stiff = stiffness_matrix(model, n)
+    if prestressed:
+        stiff = stiff + geometric_stiffness(model, n)
+    last = min(count, len(stiff)) - 1
+    square, shape = eigh(stiff, mass_matrix(model, n), subset_by_index=[0, last])
+    moved = scatter(model.truss, np.broadcast_to(n, (last + 1, *n.shape)), shape.T)
+    return Modes(np.sqrt(np.maximum(square, 0.0)) / (2 * np.pi), moved)
+
+
+def damping_time(model: ElasticModel, nodes: ArrayLike, ratio: float) -> float:
+    """Damper over stiffness, the same for every member, that gives the slowest mode a damping ratio.
+
+    Args:
+        model: Masses and stiffnesses.
+        nodes: Pose in which the mode is taken, unloaded, shape (N, 3), m.
+        ratio: Of critical damping.
+
+    Returns:
+        beta, s; mode i then has ratio beta omega_i / 2.
+
+    Source: damping proportional to stiffness, J. W. Strutt (Lord Rayleigh), The Theory of Sound (1877).
+    """
+    return ratio / (np.pi * float(find_modes(model, nodes, 1).frequency[0]))
+
+
+def stiffness_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
+    """Stiffness matrix of the unknowns, shape (n, n), N/m, N and N·m, for nodes of shape (N, 3)."""
+    upper = band_matrix(model, np.asarray(nodes, float)[None])[0][0]
+    size, band = upper.shape[1], upper.shape[0] - 1
+    full = np.zeros((size, size))
+    for above in range(band + 1):
+        i = np.arange(size - above)
+        full[i, i + above] = full[i + above, i] = upper[band - above, above:]
+    return full
+
+
+def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
+    """Stiffness that the member forces under weight add.
+
+    A pulled member resists turning by its force over its length. The forces on the tip plate, weight and members, keep
+    their directions to first order; as the plate turns, their points of attack move to second order.
+
+    Args:
+        model: Masses and stiffnesses.
+        nodes: Shape (N, 3), m, in frame G.
+
+    Returns:
+        Symmetric, shape (n, n).
+    """
+    n, truss = np.asarray(nodes, float), model.truss
+    bar = deflect(model, n).bar
+    span = n[truss.ends[:, 1]] - n[truss.ends[:, 0]]
+    length = np.linalg.norm(span, axis=-1)
+    unit = span / length[:, None]
+    across = np.eye(3) - unit[:, :, None] * unit[:, None, :]
+    difference = _moves(model, n, 1) - _moves(model, n, 0)
+    blocks = np.einsum("mki,mkl,mlj->mij", difference, across * (bar / length)[:, None, None], difference)
+    total = _assemble(model, blocks)
+    pull = np.zeros(n.shape)
+    np.add.at(pull, truss.ends[:, 0], bar[:, None] * unit)
+    np.add.at(pull, truss.ends[:, 1], -bar[:, None] * unit)
+    members = node_loads(model, n[None])[0] - hub_loads(model.loads, n[None])[0]
+    lever = n[truss.tip] - n[truss.tip].mean(axis=0)
+    outer = np.einsum("ni,nj->ij", (pull + members)[truss.tip], lever)
+    # the plate's own weight acts at its centre of mass, off the plane of the tip nodes
+    outer += np.outer(_tip_mass(model) * model.loads.gravity, _tip_centre(model, n))
+    total[-3:, -3:] += np.trace(outer) * np.eye(3) - (outer + outer.T) / 2
+    return total
+
+
+def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
+    """Mass matrix of the unknowns.
+
+    Args:
+        model: Masses.
+        nodes: Shape (N, 3), m, in frame G.
+
+    Returns:
+        Symmetric, shape (n, n), kg, kg·m and kg·m².
+    """
+    n, truss, part = np.asarray(nodes, float), model.truss, model.loads.members
+    span = n[truss.ends[:, 1]] - n[truss.ends[:, 0]]
+    length = np.linalg.norm(span, axis=-1)
+    unit = span / length[:, None]
+    across = np.eye(3) - unit[:, :, None] * unit[:, None, :]
+    near, far = _moves(model, n, 0), _moves(model, n, 1)
+    turn = np.einsum("mij,mjk->mik", across / length[:, None, None], far - near)
+    blocks = _weighed(part.about_end.sum(axis=1), turn, turn)
+    for end, side, sign in ((near, 0, 1.0), (far, 1, -1.0)):
+        blocks += _weighed(part.mass[:, side], end, end)
+        mixed = sign * _weighed(part.first_moment[:, side], end, turn)
+        blocks += mixed + np.swapaxes(mixed, 1, 2)
+    total = _assemble(model, blocks)
+    free = len(total) - 6
+    total[np.arange(free), np.arange(free)] += model.loads.hub_mass
+    total[-6:, -6:] += _tip_inertia(model, n)
+    return total
+
+
+def _weighed(weight: Array, left: Array, right: Array) -> Array:
+    return np.einsum("m,mki,mkj->mij", weight, left, right)
+
+
+def _moves(model: ElasticModel, nodes: Array, side: int) -> Array:
+    """Displacement of each member's end per unit of the twelve unknowns of its pattern, shape (M, 3, 12)."""
+    truss = model.truss
+    lever = nodes[truss.ends[:, side]] - nodes[truss.tip].mean(axis=0)
+    moves = np.zeros((len(truss.members), 3, 12))
+    start = 6 * side
+    moves[:, :, start : start + 3] = np.eye(3)
+    moves[:, :, start + 3 : start + 6] = np.swapaxes(np.cross(np.eye(3)[None], lever[:, None]), 1, 2)
+    return moves
+
+
+def _assemble(model: ElasticModel, blocks: Array) -> Array:
+    """Add blocks of the members, shape (M, 12, 12), into a matrix of the unknowns, shape (n, n)."""
+    pattern = make_pattern(model.truss)
+    dof = np.where(pattern.dof < 0, pattern.size, pattern.dof)
+    total = np.zeros((pattern.size + 1, pattern.size + 1))
+    np.add.at(total, (dof[:, :, None], dof[:, None, :]), blocks)
+    return total[:-1, :-1]
+
+
+def _tip_mass(model: ElasticModel) -> float:
+    return model.loads.plate.mass + model.loads.payload.mass + 3 * model.loads.hub_mass
+
+
+def _tip_centre(model: ElasticModel, nodes: Array) -> Array:
+    """Centre of mass of tip plate, corner hubs and payload from the tip's centroid, shape (3,), m."""
+    return _tip_axes(model, nodes)[2] * model.loads.tool_offset * model.loads.payload.mass / _tip_mass(model)
+
+
+def _tip_axes(model: ElasticModel, nodes: Array) -> Array:
+    corner = nodes[model.truss.tip]
+    x = (corner[0] - corner[2]) / np.linalg.norm(corner[0] - corner[2])
+    z = np.cross(corner[0] - corner[2], corner[1] - corner[2])
+    z /= np.linalg.norm(z)
+    return np.array([x, np.cross(z, x), z])
+
+
+def _tip_inertia(model: ElasticModel, nodes: Array) -> Array:
+    """Mass matrix of the rigid tip about its centroid, shape (6, 6)."""
+    loads, axes = model.loads, _tip_axes(model, nodes)
+    ball = loads.payload.mass * loads.payload.radius**2 / 5
+    second = np.array(loads.plate.second_moments) + ball
+    spread = np.einsum("i,ij,ik->jk", second, axes, axes)
+    tool = loads.tool_offset * axes[2]
+    spread += loads.payload.mass * np.outer(tool, tool)
+    lever = nodes[model.truss.tip] - nodes[model.truss.tip].mean(axis=0)
+    spread += loads.hub_mass * lever.T @ lever
+    total = np.zeros((6, 6))
+    mass, centre = _tip_mass(model), _tip_centre(model, nodes)
+    total[:3, :3] = mass * np.eye(3)
+    total[:3, 3:] = mass * np.cross(np.eye(3), centre).T
+    total[3:, :3] = total[:3, 3:].T
+    total[3:, 3:] = np.trace(spread) * np.eye(3) - spread
+    return total

@@ -1,0 +1,261 @@
+"""Direct stiffness of a whole arm: displacements, member forces and tip compliance over any batch of poses.
+
+Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of
+its centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow: it
+is assembled straight into band storage through index tables made once, and factored by banded Cholesky.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
+
+from vgtsim.errors import TrussError
+from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.elasticity import ElasticModel
+from vgtsim.statics.loads import hub_loads, member_loads, tool_point
+from vgtsim.statics.motion import Motion
+from vgtsim.statics.rank import diagnose
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+_CHUNK = 256  # poses assembled at a time: keeps the work arrays in cache
+
+
+@dataclass(frozen=True)
+class Deflection:
+    """Linear response of an elastic arm to its loads, in frame G.
+
+    Attributes:
+        nodes: Displacements of the nodes, shape (..., N, 3), m.
+        tool: Displacement and rotation of the tool point, shape (..., 6), m and rad.
+        bar: Axial force where a member's halves, or barrel and rod, meet; tension positive, shape (..., M), N.
+    """
+
+    nodes: Array
+    tool: Array
+    bar: Array
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Where each member's stiffness goes in the banded matrix; made once for a truss.
+
+    Attributes:
+        size: Number of unknowns.
+        band: Number of diagonals above the main one.
+        dof: Unknowns that the two ends of each member depend on, shape (M, 12); -1 where there is none.
+        pairs: Pairs of the twelve that land in the upper triangle, rows member, first and second, shape (3, P).
+        place: Where in flattened band storage each pair goes, shape (P,).
+    """
+
+    size: int
+    band: int
+    dof: Indices
+    pairs: Indices
+    place: Indices
+
+
+@lru_cache(maxsize=16)
+def _pattern(nodes: int, ends: tuple[tuple[int, int], ...]) -> Pattern:
+    free = nodes - 6
+    size = 3 * free + 6
+    dof = np.full((len(ends), 12), -1, dtype=np.intp)
+    for row, member in zip(dof, ends, strict=True):
+        for side, node in enumerate(member):
+            start = 6 * side
+            if 3 <= node < nodes - 3:
+                row[start : start + 3] = 3 * (node - 3) + np.arange(3)
+            elif node >= nodes - 3:
+                row[start : start + 6] = 3 * free + np.arange(6)
+    first, second = dof[:, :, None], dof[:, None, :]
+    pairs = np.array(np.nonzero((first >= 0) & (second >= 0) & (first <= second)), dtype=np.intp)
+    i, j = dof[pairs[0], pairs[1]], dof[pairs[0], pairs[2]]
+    band = int((j - i).max(initial=0))
+    return Pattern(size, band, dof, pairs, (band + i - j) * size + j)
+
+
+def make_pattern(truss: Truss) -> Pattern:
+    """Look the pattern of a truss up, or make it.
+
+    Args:
+        truss: Nodes and members.
+
+    Returns:
+        Its pattern.
+    """
+    return _pattern(len(truss.nodes), tuple(map(tuple, truss.ends.tolist())))
+
+
+def elongations(truss: Truss, nodes: Array) -> Array:
+    """Elongation of each member per unit of each unknown its ends depend on.
+
+    Args:
+        truss: Nodes and members.
+        nodes: Shape (..., N, 3), m.
+
+    Returns:
+        In the order of `Pattern.dof`, shape (..., M, 12), dimensionless and m.
+    """
+    first, second = truss.ends.T
+    span = nodes[..., second, :] - nodes[..., first, :]
+    unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
+    lever = nodes - nodes[..., truss.tip, :].mean(axis=-2, keepdims=True)
+    ends = [-unit, -np.cross(lever[..., first, :], unit), unit, np.cross(lever[..., second, :], unit)]
+    return np.concatenate(ends, axis=-1)
+
+
+def deflect(
+    model: ElasticModel,
+    nodes: ArrayLike,
+    nodal_forces: ArrayLike | None = None,
+    tool_wrench: ArrayLike | None = None,
+    *,
+    weight: bool = True,
+) -> Deflection:
+    """Find displacements and member forces under weight and further loads.
+
+    Args:
+        model: Masses and stiffnesses.
+        nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
+        nodal_forces: On the hubs, broadcast to shape (..., N, 3), N.
+        tool_wrench: Force on the tool point and moment about it, broadcast to shape (..., 6), N and N·m.
+        weight: Whether gravity acts.
+
+    Returns:
+        The response, linear about the given pose.
+
+    Raises:
+        TrussError: The truss is a mechanism at one of the poses; members are named.
+
+    Source: direct stiffness method, for example W. McGuire, R. H. Gallagher and R. D. Ziemian, Matrix Structural
+        Analysis, second edition (2000), chapter 3.
+    """
+    n = np.asarray(nodes, float)
+    batch, flat = n.shape[:-2], n.reshape(-1, *n.shape[-2:])
+    force = node_loads(model, flat) if weight else np.zeros(flat.shape)
+    if nodal_forces is not None:
+        force = force + np.broadcast_to(nodal_forces, n.shape).reshape(flat.shape)
+    load = gather(model.truss, flat, force)
+    if tool_wrench is not None:
+        wrench = np.broadcast_to(tool_wrench, (*batch, 6)).reshape(-1, 6)
+        load[:, -6:] += _at_centroid(model, flat, wrench)
+    moved, bar = _solve(model, flat, load[..., None])
+    shift = scatter(model.truss, flat, moved[..., 0])
+    lever = tool_point(model.loads, flat) - flat[:, model.truss.tip].mean(axis=1)
+    tip = moved[:, -6:, 0]
+    tool = np.asarray(np.concatenate([tip[:, :3] + np.cross(tip[:, 3:], lever), tip[:, 3:]], axis=-1), float)
+    return Deflection(shift.reshape(n.shape), tool.reshape(*batch, 6), bar[..., 0].reshape(*batch, bar.shape[1]))
+
+
+def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
+    """Displacement and rotation of the tool point per unit force and moment on it.
+
+    Args:
+        model: Stiffnesses.
+        nodes: Shape (..., N, 3), m, in frame G.
+
+    Returns:
+        Symmetric, shape (..., 6, 6), m/N, rad/N, m/(N·m) and rad/(N·m), in frame G.
+
+    Raises:
+        TrussError: The truss is a mechanism at one of the poses.
+    """
+    n = np.asarray(nodes, float)
+    flat = n.reshape(-1, *n.shape[-2:])
+    load = np.zeros((len(flat), make_pattern(model.truss).size, 6))
+    wrench = np.broadcast_to(np.eye(6), (len(flat), 6, 6))
+    lever = tool_point(model.loads, flat) - flat[:, model.truss.tip].mean(axis=1)
+    load[:, -6:] = np.swapaxes(wrench, 1, 2)
+    load[:, -3:, :3] += _skew(lever)
+    moved, _ = _solve(model, flat, load)
+    return (np.swapaxes(load[:, -6:], 1, 2) @ moved[:, -6:]).reshape(*n.shape[:-2], 6, 6)
+
+
+def node_loads(model: ElasticModel, nodes: Array, motion: Motion | None = None) -> Array:
+    """Weight, and inertia in a motion, of everything: shape (..., N, 3), N, for nodes of shape (..., N, 3)."""
+    truss = model.truss
+    shares = member_loads(model.loads, nodes, motion)
+    count = np.arange(nodes.shape[-2])[:, None]
+    first, second = truss.ends.T
+    near, far = (count == first).astype(float), (count == second).astype(float)
+    return hub_loads(model.loads, nodes, motion) + near @ shares.near + far @ shares.far
+
+
+def gather(truss: Truss, nodes: Array, force: Array) -> Array:
+    """Forces at the nodes, shape (T, N, 3), as loads on the unknowns, shape (T, n)."""
+    free = force[:, truss.base.stop : truss.tip.start].reshape(len(force), -1)
+    tip = force[:, truss.tip]
+    lever = nodes[:, truss.tip] - nodes[:, truss.tip].mean(axis=1, keepdims=True)
+    return np.concatenate([free, tip.sum(axis=1), np.cross(lever, tip).sum(axis=1)], axis=-1)
+
+
+def scatter(truss: Truss, nodes: Array, moved: Array) -> Array:
+    """Unknowns, shape (T, n), as displacements of the nodes, shape (T, N, 3)."""
+    shift = np.zeros(nodes.shape)
+    shift[:, truss.base.stop : truss.tip.start] = moved[:, :-6].reshape(len(moved), -1, 3)
+    lever = nodes[:, truss.tip] - nodes[:, truss.tip].mean(axis=1, keepdims=True)
+    shift[:, truss.tip] = moved[:, None, -6:-3] + np.cross(moved[:, None, -3:], lever)
+    return shift
+
+
+def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) -> tuple[Array, Array, Array]:
+    """Stiffness matrices in upper band storage.
+
+    Args:
+        model: Stiffnesses.
+        nodes: Shape (T, N, 3), m.
+        spring: Stiffnesses, shape (T, M), N/m; absent for those at the actuator lengths of the pose.
+
+    Returns:
+        The matrices, shape (T, band + 1, n); elongations, shape (T, M, 12); stiffnesses, shape (T, M), N/m.
+    """
+    pattern = make_pattern(model.truss)
+    grow = elongations(model.truss, nodes)
+    spring = model.stiffness_at(nodes) if spring is None else spring
+    member, first, second = pattern.pairs
+    value = (spring[..., None] * grow)[:, member, first] * grow[:, member, second]
+    room = (pattern.band + 1) * pattern.size
+    place = pattern.place + room * np.arange(len(nodes))[:, None]
+    matrix = np.asarray(np.bincount(place.ravel(), value.ravel(), room * len(nodes)), float)
+    return matrix.reshape(len(nodes), pattern.band + 1, pattern.size), grow, spring
+
+
+def _solve(model: ElasticModel, nodes: Array, load: Array) -> tuple[Array, Array]:
+    """Unknowns, shape (T, n, R), and bar forces, shape (T, M, R), of loads, shape (T, n, R)."""
+    pattern = make_pattern(model.truss)
+    moved = np.empty(load.shape)
+    bar = np.empty((len(nodes), len(model.truss.members), load.shape[-1]))
+    for start in range(0, len(nodes), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        matrix, grow, spring = band_matrix(model, nodes[part])
+        for offset, upper in enumerate(matrix):
+            moved[start + offset] = solve_band(model, nodes[start + offset], upper, load[start + offset])
+        taken = np.where(pattern.dof[..., None] >= 0, moved[part][:, pattern.dof], 0.0)
+        bar[part] = spring[..., None] * np.einsum("tmk,tmkr->tmr", grow, taken)
+    return moved, bar
+
+
+def solve_band(model: ElasticModel, nodes: Array, upper: Array, load: Array) -> Array:
+    """Unknowns, shape (n, ...), of one pose from its banded matrix and loads, shape (n, ...)."""
+    try:
+        factor = cholesky_banded(upper, overwrite_ab=False, check_finite=False)
+    except LinAlgError:
+        diagnose(model.truss, nodes)
+        raise TrussError(len(load), (), "stiffness matrix is not positive definite") from None
+    return cho_solve_banded((factor, False), load, check_finite=False)
+
+
+def _at_centroid(model: ElasticModel, nodes: Array, wrench: Array) -> Array:
+    lever = tool_point(model.loads, nodes) - nodes[:, model.truss.tip].mean(axis=1)
+    return np.concatenate([wrench[:, :3], wrench[:, 3:] + np.cross(lever, wrench[:, :3])], axis=-1)
+
+
+def _skew(vector: Array) -> Array:
+    """Matrices of the cross product with vectors of shape (T, 3)."""
+    return np.cross(vector[:, :, None], np.eye(3)[None], axis=1)
