@@ -150,9 +150,7 @@ def test_the_two_branches_of_the_printed_goal_are_one_closed_curve():
     ends = np.flatnonzero(np.diff(there[0].astype(int)))
     assert len(ends) == 2  # one interval of headings: both branches begin and end together
     wrist = np.hypot(2.5, 2.5)
-    turn = np.arccos(
-        (wrist**2 + 1 - 16) / (2 * wrist)
-    )  # heading from the goal's direction at which the elbow is straight
+    turn = np.arccos((wrist**2 + 1 - 16) / (2 * wrist))  # from the goal's direction: elbow straight
     for sign in (1, -1):
         heading = np.pi / 4 + sign * turn
         shoulder = np.arctan2(2.5 - np.sin(heading), 2.5 - np.cos(heading))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import qr
 
 Array = NDArray[np.float64]
 
@@ -106,11 +108,9 @@ def bases_by_qr(jacobian: ArrayLike, limit: float = CONDITION_LIMIT) -> Bases:
     Source: equations 6.16 to 6.18. Differs: columns are exchanged so that the diagonal falls (pivoting); without it a
     zero can appear on the diagonal before the rank is spent.
     """
-    from scipy.linalg import qr
-
     J = np.asarray(jacobian, float)
-    Q1, R1, _ = qr(J, pivoting=True)
-    Q2, R2, _ = qr(J.T, pivoting=True)
+    Q1, R1, _ = cast(tuple[Array, Array, Array], qr(J, pivoting=True))
+    Q2, R2, _ = cast(tuple[Array, Array, Array], qr(J.T, pivoting=True))
     first, second = np.abs(np.diag(R1)), np.abs(np.diag(R2))
     rank = int(np.sum(second > second[0] / limit)) if second[0] > 0 else 0
     same = int(np.sum(first > first[0] / limit)) if first[0] > 0 else 0
