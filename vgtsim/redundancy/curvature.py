@@ -1,8 +1,8 @@
 """Curvature of goal rows and of actuator lengths: what Gauss and Newton's model of the Lagrangian leaves out.
 
-Between two modules it is a closed form: moving an input i nearer the base turns the velocity v_j that an input j farther
-out gives, so the second derivative is omega_i x v_j. Within a module it is a difference of closed-form first derivatives,
-all modules moved at once: three evaluations in all, whatever the number of modules.
+Between two modules it is a closed form: moving an input i nearer the base turns the velocity v_j that an input j
+farther out gives, so the second derivative is omega_i x v_j. Within a module it is a difference of closed-form first
+derivatives, all modules moved at once: three evaluations in all, whatever the number of modules.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """All that one iteration needs of an arm's kinematics, for all modules and a batch at once, without trigonometry.
 
 The formulas are those of `kinematics.double_octahedron` and `kinematics.Chain`, which the tests hold them to. What is
-different is the order of the loops: modules are an array axis, and only the products of rotations go module by module. A
-configuration that does not assemble is marked, not refused: one bad trial must not stop a batch.
+different is the order of the loops: modules are an array axis, and only the products of rotations go module by module.
+A configuration that does not assemble is marked, not refused: one bad trial must not stop a batch.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Kernel:
 
     @cached_property
     def _module(self) -> tuple[Array, Array, Array]:
-        """Longeron altitude and joint offset of each active module, shape (A,) each, and the way of each module (K,)."""
+        """Longeron altitude and joint offset of active modules, shape (A,) each, and the way of each module (K,)."""
         heights = np.array([geometry.height for geometry in self.chain.geometries])
         offsets = np.array([geometry.joint_offset for geometry in self.chain.geometries])
         ways = [0.0 if isinstance(m, DoubleOctahedral) else float(m.length) for m in self.chain.manipulator.modules]

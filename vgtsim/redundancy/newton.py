@@ -8,9 +8,9 @@ with e the goal's error, J its Jacobian, g and H slope and curvature of the obje
 least curvature plus the best homogeneous one (end of section 6.3): the goal and the optimum are approached together.
 With H⁻¹ in hand it costs the factors of J H⁻¹ Jᵀ, m by m, instead of a singular value decomposition of J, n by n.
 
-Step control: a step changes no input by more than `turn`; it is cut to a third until the point is inside the strokes and
-|e| times twice the multipliers' size plus the objective has fallen. Singular directions: eigenvalues of J H⁻¹ Jᵀ below
-the greatest over the squared condition limit are given up, so steps stay bounded.
+Step control: a step changes no input by more than `turn`; it is cut to a third until the point is inside the strokes
+and |e| times twice the multipliers' size plus the objective has fallen. Singular directions: eigenvalues of J H⁻¹ Jᵀ
+below the greatest over the squared condition limit are given up, so steps stay bounded.
 """
 
 from __future__ import annotations
@@ -88,8 +88,10 @@ class Found:
         iterations: Steps taken, shape (B,).
         met: Whether every row is within its tolerance, shape (B,).
         promise: Fall of the objective that the best null-space step promises, shape (B,).
+        definite: Whether the whole curvature was positive definite in the null space when last asked for, shape (B,).
         stationarity: Norm of the objective's slope within the null space, over 1 + that of the whole slope, shape (B,).
-        optimal: Whether the goal is met and the promise is below the setting, shape (B,).
+        optimal: Whether the goal is met, the promise is below the setting and the curvature definite: a local minimum
+            to second order, shape (B,).
     """
 
     z: Array
@@ -97,6 +99,7 @@ class Found:
     iterations: NDArray[np.intp]
     met: NDArray[np.bool_]
     promise: Array
+    definite: NDArray[np.bool_]
     stationarity: Array
     optimal: NDArray[np.bool_]
 
@@ -114,8 +117,9 @@ def minimise(
         evaluate: From variables, shape (b, k), and the goals they are for, shape (b,), to the local model.
         start: Variables inside the hard limits, shape (B, k).
         settings: How.
-        bend: From variables, goals, multipliers of the goal rows, shape (b, m), and memos to the curvature of the Lagrangian
-            that the local model leaves out, shape (b, k, k). It is asked for once a goal is near, and kept for a few steps.
+        bend: From variables, goals, multipliers of the goal rows, shape (b, m), and memos to the curvature of the
+            Lagrangian that the local model leaves out, shape (b, k, k). It is asked for once a goal is near, and kept
+            for a few steps.
 
     Returns:
         The ends; goals that cannot be met are not `met`.
@@ -131,7 +135,7 @@ def minimise(
     iterations, promise, optimal = np.zeros(len(z), int), np.full(len(z), np.inf), np.zeros(len(z), bool)
     learned = None if at.rough is None else np.zeros_like(at.curve)
     bent, age = np.zeros_like(at.curve) if bend and learned is None else None, np.full(len(z), _KEPT)
-    active = every
+    definite, active = np.ones(len(z), bool), every
     for count in range(how.most + 1):
         now = _take(at, active) if len(active) < len(every) else at
         H = now.curve if learned is None else now.curve + learned[active]
@@ -144,16 +148,16 @@ def minimise(
                     z[active[stale]], active[stale], y[stale], None if now.memo is None else now.memo[stale]
                 )
                 age[active[stale]] = 0
-            _bend_steps(now, H, bent[active], near, (step, y, promise), active, how)
+            definite[active] = _bend_steps(now, H, bent[active], near, (step, y, promise), active, how)
             age[active] += 1
         met = np.all(np.abs(now.error) <= how.tolerance, axis=1)
         done = met & (promise[active] <= how.optimality * (1 + np.abs(now.value)))
-        optimal[active] = done
+        optimal[active] = done & definite[active]
         if count == how.most or np.all(done):
             break
         go = ~done
         active, now, step, y = active[go], _take(now, go), step[go], y[go]
-        at, moved, shift = _search(evaluate, z, at, active, now, step, np.linalg.norm(y, axis=1), how)
+        at, moved, shift = _search(evaluate, z, at, active, now, step, np.linalg.norm(y, axis=1))
         if learned is not None:
             _learn(learned, at, now, active, shift, y)
         iterations[active[moved]] += 1
@@ -161,11 +165,11 @@ def minimise(
         if not len(active):
             break
     met = np.all(np.abs(at.error) <= how.tolerance, axis=1)
-    return Found(z, at, iterations, met, promise, _stationarity(at), optimal)
+    return Found(z, at, iterations, met, promise, definite, _stationarity(at), optimal)
 
 
 def _step(now: Local, H: Array, how: NewtonSettings) -> tuple[Array, Array, Array]:
-    """Step, shape (b, k), multipliers of the goal rows, shape (b, m), and promise of the null-space part, shape (b,)."""
+    """Step, shape (b, k), multipliers of the goal rows, shape (b, m), promise of the null-space part, shape (b,)."""
     ridge = 1e-10 * np.trace(H, axis1=1, axis2=2) / H.shape[1] + 1e-14
     H = H.copy()
     np.einsum("bii->bi", H)[:] += ridge[:, None]
@@ -196,26 +200,29 @@ def _bend_steps(
     found: tuple[Array, Array, Array],
     active: Index,
     how: NewtonSettings,
-) -> None:
+) -> NDArray[np.bool_]:
     """Put steps with the whole curvature in the place of those near a goal, where it is definite in the null space.
 
-    A multiple of JᵀJ is added: it changes no step that meets the rows, and makes the matrix definite if, and only if, the
-    curvature in the null space is (Debreu's lemma).
+    A multiple of JᵀJ is added: it changes no step that meets the rows, and makes the matrix definite if, and only if,
+    the curvature in the null space is (Debreu's lemma). Returns where it is, shape (b,).
     """
+    known = np.ones(len(H), bool)
     if not np.any(near):
-        return
+        return known
     J = now.J[near]
     scale = np.trace(H, axis1=1, axis2=2)[near] / np.sum(J**2, axis=(1, 2))
     whole = np.swapaxes((_PENALTY * scale)[:, None, None] * J, 1, 2) @ J
     whole += bent[near]
     whole += H[near]
     good = _definite(whole)
+    known[near] = good
     if not np.any(good):
-        return
+        return known
     which = np.flatnonzero(near)[good]
     step, y, promise = found
     step[which], multipliers, promise[active[which]] = _step(_take(now, which), whole[good], how)
     y[which] = multipliers
+    return known
 
 
 def _definite(matrices: Array) -> NDArray[np.bool_]:
@@ -231,7 +238,7 @@ def _definite(matrices: Array) -> NDArray[np.bool_]:
 
 
 def _search(
-    evaluate: Evaluate, z: Array, at: Local, active: Index, now: Local, step: Array, size: Array, how: NewtonSettings
+    evaluate: Evaluate, z: Array, at: Local, active: Index, now: Local, step: Array, size: Array
 ) -> tuple[Local, NDArray[np.bool_], Array]:
     """Take the step or a part of it for each active goal: the new local model, which goals moved, and by how much."""
     moved, shift = np.zeros(len(active), bool), np.zeros_like(step)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -61,7 +62,7 @@ class Positioning:
         inside = state.assembles & (np.min(self.box.spare(state.length), axis=(1, 2)) > 0)
         if not np.all(inside):  # what stands in for the others is never looked at
             safe = self.kernel.state(self.middle[None])
-            state = State(*(_either(inside, getattr(state, f.name), getattr(safe, f.name)) for f in fields(State)))
+            state = _either(inside, state, safe)
         error, J = evaluate(self.chain, self.goal, state, which)
         terms = self.guarded.terms(Configurations(self.chain, self.box, state.q, state.length, state.blocks, which))
         if not np.all(np.isfinite(terms.value)):
@@ -192,5 +193,8 @@ def assembles(chain: Chain, box: StrokeBox, q: Array) -> NDArray[np.bool_]:
     return state.assembles & (np.min(box.spare(state.length), axis=(1, 2)) > 0)
 
 
-def _either(inside: NDArray[np.bool_], value: Array, other: Array) -> Array:
-    return np.where(inside.reshape(-1, *[1] * (value.ndim - 1)), value, other)
+def _either(inside: NDArray[np.bool_], state: State, other: State) -> State:
+    """The one where a configuration is inside, the other elsewhere."""
+    pairs = [(getattr(state, item.name), getattr(other, item.name)) for item in fields(State)]
+    values: list[Any] = [np.where(inside.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in pairs]
+    return State(*values)

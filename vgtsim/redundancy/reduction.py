@@ -107,8 +107,8 @@ def couple(reference: ArrayLike, pairs: tuple[tuple[int, int], ...], ratio: floa
     Raises:
         ValueError: A module follows twice, follows itself or leads and follows.
 
-    Source: section 7.3 and equation 8.7. Differs: ratios are of the deviation from a reference, because a ratio of mid-plane
-    distances would change the arm's length.
+    Source: section 7.3 and equation 8.7. Differs: ratios are of the deviation from a reference, because a ratio of
+    mid-plane distances would change the arm's length.
     """
     zero = np.asarray(reference, float)
     followers, leaders = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
