@@ -51,7 +51,6 @@ def random_inputs(chain, seed, count, margin=0.03):
 def goal_spaces(chain, q):
     R, P = chain.frames(q)
     position, direction = chain.tool(q)
-    tool = Position(position)
     return {
         "tool": tool_goal(position, direction),
         "partial": GoalSpace((Position(position, axes="xz"), Orientation(R[:, -1]))),

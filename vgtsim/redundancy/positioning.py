@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -22,6 +22,8 @@ from vgtsim.redundancy.strokes import StrokeBox, centre
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+_NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first
+_CLOSE = 1e-3  # error, m and rad, to which it is gone
 _CHUNK = 256  # goals at a time: keeps the work arrays in cache
 
 
@@ -136,6 +138,9 @@ class Positions:
 def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | None = None) -> Positions:
     """Solve a batch of goals from given configurations by the null-space method.
 
+    Goals that are far from their start are first met with the stroke barrier as objective, which keeps the way open, and
+    then optimised; near ones are met and optimised at once.
+
     Args:
         problem: Goals, limits, objective.
         start: Inputs inside the strokes, shape (A, 3) for all goals or (B, A, 3).
@@ -160,6 +165,8 @@ def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | Non
         detail = f"{rows} goal rows for {z.shape[1]} inputs that are left"
         raise GoalError(problem.goal.names, 0.0, detail)
     how = NewtonSettings(problem.goal.tolerance, how.optimality, how.most, how.turn, how.limit)
+    if not isinstance(problem.objective, StrokeBarrier):
+        z = _come_near(problem, z, how)
     parts: list[Found] = []
     for first in range(0, count, _CHUNK):
         which = np.arange(first, min(first + _CHUNK, count))
@@ -185,6 +192,18 @@ def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | Non
         joined("promise"),
         np.concatenate([part.optimal for part in parts]),
     )
+
+
+def _come_near(problem: Positioning, z: Array, how: NewtonSettings) -> Array:
+    """Variables from which every goal that can be met is near, shape (B, k)."""
+    every = np.arange(len(z))
+    plain = replace(problem, objective=StrokeBarrier())
+    far = np.flatnonzero(np.linalg.norm(plain.local(z, every).error, axis=1) > _NEAR)
+    if len(far):
+        tolerances = NewtonSettings(_CLOSE, np.inf, how.most, how.turn, how.limit)
+        z = np.array(z)
+        z[far] = minimise(lambda at, i: plain.local(at, far[i]), z[far], tolerances).z
+    return z
 
 
 def assembles(chain: Chain, box: StrokeBox, q: Array) -> NDArray[np.bool_]:
