@@ -53,6 +53,32 @@ class ReachError(VgtError):
         super().__init__(f"goal {goal!r} is out of reach by {shortfall:.4g} m{limits}{'; ' + detail if detail else ''}")
 
 
+class GoalError(VgtError):
+    """Goal rows cannot all hold, whatever the arm does.
+
+    Attributes:
+        rows: Names of the rows concerned.
+        residual: What is left of them at the best compromise, m or rad; zero when they are too many for the inputs.
+    """
+
+    def __init__(self, rows: tuple[str, ...], residual: float, detail: str) -> None:
+        self.rows, self.residual = rows, residual
+        super().__init__(f"{detail}; rows: {', '.join(rows)}")
+
+
+class ObjectiveError(VgtError):
+    """An objective returned something that is not a number.
+
+    Attributes:
+        objective: Its name.
+        count: Number of configurations at which it did.
+    """
+
+    def __init__(self, objective: str, count: int, detail: str) -> None:
+        self.objective, self.count = objective, count
+        super().__init__(f"objective {objective!r} is not finite at {count} configurations: {detail}")
+
+
 class PathError(VgtError):
     """No collision-free path between two configurations was found.
 

@@ -1,0 +1,200 @@
+"""Goals that the present configuration does not lead to: restarts from a table of postures, nearest first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import AssemblyError, GoalError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.redundancy.goals import Direction, GoalSpace, Orientation, Position, evaluate
+from vgtsim.redundancy.newton import NewtonSettings
+from vgtsim.redundancy.positioning import Positioning, Positions, assembles, solve
+from vgtsim.redundancy.seeds import swing
+from vgtsim.redundancy.strokes import StrokeBox, bring_inside
+
+Array = NDArray[np.float64]
+
+_SEED = 1993
+_DEPENDENT = 1e-9  # least singular value over the greatest at which rows count as dependent
+
+
+@dataclass(frozen=True)
+class Postures:
+    """Configurations inside the strokes and where they put the tool.
+
+    Attributes:
+        q: Inputs, shape (N, A, 3).
+        position: Of the tool in B_1, shape (N, 3), m.
+        direction: Of the tool in B_1, shape (N, 3).
+    """
+
+    q: Array
+    position: Array
+    direction: Array
+
+
+def make_postures(chain: Chain, box: StrokeBox, count: int = 600) -> Postures:
+    """Draw postures: one half with every actuator anywhere in its stroke, one half bent smoothly.
+
+    Args:
+        chain: The arm.
+        box: Lengths allowed.
+        count: How many.
+
+    Returns:
+        The same table for the same arm and box.
+    """
+    rng = np.random.default_rng(_SEED)
+    shape = box.least.shape
+    part = 0.06 + 0.88 * rng.random((count, *shape))
+    stations = np.linspace(0, 1, shape[0])
+    bend = rng.uniform(-1, 1, (count // 2, 3, 2))
+    curve = np.stack([np.interp(stations, [0, 0.5, 1], row) for pair in bend for row in pair.T])
+    curve = 0.45 * curve.reshape(count // 2, 2, -1).swapaxes(1, 2)
+    wave = 2 * np.pi / 3 * np.arange(3)
+    lean = curve[..., :1] * np.cos(wave) + curve[..., 1:] * np.sin(wave)
+    part[: count // 2] = np.clip(0.5 * rng.uniform(0.4, 1.4, (count // 2, 1, 1)) + lean, 0.06, 0.94)
+    lengths = box.least + part * (box.greatest - box.least)
+    q = _assemble(chain, lengths)
+    position, direction = chain.tool(q)
+    R = chain.mount[:3, :3]
+    return Postures(q, (position - chain.mount[:3, 3]) @ R, direction @ R)
+
+
+def solve_anywhere(
+    problem: Positioning,
+    start: ArrayLike,
+    settings: NewtonSettings | None = None,
+    postures: Postures | None = None,
+    tries: int = 8,
+) -> Positions:
+    """Solve goals from given configurations, and those that are not met from the postures nearest to them.
+
+    Args:
+        problem: Goals, limits, objective.
+        start: Inputs, shape (A, 3) or (B, A, 3); moved inside the strokes where they are not.
+        settings: How.
+        postures: Table to restart from; made when absent.
+        tries: Greatest number of restarts of a goal.
+
+    Returns:
+        The solutions; iterations count over all restarts.
+
+    Raises:
+        GoalError: Rows contradict each other wherever the arm is, or are more than the inputs.
+    """
+    chain, box = problem.chain, problem.box
+    begin = np.asarray(start, float)
+    if not np.all(assembles(chain, box, begin.reshape(-1, *begin.shape[-2:]))):
+        begin = np.array([bring_inside(chain, box, q) for q in begin.reshape(-1, *begin.shape[-2:])]).reshape(
+            begin.shape
+        )
+    found = solve(problem, begin, settings)
+    left = np.flatnonzero(~found.met)
+    if not len(left):
+        return found
+    _refuse_contradictions(problem, found, left)
+    table = postures or make_postures(chain, box)
+    for attempt in range(tries):
+        seeds = _seeds(problem, table, left, attempt)
+        part = replace(problem, goal=_choose(problem.goal, left))
+        again = solve(part, seeds, settings)
+        found.iterations[left] += again.iterations
+        better = again.met | (np.linalg.norm(again.error, axis=1) < np.linalg.norm(found.error[left], axis=1))
+        for field in fields(Positions):
+            if field.name != "iterations":
+                getattr(found, field.name)[left[better]] = getattr(again, field.name)[better]
+        left = left[~again.met]
+        if not len(left):
+            break
+    return found
+
+
+def _seeds(problem: Positioning, table: Postures, left: NDArray[np.intp], attempt: int) -> Array:
+    """One posture for each goal, swung to it, shape (b, A, 3)."""
+    chain = problem.chain
+    wanted = _tool_targets(problem.goal, chain, left)
+    if wanted is None:
+        return table.q[(left + 37 * attempt) % len(table.q)]
+    position, direction = wanted
+    out = []
+    there, here = np.arctan2(position[:, 1], position[:, 0]), np.arctan2(table.position[:, 1], table.position[:, 0])
+    for p, d, angle in zip(position, direction, there, strict=True):
+        turn = angle - here
+        away = _swung(table.position, turn) - p
+        cost = np.sum(away**2, axis=1) + 4 * np.sum((_swung(table.direction, turn) - d) ** 2, axis=1)
+        order = np.argsort(cost)[: 6 * (attempt + 1) + 24]
+        swung = swing(table.q[order], turn[order])
+        usable = np.flatnonzero(assembles(chain, problem.box, swung))
+        out.append(swung[usable[attempt]] if len(usable) > attempt else table.q[order[attempt]])
+    return np.array(out)
+
+
+def _tool_targets(goal: GoalSpace, chain: Chain, left: NDArray[np.intp]) -> tuple[Array, Array] | None:
+    """Positions and directions wanted of the tool, in B_1, or nothing when its position is not wanted."""
+    R = chain.mount[:3, :3]
+    position = direction = None
+    for part in _choose(goal, left).parts:
+        if part.module is None and isinstance(part, Position) and part.axes == "xyz":
+            position = (np.broadcast_to(part.target, (len(left), 3)) - chain.mount[:3, 3]) @ R
+        elif part.module is None and isinstance(part, Direction):
+            direction = np.broadcast_to(part.target, (len(left), 3)) @ R
+        elif part.module is None and isinstance(part, Orientation):
+            direction = np.broadcast_to(part.target[..., 2], (len(left), 3)) @ R
+    if position is None:
+        return None
+    if direction is None:
+        direction = position / np.maximum(np.linalg.norm(position, axis=1, keepdims=True), 1e-9)
+    return position, direction
+
+
+def _refuse_contradictions(problem: Positioning, found: Positions, left: NDArray[np.intp]) -> None:
+    """Raise when unmet rows depend on each other at several unrelated configurations and disagree."""
+    chain = problem.chain
+    rng = np.random.default_rng(_SEED)
+    middle = chain.inputs_from_lengths((problem.box.least + problem.box.greatest) / 2)
+    q = middle + 0.05 * rng.standard_normal((3, *middle.shape))
+    J = evaluate(chain, problem.goal, problem.kernel.state(q), np.full(3, left[0]))[1]
+    U, values, _ = np.linalg.svd(J)
+    ratio = values / values[:, :1]
+    dependent = min(int(np.sum(row < _DEPENDENT)) for row in ratio)
+    if not dependent:
+        return
+    error = found.error[left[0]]
+    names = tuple(np.array(problem.goal.names)[np.abs(U[0, :, -dependent:]).max(axis=1) > 0.1].tolist())
+    gap = float(np.linalg.norm(U[0, :, -dependent:].T @ error))
+    tolerance = float(np.max(problem.goal.tolerance))
+    if gap > tolerance:
+        detail = f"goal {int(left[0])}: rows depend on each other and disagree by {gap:.4g} (tolerance {tolerance:.1g})"
+        raise GoalError(names, gap, detail)
+
+
+def _choose(goal: GoalSpace, which: NDArray[np.intp]) -> GoalSpace:
+    """The goals asked for."""
+    parts = []
+    for part in goal.parts:
+        single = part.target.ndim == (2 if isinstance(part, Orientation) else 1)
+        parts.append(part if single or len(part.target) == 1 else replace(part, target=part.target[which]))
+    return GoalSpace(tuple(parts))
+
+
+def _assemble(chain: Chain, lengths: Array) -> Array:
+    """Inputs of those lengths, shape (N, A, 3), that assemble; a batch that fails is halved."""
+    try:
+        return chain.inputs_from_lengths(lengths)
+    except AssemblyError:
+        if len(lengths) == 1:
+            return np.empty((0, *lengths.shape[1:]))
+        half = len(lengths) // 2
+        return np.concatenate([_assemble(chain, lengths[:half]), _assemble(chain, lengths[half:])])
+
+
+def _swung(vectors: Array, angle: Array) -> Array:
+    """Vectors, shape (N, 3), turned about Z."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.stack(
+        [cos * vectors[:, 0] - sin * vectors[:, 1], sin * vectors[:, 0] + cos * vectors[:, 1], vectors[:, 2]], 1
+    )
