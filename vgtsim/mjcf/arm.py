@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import DoubleOctahedral, Manipulator
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.modules import DoubleOctahedral
 from vgtsim.description.sections import Cylinder
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, Member

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import Manipulator, Prism
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.modules import Prism
 from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
