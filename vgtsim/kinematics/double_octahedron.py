@@ -248,7 +248,7 @@ def mid_node_derivative(geometry: Geometry, midplane: ArrayLike, phi: Array) -> 
     """
     U = normal(midplane)
     dU = normal_derivative(U)
-    tangent = _tangents(geometry, phi)
+    tangent = tangents(geometry, phi)
     rate = np.empty((*phi.shape, 3))
     rate[..., :2] = -mid_nodes(geometry, phi) @ dU
     rate[..., 2] = 1.0
@@ -256,7 +256,7 @@ def mid_node_derivative(geometry: Geometry, midplane: ArrayLike, phi: Array) -> 
     return tangent[..., None] * rate[..., None, :]
 
 
-def _tangents(geometry: Geometry, phi: Array) -> Array:
+def tangents(geometry: Geometry, phi: Array) -> Array:
     """Derivative of n4, n5, n6 with respect to their angles, shape (..., 3, 3), m."""
     height = _column(geometry.height)
     tangent = (-height * np.sin(phi))[..., None] * INWARD
@@ -334,7 +334,7 @@ def straight_angles(geometry: Geometry, actuators: Array) -> Array:
 def angle_jacobian(geometry: Geometry, phi: Array) -> Array:
     """Derivative of the actuator lengths with respect to phi: the matrix of equation 3.14, shape (..., 3, 3), m/rad."""
     nodes = mid_nodes(geometry, phi)
-    tangent = _tangents(geometry, phi)
+    tangent = tangents(geometry, phi)
     span = nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :]
     unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
     J = np.zeros((*phi.shape, 3))

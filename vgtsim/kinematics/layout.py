@@ -1,4 +1,4 @@
-"""What a chain works out once from its description: sets of modules, constant transforms, where every node comes from."""
+"""What a chain works out once from its description: sets of modules, constant transforms, sources of the nodes."""
 
 from __future__ import annotations
 

@@ -25,7 +25,9 @@ from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, po
 
 Array = NDArray[np.float64]
 
-_BRANCH = 1e-9  # m: departure of a solution's own lengths from those asked for that is no rounding any more
+_TURNED = (
+    0.999  # given as the fraction covered when lengths were reached with a mid node on the wrong side of its circle
+)
 
 
 class ModuleSet(Protocol):
@@ -67,8 +69,21 @@ class ModuleSet(Protocol):
         """Leg lengths, shape (..., M, legs), m, and dl/dx, shape (..., M, legs, inputs)."""
         ...
 
-    def solve(self, lengths: Array, start: Array) -> Array:
-        """Inputs of leg lengths, shape (..., M, legs), on the assembly mode of the start, shape (..., M, inputs)."""
+    def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
+        """Follow leg lengths, shape (..., M, legs), from a start, shape (..., M, inputs), on its assembly mode.
+
+        Without a start, from the module's own straight pose. Returns inputs, and the fraction of the way covered, shape
+        (..., M): one where the lengths were reached.
+        """
+        ...
+
+    def solve(self, lengths: Array, start: Array | None) -> Array:
+        """As `attempt`, but all lengths must be reached.
+
+        Raises:
+            AssemblyError: Lengths that no pose can have; the module is named.
+            SingularityError: A singularity lies between.
+        """
         ...
 
     def conditioned(self, x: Array) -> Array:
@@ -135,12 +150,50 @@ class DoubleOctahedra:
         """As `double_octahedron.length_jacobian`."""
         return double.length_jacobian(self.geometry, x, self.angles(x))
 
-    def solve(self, lengths: Array, start: Array | None) -> Array:
+    def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Conventional forward solution, each step proved to stay on the mode of the start.
 
         Args:
             lengths: Shape (..., M, 3), m.
             start: Shape (..., M, 3); absent for the straight modules with three equal actuators of the mean length.
+
+        Returns:
+            Mid-planes, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
+        """
+        phi, reached = self._follow(lengths, start)
+        x = double.midplane_from_angles(self.geometry, phi)
+        outward = np.sum(double.tangents(self.geometry, phi) * double.normal(x)[..., None, :], axis=-1) < 0
+        return x, np.where(np.all(outward, axis=-1), reached, np.minimum(reached, _TURNED))
+
+    def _follow(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
+        """Angles, shape (..., M, 3), rad, and the fraction of the way covered, shape (..., M)."""
+        begin = double.straight_angles(self.geometry, lengths) if start is None else self.angles(start)
+        begin = np.broadcast_to(begin, lengths.shape)
+        apothem, radius = (
+            np.broadcast_to(item, lengths.shape[:-1]).ravel() for item in (self.geometry.apothem, self.geometry.height)
+        )
+        circles = Circles(
+            -apothem[:, None, None] * double.INWARD,
+            np.broadcast_to(double.INWARD, (len(apothem), 3, 3)),
+            np.repeat(radius[:, None], 3, axis=1),
+        )
+        first = double.actuator_lengths(double.mid_nodes(self.geometry, begin)).reshape(-1, 3)
+        C, change = closure_coefficients(circles, first), (first**2 - lengths.reshape(-1, 3) ** 2).T
+
+        def path(t: Array, index: NDArray[np.intp]) -> Array:
+            now = C[..., index]
+            now[0] += t * change[:, index]
+            return now
+
+        result = follow(path, begin.reshape(-1, 3))
+        return result.phi.reshape(lengths.shape), result.reached.reshape(lengths.shape[:-1])
+
+    def solve(self, lengths: Array, start: Array | None) -> Array:
+        """As `attempt`, but all lengths must be reached.
+
+        Args:
+            lengths: Shape (..., M, 3), m.
+            start: Shape (..., M, 3), or absent.
 
         Returns:
             Mid-planes, shape (..., M, 3).
@@ -154,42 +207,15 @@ class DoubleOctahedra:
             worst = np.unravel_index(int(np.argmax(excess)), excess.shape)
             detail = f"actuators of {np.array2string(lengths[worst], precision=4)} m make no triangle"
             raise AssemblyError(self.names[worst[-1]], float(excess[worst]), detail)
-        begin = double.straight_angles(self.geometry, lengths) if start is None else self.angles(start)
-        phi = np.broadcast_to(begin, lengths.shape).reshape(-1, 3)
-        module = np.broadcast_to(np.arange(len(self.names)), lengths.shape[:-1]).ravel()
-        goal = lengths.reshape(-1, 3)
-        every = np.broadcast_to(self.geometry.apothem, lengths.shape[:-1]).ravel()
-        radius = np.broadcast_to(self.geometry.height, lengths.shape[:-1]).ravel()
-        circles = Circles(
-            -every[:, None, None] * double.INWARD,
-            np.broadcast_to(double.INWARD, (len(every), 3, 3)),
-            np.repeat(radius[:, None], 3, axis=1),
-        )
-        first = double.actuator_lengths(double.mid_nodes(self.geometry, phi.reshape(lengths.shape))).reshape(-1, 3)
-        C, change = closure_coefficients(circles, first), (first**2 - goal**2).T
-
-        def path(t: Array, index: NDArray[np.intp]) -> Array:
-            now = C[..., index]
-            now[0] += t * change[:, index]
-            return now
-
-        result = follow(path, phi)
-        self._refuse_singular(result.phi, result.reached, module, goal)
-        x = double.midplane_from_angles(self.geometry, result.phi.reshape(lengths.shape))
-        off = np.abs(double.length_jacobian(self.geometry, x, self.angles(x))[0] - lengths).max(axis=-1).ravel()
-        if np.any(off > _BRANCH):
-            self._refuse_singular(result.phi, np.where(off > _BRANCH, 0.0, 1.0), module, goal)
+        x, reached = self.attempt(lengths, start)
+        if reached.min(initial=1.0) < 1.0:
+            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
+            geometry, name = self._one(int(worst[-1])), self.names[worst[-1]]
+            phi = self._follow(lengths, start)[0][worst]
+            value, row = worst_direction(double.angle_jacobian(geometry, phi) / geometry.height)
+            gap = np.abs(double.actuator_lengths(double.mid_nodes(geometry, phi)) - lengths[worst]).max()
+            raise SingularityError(name, value, f"{name}/actuator/{row + 1}", float(gap), float(reached[worst]))
         return x
-
-    def _refuse_singular(self, phi: Array, reached: Array, module: NDArray[np.intp], goal: Array) -> None:
-        if reached.min(initial=1.0) == 1.0:
-            return
-        worst = int(np.argmin(reached))
-        geometry, name = self._one(int(module[worst])), self.names[int(module[worst])]
-        J = double.angle_jacobian(geometry, phi[worst]) / geometry.height
-        value, row = worst_direction(J)
-        gap = np.abs(double.actuator_lengths(double.mid_nodes(geometry, phi[worst])) - goal[worst]).max()
-        raise SingularityError(name, value, f"{name}/actuator/{row + 1}", float(gap), float(reached[worst]))
 
     def conditioned(self, x: Array) -> Array:
         """dl/dphi over the altitude of the longeron triangles."""
@@ -267,12 +293,32 @@ class Octahedra:
         angular, linear = pose_twist(x)
         return lengths, J @ np.concatenate([linear, angular], axis=-2)
 
-    def solve(self, lengths: Array, start: Array) -> Array:
-        """As `octahedron.forward`, module by module.
+    def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
+        """As `octahedron.advance`, module by module.
 
         Args:
             lengths: Of all longerons, shape (..., M, 6), m.
-            start: Poses on the wanted mode, shape (..., M, 6).
+            start: Poses on the wanted mode, shape (..., M, 6); absent for the modules' `home`.
+
+        Returns:
+            Poses, shape (..., M, 6), and the fraction of the way covered, shape (..., M).
+        """
+        x, reached = np.empty(lengths.shape), np.empty(lengths.shape[:-1])
+        for m, geometry in enumerate(self.geometries):
+            wanted = lengths[..., m, :].reshape(-1, 6)
+            near = single.home(geometry, wanted) if start is None else pose_transform(start[..., m, :])
+            begin = (np.broadcast_to(near[0], (len(wanted), 3, 3)), np.broadcast_to(near[1], (len(wanted), 3)))
+            R, P, part = single.advance(geometry, wanted, begin)
+            x[..., m, :] = pose_parameters(R, P).reshape(x[..., m, :].shape)
+            reached[..., m] = part.reshape(reached[..., m].shape)
+        return x, reached
+
+    def solve(self, lengths: Array, start: Array | None) -> Array:
+        """As `attempt`, but all lengths must be reached.
+
+        Args:
+            lengths: Of all longerons, shape (..., M, 6), m.
+            start: Poses on the wanted mode, shape (..., M, 6), or absent.
 
         Returns:
             Poses, shape (..., M, 6).
@@ -281,22 +327,20 @@ class Octahedra:
             AssemblyError: A longeron pair does not close; the module is named.
             SingularityError: A singularity lies between.
         """
-        x = np.empty(lengths.shape)
         for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
-            wanted = lengths[..., m, :].reshape(-1, 6)
             try:
-                single.closure(geometry, wanted)
+                single.closure(geometry, lengths[..., m, :])
             except AssemblyError as error:
                 raise AssemblyError(name, error.residual, str(error)) from None
-            begin = np.broadcast_to(start[..., m, :], lengths[..., m, :].shape).reshape(-1, 6)
-            R, P, reached = single.advance(geometry, wanted, pose_transform(begin))
-            if reached.min(initial=1.0) < 1.0:
-                worst = int(np.argmin(reached))
-                value, leg = single.singularity(geometry, R[worst], P[worst])
-                role = "longeron" if geometry.static[leg] is not None else "actuator"
-                gap = np.abs(single.lengths(geometry, R[worst], P[worst]) - wanted[worst]).max()
-                raise SingularityError(name, value, f"{name}/{role}/{leg + 1}", float(gap), float(reached[worst]))
-            x[..., m, :] = pose_parameters(R, P).reshape(x[..., m, :].shape)
+        x, reached = self.attempt(lengths, start)
+        if reached.min(initial=1.0) < 1.0:
+            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
+            geometry, name = self.geometries[worst[-1]], self.names[worst[-1]]
+            R, P = pose_transform(x[worst])
+            value, leg = single.singularity(geometry, R, P)
+            role = "longeron" if geometry.static[leg] is not None else "actuator"
+            gap = np.abs(single.lengths(geometry, R, P) - lengths[worst]).max()
+            raise SingularityError(name, value, f"{name}/{role}/{leg + 1}", float(gap), float(reached[worst]))
         return x
 
     def conditioned(self, x: Array) -> Array:
@@ -347,27 +391,42 @@ class Tetrahedra:
         slope = tetra.length_derivative(self.geometry, theta)
         return tetra.inverse(self.geometry, theta)[..., None], slope[..., None, None]
 
-    def solve(self, lengths: Array, start: Array) -> Array:
+    def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Closed form, on the side of the flat pose on which the start is.
 
         Args:
             lengths: Shape (..., M, 1), m.
-            start: Shape (..., M, 1), rad.
+            start: Shape (..., M, 1), rad; absent for the working branch.
+
+        Returns:
+            Hinge angles, shape (..., M, 1), rad, and one where the length is below the flat pose's, shape (..., M).
+        """
+        ratio = lengths / (2 * self.geometry.height[:, None])
+        theta = 2 * np.arcsin(np.clip(ratio, 0.0, 1.0))
+        if start is not None:
+            theta = np.where(start > np.pi, 2 * np.pi - theta, np.where(start < 0, -theta, theta))
+        return theta, np.where((ratio > 0) & (ratio < 1), 1.0, 0.0)[..., 0]
+
+    def solve(self, lengths: Array, start: Array | None) -> Array:
+        """As `attempt`, but all lengths must be reached.
+
+        Args:
+            lengths: Shape (..., M, 1), m.
+            start: Shape (..., M, 1), rad, or absent.
 
         Returns:
             Hinge angles, shape (..., M, 1), rad.
 
         Raises:
-            SingularityError: A length beyond the flat pose, which is singular; the module is named.
+            SingularityError: A length at or beyond the flat pose, or none; the module is named.
         """
-        longest = 2 * self.geometry.height
-        excess = lengths[..., 0] - longest
-        if np.any(~(excess < 0)) or np.any(lengths < 0):
-            worst = np.unravel_index(int(np.argmax(excess)), excess.shape)
-            name = self.names[worst[-1]]
-            raise SingularityError(name, 0.0, f"{name}/actuator/1", float(max(excess[worst], 0.0)), 0.0)
-        theta = 2 * np.arcsin(lengths / longest[:, None])
-        return np.where(start > np.pi, 2 * np.pi - theta, np.where(start < 0, -theta, theta))
+        theta, reached = self.attempt(lengths, start)
+        if reached.min(initial=1.0) < 1.0:
+            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
+            name, longest = self.names[worst[-1]], 2 * float(self.geometry.height[worst[-1]])
+            gap = abs(float(lengths[worst][0]) - longest)
+            raise SingularityError(name, 0.0, f"{name}/actuator/1", gap, min(1.0, longest / float(lengths[worst][0])))
+        return theta
 
     def conditioned(self, x: Array) -> Array:
         """dl/dtheta over the altitude: the cosine of half the hinge angle."""
