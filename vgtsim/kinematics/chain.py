@@ -21,8 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics import double_octahedron as octa
+from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.layout import Layout, Place, make_layout
-from vgtsim.kinematics.module_sets import DoubleOctahedra, find_singular
+from vgtsim.kinematics.module_sets import find_singular
 from vgtsim.kinematics.truss import Truss, make_truss
 
 Array = NDArray[np.float64]
@@ -339,25 +340,18 @@ class Chain:
         return angular, linear, top[..., self.layout.owner, :]
 
     def jacobian(self, q: ArrayLike) -> Array:
-        """Geometric Jacobian of the tool in closed form (section 6.1.2).
-
-        Args:
-            q: Inputs, shape (..., *q).
-
-        Returns:
-            Shape (..., 6, n), n = 3 A in a uniform chain: velocity of the tool point over angular velocity of the tip
-            plate, in frame G.
-        """
+        """As `tool_jacobian`, the Jacobian alone."""
         return self.tool_jacobian(q)[2]
 
     def tool_jacobian(self, q: ArrayLike) -> tuple[Array, Array, Array]:
-        """As `tool` and `jacobian` in one pass.
+        """Tool and its geometric Jacobian in closed form (section 6.1.2).
 
         Args:
             q: Inputs, shape (..., *q).
 
         Returns:
-            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, n), in frame G.
+            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, n), n = 3 A in a
+            uniform chain: velocity of the tool point over angular velocity of the tip plate; all in frame G.
         """
         x = self._row(q)
         base, local = self._top(x)

@@ -21,8 +21,11 @@ from vgtsim.errors import TrussError
 from vgtsim.kinematics import double_octahedron as double
 from vgtsim.kinematics import octahedron as single
 from vgtsim.kinematics import tetrahedron as tetra
-from vgtsim.kinematics.module_sets import DoubleOctahedra, ModuleSet, Octahedra, Tetrahedra, straight_pose
+from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.module_sets import ModuleSet
+from vgtsim.kinematics.octahedra import Octahedra, straight_pose
 from vgtsim.kinematics.static_section import StaticSection, make_section, section_from_transform
+from vgtsim.kinematics.tetrahedra import Tetrahedra
 from vgtsim.kinematics.triangle import triangle_nodes
 from vgtsim.kinematics.truss import Truss
 

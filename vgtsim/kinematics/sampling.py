@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import SingularityError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.module_sets import DoubleOctahedra, Octahedra, find_singular
+from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.octahedra import Octahedra
 
 Array = NDArray[np.float64]
 
@@ -93,6 +94,3 @@ def least_singular_value(chain: Chain, q: Array) -> Array:
         Shape (...), a pure number.
     """
     return chain.singular_values(q)[0].min(axis=-1)
-
-
-__all__ = ["check_strokes", "find_singular", "least_singular_value", "sample_inputs"]
