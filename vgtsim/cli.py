@@ -27,7 +27,7 @@ app = typer.Typer(
 )
 MODELS = Path(__file__).parents[1] / "models"
 _LISTED_SAMPLE = 500  # configurations that the listed reach is the greatest of
-_out = Console()
+_out = Console(width=None if sys.stdout.isatty() else 140)  # a pipe has no width of its own
 _err = Console(stderr=True)
 
 
@@ -44,7 +44,7 @@ class Status(IntEnum):
 SceneFile = Annotated[Path, typer.Argument(help="TOML file of a scene.", show_default=False)]
 RunFolder = Annotated[Path, typer.Argument(help="Folder that `vgtsim run` left.", show_default=False)]
 ArmFile = Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)]
-OutFolder = Annotated[Path | None, typer.Option("--out", help="Folder for the results [default: out/NAME].")]
+OutFolder = Annotated[Path | None, typer.Option("--out", help="Folder for the results, by default out/NAME.")]
 
 
 @app.callback(invoke_without_command=True)
@@ -98,6 +98,8 @@ def build(
 ) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
     from vgtsim.control.program import check_scene, solve_first_goal
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.sampling import check_strokes
     from vgtsim.mjcf import scene_chain
     from vgtsim.mjcf.files import write_arm_files, write_scene_files
     from vgtsim.output.write import prepare_folder
@@ -110,6 +112,7 @@ def build(
         files = write_scene_files(scene, solve_first_goal(scene, chain), folder)
     else:
         manipulator = load_manipulator(description)
+        check_strokes(Chain(manipulator, hanging_mount(0.0)))
         files = write_arm_files(manipulator, prepare_folder(out or description.parent) / manipulator.name)
     for file in files:
         _out.print(str(file), soft_wrap=True)

@@ -101,6 +101,17 @@ class RunLog:
         """
         return np.einsum("tmk,tmk->tm", self.member_force, self.directions(ends))
 
+    def shear(self, ends: NDArray[np.intp]) -> Array:
+        """Forces across the members at the near ends.
+
+        Args:
+            ends: Node indices of each member, shape (M, 2).
+
+        Returns:
+            Shape (T, M, 3), N, in frame G.
+        """
+        return self.member_force - self.axial(ends)[..., None] * self.directions(ends)
+
 
 _META = ("warnings", "performance", "versions", "stopped")
 

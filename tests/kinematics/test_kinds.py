@@ -9,8 +9,8 @@ import pytest
 from pydantic import ValidationError
 from scipy.linalg import block_diag
 
-from vgtsim.description import Manipulator, load_manipulator
-from vgtsim.errors import AssemblyError, SingularityError, TrussError
+from vgtsim.description import Manipulator, load_manipulator, load_scene
+from vgtsim.errors import AssemblyError, DescriptionError, SingularityError, TrussError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.assembly_modes import octahedron_assemblies
 from vgtsim.kinematics.layout import octahedron_geometry
@@ -210,3 +210,44 @@ def test_measured_transform_is_the_section_s():
     measured = changed("tetra4", (0, {"length": None, "tilt": (0.0, 0.0), "twist": 0.0, "transform": T.tolist()}))
     again = Chain(measured, np.eye(4))
     assert np.allclose(again.nodes(again.straight), chain.nodes(chain.straight), atol=EXACT)
+
+
+def test_a_bad_module_names_file_and_key(tmp_path):
+    text = (ROOT / "mixed/mixed.toml").read_text().replace('{ cylinder = "l325" },', '{ cylinder = "l352" },', 1)
+    (tmp_path / "bad.toml").write_text(text)
+    with pytest.raises(DescriptionError, match=r"modules\.7\.longerons\.0\.cylinder = 'l352'.*did you mean 'l325'"):
+        load_manipulator(tmp_path / "bad.toml")
+    (tmp_path / "bad.toml").write_text(text.replace('kind = "octahedral"', 'kind = "octahedron"'))
+    with pytest.raises(DescriptionError, match="octahedral") as caught:
+        load_manipulator(tmp_path / "bad.toml")
+    assert caught.value.key == "modules.7"
+
+
+def test_a_scene_of_a_mixed_arm_is_refused(tmp_path):
+    scenes = ROOT.parent / "scenes"
+    text = (scenes / "type_ii_reach.toml").read_text()
+    text = text.replace("../models/arm15/arm15.toml", str(ROOT / "mixed/mixed.toml"))
+    (tmp_path / "scene.toml").write_text(text.replace("tanks/type_ii.toml", str(scenes / "tanks/type_ii.toml")))
+    with pytest.raises(DescriptionError, match="an arm of double-octahedral modules, which planning is made for"):
+        load_scene(tmp_path / "scene.toml")
+
+
+def test_uniform_and_general_chains_agree():
+    """The same arm taken as one row of inputs: a hinge added at the root and held."""
+    arm = load("arm9")
+    plain = Chain(arm, hanging_mount(9.0))
+    q = sample_inputs(plain, 1, seed=6)[0]
+    hinge = load("tetra4").modules[1].model_copy(update={"name": "root"})
+    cylinders = arm.cylinders | {"h500": load("tetra4").cylinders["h500"]}
+    tubes = arm.tubes | {"t300x250": load("tetra4").tubes["t300x250"]}
+    data = {"modules": (hinge, *arm.modules), "cylinders": cylinders, "tubes": tubes}
+    mixed = Chain(arm.model_copy(update=data), hanging_mount(9.0))
+    theta = 1.0
+    row = np.concatenate([[theta], q.ravel()])
+    R, P = mixed.frames(row)
+    mount = np.eye(4)
+    mount[:3, :3], mount[:3, 3] = R[1], P[1]
+    moved = Chain(arm, mount)
+    assert np.allclose(mixed.nodes(row)[4:], moved.nodes(q)[3:], atol=EXACT)
+    assert np.allclose(mixed.jacobian(row)[:, 1:], moved.jacobian(q), atol=EXACT)
+    assert np.allclose(mixed.lengths(row)[1:], moved.lengths(q).ravel(), atol=EXACT)

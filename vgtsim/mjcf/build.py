@@ -94,8 +94,7 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
     poses = {"straight": free.straight, "reach": reach_pose(free)}
     if manipulator.stowed is not None:
         poses = {"stowed": free.stowed} | poses
-    longest = max(float(np.linalg.norm(free.nodes(q), axis=-1).max()) for q in poses.values())
-    height = 1.0 + longest + manipulator.tip_plate.tool_offset
+    height = 1.0 + float(np.linalg.norm(free.tool(next(iter(poses.values())))[0]))
     chain = Chain(manipulator, hanging_mount(height))
     rigging = Rigging(0.9144, 0.0127, 7850.0, 2.0, (0.0, 0.0), 0.0, 0.1, timestep, 1e8, 1e6)
     spec = _start_spec(manipulator.name, timestep, 9.80665, 1e-5)

@@ -16,7 +16,7 @@ from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import names
 
 # Time constant in steps and damping ratio of closures and rigid drives. The discrete integrator takes both at the end
-# of the step, so a stiff, hardly damped row is met within the step; it trails a moving command by 2 ratio² time constants.
+# of the step: a stiff, hardly damped row is met within it and trails a moving command by 2 ratio² time constants.
 SOLREF_STEPS, SOLREF_RATIO = 0.2, 0.1
 SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)  # the greatest impedance MuJoCo accepts
 SERVO_GROUP = 1

@@ -66,8 +66,8 @@ def add_arm_cameras(spec: mujoco.MjSpec, height: float) -> None:
 
 def _add_tool_camera(spec: mujoco.MjSpec) -> None:
     tip = spec.body(names.TIP)
-    camera = tip.add_camera(name="tool", pos=[0.0, 0.75, -2.6], fovy=75)
-    camera.quat = _look([0.0, 0.75, -2.6], [0.0, 0.0, 0.6], up=[0.0, 1.0, 0.0])
+    camera = tip.add_camera(name="tool", pos=[0.0, 1.1, -0.8], fovy=75)
+    camera.quat = _look([0.0, 1.1, -0.8], [0.0, 0.0, 0.3], up=[0.0, 0.0, 1.0])
 
 
 def _add_camera(spec: mujoco.MjSpec, name: str, place: np.ndarray, target: np.ndarray, fovy: float) -> None:

@@ -139,7 +139,9 @@ def write_solid(solid: trimesh.Scene, stem: Path) -> tuple[Path, Path]:
         Both paths.
     """
     files = stem.with_suffix(".glb"), stem.with_suffix(".stl")
-    for file, content in zip(files, (solid.export(file_type="glb"), solid.to_mesh().export(file_type="stl")), strict=True):
+    for file, content in zip(
+        files, (solid.export(file_type="glb"), solid.to_mesh().export(file_type="stl")), strict=True
+    ):
         with replacing(file) as whole:
             whole.write_bytes(content)
     return files

@@ -30,7 +30,14 @@ def plot_workspace(found: Workspace, title: str) -> Figure:
         panels = (
             (axes[0, 0], radius, height, np.degrees(found.tilt), np.max, "greatest tilt of the tool, degrees", side),
             (axes[0, 1], radius, height, found.dexterity, np.max, "greatest dexterity", side),
-            (axes[1, 0], *found.tool[:, :2].T, found.singular, np.min, "least singular value of a module", ("x, m", "y, m")),
+            (
+                axes[1, 0],
+                *found.tool[:, :2].T,
+                found.singular,
+                np.min,
+                "least singular value of a module",
+                ("x, m", "y, m"),
+            ),
         )
         for panel, across, up, value, pick, name, labels in panels:
             hexes = panel.hexbin(across, up, value, gridsize=_GRID, reduce_C_function=pick, mincnt=1, linewidths=0.1)

@@ -52,12 +52,10 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
         Both.
     """
     model = make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
-    along = log.directions(chain.truss.ends)
-    axial = np.einsum("tmk,tmk->tm", log.member_force, along)
     settled = np.flatnonzero(log.settled)
     return Loads(
-        axial=axial,
-        shear=log.member_force - axial[..., None] * along,
+        axial=log.axial(chain.truss.ends),
+        shear=log.shear(chain.truss.ends),
         moment=np.linalg.norm(log.member_moment, axis=-1),
         moving=solve(model, log.nodes, motion_from_log(log.time, log.nodes)),
         settled=settled,

@@ -49,7 +49,9 @@ def find_clearance(log: RunLog, chain: Chain, scene: Scene) -> tuple[Array, Arra
         place = int(around.nearest[worst])
         names = [*truss.member_names, *truss.nodes, "payload"]
         where = f"{names[int(around.body[worst, place])]} to {around.places[place]}"
-    return time, least, Finding(float(least[worst]), where, float(time[worst]))
+    each = dict(zip(around.places, around.distance.min(axis=0), strict=True)) | {"the arm itself": among.min()}
+    detail = ", ".join(f"{place} {distance:.3f} m" for place, distance in each.items() if np.isfinite(distance))
+    return time, least, Finding(float(least[worst]), where, float(time[worst]), f"least distances: {detail}")
 
 
 def _with_mast_and_payload(

@@ -1,0 +1,48 @@
+"""Shipped models and scenes: whole, up to date, and steady under random commands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from vgtsim.description import load_manipulator
+from vgtsim.mjcf import build_arm_spec, load_model
+
+ROOT = Path(__file__).parents[1]
+MODELS = sorted(path.parent for path in ROOT.glob("models/*/*.toml"))
+
+
+@pytest.mark.parametrize("folder", MODELS, ids=lambda folder: folder.name)
+def test_a_model_folder_is_whole(folder):
+    name = folder.name
+    assert {f"{name}.toml", f"{name}.xml", f"{name}.png", "README.md"} <= {path.name for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("folder", MODELS, ids=lambda folder: folder.name)
+def test_the_xml_is_what_its_description_gives(folder):
+    shipped = (folder / f"{folder.name}.xml").read_text().split("-->\n", 1)[1]
+    spec = build_arm_spec(load_manipulator(folder / f"{folder.name}.toml"))
+    spec.compile()
+    assert without_targets(shipped) == without_targets(spec.to_xml())
+
+
+def without_targets(xml: str) -> list[str]:
+    """Lines of a model without the keyframes' servo targets, which come from a simulation."""
+    return [line.split(" ctrl=")[0].strip() for line in xml.splitlines() if line.strip()]
+
+
+@pytest.mark.parametrize("folder", MODELS, ids=lambda folder: folder.name)
+def test_a_model_steps_under_random_commands_without_warning(folder):
+    model = load_model(folder / f"{folder.name}.xml")
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("straight").id)
+    rng, hold = np.random.default_rng(3), data.ctrl.copy()
+    for _ in range(10):
+        data.ctrl[:] = hold + rng.uniform(-1e-3, 1e-3, model.nu)
+        for _ in range(20):
+            mujoco.mj_step(model, data)
+    assert not np.any(data.warning.number)
+    assert np.isfinite(data.qpos).all()

@@ -1,0 +1,53 @@
+"""The main job, end to end: the reference scene passes every check, and its folder holds what it should."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from vgtsim.control.program import make_program
+from vgtsim.mjcf import build_model, scene_chain
+from vgtsim.output import write_outputs
+from vgtsim.runlog import load_run
+from vgtsim.simulation import run
+from vgtsim.verification import CHECK_NAMES, verify
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def folder(reach_scene, tmp_path_factory):
+    chain = scene_chain(reach_scene)
+    log = run(build_model(reach_scene), make_program(reach_scene, chain), reach_scene)
+    path = tmp_path_factory.mktemp("reach")
+    write_outputs(reach_scene, log, verify(reach_scene, log), chain, path)
+    return path
+
+
+def test_every_check_passes(folder):
+    report = json.loads((folder / "report.json").read_text())
+    assert report["passed"], [row for row in report["checks"] if not row["passed"]]
+    assert [row["name"] for row in report["checks"]] == sorted(
+        (row["name"] for row in report["checks"]), key=CHECK_NAMES.index
+    )
+    assert {row["name"] for row in report["checks"]} == set(CHECK_NAMES)
+
+
+def test_log_verifies_again_without_the_description_files(folder):
+    scene, log = load_run(folder / "run.npz")
+    assert verify(scene, log).passed
+
+
+def test_a_goal_that_was_moved_fails_tracking(folder):
+    import dataclasses
+
+    scene, log = load_run(folder / "run.npz")
+    goals = list(scene.task.motion.goals)
+    x, y, z = goals[2].position
+    goals[2] = goals[2].model_copy(update={"position": (x, y, z + 0.002)})
+    motion = scene.task.motion.model_copy(update={"goals": tuple(goals)})
+    moved = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
+    rows = [check for check in verify(moved, log).checks if check.name == "tracking"]
+    assert not rows[0].passed
+    assert rows[0].where == goals[2].name
