@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from enum import IntEnum
 from pathlib import Path
@@ -24,6 +25,8 @@ app = typer.Typer(
     rich_markup_mode="rich",
     help="Simulate a long-reach variable-geometry-truss arm in a waste tank, and verify every claim about it.",
 )
+MODELS = Path(__file__).parents[1] / "models"
+_LISTED_SAMPLE = 500  # configurations that the listed reach is the greatest of
 _out = Console(width=None if sys.stdout.isatty() else 140)  # a pipe has no width of its own
 _err = Console(stderr=True)
 
@@ -40,6 +43,7 @@ class Status(IntEnum):
 
 SceneFile = Annotated[Path, typer.Argument(help="TOML file of a scene.", show_default=False)]
 RunFolder = Annotated[Path, typer.Argument(help="Folder that `vgtsim run` left.", show_default=False)]
+ArmFile = Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)]
 OutFolder = Annotated[Path | None, typer.Option("--out", help="Folder for the results, by default out/NAME.")]
 
 
@@ -94,6 +98,8 @@ def build(
 ) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
     from vgtsim.control.program import check_scene, solve_first_goal
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.sampling import check_strokes
     from vgtsim.mjcf import scene_chain
     from vgtsim.mjcf.files import write_arm_files, write_scene_files
     from vgtsim.output.write import prepare_folder
@@ -106,6 +112,7 @@ def build(
         files = write_scene_files(scene, solve_first_goal(scene, chain), folder)
     else:
         manipulator = load_manipulator(description)
+        check_strokes(Chain(manipulator, hanging_mount(0.0)))
         files = write_arm_files(manipulator, prepare_folder(out or description.parent) / manipulator.name)
     for file in files:
         _out.print(str(file), soft_wrap=True)
@@ -234,6 +241,77 @@ def view(
         mujoco.viewer.launch(model)
     except (ImportError, RuntimeError) as error:
         raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
+
+
+@app.command(epilog="Example: vgtsim models")
+def models(
+    folder: Annotated[Path, typer.Argument(help="Folder of arms, NAME/NAME.toml each.")] = MODELS,
+) -> None:
+    """List the shipped arms with degrees of freedom, reach and mass."""
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.workspace import sample_workspace
+    from vgtsim.statics.loads import weigh
+
+    table = Table("name", "degrees of freedom", "modules", "reach/m", "mass/kg", "what it is")
+    for file in sorted(folder.glob("*/*.toml")):
+        arm = load_manipulator(file)
+        chain = Chain(arm, hanging_mount(0.0))
+        reach = sample_workspace(chain, _LISTED_SAMPLE, seed=0).reach
+        freedom = chain.layout.actuators
+        row = (arm.name, str(freedom), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}", arm.title)
+        table.add_row(*row)
+    _out.print(table)
+
+
+@app.command(epilog="Example: vgtsim show models/mixed/mixed.toml --out out/mixed")
+def show(arm_file: ArmFile, out: OutFolder = None) -> None:
+    """Draw an arm as PNG and SVG line drawing, and export it as GLB and STL."""
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.mjcf.build import reach_pose
+    from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
+    from vgtsim.output.write import prepare_folder
+
+    arm = load_manipulator(arm_file)
+    chain = Chain(arm, hanging_mount(0.0))
+    stem = prepare_folder(out or Path("out") / arm.name) / arm.name
+    bent = reach_pose(chain)
+    files = write_drawing(draw_arm(chain, {"straight": chain.straight, "bent": bent}), stem)
+    for file in (*files, *write_solid(make_solid(chain, chain.nodes(bent)), stem)):
+        _out.print(str(file), soft_wrap=True)
+
+
+@app.command(epilog="Example: vgtsim workspace models/arm15/arm15.toml --samples 20000")
+def workspace(
+    arm_file: ArmFile,
+    out: OutFolder = None,
+    samples: Annotated[int, typer.Option(min=10, help="Number of configurations.")] = 5000,
+    seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
+) -> None:
+    """Sample what an arm reaches: volume, tilt range, dexterity and singular regions, drawn and in figures."""
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.sampling import check_strokes
+    from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
+    from vgtsim.output.arm_drawing import write_drawing
+    from vgtsim.output.workspace_plot import plot_workspace
+    from vgtsim.output.write import prepare_folder
+
+    arm = load_manipulator(arm_file)
+    chain = Chain(arm, hanging_mount(0.0))
+    check_strokes(chain)
+    found = sample_workspace(chain, samples, seed)
+    least, most = (float(value) for value in (found.dexterity.min(), found.dexterity.max()))
+    table = Table("quantity", "value", title=f"{arm.name}: {samples} configurations, seed {seed}")
+    table.add_row("reach", f"{found.reach:.3f} m")
+    table.add_row("reachable volume, at least", f"{found.volume:.3g} m³ in cells of {found.cell:.3g} m")
+    table.add_row("greatest tilt of the tool", f"{math.degrees(float(found.tilt.max())):.1f} degrees")
+    table.add_row("directions the tool can move in", str(found.mobility))
+    table.add_row("dexterity, least to greatest", f"{least:.3g} to {most:.3g}")
+    table.add_row("least singular value of a module", f"{float(found.singular.min()):.3g}")
+    table.add_row(f"configurations with one below {NEAR_SINGULAR}", f"{100 * found.near_singular:.2g} %")
+    _out.print(table)
+    stem = prepare_folder(out or Path("out") / arm.name) / "workspace"
+    for file in write_drawing(plot_workspace(found, arm.title), stem):
+        _out.print(str(file), soft_wrap=True)
 
 
 def _show(report: Report, folder: Path) -> None:

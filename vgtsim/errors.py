@@ -38,6 +38,21 @@ class AssemblyError(VgtError):
         super().__init__(f"{module} does not assemble: residual {residual:.3g} m{'; ' + detail if detail else ''}")
 
 
+class SingularityError(AssemblyError):
+    """Given lengths could only be come to through a singularity: beyond it the module may be on another assembly mode.
+
+    Attributes:
+        value: Smallest singular value where the way ends, a pure number.
+        member: The member most concerned there.
+        reached: Fraction of the way covered.
+    """
+
+    def __init__(self, module: str, value: float, member: str, residual: float, reached: float) -> None:
+        detail = f"smallest singular value {value:.2g}, {member}; {reached:.3f} of the way covered"
+        super().__init__(module, residual, f"a singularity lies between, {detail}")
+        self.value, self.member, self.reached = value, member, reached
+
+
 class ReachError(VgtError):
     """A tool goal cannot be met.
 

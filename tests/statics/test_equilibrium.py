@@ -230,7 +230,7 @@ def test_instants_without_motion_are_left_open(chain, model, bent):
 
 
 def rebuilt(truss, members):
-    return Truss(truss.nodes, truss.node_module, tuple(members))
+    return Truss(truss.nodes, truss.node_module, tuple(members), truss.group)
 
 
 def test_sound_arm_is_isostatic(chain, bent):

@@ -73,7 +73,7 @@ def check_riser(scene: Scene, chain: Chain) -> None:
         DescriptionError: The stowed length is outside a stroke; or the node or member that does not fit, and
             by how much.
     """
-    wanted, (least, greatest) = scene.manipulator.stowed.cylinder_length, chain.stroke[:, :, 0]
+    wanted, (least, greatest) = scene.manipulator.stowed_length, chain.stroke[:, :, 0]
     if not np.all((least <= wanted) & (wanted <= greatest)):
         raise scene.error(
             "manipulator.stowed.cylinder_length",

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.modules import KINDS
 from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.tank import Tank
@@ -160,8 +161,7 @@ def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, P
 def _translate(error: ValidationError, file: Path, prefix: str = "") -> DescriptionError:
     """Turn the first of pydantic's complaints into ours, counting the others."""
     first, *others = error.errors(include_url=False)
-    tags = ("double_octahedral", "prism")  # pydantic puts the chosen kind of a union into the path
-    path = [str(part) for part in first["loc"] if part not in tags]
+    path = [str(part) for part in first["loc"] if part not in KINDS]  # pydantic adds the chosen kind of a union
     allowed = first["msg"].removeprefix("Value error, ")
     if others:
         allowed += f" [and {len(others)} more: {', '.join('.'.join(map(str, o['loc'])) for o in others[:4])}]"

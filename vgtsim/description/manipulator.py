@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt
-from typing import Annotated, Literal
+from math import pi, sin, sqrt
 
 from pydantic import Field, model_validator
 
+from vgtsim.description.modules import (
+    DoubleOctahedral,
+    Module,
+    Octahedral,
+    Sides,
+    Tetrahedral,
+    altitude,
+    face_sides,
+)
 from vgtsim.description.schema import Description, Name, Provenance, closest
 from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.units import Length
+
+_MATCH = 1e-6  # relative difference of two sides that is taken for rounding of the figures in a file
 
 
 class Hub(Description):
@@ -22,51 +32,6 @@ class Hub(Description):
 
     radius: Length = Field(gt=0)
     material: Name
-
-
-class DoubleOctahedral(Description):
-    """A symmetric batten-actuated double-octahedral module (sections 3.5.3 and 3.5.4).
-
-    Attributes:
-        name: Unique in the arm.
-        longeron: Length of its twelve longerons, m.
-        joint_offset: Ljo of equation 3.54, m: distance between the two mid-plane node triangles.
-        longeron_tube: Tube of the longerons.
-        batten_tube: Tube of the three battens of its top face.
-        cylinder: Cylinder of its three mid-plane actuators.
-        straight: Extension 2d of the straight working pose, m.
-    """
-
-    kind: Literal["double_octahedral"]
-    name: Name
-    longeron: Length = Field(gt=0)
-    joint_offset: Length = Field(default=0.0, ge=0)
-    longeron_tube: Name
-    batten_tube: Name
-    cylinder: Name
-    straight: Length = Field(gt=0)
-
-
-class Prism(Description):
-    """A static section: a triangular prism with one diagonal in each side (section 3.6).
-
-    Attributes:
-        name: Unique in the arm.
-        length: Distance between its end faces, m.
-        longeron_tube: Tube of the three longerons.
-        cross_longeron_tube: Tube of the three diagonals.
-        batten_tube: Tube of the three battens of its top face.
-    """
-
-    kind: Literal["prism"]
-    name: Name
-    length: Length = Field(gt=0)
-    longeron_tube: Name
-    cross_longeron_tube: Name
-    batten_tube: Name
-
-
-Module = Annotated[DoubleOctahedral | Prism, Field(discriminator="kind")]
 
 
 class TipPlate(Description):
@@ -87,7 +52,7 @@ class Stowed(Description):
     """The pose that passes the riser.
 
     Attributes:
-        cylinder_length: Length of every actuator, m.
+        cylinder_length: Length of every actuator of a double-octahedral module, m.
     """
 
     cylinder_length: Length = Field(gt=0)
@@ -99,10 +64,11 @@ class Manipulator(Description):
     Attributes:
         name: Short name.
         title: One line for people.
-        face_side: Side b of the equilateral face triangles, m.
+        face_side: Side b of the equilateral face triangles, m; of every face whose module gives no other, and of the
+            last.
         hub: The nodes.
         tip_plate: The end of the arm.
-        stowed: The pose that passes the riser.
+        stowed: The pose that passes the riser; arms with double-octahedral modules have one.
         materials: By name.
         tubes: By name.
         cylinders: By name.
@@ -115,7 +81,7 @@ class Manipulator(Description):
     face_side: Length = Field(gt=0)
     hub: Hub
     tip_plate: TipPlate
-    stowed: Stowed
+    stowed: Stowed | None = None
     materials: dict[Name, Material]
     tubes: dict[Name, Tube]
     cylinders: dict[Name, Cylinder]
@@ -130,8 +96,62 @@ class Manipulator(Description):
         names = [module.name for module in self.modules]
         if len(set(names)) != len(names):
             raise ValueError(f"module names must differ: {names}")
-        if not isinstance(self.modules[-1], Prism):
-            raise ValueError(f"the last module, {names[-1]}, must be a prism: the tip plate replaces its top battens")
+        if isinstance(self.modules[-1], Tetrahedral):
+            raise ValueError(
+                f"the last module, {names[-1]}, must not be tetrahedral: the tip plate replaces the top battens"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _stows(self) -> Manipulator:
+        if self.active and self.stowed is None:
+            raise ValueError("a table [stowed]: the arm has double-octahedral modules")
+        return self
+
+    @model_validator(mode="after")
+    def _faces_match(self) -> Manipulator:
+        below, above = "the mast flange", face_sides(self.modules[0], self.face_side)[0]
+        for module in self.modules:
+            base, top = face_sides(module, self.face_side)
+            for sides in (base, top):
+                if 2 * max(sides) >= sum(sides):
+                    raise ValueError(f"module {module.name}: a face with sides {_metres(sides)} does not close")
+            if any(abs(a - b) > _MATCH * b for a, b in zip(base, above, strict=True)):
+                raise ValueError(
+                    f"faces do not match: the base of {module.name} has sides {_metres(base)}, the top of {below} "
+                    f"{_metres(above)}"
+                )
+            below, above = module.name, top
+        if any(abs(side - self.face_side) > _MATCH * self.face_side for side in above):
+            raise ValueError(
+                f"faces do not match: the tip plate has sides of {self.face_side:.5g} m, the top of {below} "
+                f"{_metres(above)}"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _hinges_open(self) -> Manipulator:
+        for module in self.modules:
+            if isinstance(module, Tetrahedral):
+                flat, cylinder = 2 * altitude(module, self.face_side), self.cylinders[module.cylinder]
+                if cylinder.extended >= flat:
+                    raise ValueError(
+                        f"module {module.name}: the stroke of {module.cylinder} ends at {cylinder.extended:.4g} m and "
+                        f"crosses the singular flat pose at l = 2 h = {flat:.4g} m"
+                    )
+                if not cylinder.retracted <= flat * sin(module.straight / 2) <= cylinder.extended:
+                    raise ValueError(
+                        f"module {module.name}: straight pose needs {flat * sin(module.straight / 2):.4g} m of "
+                        f"{module.cylinder}, which has {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
+                    )
+            if isinstance(module, Octahedral):
+                for longeron in module.longerons:
+                    cylinder = self.cylinders[longeron.cylinder] if longeron.cylinder else None
+                    if cylinder and not cylinder.retracted <= module.straight <= cylinder.extended:
+                        raise ValueError(
+                            f"module {module.name}: straight length {module.straight:.4g} m outside the stroke of "
+                            f"{longeron.cylinder}, {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
+                        )
         return self
 
     @model_validator(mode="after")
@@ -164,14 +184,32 @@ class Manipulator(Description):
             for field in type(module).model_fields:
                 if field.endswith("_tube"):
                     found.append((f"modules.{index}.{field}", getattr(module, field), self.tubes))
-            if isinstance(module, DoubleOctahedral):
+            if isinstance(module, DoubleOctahedral | Tetrahedral):
                 found.append((f"modules.{index}.cylinder", module.cylinder, self.cylinders))
+            if isinstance(module, Octahedral):
+                for leg, longeron in enumerate(module.longerons):
+                    place = f"modules.{index}.longerons.{leg}"
+                    if longeron.cylinder is not None:
+                        found.append((f"{place}.cylinder", longeron.cylinder, self.cylinders))
+                    elif longeron.tube is not None:
+                        found.append((f"{place}.tube", longeron.tube, self.tubes))
         return found
 
     @property
     def active(self) -> tuple[DoubleOctahedral, ...]:
-        """The actuated modules, from the mast to the tool."""
+        """The double-octahedral modules, from the mast to the tool."""
         return tuple(module for module in self.modules if isinstance(module, DoubleOctahedral))
+
+    @property
+    def stowed_length(self) -> float:
+        """Length of the actuators of the double-octahedral modules in the stowed pose, m."""
+        assert self.stowed is not None  # demanded of every arm that has such modules
+        return self.stowed.cylinder_length
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all actuated modules are double-octahedral: what planning and shape control are made for."""
+        return bool(self.active) and not any(isinstance(module, Tetrahedral | Octahedral) for module in self.modules)
 
     @property
     def hub_mass(self) -> float:
@@ -183,3 +221,7 @@ class Manipulator(Description):
         """Mass of the tip plate without hubs, kg."""
         area = sqrt(3) / 4 * self.face_side**2
         return self.materials[self.tip_plate.material].density * area * self.tip_plate.thickness
+
+
+def _metres(sides: Sides) -> str:
+    return ", ".join(f"{side:.5g}" for side in sides) + " m"

@@ -323,6 +323,12 @@ class Scene:
                 f"{self.task.mast.outer_diameter:.4g} m",
                 f"less than the riser's bore, {self.tank.arm_riser.bore:.4g} m",
             )
+        if not self.manipulator.uniform:
+            raise self.error(
+                "manipulator",
+                f"{self.manipulator.name}, with tetrahedral or octahedral modules",
+                "an arm of double-octahedral modules, which planning is made for",
+            )
         if len(self.task.motion.start) != len(self.manipulator.active):
             raise self.error(
                 "motion.start",

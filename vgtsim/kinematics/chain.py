@@ -1,7 +1,14 @@
-"""Chains of modules: every node, frame and Jacobian of an arm from the mid-planes of its active modules (chapter 4).
+"""Chains of modules: every node, frame and Jacobian of an arm from the inputs of its active modules (chapter 4).
 
-Inputs q have shape (..., A, 3): for each of the A active modules its mid-plane (u_x, u_y, d), see `double_octahedron`.
-Leading dimensions are batches. Positions are in frame G, the frame that the mount maps B_1 into.
+Inputs q are canonical. A chain whose active modules are all double-octahedral (a uniform one) takes q of shape
+(..., A, 3): for each of the A modules its mid-plane (u_x, u_y, d), see `double_octahedron`; its actuator lengths have
+that shape too. Any other chain takes the inputs of all modules in one row, shape (..., n): for a double octahedron its
+mid-plane, for a tetrahedron its hinge angle theta, for an octahedron its pose (x, y, z, roll, pitch, yaw); its lengths
+have shape (..., J) in the order of the truss's actuators. Below, (..., *q) stands for either. Leading dimensions are
+batches. Positions are in frame G, the frame that the mount maps B_1 into.
+
+All modules of a kind are solved in one call, static modules are absorbed into constants, and one product runs along the
+arm.
 """
 
 from __future__ import annotations
@@ -12,9 +19,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.manipulator import DoubleOctahedral, Manipulator
-from vgtsim.errors import AssemblyError
+from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics import double_octahedron as octa
+from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.layout import Layout, Place, make_layout
+from vgtsim.kinematics.module_sets import find_singular
 from vgtsim.kinematics.truss import Truss, make_truss
 
 Array = NDArray[np.float64]
@@ -44,72 +53,105 @@ class Chain:
         return make_truss(self.manipulator)
 
     @cached_property
+    def layout(self) -> Layout:
+        """Sets of modules, constant transforms, where every node comes from."""
+        return make_layout(self.manipulator, self.truss)
+
+    @cached_property
     def geometries(self) -> tuple[octa.Geometry, ...]:
-        """Fixed dimensions of the active modules."""
+        """Fixed dimensions of the double-octahedral modules."""
         side = self.manipulator.face_side
         return tuple(octa.Geometry(side, item.longeron, item.joint_offset) for item in self.manipulator.active)
 
     @cached_property
-    def _steps(self) -> tuple[int | float, ...]:
-        """For each module its index among the active ones (int), or the length of a prism (float)."""
-        steps: list[int | float] = []
-        active = 0
-        for module in self.manipulator.modules:
-            if isinstance(module, DoubleOctahedral):
-                steps.append(active)
-                active += 1
-            else:
-                steps.append(float(module.length))
-        return tuple(steps)
+    def input_shape(self) -> tuple[int, ...]:
+        """Shape of the inputs of one configuration: (A, 3) or (n,)."""
+        return (len(self.layout.names), 3) if self.manipulator.uniform else (self.layout.inputs,)
+
+    @property
+    def length_shape(self) -> tuple[int, ...]:
+        """Shape of the actuator lengths of one configuration: (A, 3) or (J,)."""
+        return self.input_shape if self.manipulator.uniform else (self.layout.actuators,)
 
     @cached_property
     def straight(self) -> Array:
-        """Inputs of the straight working pose, shape (A, 3)."""
-        return np.array([[0.0, 0.0, (item.straight - item.joint_offset) / 2] for item in self.manipulator.active])
+        """Inputs of the straight working pose, shape (*q)."""
+        row = np.empty(self.layout.inputs)
+        for place in self.layout.places:
+            row[place.columns] = place.straight
+        return row.reshape(self.input_shape)
 
     @cached_property
     def stowed(self) -> Array:
-        """Inputs of the stowed pose, shape (A, 3)."""
-        length = self.manipulator.stowed.cylinder_length
-        return np.array([octa.midplane_from_lengths(geometry, np.full(3, length)) for geometry in self.geometries])
+        """Inputs of the stowed pose, shape (*q): double octahedra stowed, other modules straight."""
+        row = np.array(self.straight).ravel()
+        for place in self.layout.places:
+            if isinstance(place.modules, DoubleOctahedra):
+                wanted = np.full(place.columns.shape, self.manipulator.stowed_length)
+                row[place.columns] = place.modules.solve(wanted, None)
+        return row.reshape(self.input_shape)
 
     @cached_property
     def stroke(self) -> Array:
-        """Least and greatest actuator lengths, shape (2, A, 3), m."""
-        cylinders = [self.manipulator.cylinders[item.cylinder] for item in self.manipulator.active]
+        """Least and greatest actuator lengths, shape (2, A, 3) or (2, J), m."""
+        truss = self.truss
+        cylinders = [self.manipulator.cylinders[truss.members[i].section] for i in truss.actuated]
         ends = np.array([[item.retracted for item in cylinders], [item.extended for item in cylinders]])
-        return np.repeat(ends[..., None], 3, axis=-1)
+        return ends.reshape(2, *self.length_shape)
+
+    def _row(self, q: ArrayLike) -> Array:
+        """Inputs in one row, shape (..., n)."""
+        given = np.asarray(q, float)
+        trailing = given.ndim - len(self.input_shape)
+        if trailing < 0 or given.shape[trailing:] != self.input_shape:
+            raise ValueError(f"inputs of shape {given.shape}; {self.manipulator.name} takes (..., {self.input_shape})")
+        return given.reshape(*given.shape[:trailing], self.layout.inputs)
+
+    def _top(self, x: Array) -> tuple[Array, Array]:
+        """Frames of base and top of the active modules in G, each shape (..., A, 4, 4); the last face's comes last.
+
+        The first has one more: the last face of the arm.
+        """
+        layout = self.layout
+        local = np.zeros((*x.shape[:-1], len(layout.names), 4, 4))
+        local[..., 3, 3] = 1.0
+        for place in layout.places:
+            R, P = place.modules.transform(place.take(x))
+            local[..., :3, :3][..., place.active, :, :] = R
+            local[..., :3, 3][..., place.active, :] = P
+        step = local @ layout.after
+        base = np.empty((*x.shape[:-1], len(layout.names) + 1, 4, 4))
+        base[..., 0, :, :] = self.mount @ layout.root
+        for a in range(len(layout.names)):
+            np.matmul(base[..., a, :, :], step[..., a, :, :], out=base[..., a + 1, :, :])
+        return base, local
+
+    def _faces(self, base: Array, local: Array) -> Array:
+        """Frames of all faces, shape (..., K + 1, 4, 4)."""
+        layout = self.layout
+        known = np.empty(base.shape)
+        known[..., 0, :, :] = self.mount
+        np.matmul(base[..., :-1, :, :], local, out=known[..., 1:, :, :])
+        return known[..., layout.face_from, :, :] @ layout.face_offset
 
     def frames(self, q: ArrayLike) -> tuple[Array, Array]:
         """Frames of all faces (equations 4.3 and 4.7).
 
         Args:
-            q: Inputs, shape (..., A, 3).
+            q: Inputs, shape (..., *q).
 
         Returns:
             R, shape (..., K + 1, 3, 3), and P, shape (..., K + 1, 3), m, in frame G, for the mast flange and then the
             top face of each of the K modules.
         """
-        q = np.asarray(q, float)
-        batch = q.shape[:-2]
-        R = np.empty((*batch, len(self._steps) + 1, 3, 3))
-        P = np.empty((*batch, len(self._steps) + 1, 3))
-        R[..., 0, :, :], P[..., 0, :] = self.mount[:3, :3], self.mount[:3, 3]
-        for k, step in enumerate(self._steps):
-            if isinstance(step, int):
-                turn, shift = octa.transform(self.geometries[step], q[..., step, :])
-                R[..., k + 1, :, :] = R[..., k, :, :] @ turn
-                P[..., k + 1, :] = P[..., k, :] + (R[..., k, :, :] @ shift[..., None])[..., 0]
-            else:
-                R[..., k + 1, :, :] = R[..., k, :, :]
-                P[..., k + 1, :] = P[..., k, :] + step * R[..., k, :, 2]
-        return R, P
+        faces = self._faces(*self._top(self._row(q)))
+        return faces[..., :3, :3], faces[..., :3, 3]
 
     def nodes(self, q: ArrayLike) -> Array:
         """Positions of all nodes.
 
         Args:
-            q: Inputs, shape (..., A, 3).
+            q: Inputs, shape (..., *q).
 
         Returns:
             In frame G, in the order of the truss, shape (..., N, 3), m.
@@ -117,165 +159,260 @@ class Chain:
         Raises:
             AssemblyError: A mid-plane misses a longeron circle; the module is named.
         """
-        q = np.asarray(q, float)
-        R, P = self.frames(q)
-        return self._nodes(q, R, P)
+        x = self._row(q)
+        return self._nodes(x, *self._top(x))
 
-    def _nodes(self, q: Array, R: Array, P: Array) -> Array:
-        face = octa.face_nodes(self.manipulator.face_side)
-        parts = [face @ np.swapaxes(R[..., 0, :, :], -1, -2) + P[..., 0, None, :]]
-        for k, step in enumerate(self._steps):
-            if isinstance(step, int):
-                mid = octa.mid_nodes(self.geometries[step], self._angles(q, step))
-                parts.append(mid @ np.swapaxes(R[..., k, :, :], -1, -2) + P[..., k, None, :])
-            parts.append(face @ np.swapaxes(R[..., k + 1, :, :], -1, -2) + P[..., k + 1, None, :])
-        return np.concatenate(parts, axis=-2)
-
-    def _angles(self, q: Array, active: int) -> Array:
-        try:
-            return octa.angles(self.geometries[active], q[..., active, :])
-        except AssemblyError as error:
-            raise AssemblyError(self.manipulator.active[active].name, error.residual, "mid-plane too far") from None
+    def _nodes(self, x: Array, base: Array, local: Array) -> Array:
+        layout = self.layout
+        faces = self._faces(base, local)
+        R, P = faces[..., :3, :3], faces[..., :3, 3]
+        corners = layout.corners @ np.swapaxes(R, -1, -2) + P[..., None, :]
+        nodes = np.empty((*x.shape[:-1], len(self.truss.nodes), 3))
+        nodes[..., layout.node, :] = corners[..., layout.node_face, layout.node_corner, :]
+        for place in layout.places:
+            if place.modules.inner_count:
+                T = base[..., :-1, :, :][..., place.active, :, :]
+                inner = place.modules.inner(place.take(x))
+                nodes[..., place.nodes, :] = inner @ np.swapaxes(T[..., :3, :3], -1, -2) + T[..., None, :3, 3]
+        return nodes
 
     def tool(self, q: ArrayLike) -> tuple[Array, Array]:
         """Tool point and tool direction.
 
         Args:
-            q: Inputs, shape (..., A, 3).
+            q: Inputs, shape (..., *q).
 
         Returns:
             Position, shape (..., 3), m, and outward unit normal of the tip plate, shape (..., 3), in frame G.
         """
-        R, P = self.frames(q)
-        direction = R[..., -1, :, 2]
-        return P[..., -1, :] + self.manipulator.tip_plate.tool_offset * direction, direction
+        return self._tool(self._top(self._row(q))[0])
+
+    def _tool(self, base: Array) -> tuple[Array, Array]:
+        direction = base[..., -1, :3, 2]
+        return base[..., -1, :3, 3] + self.manipulator.tip_plate.tool_offset * direction, direction
 
     def lengths(self, q: ArrayLike) -> Array:
         """Actuator lengths.
 
         Args:
-            q: Inputs, shape (..., A, 3).
+            q: Inputs, shape (..., *q).
 
         Returns:
-            Shape (..., A, 3), m.
+            Shape (..., A, 3) or (..., J), m.
 
         Raises:
-            AssemblyError: A mid-plane misses a longeron circle; the module is named.
+            AssemblyError: A mid-plane misses a longeron circle, or a pose is outside the subspace that an octahedron's
+                static longerons leave; the module is named.
         """
-        return self.length_jacobian(q)[0]
+        x = self._row(q)
+        row = np.empty((*x.shape[:-1], self.layout.actuators))
+        for place in self.layout.places:
+            legs = place.modules.length_jacobian(place.take(x))[0]
+            row[..., _moving(place)] = legs[..., place.modules.actuated]
+        return row.reshape(*x.shape[:-1], *self.length_shape)
 
     def length_jacobian(self, q: ArrayLike) -> tuple[Array, Array]:
         """Actuator lengths and their derivatives; each module's depend on its own inputs only.
 
         Args:
-            q: Inputs, shape (..., A, 3).
+            q: Inputs, shape (..., *q).
 
         Returns:
-            Lengths, shape (..., A, 3), m, and the blocks dl/dg, shape (..., A, 3, 3).
+            Of a uniform chain the lengths, shape (..., A, 3), m, and the blocks dl/dg, shape (..., A, 3, 3); of any
+            other the lengths, shape (..., J), and dl/dq, shape (..., J, n).
 
         Raises:
-            AssemblyError: A mid-plane misses a longeron circle; the module is named.
+            AssemblyError: As `lengths`.
         """
-        q = np.asarray(q, float)
-        length, block = np.empty(q.shape), np.empty((*q.shape, 3))
-        for a, geometry in enumerate(self.geometries):
-            try:
-                length[..., a, :], block[..., a, :, :] = octa.length_jacobian(geometry, q[..., a, :])
-            except AssemblyError as error:
-                raise AssemblyError(self.manipulator.active[a].name, error.residual, "mid-plane too far") from None
-        return length, block
+        x = self._row(q)
+        if self.manipulator.uniform:
+            (place,) = self.layout.places
+            return place.modules.length_jacobian(place.take(x))
+        row, J = np.empty((*x.shape[:-1], self.layout.actuators)), np.zeros((*x.shape[:-1], *self._length_by_input))
+        for place in self.layout.places:
+            legs, block = place.modules.length_jacobian(place.take(x))
+            moving = place.modules.actuated
+            row[..., _moving(place)] = legs[..., moving]
+            columns = np.broadcast_to(place.columns[:, None, :], (*moving.shape, place.modules.inputs))[moving]
+            J[..., _moving(place)[:, None], columns] = block[..., moving, :]
+        return row, J
+
+    @property
+    def _length_by_input(self) -> tuple[int, int]:
+        return self.layout.actuators, self.layout.inputs
+
+    def input_rates(self, q: ArrayLike) -> Array:
+        """Rates of the inputs per unit rate of each actuator, the static longerons held: the chain rule of section 3.2.
+
+        Args:
+            q: Inputs, shape (..., *q).
+
+        Returns:
+            dq/dl, shape (..., n, J).
+
+        Raises:
+            AssemblyError: As `lengths`.
+            LinAlgError: A module is singular.
+        """
+        x = self._row(q)
+        rates = np.zeros((*x.shape[:-1], *self._length_by_input[::-1]))
+        for place in self.layout.places:
+            block = np.linalg.inv(place.modules.length_jacobian(place.take(x))[1])
+            module, leg = np.nonzero(place.modules.actuated)
+            picked = np.moveaxis(block[..., module, :, leg], 0, -2)  # the picked legs come first
+            rates[..., place.columns[module], _moving(place)[:, None]] = picked
+        return rates
 
     def inputs_from_lengths(self, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:
         """Conventional forward solution: inputs of given actuator lengths (section 4.3).
 
+        Every module stays on the assembly mode of its start, with proof; see `mode_following`.
+
         Args:
-            actuators: Shape (..., A, 3), m.
-            start: Inputs to start each module's iteration from, shape (..., A, 3).
+            actuators: Shape (..., A, 3) or (..., J), m.
+            start: Inputs on the wanted modes, shape (..., *q); absent for those of the straight pose.
 
         Returns:
-            q, shape (..., A, 3).
+            q, shape (..., *q).
 
         Raises:
             AssemblyError: A module does not assemble; it is named.
+            SingularityError: A module would have to pass a singularity on the way.
         """
-        wanted = np.asarray(actuators, float)
-        near = None if start is None else np.asarray(start, float)
-        q = np.empty(wanted.shape)
-        for a, geometry in enumerate(self.geometries):
-            try:
-                seed = None if near is None else near[..., a, :]
-                q[..., a, :] = octa.midplane_from_lengths(geometry, wanted[..., a, :], seed)
-            except (AssemblyError, np.linalg.LinAlgError) as error:
-                residual = error.residual if isinstance(error, AssemblyError) else float("inf")
-                raise AssemblyError(self.manipulator.active[a].name, residual) from None
-        return q
+        given = np.asarray(actuators, float)
+        batch = given.shape[: given.ndim - len(self.length_shape)]
+        wanted = given.reshape(*batch, self.layout.actuators)
+        near = self._row(self.straight if start is None else start)
+        row = np.empty((*batch, self.layout.inputs))
+        for place in self.layout.places:
+            begin = near[..., place.columns]
+            if isinstance(place.modules, DoubleOctahedra) and start is None:
+                begin = None
+            row[..., place.columns] = place.modules.solve(self._legs(place, wanted), begin)
+        return row.reshape(*batch, *self.input_shape)
+
+    def _legs(self, place: Place, wanted: Array) -> Array:
+        """Lengths of all legs of a set, static ones included, shape (..., M, legs), m."""
+        legs = np.empty((*wanted.shape[:-1], *place.lengths.shape))
+        legs[...] = place.modules.length_jacobian(place.straight)[0]
+        legs[..., place.modules.actuated] = wanted[..., _moving(place)]
+        return legs
+
+    def singular_values(self, q: ArrayLike) -> tuple[Array, Array]:
+        """How near each active module is to a singularity.
+
+        Args:
+            q: Inputs, shape (..., *q).
+
+        Returns:
+            Smallest singular value of each module, a pure number, and the leg worst of it, shapes (..., A).
+        """
+        x = self._row(q)
+        value, worst = np.empty((2, *x.shape[:-1], len(self.layout.names)))
+        for place in self.layout.places:
+            value[..., place.active], worst[..., place.active] = find_singular(place.modules, place.take(x))
+        return value, worst
 
     def screws(self, q: ArrayLike) -> tuple[Array, Array]:
         """Velocity of everything beyond a module per unit rate of its inputs.
 
         Args:
-            q: Inputs, shape (..., A, 3).
+            q: Inputs, shape (..., *q).
 
         Returns:
-            Angular velocity and velocity of the point at the origin of G, each shape (..., A, 3 inputs, 3), in G.
+            Angular velocity and velocity of the point at the origin of G, each shape (..., *q, 3), in G.
         """
-        q = np.asarray(q, float)
-        return self._screws(q, *self.frames(q))
+        x = self._row(q)
+        angular, linear, top = self._screws(x, *self._top(x))
+        shape = (*x.shape[:-1], *self.input_shape, 3)
+        return angular.reshape(shape), (linear - _cross(angular, top)).reshape(shape)
 
-    def _screws(self, q: Array, R: Array, P: Array) -> tuple[Array, Array]:
-        angular, linear = np.empty((*q.shape, 3)), np.empty((*q.shape, 3))
-        for k, step in enumerate(self._steps):
-            if isinstance(step, int):
-                spin, slide = octa.twist(self.geometries[step], q[..., step, :])
-                angular[..., step, :, :] = np.swapaxes(R[..., k, :, :] @ spin, -1, -2)
-                linear[..., step, :, :] = np.swapaxes(R[..., k, :, :] @ slide, -1, -2)
-                linear[..., step, :, :] -= np.cross(angular[..., step, :, :], P[..., k + 1, None, :])
-        return angular, linear
+    def _screws(self, x: Array, base: Array, local: Array) -> tuple[Array, Array, Array]:
+        """Angular velocity, velocity of the module's top origin, and that origin, each shape (..., n, 3)."""
+        angular, linear = np.empty((2, *x.shape, 3))
+        R = base[..., :-1, :3, :3]
+        top = (R @ local[..., :3, 3:])[..., 0] + base[..., :-1, :3, 3]
+        for place in self.layout.places:
+            spin, slide = place.modules.twist(place.take(x))
+            turn = R[..., place.active, :, :]
+            place.put(angular, np.swapaxes(turn @ spin, -1, -2))
+            place.put(linear, np.swapaxes(turn @ slide, -1, -2))
+        return angular, linear, top[..., self.layout.owner, :]
 
     def jacobian(self, q: ArrayLike) -> Array:
-        """Geometric Jacobian of the tool in closed form (section 6.1.2).
+        """As `tool_jacobian`, the Jacobian alone."""
+        return self.tool_jacobian(q)[2]
+
+    def tool_jacobian(self, q: ArrayLike) -> tuple[Array, Array, Array]:
+        """Tool and its geometric Jacobian in closed form (section 6.1.2).
 
         Args:
-            q: Inputs, shape (..., A, 3).
+            q: Inputs, shape (..., *q).
 
         Returns:
-            Shape (..., 6, 3 A): velocity of the tool point over angular velocity of the tip plate, in frame G.
+            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, n), n = 3 A in a
+            uniform chain: velocity of the tool point over angular velocity of the tip plate; all in frame G.
         """
-        q = np.asarray(q, float)
-        R, P = self.frames(q)
-        angular, linear = self._screws(q, R, P)
-        tool = P[..., -1, :] + self.manipulator.tip_plate.tool_offset * R[..., -1, :, 2]
-        velocity = linear + np.cross(angular, tool[..., None, None, :])
-        J = np.concatenate([velocity, angular], axis=-1)
-        return np.swapaxes(J.reshape(*q.shape[:-2], -1, 6), -1, -2)
+        x = self._row(q)
+        base, local = self._top(x)
+        angular, linear, top = self._screws(x, base, local)
+        position, direction = self._tool(base)
+        J = np.empty((*x.shape[:-1], 6, self.layout.inputs))
+        J[..., :3, :] = np.swapaxes(linear + _cross(angular, position[..., None, :] - top), -1, -2)
+        J[..., 3:, :] = np.swapaxes(angular, -1, -2)
+        return position, direction, J
+
+    def conventional_jacobian(self, q: ArrayLike) -> Array:
+        """Geometric Jacobian of the tool with respect to the actuator lengths.
+
+        Args:
+            q: Inputs, shape (..., *q).
+
+        Returns:
+            Shape (..., 6, J), in frame G.
+
+        Raises:
+            AssemblyError: As `lengths`.
+            LinAlgError: A module is singular.
+        """
+        return self.jacobian(q) @ self.input_rates(q)
 
     def node_jacobian(self, q: ArrayLike) -> tuple[Array, Array]:
         """Positions of all nodes and their derivatives, in closed form.
 
         Args:
-            q: Inputs, shape (..., A, 3).
+            q: Inputs, shape (..., *q).
 
         Returns:
-            Nodes, shape (..., N, 3), m, and dn/dq, shape (..., N, 3, 3 A), in frame G.
+            Nodes, shape (..., N, 3), m, and dn/dq, shape (..., N, 3, n), in frame G.
         """
-        q = np.asarray(q, float)
-        R, P = self.frames(q)
-        nodes = self._nodes(q, R, P)
-        angular, linear = self._screws(q, R, P)
-        velocity = linear[..., None, :, :, :] + np.cross(angular[..., None, :, :, :], nodes[..., None, None, :])
-        row = 3
-        for k, step in enumerate(self._steps):
-            if isinstance(step, int):
-                velocity[..., :row, step, :, :] = 0.0
-                phi = self._angles(q, step)
-                local = octa.mid_node_derivative(self.geometries[step], q[..., step, :], phi)
-                turned = np.einsum("...xk,...nki->...nix", R[..., k, :, :], local)
-                velocity[..., row : row + 3, step, :, :] = turned
-                row += 6
-            else:
-                row += 3
-        J = velocity.reshape(*nodes.shape[:-1], -1, 3)
-        return nodes, np.swapaxes(J, -1, -2)
+        x, layout = self._row(q), self.layout
+        base, local = self._top(x)
+        nodes = self._nodes(x, base, local)
+        angular, linear, top = self._screws(x, base, local)
+        arm = nodes[..., :, None, :] - top[..., None, :, :]
+        velocity = linear[..., None, :, :] + _cross(angular[..., None, :, :], arm)
+        velocity *= layout.moves[..., None]
+        for place in layout.places:
+            if place.modules.inner_count:
+                own = place.modules.inner_derivative(place.take(x))
+                turned = base[..., :-1, None, :3, :3][..., place.active, :, :, :] @ own
+                rows, columns = place.nodes[:, :, None], place.columns[:, None, :]
+                velocity[..., rows, columns, :] = np.swapaxes(turned, -1, -2)
+        return nodes, np.swapaxes(velocity, -1, -2)
+
+
+def _moving(place: Place) -> NDArray[np.intp]:
+    """Actuators of a set among the chain's, in the order of its legs."""
+    return place.lengths[place.modules.actuated]
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross product along the last axis; several times faster than NumPy's on small arrays."""
+    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        result[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return result
 
 
 def hanging_mount(height: float) -> Array:

@@ -25,13 +25,14 @@ from vgtsim.errors import AssemblyError
 
 Array = NDArray[np.float64]
 
-_EDGES = np.array([[2, 0], [0, 1], [1, 2]])  # base edge, from node to node, that carries n4, n5, n6
+# v_i: from the middle of the base edge that carries n4, n5, n6 towards the centroid (3.8)
+INWARD = np.array([[0.0, 1.0, 0.0], [-np.sqrt(0.75), -0.5, 0.0], [np.sqrt(0.75), -0.5, 0.0]])
 _ACTUATORS = np.array([[0, 1], [1, 2], [2, 0]])  # l1 = n4 n5, l2 = n5 n6, l3 = n6 n4 (3.33)
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """Fixed dimensions of the module.
+    """Fixed dimensions of a module, or of several, each figure then of shape (M,), for inputs of shape (..., M, 3).
 
     Attributes:
         face_side: Side b of the base and top triangles, m.
@@ -39,14 +40,19 @@ class Geometry:
         joint_offset: Ljo of equation 3.54, m.
     """
 
-    face_side: float
-    longeron: float
-    joint_offset: float = 0.0
+    face_side: float | Array
+    longeron: float | Array
+    joint_offset: float | Array = 0.0
 
     @property
-    def height(self) -> float:
+    def height(self) -> Array:
         """Altitude of a longeron triangle on its base edge, m: h of equation 3.7."""
-        return float(np.sqrt(self.longeron**2 - self.face_side**2 / 4))
+        return np.sqrt(np.asarray(self.longeron) ** 2 - np.asarray(self.face_side) ** 2 / 4)
+
+    @property
+    def apothem(self) -> Array:
+        """Distance of the base edges from the centroid, m."""
+        return np.asarray(self.face_side) / (2 * np.sqrt(3))
 
 
 def face_nodes(face_side: float) -> Array:
@@ -113,7 +119,7 @@ def transform(geometry: Geometry, midplane: ArrayLike) -> tuple[Array, Array]:
     U = normal(g)
     R = np.eye(3) - 2 * U[..., :, None] * U[..., None, :]
     R[..., :, 2] *= -1
-    return R, (2 * g[..., 2:] + geometry.joint_offset) * U
+    return R, (2 * g[..., 2:] + _column(geometry.joint_offset)) * U
 
 
 def twist(geometry: Geometry, midplane: ArrayLike) -> tuple[Array, Array]:
@@ -132,19 +138,20 @@ def twist(geometry: Geometry, midplane: ArrayLike) -> tuple[Array, Array]:
     U = normal(g)
     dU = normal_derivative(U)
     angular = np.zeros((*U.shape, 3))
-    angular[..., :2] = 2 * np.cross(U[..., :, None], dU, axis=-2)
+    x, y, z = U[..., 0], U[..., 1], U[..., 2]
+    slope_x, slope_y = dU[..., 2, 0], dU[..., 2, 1]
+    angular[..., 0, 0], angular[..., 0, 1] = 2 * y * slope_x, 2 * (y * slope_y - z)
+    angular[..., 1, 0], angular[..., 1, 1] = 2 * (z - x * slope_x), -2 * x * slope_y
+    angular[..., 2, 0], angular[..., 2, 1] = -2 * y, 2 * x
     linear = np.empty((*U.shape, 3))
-    linear[..., :2] = (2 * g[..., 2, None, None] + geometry.joint_offset) * dU
+    linear[..., :2] = (2 * g[..., 2:] + _column(geometry.joint_offset))[..., None] * dU
     linear[..., 2] = 2 * U
     return angular, linear
 
 
-def _circle_frames(geometry: Geometry) -> tuple[Array, Array]:
-    """Centres c_i, shape (3, 3), and inward directions v_i, shape (3, 3), of the circles of n4, n5, n6 (3.28)."""
-    nodes = face_nodes(geometry.face_side)
-    start, end = nodes[_EDGES[:, 0]], nodes[_EDGES[:, 1]]
-    along = (end - start) / geometry.face_side
-    return (start + end) / 2, np.cross([0.0, 0.0, 1.0], along)
+def _column(value: float | Array) -> Array:
+    """A dimension with an axis for coordinates or nodes, shape (..., 1)."""
+    return np.asarray(value)[..., None]
 
 
 def angles(geometry: Geometry, midplane: ArrayLike) -> Array:
@@ -162,10 +169,9 @@ def angles(geometry: Geometry, midplane: ArrayLike) -> Array:
     """
     g = np.asarray(midplane, float)
     U = normal(g)
-    centre, inward = _circle_frames(geometry)
-    cosine = geometry.height * U @ inward.T
-    sine = np.broadcast_to(geometry.height * U[..., 2:], cosine.shape)
-    offset = g[..., 2:] - U @ centre.T
+    lean, height = U @ INWARD.T, _column(geometry.height)
+    cosine, sine = height * lean, height * U[..., 2:]
+    offset = g[..., 2:] + _column(geometry.apothem) * lean
     amplitude = np.hypot(cosine, sine)
     miss = np.max(np.abs(offset) - amplitude)
     if miss > 0:
@@ -184,9 +190,10 @@ def mid_nodes(geometry: Geometry, phi: ArrayLike) -> Array:
         Nodes in frame B, shape (..., 3, 3), node by node, m.
     """
     phi = np.asarray(phi, float)
-    centre, inward = _circle_frames(geometry)
-    lift = np.array([0.0, 0.0, 1.0])
-    return centre + geometry.height * (np.cos(phi)[..., None] * inward + np.sin(phi)[..., None] * lift)
+    height = _column(geometry.height)
+    nodes = (height * np.cos(phi) - _column(geometry.apothem))[..., None] * INWARD
+    nodes[..., 2] = height * np.sin(phi)
+    return nodes
 
 
 def midplane_from_angles(geometry: Geometry, phi: ArrayLike) -> Array:
@@ -218,10 +225,11 @@ def lengths(geometry: Geometry, midplane: ArrayLike) -> Array:
     Raises:
         AssemblyError: The mid-plane misses a longeron circle.
     """
-    return _actuator_lengths(mid_nodes(geometry, angles(geometry, midplane)))
+    return actuator_lengths(mid_nodes(geometry, angles(geometry, midplane)))
 
 
-def _actuator_lengths(nodes: Array) -> Array:
+def actuator_lengths(nodes: Array) -> Array:
+    """Distances n4 n5, n5 n6, n6 n4 from the mid nodes, shape (..., 3, 3), m: shape (..., 3), m."""
     return np.linalg.norm(nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :], axis=-1)
 
 
@@ -240,24 +248,29 @@ def mid_node_derivative(geometry: Geometry, midplane: ArrayLike, phi: Array) -> 
     """
     U = normal(midplane)
     dU = normal_derivative(U)
-    centre, inward = _circle_frames(geometry)
-    h, cos, sin = geometry.height, np.cos(phi), np.sin(phi)
-    lift = np.array([0.0, 0.0, 1.0])
-    radial = h * (cos[..., None] * inward + sin[..., None] * lift)
-    tangent = h * (-sin[..., None] * inward + cos[..., None] * lift)
+    tangent = tangents(geometry, phi)
     rate = np.empty((*phi.shape, 3))
-    rate[..., :2] = -(centre + radial) @ dU
+    rate[..., :2] = -mid_nodes(geometry, phi) @ dU
     rate[..., 2] = 1.0
-    rate /= np.einsum("...ik,...k->...i", tangent, U)[..., None]
+    rate /= (tangent @ U[..., None])[..., 0][..., None]
     return tangent[..., None] * rate[..., None, :]
 
 
-def length_jacobian(geometry: Geometry, midplane: ArrayLike) -> tuple[Array, Array]:
+def tangents(geometry: Geometry, phi: Array) -> Array:
+    """Derivative of n4, n5, n6 with respect to their angles, shape (..., 3, 3), m."""
+    height = _column(geometry.height)
+    tangent = (-height * np.sin(phi))[..., None] * INWARD
+    tangent[..., 2] = height * np.cos(phi)
+    return tangent
+
+
+def length_jacobian(geometry: Geometry, midplane: ArrayLike, phi: Array | None = None) -> tuple[Array, Array]:
     """Actuator lengths and their derivative with respect to the mid-plane.
 
     Args:
         geometry: Fixed dimensions.
         midplane: (u_x, u_y, d), shape (..., 3).
+        phi: Its angles, shape (..., 3), rad, where they are known.
 
     Returns:
         Lengths, shape (..., 3), m, and dl/dg, shape (..., 3 lengths, 3 inputs).
@@ -265,7 +278,7 @@ def length_jacobian(geometry: Geometry, midplane: ArrayLike) -> tuple[Array, Arr
     Raises:
         AssemblyError: The mid-plane misses a longeron circle.
     """
-    phi = angles(geometry, midplane)
+    phi = angles(geometry, midplane) if phi is None else phi
     nodes = mid_nodes(geometry, phi)
     dn = mid_node_derivative(geometry, midplane, phi)
     span = nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :]
@@ -295,15 +308,15 @@ def midplane_from_lengths(
     Source: equations 3.28 to 3.33. Differs: undamped steps, at most 0.2 rad each, in place of a fixed damping 0.90.
     """
     wanted = np.asarray(actuators, float)
-    phi = _straight_angles(geometry, wanted) if start is None else angles(geometry, start)
+    phi = straight_angles(geometry, wanted) if start is None else angles(geometry, start)
     residual = np.inf
     for _ in range(50):
         nodes = mid_nodes(geometry, phi)
-        gap = _actuator_lengths(nodes) - wanted
+        gap = actuator_lengths(nodes) - wanted
         residual = float(np.max(np.abs(gap), initial=0.0))
         if residual <= tolerance:
             break
-        step = np.linalg.solve(_angle_jacobian(geometry, phi, nodes), -gap[..., None])[..., 0]
+        step = np.linalg.solve(angle_jacobian(geometry, phi), -gap[..., None])[..., 0]
         largest = np.max(np.abs(step), axis=-1, keepdims=True)
         phi = phi + step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-300))
     if not residual <= 1e2 * tolerance:
@@ -311,18 +324,17 @@ def midplane_from_lengths(
     return midplane_from_angles(geometry, phi)
 
 
-def _straight_angles(geometry: Geometry, actuators: Array) -> Array:
+def straight_angles(geometry: Geometry, actuators: Array) -> Array:
     """Angles of the straight module whose three actuators all have the mean length, shape (..., 3)."""
-    reach = np.mean(actuators, axis=-1, keepdims=True) / np.sqrt(3) - geometry.face_side / (2 * np.sqrt(3))
-    phi = np.arccos(np.clip(-reach / geometry.height, -0.98, 0.98))
+    reach = np.mean(actuators, axis=-1, keepdims=True) / np.sqrt(3) - _column(geometry.apothem)
+    phi = np.arccos(np.clip(-reach / _column(geometry.height), -0.98, 0.98))
     return np.repeat(phi, 3, axis=-1)
 
 
-def _angle_jacobian(geometry: Geometry, phi: Array, nodes: Array) -> Array:
-    """Derivative of the actuator lengths with respect to phi: the matrix of equation 3.14, shape (..., 3, 3)."""
-    _, inward = _circle_frames(geometry)
-    lift = np.array([0.0, 0.0, 1.0])
-    tangent = geometry.height * (-np.sin(phi)[..., None] * inward + np.cos(phi)[..., None] * lift)
+def angle_jacobian(geometry: Geometry, phi: Array) -> Array:
+    """Derivative of the actuator lengths with respect to phi: the matrix of equation 3.14, shape (..., 3, 3), m/rad."""
+    nodes = mid_nodes(geometry, phi)
+    tangent = tangents(geometry, phi)
     span = nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :]
     unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
     J = np.zeros((*phi.shape, 3))

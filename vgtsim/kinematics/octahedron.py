@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.mode_following import follow, worst_direction
+from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
 from vgtsim.kinematics.octahedral_closure import (
     LOWER,
     Circles,
@@ -28,6 +28,7 @@ from vgtsim.kinematics.octahedral_closure import (
     closure_coefficients,
     edge_jacobian,
     make_circles,
+    place_circles,
 )
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
@@ -36,7 +37,7 @@ Array = NDArray[np.float64]
 LEGS = np.array(
     [[0, 0], [1, 1], [2, 2], [2, 0], [0, 1], [1, 2]]
 )  # corner of the base and of the top of l1 to l6 (3.27)
-_STATIC_TOLERANCE = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
+STATIC_TOLERANCE = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def lengths(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
     return np.linalg.norm(top[..., LEGS[:, 1], :] - geometry.base_nodes[LEGS[:, 0]], axis=-1)
 
 
-def inverse(geometry: Geometry, R: ArrayLike, P: ArrayLike, tolerance: float = _STATIC_TOLERANCE) -> Array:
+def inverse(geometry: Geometry, R: ArrayLike, P: ArrayLike, tolerance: float = STATIC_TOLERANCE) -> Array:
     """Inverse solution: the longeron lengths of a pose that the module can take.
 
     Args:
@@ -210,6 +211,38 @@ def forward(
     batch = np.broadcast_shapes(wanted.shape[:-1], first.shape[:-2])
     goal = _circles(geometry, np.broadcast_to(wanted, (*batch, 6)).reshape(-1, 6))
     nodes = np.broadcast_to(first, (*batch, 3, 3)).reshape(-1, 3, 3)
+    begin, result = _follow(geometry, goal, nodes)
+    if result.reached.min(initial=1.0) < 1.0:
+        raise _singular(geometry, wanted, begin, goal, result.phi, result.reached)
+    R, P = triangle_frame(circle_nodes(goal, result.phi))
+    return R.reshape(*batch, 3, 3), P.reshape(*batch, 3)
+
+
+def advance(geometry: Geometry, longerons: Array, start: tuple[Array, Array]) -> tuple[Array, Array, Array]:
+    """As `forward`, but reports how far it got where it met a singularity or impossible lengths.
+
+    Args:
+        geometry: Fixed dimensions.
+        longerons: l1 to l6, shape (N, 6), m.
+        start: R_BT, shape (N, 3, 3), and P_BT, shape (N, 3), m, on the wanted mode.
+
+    Returns:
+        R_BT and P_BT where it ended, and the fraction of the way covered, shape (N,).
+    """
+    with np.errstate(invalid="ignore"):
+        goal = place_circles(geometry.base_nodes, longerons, LOWER)
+        begin, result = _follow(geometry, goal, top_nodes(geometry, *start))
+        t = result.reached[:, None]
+        radius = np.where(t == 1.0, goal.radius, (1 - t) * begin.radius + t * goal.radius)
+        centre = np.where(
+            t[..., None] == 1.0, goal.centre, (1 - t[..., None]) * begin.centre + t[..., None] * goal.centre
+        )
+        R, P = triangle_frame(circle_nodes(Circles(centre, goal.inward, radius), result.phi))
+    return R, P, result.reached
+
+
+def _follow(geometry: Geometry, goal: Circles, nodes: Array) -> tuple[Circles, Followed]:
+    """Follow from given top nodes, shape (N, 3, 3), to the circles of the goal; the circles of the start, the end."""
     begin = _circles(geometry, _leg_lengths(geometry, nodes))
     first, last = closure_coefficients(begin, geometry.top), closure_coefficients(goal, geometry.top)
     # centres and radii are linear in t and the closure is a quadratic form in them
@@ -220,11 +253,7 @@ def forward(
     def path(t: Array, index: NDArray[np.intp]) -> Array:
         return first[..., index] + t * (slope[..., index] + t * square[..., index])
 
-    result = follow(path, circle_angles(begin, nodes))
-    if result.reached.min(initial=1.0) < 1.0:
-        raise _singular(geometry, wanted, begin, goal, result.phi, result.reached)
-    R, P = triangle_frame(circle_nodes(goal, result.phi))
-    return R.reshape(*batch, 3, 3), P.reshape(*batch, 3)
+    return begin, follow(path, circle_angles(begin, nodes))
 
 
 def _circles(geometry: Geometry, longerons: Array) -> Circles:

@@ -33,31 +33,32 @@ _FLAT = 1e-9  # rad: theta this near to 0 or pi is flat
 
 @dataclass(frozen=True)
 class Geometry:
-    """Fixed dimensions of the module.
+    """Fixed dimensions of a module, or of several, each figure then of shape (M,), for angles of shape (..., M).
 
     Attributes:
         side: L1, of the four equal static members, m.
         hinge: L2, of the hinge line n2 n3, m.
     """
 
-    side: float
-    hinge: float
+    side: float | Array
+    hinge: float | Array
 
     def __post_init__(self) -> None:
         """Refuse sides that do not make a triangle."""
-        if not 0 < self.hinge < 2 * self.side:
-            detail = f"static triangles with sides {self.side:.4g} m on a hinge of {self.hinge:.4g} m are flat"
-            raise AssemblyError("tetrahedron", self.hinge - 2 * self.side, detail)
+        side, hinge = np.asarray(self.side), np.asarray(self.hinge)
+        if not np.all((hinge > 0) & (hinge < 2 * side)):
+            detail = f"static triangles with sides {side} m on a hinge of {hinge} m are flat"
+            raise AssemblyError("tetrahedron", float(np.max(hinge - 2 * side)), detail)
 
     @property
-    def height(self) -> float:
+    def height(self) -> Array:
         """Altitude h of the static triangles, m (3.1)."""
-        return float(np.sqrt(self.side**2 - self.hinge**2 / 4))
+        return np.sqrt(np.asarray(self.side) ** 2 - np.asarray(self.hinge) ** 2 / 4)
 
     @property
-    def face(self) -> tuple[float, float, float]:
-        """Sides of both faces in the order of `triangle`: apex between the first and the second, m."""
-        return self.side, self.side, self.hinge
+    def face(self) -> Array:
+        """Sides of both faces in the order of `triangle`: apex between the first and the second, shape (..., 3), m."""
+        return np.stack([self.side, self.side, self.hinge], axis=-1)
 
 
 def forward(geometry: Geometry, length: ArrayLike, branch: Branch = 1) -> Array:

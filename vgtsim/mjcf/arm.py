@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import DoubleOctahedral, Manipulator
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.modules import DoubleOctahedral, Tetrahedral
 from vgtsim.description.sections import Cylinder
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, Member
@@ -106,7 +107,10 @@ def _add_defaults(spec: mujoco.MjSpec) -> None:
 
 
 def _bits(chain: Chain, module: int) -> dict[str, int]:
-    contype, conaffinity = contact_bits(module + 1, len(chain.manipulator.modules) + 1)
+    """Contact bits of a module, of the mast for -1; a hinge counts with the module below it, whose nodes it shares."""
+    modules = chain.manipulator.modules
+    part = module + 1 - sum(isinstance(item, Tetrahedral) for item in modules[: module + 1])
+    contype, conaffinity = contact_bits(part, len(modules) + 1)
     return {"contype": contype, "conaffinity": conaffinity}
 
 

@@ -8,10 +8,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import Manipulator, Prism
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.modules import DoubleOctahedral, Prism, Section
 from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics.layout import make_static
+from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import Rigging, add_arm
 from vgtsim.mjcf.pose import qpos_from_nodes
@@ -26,6 +29,8 @@ RISER_MOUTH = 0.5  # a module nearer than this to the riser's mouth is stowed in
 HOLDING_WEIGHTS, HOLDING_TIME = 1e-5, 0.1  # how the holding forces of a keyframe are found: stiffly, s
 STIFF_TUBES = 1e4  # on elastic tubes meanwhile: they must not ring
 ELASTIC_ITERATIONS = 3  # of the solver: without contacts the problem is linear; zero tolerance would spend a hundred
+_MOST_LEAN = 0.35  # of a mid-plane in the reach pose, rad: half of what its module bends
+_REACH_SAMPLE = 200  # configurations that the reach pose of a mixed arm is picked from
 MAST_STICK_UP = 0.5  # length of mast above the riser's flange at the working depth, m
 
 
@@ -88,9 +93,13 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
         timestep: s.
 
     Returns:
-        The specification, with keyframes `stowed`, `straight` and `reach` (root modules bent to the horizontal).
+        The specification, with keyframes `straight`, `reach` (see `reach_pose`) and, of an arm that stows, `stowed`.
     """
-    height = 1.0 + float(np.linalg.norm(Chain(manipulator, np.eye(4)).tool(Chain(manipulator, np.eye(4)).stowed)[0]))
+    free = Chain(manipulator, np.eye(4))
+    poses = {"straight": free.straight, "reach": reach_pose(free)}
+    if manipulator.stowed is not None:
+        poses = {"stowed": free.stowed} | poses
+    height = 1.0 + float(np.linalg.norm(free.tool(next(iter(poses.values())))[0]))
     chain = Chain(manipulator, hanging_mount(height))
     rigging = Rigging(0.9144, 0.0127, 7850.0, 2.0, (0.0, 0.0), 0.0, 0.1, timestep, 1e8, 1e6)
     spec = _start_spec(manipulator.name, timestep, 9.80665, 1e-5)
@@ -98,24 +107,29 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0)
     floor.rgba = [0.86, 0.87, 0.88, 1]
     add_arm_cameras(spec, height)
-    poses = {"stowed": chain.stowed, "straight": chain.straight, "reach": reach_pose(chain)}
     _add_keyframes(spec, chain, {name: (q, 0.0) for name, q in poses.items()})
     return spec
 
 
 def reach_pose(chain: Chain) -> Array:
-    """Inputs of the pose that loads an arm most: bent evenly to the horizontal by its first modules.
+    """Inputs of a pose that loads an arm much.
 
     Args:
-        chain: The arm.
+        chain: The arm, its root on the z axis of its mount.
 
     Returns:
-        q, shape (A, 3).
+        q, shape (*q): a uniform chain bent evenly by its first modules, to the horizontal if three can; of any other,
+        the one of a seeded sample whose tool is farthest from the axis.
     """
-    q = np.array(chain.straight)
-    bent = min(3, len(q))
-    q[:bent, 0] = np.sin(np.pi / 4 / bent)
-    return q
+    if chain.manipulator.uniform:
+        q = np.array(chain.straight)
+        bent = min(3, len(q))
+        q[:bent, 0] = np.sin(min(np.pi / 4 / bent, _MOST_LEAN))
+        return q
+    sample = sample_inputs(chain, _REACH_SAMPLE, seed=0)
+    out = chain.tool(sample)[0] - chain.mount[:3, 3]
+    across = np.linalg.norm(np.cross(out, chain.mount[:3, 2]), axis=-1)
+    return sample[int(np.argmax(across))]
 
 
 def build_model(scene: Scene, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
@@ -165,9 +179,10 @@ def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float
     q, height = np.array(chain.straight), low + scene.manipulator.tip_plate.tool_offset
     active = len(q)
     for module in reversed(scene.manipulator.modules):
-        if isinstance(module, Prism):
-            height += module.length
+        if isinstance(module, Prism | Section):
+            height += float(make_static(module, scene.manipulator.face_side).P[2])
             continue
+        assert isinstance(module, DoubleOctahedral)  # a scene refuses arms with other kinds
         active -= 1
         if height + module.straight > crown - RISER_MOUTH:
             q[active] = chain.stowed[active]

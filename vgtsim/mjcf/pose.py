@@ -67,7 +67,7 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
     tubes = [i for i, member in enumerate(truss.members) if names.half(member.name) in bodies]
     halves = [truss.members[i].name for i in tubes]
     return PoseMap(
-        slides=np.array([[address(joint) for joint in names.slides(node)] for node in hubs]).reshape(-1, 3),
+        slides=np.array([[address(joint) for joint in names.slides(node)] for node in hubs], dtype=int).reshape(-1, 3),
         hub_reference=np.array([model.body(node).pos for node in hubs]).reshape(-1, 3),
         balls=np.array([address(member.name) for member in truss.members]),
         ball_reference=np.array([model.body(member.name).quat for member in truss.members]),

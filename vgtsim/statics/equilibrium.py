@@ -1,9 +1,10 @@
 """The method of joints for a whole arm, from the tip plate to the mast flange, over any batch of instants.
 
 Every group of three nodes (a face, or the mid-plane of a double octahedron) has nine equations and nine
-unknowns: the three members among its nodes and the six that join it to the group below. The rigid tip plate
-counts as three bars among its corners, which does not change the force in any member. So the equilibrium
-matrix of the arm is block triangular, and the groups are solved one after the other from the tip.
+unknowns: the three members among its nodes and the six that join it to the groups below. The one new node of a
+tetrahedral module has three: the two sides of its top and its actuator. The rigid tip plate counts as three
+bars among its corners, which does not change the force in any member. So the equilibrium matrix of the arm is
+block triangular, and the groups are solved one after the other from the tip.
 """
 
 from __future__ import annotations
@@ -134,27 +135,46 @@ def _selection(node: NDArray[np.intp], count: int) -> Array:
 def _back_substitute(truss: Truss, unit: Array, force: Array, nodes: Array) -> tuple[Array, Array]:
     """Bar forces, shape (T, M + 3), and what is left at the flange's nodes, shape (T, 3, 3)."""
     ends = np.concatenate([truss.ends, truss.tip_edges])
-    group = ends.max(axis=1) // 3
-    bars = [np.flatnonzero(group == g) for g in range(1, len(truss.nodes) // 3)]
-    if any(len(members) != 9 for members in bars):
+    own = truss.group[ends].max(axis=1)
+    bars = [np.flatnonzero(own == g) for g in range(1, int(truss.group[-1]) + 1)]
+    hubs = [np.flatnonzero(truss.group == g) for g in range(1, int(truss.group[-1]) + 1)]
+    if any(len(members) != 3 * len(group) for members, group in zip(bars, hubs, strict=True)):
         diagnose(truss, nodes[0])
-        raise TrussError(len(ends), (), "isostatic, but not group by group of three nodes")
+        raise TrussError(len(ends), (), "isostatic, but not group by group of nodes")
     incidence = _selection(ends[:, 0], len(truss.nodes)) - _selection(ends[:, 1], len(truss.nodes))
-    inverse = _invert(truss, np.array(bars), incidence, unit, nodes)
+    inverse = _invert(truss, hubs, bars, incidence, unit, nodes)
     total, found = force.copy(), np.empty(unit.shape[:-1])
-    for g in range(len(bars), 0, -1):
-        rest = total[:, 3 * g : 3 * g + 3].reshape(len(total), 9, 1)
-        pull = -(inverse[:, g - 1] @ rest)
-        found[:, bars[g - 1]] = pull[..., 0]
-        total += incidence[:, bars[g - 1]] @ (pull * unit[:, bars[g - 1]])
+    for group, members, block in zip(hubs[::-1], bars[::-1], inverse[::-1], strict=True):
+        rest = total[:, group].reshape(len(total), 3 * len(group), 1)
+        pull = -(block @ rest)
+        found[:, members] = pull[..., 0]
+        total += incidence[:, members] @ (pull * unit[:, members])
     return found, total[:, :3]
 
 
-def _invert(truss: Truss, bars: NDArray[np.intp], incidence: Array, unit: Array, nodes: Array) -> Array:
-    """Inverses of the groups' equilibrium matrices, shape (T, G, 9, 9)."""
-    count = len(bars)
-    rows = np.stack([incidence[3 * g + 3 : 3 * g + 6, bars[g]] for g in range(count)])
-    matrix = np.einsum("gib,tgbx->tgixb", rows, unit[:, bars]).reshape(-1, count, 9, 9)
+def _invert(
+    truss: Truss,
+    hubs: list[NDArray[np.intp]],
+    bars: list[NDArray[np.intp]],
+    incidence: Array,
+    unit: Array,
+    nodes: Array,
+) -> list[Array]:
+    """Inverses of the groups' equilibrium matrices, each shape (T, 9, 9) or (T, 3, 3)."""
+    inverse = [np.empty(0)] * len(bars)
+    for size in {len(group) for group in hubs}:
+        alike = [g for g, group in enumerate(hubs) if len(group) == size]
+        picked = np.array([bars[g] for g in alike])
+        rows = np.stack([incidence[hubs[g][:, None], bars[g]] for g in alike])
+        matrix = np.einsum("gib,tgbx->tgixb", rows, unit[:, picked])
+        blocks = _invert_blocks(truss, matrix.reshape(-1, len(alike), 3 * size, 3 * size), nodes)
+        for place, g in enumerate(alike):
+            inverse[g] = blocks[:, place]
+    return inverse
+
+
+def _invert_blocks(truss: Truss, matrix: Array, nodes: Array) -> Array:
+    """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
     try:
         inverse = np.asarray(np.linalg.inv(matrix), float)
     except np.linalg.LinAlgError:

@@ -96,6 +96,11 @@ def make_load_model(chain: Chain, payload: Payload, gravity: float, *, split: bo
     )
 
 
+def weigh(chain: Chain) -> float:
+    """Mass of an arm with hubs and tip plate, without payload, kg."""
+    return make_load_model(chain, Payload(mass=0.0, radius=1.0), 0.0).mass
+
+
 def member_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> MemberLoads:
     """Share each member's weight and inertia between its two hubs.
 

@@ -1,0 +1,49 @@
+"""A model of every kind of module: 200 poses held, some reached by moving; loops, kinematics and pure axial force."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from standing import stand
+
+from vgtsim.description import load_manipulator
+from vgtsim.kinematics import Chain
+from vgtsim.kinematics.sampling import sample_inputs
+
+ROOT = Path(__file__).parents[2] / "models"
+CLOSURE = 1e-8  # m
+AGREEMENT = 1e-7  # m: the closures' gaps, longer by the arm's levers
+END_MOMENT = 1e-6  # N·m
+EXCESS_SHEAR = 1e-2  # N; forces are of the order of 1e3 N
+AXIAL = 2e-6  # of the largest force: what the rest of motion and the solver leave
+POSES = 200
+
+
+def part(name: str, *modules: str):
+    arm = load_manipulator(ROOT / name / f"{name}.toml")
+    kept = tuple(module for module in arm.modules if module.name in modules or not modules)
+    return arm.model_copy(update={"modules": kept})
+
+
+ARMS = {
+    "tetrahedral": part("tetra4", "s1", "h1", "s5"),
+    "octahedral": part("stewart"),
+    "double_octahedral": part("octahedron_double"),
+    "mixed, static longerons": part("mixed"),
+}
+
+
+@pytest.mark.parametrize("kind", ARMS)
+@pytest.mark.parametrize("moved", [False, True])
+def test_loops_close_and_members_carry_axial_force_alone(kind, moved):
+    arm = ARMS[kind]
+    poses = sample_inputs(Chain(arm, np.eye(4)), POSES, seed=8)
+    found = stand(arm, poses[:3] if moved else poses, moved)
+    assert found.closure.max() < CLOSURE
+    assert found.agreement.max() < AGREEMENT
+    assert found.moment.max() < END_MOMENT
+    assert found.shear.max() < EXCESS_SHEAR
+    assert found.axial.max() < AXIAL
+    assert np.abs(found.forces).max() > 100.0

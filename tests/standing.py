@@ -1,0 +1,88 @@
+"""Stands an arm in given poses under rigid drives, without scene or tank, and reads what its members carry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from vgtsim.description import Manipulator
+from vgtsim.description.scene import Payload
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.mjcf import names
+from vgtsim.mjcf.build import build_arm_spec
+from vgtsim.mjcf.pose import fill_qpos, make_pose_map
+from vgtsim.mjcf.rows import select_drive, stiffen
+from vgtsim.simulation.recorder import Recorder, find_addresses
+from vgtsim.statics import make_load_model, solve
+
+STEP = 0.005  # s
+STILL = 1e-8  # m/s: a speed lost in one step is an acceleration of 2e-6 m/s²
+PATIENCE = 400  # steps
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What was measured, a row for each pose; forces as in `verification.loads`."""
+
+    closure: np.ndarray
+    agreement: np.ndarray
+    moment: np.ndarray
+    shear: np.ndarray
+    axial: np.ndarray
+    forces: np.ndarray
+
+
+def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False) -> Standing:
+    """Hold each of the poses until it is still; `moved` comes to each from the one before through all between."""
+    spec = build_arm_spec(manipulator, STEP)
+    for geom in spec.geoms:
+        geom.contype = geom.conaffinity = 0
+    model = spec.compile()
+    stiffen(model, 1e-5)
+    select_drive(model, "rigid")
+    chain = Chain(manipulator, hanging_mount(float(model.body(names.MAST).pos[2])))
+    truss = chain.truss
+    pose, recorder = make_pose_map(model, truss), Recorder(find_addresses(model, truss))
+    actuators = [truss.member_names[i] for i in truss.actuated]
+    rows = np.array([model.equality(names.drive(name)).id for name in actuators])
+    zero = pose.retracted + model.qpos0[pose.cylinders]
+    data = mujoco.MjData(model)
+    wanted = chain.lengths(poses).reshape(len(poses), -1)
+    fill_qpos(pose, truss, chain.nodes(poses[0]), data.qpos)
+    for k, q in enumerate(poses):
+        if moved and k:
+            for s in np.linspace(0, 1, 1001):
+                model.eq_data[rows, 0] = wanted[k - 1] + s * s * (3 - 2 * s) * (wanted[k] - wanted[k - 1]) - zero
+                mujoco.mj_step(model, data)
+        else:
+            fill_qpos(pose, truss, chain.nodes(q), data.qpos)
+            data.qvel[:] = 0
+        model.eq_data[rows, 0] = wanted[k] - zero
+        for _ in range(PATIENCE):
+            mujoco.mj_step(model, data)
+            if np.abs(data.qvel).max() < STILL:
+                break
+        mujoco.mj_step(model, data)
+        recorder.record(data, wanted[k], data.qvel[recorder.at.slide], 0, True)
+    return _measure(chain, recorder.arrays())
+
+
+def _measure(chain: Chain, log: dict) -> Standing:
+    truss = chain.truss
+    q = chain.inputs_from_lengths(log["actual"].reshape(-1, *chain.length_shape))
+    along = log["nodes"][:, truss.ends[:, 1]] - log["nodes"][:, truss.ends[:, 0]]
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+    axial = np.einsum("tmk,tmk->tm", log["member_force"], along)
+    expected = solve(make_load_model(chain, Payload(mass=0.0, radius=0.1), 9.80665), log["nodes"])
+    shear = log["member_force"] - axial[..., None] * along - expected.near_transverse
+    largest = np.abs(expected.near_axial).max(axis=-1, keepdims=True)
+    return Standing(
+        np.linalg.norm(log["ends"] - log["nodes"][:, truss.ends], axis=-1).max(axis=-1),
+        np.linalg.norm(log["nodes"] - chain.nodes(q), axis=-1),
+        np.linalg.norm(log["member_moment"], axis=-1),
+        np.linalg.norm(shear, axis=-1),
+        np.abs(axial - expected.near_axial) / largest,
+        axial,
+    )

@@ -1,0 +1,96 @@
+"""Seeded random configurations of a chain, and whether its strokes hold a singularity."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.errors import SingularityError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.octahedra import Octahedra
+
+Array = NDArray[np.float64]
+
+_MOST_CORNERS = 6  # actuators of a module: 64 corners of its strokes
+
+
+def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Array:
+    """Configurations with lengths evenly spread over the strokes, each on the assembly mode of the straight pose.
+
+    Args:
+        chain: The arm.
+        count: Number of configurations.
+        seed: Of the random numbers.
+        part: Of each stroke that is used, about its middle.
+
+    Returns:
+        q, shape (count, *q). Lengths that can only be come to through a singularity are drawn again.
+
+    Raises:
+        SingularityError: Hardly any lengths can be reached.
+    """
+    rng = np.random.default_rng(seed)
+    least, greatest = chain.stroke.reshape(2, -1)
+    middle, half = (least + greatest) / 2, part * (greatest - least) / 2
+    x = np.empty((count, chain.layout.inputs))
+    for place in chain.layout.places:
+        modules, moving = place.modules, place.lengths[place.modules.actuated]
+        for m in range(len(modules.names)):
+            own = place.lengths[m][modules.actuated[m]]
+            straight = modules.length_jacobian(place.straight)[0]
+            rows, tries = np.empty((0, modules.inputs)), 0
+            while len(rows) < count:
+                size = 2 * (count - len(rows)) + 8
+                legs = np.broadcast_to(straight, (size, *straight.shape)).copy()
+                legs[:, m, modules.actuated[m]] = middle[own] + half[own] * rng.uniform(-1, 1, (size, len(own)))
+                start = None if isinstance(modules, DoubleOctahedra) else place.straight
+                found, reached = modules.attempt(legs, start)
+                rows = np.concatenate([rows, found[reached[:, m] == 1.0, m]])
+                tries += 1
+                if tries > 100:
+                    raise SingularityError(modules.names[m], 0.0, chain.truss.member_names[moving[0]], 0.0, 0.0)
+            x[:, place.columns[m]] = rows[:count]
+    return x.reshape(count, *chain.input_shape)
+
+
+def check_strokes(chain: Chain) -> None:
+    """Refuse octahedral modules whose strokes cross a singularity.
+
+    Every corner of the strokes must be reached from the straight pose without passing one. Double octahedra are left to
+    the forward solver, which refuses each way through a singularity, and tetrahedra to the description, whose strokes
+    end below the flat pose.
+
+    Args:
+        chain: The arm.
+
+    Raises:
+        AssemblyError: Two longerons do not meet over their edge at the ends of their strokes.
+        SingularityError: The module, the smallest singular value where the way ends, and the member.
+    """
+    least, greatest = chain.stroke.reshape(2, -1)
+    for place in chain.layout.places:
+        if not isinstance(place.modules, Octahedra):
+            continue
+        straight = place.modules.length_jacobian(place.straight)[0]
+        for m in range(len(place.modules.names)):
+            own = place.lengths[m][place.modules.actuated[m]]
+            corners = np.array(list(product((False, True), repeat=min(len(own), _MOST_CORNERS))))
+            legs = np.broadcast_to(straight, (len(corners), *straight.shape)).copy()
+            legs[:, m, place.modules.actuated[m]] = np.where(corners, greatest[own], least[own])
+            place.modules.solve(legs, place.straight)
+
+
+def least_singular_value(chain: Chain, q: Array) -> Array:
+    """Smallest singular value over the active modules.
+
+    Args:
+        chain: The arm.
+        q: Inputs, shape (..., *q).
+
+    Returns:
+        Shape (...), a pure number.
+    """
+    return chain.singular_values(q)[0].min(axis=-1)

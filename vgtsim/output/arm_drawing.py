@@ -1,0 +1,147 @@
+"""An arm as a line drawing in black, near members over far ones, and as a solid for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from vgtsim.kinematics import Chain
+from vgtsim.kinematics.inertia import member_radii
+from vgtsim.output.figure import styled
+from vgtsim.replacing import replacing
+
+Array = NDArray[np.float64]
+
+_BLACK, _WHITE = "#000000", "#ffffff"
+_SINGLE = ((3.4, _WHITE), (1.5, _BLACK))  # widths of strokes over one another, points
+_DOUBLE = ((5.5, _WHITE), (3.6, _BLACK), (2.0, _WHITE))
+_VIEW = np.radians([-60.0, 20.0])  # azimuth of the eye and its height
+_DPI = 200
+_SOLID = {
+    "longeron": (69, 115, 176),
+    "cross_longeron": (115, 171, 209),
+    "batten": (158, 158, 166),
+    "actuator": (219, 115, 33),
+}
+
+
+def draw_arm(chain: Chain, poses: dict[str, Array]) -> Figure:
+    """Draw an arm in some poses side by side, in parallel projection.
+
+    Args:
+        chain: The arm, with z of frame G up.
+        poses: Inputs, shape (*q), by the name under the drawing.
+
+    Returns:
+        The figure: actuators as double lines, the mast flange and the tip plate as filled triangles.
+    """
+    azimuth, height = _VIEW
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    eye = np.array([np.cos(azimuth) * np.cos(height), np.sin(azimuth) * np.cos(height), np.sin(height)])
+    view = np.stack([right, np.cross(eye, right)])
+    shapes = {name: chain.nodes(q) for name, q in poses.items()}
+    flat = [nodes @ view.T for nodes in shapes.values()]
+    widths = [np.ptp(points[:, 0]) + 0.6 for points in flat]
+    tall = max(np.ptp(points[:, 1]) for points in flat) + 0.6
+    scale = 7.0 / max(tall, sum(widths))
+    with styled():
+        size = (max(sum(widths) * scale, 2.5), max(tall * scale, 2.5) + 0.4)
+        figure = Figure(figsize=size, layout="constrained", facecolor=_WHITE)
+        row = figure.subplots(1, len(poses), squeeze=False, width_ratios=widths, sharey=True)[0]
+        for axes, (name, nodes) in zip(row, shapes.items(), strict=True):
+            _draw(axes, chain, nodes, view, eye, scale)
+            axes.set_title(name, color=_BLACK, loc="center")
+    return figure
+
+
+def _draw(axes: Axes, chain: Chain, nodes: Array, view: Array, eye: Array, scale: float) -> None:
+    truss, flat = chain.truss, nodes @ view.T
+    ends = nodes[truss.ends]
+    order = np.argsort(ends.mean(axis=1) @ eye)
+    actuator = np.zeros(len(truss.members), dtype=bool)
+    actuator[truss.actuated] = True
+    unit = min(max(scale / 2.0, 0.25), 1.0)  # a long arm is drawn with thinner lines
+    axes.fill(*flat[truss.base].T, color=_BLACK, linewidth=0)
+    for index in order:  # each on a white halo that hides what is behind it
+        strokes = _DOUBLE if actuator[index] else _SINGLE
+        for width, colour in strokes:
+            lines = LineCollection([flat[truss.ends[index]]], colors=colour, linewidths=width * unit, zorder=2)
+            axes.add_collection(lines)
+    axes.fill(*flat[truss.tip].T, color="#555555", linewidth=0, zorder=4)
+    axes.plot(*flat.T, "o", color=_BLACK, markersize=3.2 * unit, zorder=5)
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.axis("off")
+
+
+def write_drawing(figure: Figure, stem: Path) -> tuple[Path, Path]:
+    """Write a figure as PNG and as SVG.
+
+    Args:
+        figure: The figure.
+        stem: Path without suffix.
+
+    Returns:
+        Both paths.
+    """
+    files = stem.with_suffix(".png"), stem.with_suffix(".svg")
+    meta = {"Date": None, "Creator": None}
+    with styled():
+        for file, extra in zip(files, ({"metadata": {"Software": None}}, {"metadata": meta}), strict=True):
+            with replacing(file) as whole:
+                figure.savefig(whole, format=file.suffix[1:], dpi=_DPI, facecolor=_WHITE, **extra)
+    return files
+
+
+def make_solid(chain: Chain, nodes: Array) -> trimesh.Scene:
+    """Make an arm of cylinders and balls.
+
+    Args:
+        chain: The arm.
+        nodes: Of a pose, shape (N, 3), m.
+
+    Returns:
+        A scene with a coloured mesh for every member, named as in the truss; z up, m.
+    """
+    truss, arm = chain.truss, chain.manipulator
+    scene = trimesh.Scene()
+    for member, radius in zip(truss.members, member_radii(arm, truss), strict=True):
+        mesh = trimesh.creation.cylinder(float(radius), segment=nodes[list(member.ends)], sections=16)
+        mesh.visual.face_colors = (*_SOLID[member.role], 255)
+        scene.add_geometry(mesh, geom_name=member.name, node_name=member.name)
+    for name, place in zip(truss.nodes, nodes, strict=True):
+        ball = trimesh.creation.icosphere(subdivisions=1, radius=arm.hub.radius)
+        ball.visual.face_colors = (51, 56, 66, 255)
+        scene.add_geometry(ball.apply_translation(place), geom_name=name, node_name=name)
+    corners = nodes[truss.tip]
+    normal = np.cross(corners[0] - corners[2], corners[1] - corners[2])
+    half = arm.tip_plate.thickness / 2 * normal / np.linalg.norm(normal)
+    plate = trimesh.convex.convex_hull(np.concatenate([corners - half, corners + half]))
+    plate.visual.face_colors = (89, 92, 102, 255)
+    scene.add_geometry(plate, geom_name="tip", node_name="tip")
+    return scene
+
+
+def write_solid(solid: trimesh.Scene, stem: Path) -> tuple[Path, Path]:
+    """Write an arm as GLB, with colours and names, and as STL, one mesh.
+
+    Args:
+        solid: From `make_solid`.
+        stem: Path without suffix.
+
+    Returns:
+        Both paths.
+    """
+    files = stem.with_suffix(".glb"), stem.with_suffix(".stl")
+    for file, content in zip(
+        files, (solid.export(file_type="glb"), solid.to_mesh().export(file_type="stl")), strict=True
+    ):
+        with replacing(file) as whole:
+            whole.write_bytes(content)
+    return files
