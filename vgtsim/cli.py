@@ -10,13 +10,14 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from vgtsim import __version__
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
 from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
-from vgtsim.runlog import RunLog, load_run, save_run
+from vgtsim.runlog import RunLog, load_run
 from vgtsim.verification.report import Report
 
 app = typer.Typer(
@@ -64,7 +65,7 @@ def run(
     from vgtsim.control.program import check_scene, make_program
     from vgtsim.mjcf import build_model, scene_chain
     from vgtsim.mjcf.files import write_scene_files
-    from vgtsim.output.write import prepare_folder, write_outputs
+    from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
     from vgtsim.simulation import run as simulate
     from vgtsim.verification import verify as judge
 
@@ -74,7 +75,7 @@ def run(
     folder = out or Path("out") / scene.task.name
     with _err.status("planning the tour"):
         program = make_program(scene, chain)
-    prepare_folder(folder)
+    clear_folder(prepare_folder(folder))
     first_goal = program.legs[0].q
     write_scene_files(scene, first_goal, folder)
     model = build_model(scene, {"first_goal": first_goal})
@@ -82,7 +83,7 @@ def run(
         log = simulate(model, program, scene)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
-            save_run(folder / "run.npz", scene, error.log)
+            save_log(scene, error.log, folder)
         raise
     with _err.status("verifying"):
         report = judge(scene, log)
@@ -352,5 +353,5 @@ def main() -> None:
 
 
 def _complain(message: str, status: Status) -> None:
-    _err.print(f"[bold red]error:[/] {message}", soft_wrap=True, highlight=False)
+    _err.print(f"[bold red]error:[/] {escape(message)}", soft_wrap=True, highlight=False)
     sys.exit(status)

@@ -15,14 +15,15 @@ class DescriptionError(VgtError):
     Attributes:
         file: The file that was read, or None when the data did not come from a file.
         key: Dotted path of the offending entry.
-        found: What stands there.
+        found: What stands there; empty where `allowed` says it all.
         allowed: What may stand there.
     """
 
     def __init__(self, file: Path | None, key: str, found: str, allowed: str) -> None:
         self.file, self.key, self.found, self.allowed = file, key, found, allowed
         place = f"{file}: " if file else ""
-        super().__init__(f"{place}{key or 'file'}: found {found}; allowed: {allowed}")
+        message = f"found {found}; allowed: {allowed}" if found else allowed
+        super().__init__(f"{place}{key or 'file'}: {message}")
 
 
 class AssemblyError(VgtError):

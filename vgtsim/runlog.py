@@ -10,6 +10,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 
 Array = NDArray[np.float64]
+
+_LEAST_RECORDS = 5  # for accelerations from positions
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,31 @@ class RunLog:
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
+
+    def find_fault(self) -> str:
+        """Say what is wrong with the log itself.
+
+        Returns:
+            Which quantity is not finite or has another number of records, or that the records are too few or not evenly
+            spaced; empty when nothing is wrong.
+        """
+        count = len(self.time)
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            if not isinstance(value, np.ndarray) or item.name.startswith("contact") or not value.size:
+                continue
+            if len(value) != count:
+                return f"{item.name} has {len(value)} records, time has {count}"
+            if not np.isfinite(value).all():
+                return (
+                    f"{item.name} is not finite in {np.sum(~np.isfinite(value.reshape(count, -1)).all(axis=1))} records"
+                )
+        step = np.diff(self.time)
+        if count < _LEAST_RECORDS:
+            return f"{count} records; at least {_LEAST_RECORDS}"
+        if step.min() <= 0 or np.ptp(step) > 1e-6 * step.max():
+            return f"records are {step.min():.6g} to {step.max():.6g} s apart; evenly spaced ones can be differenced"
+        return ""
 
     def directions(self, ends: NDArray[np.intp]) -> Array:
         """Unit vectors along the members, from near to far hub.
@@ -149,7 +177,10 @@ def load_run(path: str | Path) -> tuple[Scene, RunLog]:
         with np.load(file) as data:
             fields = {name: data[name] for name in data.files if name not in ("meta", "scene")}
             meta, text = json.loads(str(data["meta"])), str(data["scene"])
-    except (OSError, KeyError, ValueError) as error:
-        raise DescriptionError(file, "", str(error), "a run log written by `vgtsim run`") from None
+    except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:
+        raise DescriptionError(file, "", str(error) or "an empty file", "a run log written by `vgtsim run`") from None
     meta["warnings"] = tuple(meta["warnings"])
-    return parse_scene(text), RunLog(**fields, **meta)
+    try:
+        return parse_scene(text), RunLog(**fields, **meta)
+    except TypeError as error:
+        raise DescriptionError(file, "", str(error), "a run log of this version of vgtsim") from None

@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vgtsim.control import check_scene, make_program, solve_first_goal, start_inputs
+from vgtsim.control import check_scene, make_program, solve_first_goal
 from vgtsim.description.scene import Bend
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics.start import start_inputs
 
 GOAL = 1e-9  # m and rad
 ROUNDING = 1e-9

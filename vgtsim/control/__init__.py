@@ -1,6 +1,6 @@
 """From goals to timed actuator lengths."""
 
-from vgtsim.control.checks import check_scene, start_inputs
+from vgtsim.control.checks import check_scene
 from vgtsim.control.program import Leg, LengthProgram, make_program, solve_first_goal
 from vgtsim.control.riser import RISER_SPARE, RiserFit, riser_fit
 
@@ -13,5 +13,4 @@ __all__ = [
     "make_program",
     "riser_fit",
     "solve_first_goal",
-    "start_inputs",
 ]

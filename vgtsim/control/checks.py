@@ -11,6 +11,7 @@ from vgtsim.errors import AssemblyError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.double_octahedron import Geometry, length_jacobian, midplane_from_lengths
+from vgtsim.kinematics.start import start_inputs
 from vgtsim.redundancy.strokes import make_box
 from vgtsim.redundancy.surroundings import Surroundings
 
@@ -18,25 +19,6 @@ Array = NDArray[np.float64]
 
 _STATIONS = 5  # lengths tried over each stroke: 125 combinations a module
 _CLOSED = 1e-9  # rounding of lengths that went there and back, m
-
-
-def start_inputs(scene: Scene, chain: Chain) -> Array:
-    """Inputs of the shape a scene starts from.
-
-    Args:
-        scene: The scene.
-        chain: Its arm.
-
-    Returns:
-        Shape (A, 3).
-    """
-    q = np.array(chain.straight)
-    for a, (bend, module) in enumerate(zip(scene.task.motion.start, scene.manipulator.active, strict=True)):
-        tilt = np.sin(bend.angle / 2)
-        q[a, :2] = tilt * np.cos(bend.azimuth), tilt * np.sin(bend.azimuth)
-        if bend.extension is not None:
-            q[a, 2] = (bend.extension - module.joint_offset) / 2
-    return q
 
 
 def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:

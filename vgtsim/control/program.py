@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.control.checks import check_scene, start_inputs, surroundings_of
+from vgtsim.control.checks import check_scene, surroundings_of
 from vgtsim.control.path import PathSettings, plan_path
 from vgtsim.control.timing import make_limits, time_lengths
 from vgtsim.description.scene import Goal, Scene
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.start import start_inputs
 from vgtsim.redundancy.solver import SolverSettings, solve_goal
 from vgtsim.redundancy.surroundings import Surroundings
 from vgtsim.statics.elasticity import ElasticModel, make_elastic_model

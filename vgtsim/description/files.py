@@ -165,7 +165,8 @@ def _translate(error: ValidationError, file: Path, prefix: str = "") -> Descript
     allowed = first["msg"].removeprefix("Value error, ")
     if others:
         allowed += f" [and {len(others)} more: {', '.join('.'.join(map(str, o['loc'])) for o in others[:4])}]"
-    found = "nothing" if first["type"] == "missing" else _short(first["input"])
+    whole = first["type"] == "value_error" and isinstance(first["input"], dict)  # says itself what it found
+    found = "nothing" if first["type"] == "missing" else "" if whole else _short(first["input"])
     return DescriptionError(file, ".".join([prefix, *path] if prefix else path), found, allowed)
 
 

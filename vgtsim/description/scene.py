@@ -121,6 +121,13 @@ class Motion(Description):
     patience: Time = Field(gt=0)
     goals: tuple[Goal, ...] = Field(min_length=1)
 
+    @model_validator(mode="after")
+    def _names_differ(self) -> Motion:
+        names = [goal.name for goal in self.goals]
+        if len(set(names)) != len(names):
+            raise ValueError(f"goal names must differ: {names}")
+        return self
+
 
 class Simulation(Description):
     """Settings of the step loop.
@@ -255,6 +262,14 @@ class Video(Description):
     fps: int = Field(default=25, ge=1, le=60)
     speed: Number = Field(default=2.0, gt=0)
     cuts: tuple[Cut, ...] = (Cut(camera="cutaway"),)
+
+    @model_validator(mode="after")
+    def _cuts_follow(self) -> Video:
+        ends = [cut.until for cut in self.cuts[:-1]]
+        known = [end for end in ends if end is not None]
+        if len(known) < len(ends) or sorted(set(known)) != known:
+            raise ValueError(f"every cut but the last needs an `until`, later than the one before: {ends}")
+        return self
 
 
 class SceneFile(Description):

@@ -98,9 +98,10 @@ class Cylinder(Description):
     def _parts_fit(self) -> Cylinder:
         if self.rod >= self.bore:
             raise ValueError(f"rod of {self.rod:.4g} m thinner than the bore {self.bore:.4g} m")
-        if self.dead_length < 2 * self.eye:
+        needed = self.stroke + self.head + 2 * self.eye
+        if self.retracted < needed - 1e-9:
             raise ValueError(
-                f"dead length retracted - stroke = {self.dead_length:.4g} m at least two eyes, {2 * self.eye:.4g} m"
+                f"retracted length {self.retracted:.4g} m at least stroke, heads with piston, and two eyes: {needed:.4g} m"
             )
         return self
 

@@ -47,6 +47,7 @@ class Rigging:
         feed_range: Lowest and highest position of the mast relative to its working depth, m.
         payload_mass: At the tool point, kg.
         payload_radius: m.
+        reference: Inputs of the reference pose, shape (*q): where the model stands when it is reset.
         timestep: Of the simulation, s; it sets the closures' time constants.
         servo_stiffness: N/m.
         servo_damping: N·s/m.
@@ -60,6 +61,7 @@ class Rigging:
     feed_range: tuple[float, float]
     payload_mass: float
     payload_radius: float
+    reference: Array
     timestep: float
     servo_stiffness: float
     servo_damping: float
@@ -69,7 +71,7 @@ class Rigging:
 def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
     """Add mast, hubs, members, tip plate, closures, drives and sensors.
 
-    The reference pose of the model is the straight working pose.
+    Lengths are commanded from the reference pose: zero holds it, for the rigid drives and for the servos.
 
     Args:
         spec: Changed in place.
@@ -88,7 +90,7 @@ def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
                 "0 in a model",
             )
     _add_defaults(spec)
-    nodes = chain.nodes(chain.straight)
+    nodes = chain.nodes(rigging.reference)
     hubs = _add_mast(spec, chain, nodes, rigging)
     hubs |= _add_hubs(spec, chain, nodes)
     _add_tip(spec, chain, nodes, rigging)
@@ -188,7 +190,7 @@ def _add_hubs(spec: mujoco.MjSpec, chain: Chain, nodes: Array) -> dict[int, mujo
 def _add_tip(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging) -> None:
     """Add the rigid tip plate with its three hubs, the tool point and the payload."""
     arm, corners = chain.manipulator, nodes[chain.truss.tip]
-    R, P = chain.frames(chain.straight)
+    R, P = chain.frames(rigging.reference)
     tip = spec.worldbody.add_body(name=names.TIP, pos=P[-1], info="tip_plate")
     mujoco.mju_mat2Quat(tip.quat, R[-1].ravel())
     tip.add_freejoint(name=names.TIP)
@@ -405,7 +407,8 @@ def _add_joint_drives(
         biastype=mujoco.mjtBias.mjBIAS_AFFINE,
     )
     servo.gainprm[0] = rigging.servo_stiffness
-    servo.biasprm[1:3] = [-rigging.servo_stiffness, -rigging.servo_damping]
+    reference = spec.joint(joint).ref
+    servo.biasprm[:3] = [rigging.servo_stiffness * reference, -rigging.servo_stiffness, -rigging.servo_damping]
     if force is not None:
         servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
         servo.forcerange = [-force[0], force[1]]  # pushing the rod out compresses the member

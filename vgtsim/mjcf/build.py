@@ -15,6 +15,7 @@ from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.layout import make_static
 from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics.start import start_inputs
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import Rigging, add_arm
 from vgtsim.mjcf.pose import qpos_from_nodes
@@ -69,6 +70,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
         feed_range=(0.0, max(lift for _, lift in keyed.values())),
         payload_mass=task.payload.mass,
         payload_radius=task.payload.radius,
+        reference=start_inputs(scene, chain),
         timestep=step,
         servo_stiffness=task.simulation.servo_stiffness,
         servo_damping=task.simulation.servo_damping,
@@ -101,8 +103,20 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
         poses = {"stowed": free.stowed} | poses
     height = 1.0 + float(np.linalg.norm(free.tool(next(iter(poses.values())))[0]))
     chain = Chain(manipulator, hanging_mount(height))
-    rigging = Rigging(0.9144, 0.0127, 7850.0, 2.0, (0.0, 0.0), 0.0, 0.1, timestep, 1e8, 1e6)
-    spec = _start_spec(manipulator.name, timestep, 9.80665, 1e-5)
+    rigging = Rigging(
+        mast_diameter=0.9144,  # the reference scene's mast, cut short
+        mast_wall=0.0127,
+        mast_density=7850.0,
+        mast_length=2.0,
+        feed_range=(0.0, 0.0),
+        payload_mass=0.0,
+        payload_radius=0.1,
+        reference=chain.straight,
+        timestep=timestep,
+        servo_stiffness=1e8,
+        servo_damping=1e6,
+    )
+    spec = _start_spec(manipulator.name, timestep, gravity=9.80665, weight_scale=HOLDING_WEIGHTS)
     add_arm(spec, chain, rigging)
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0)
     floor.rgba = [0.86, 0.87, 0.88, 1]
@@ -215,16 +229,23 @@ def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float)
 
 
 def _add_keyframes(spec: mujoco.MjSpec, chain: Chain, poses: Mapping[str, tuple[Array, float]]) -> None:
-    """Add keyframes from inputs and lift of the mast; the servos' targets hold the weight as well as the lengths."""
+    """Add keyframes from inputs and lift of the mast; the servos hold the weight as well as the lengths.
+
+    The servos' bias holds the reference pose, which a viewer starts from, and the targets of a keyframe add to that.
+    """
     model = spec.compile()
     stiffen(model, HOLDING_WEIGHTS)
     select_drive(model, "rigid")
+    model.jnt_stiffness *= STIFF_TUBES
     joints = model.actuator_trnid[:, 0]
-    stiffness = model.actuator_gainprm[:, 0]
+    address, speed, stiffness = model.jnt_qposadr[joints], model.jnt_dofadr[joints], model.actuator_gainprm[:, 0]
+    rest = _holding_forces(model, model.qpos0)[speed]
+    for servo, push in zip(spec.actuators, rest, strict=True):
+        servo.biasprm[0] += push
     for name, (q, lift) in poses.items():
         qpos = qpos_from_nodes(model, chain.truss, chain.nodes(q) + np.array([0.0, 0.0, lift]))
-        push = _holding_forces(model, qpos)[model.jnt_dofadr[joints]]
-        spec.add_key(name=name, qpos=qpos, ctrl=qpos[model.jnt_qposadr[joints]] + push / stiffness)
+        push = _holding_forces(model, qpos)[speed] - rest
+        spec.add_key(name=name, qpos=qpos, ctrl=(qpos - model.qpos0)[address] + push / stiffness)
 
 
 def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
@@ -232,7 +253,6 @@ def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
     rows = model.eq_type == mujoco.mjtEq.mjEQ_JOINT
     address = model.jnt_qposadr[model.eq_obj1id[rows]]
     model.eq_data[rows, 0] = qpos[address] - model.qpos0[address]
-    model.jnt_stiffness *= STIFF_TUBES
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     for _ in range(round(HOLDING_TIME / model.opt.timestep)):
@@ -246,7 +266,7 @@ def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
 
 
 def _check_compiled(model: mujoco.MjModel, scene: Scene) -> None:
-    """Hold the compiled model against the description by what both can count and weigh."""
+    """Hold the compiled model against the description by what both can count."""
     truss = scene_chain(scene).truss
     closures = int(np.sum(model.eq_type == mujoco.mjtEq.mjEQ_CONNECT))
     balls = int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL))

@@ -44,6 +44,35 @@ def prepare_folder(out_dir: str | Path) -> Path:
     return folder
 
 
+def clear_folder(folder: Path) -> None:
+    """Take away what an earlier run left, so that no old verdict or film stands beside a new log.
+
+    Args:
+        folder: Existing folder.
+
+    Raises:
+        DescriptionError: The folder cannot be written; the error names it.
+    """
+    with _naming(folder):
+        for name in (LOG, JSON, HTML, VIDEO):
+            (folder / name).unlink(missing_ok=True)
+
+
+def save_log(scene: Scene, log: RunLog, folder: Path) -> None:
+    """Write `run.npz`, whole or not at all.
+
+    Args:
+        scene: The scene.
+        log: The run, finished or not.
+        folder: Existing folder.
+
+    Raises:
+        DescriptionError: The folder cannot be written; the error names it.
+    """
+    with _naming(folder), replacing(folder / LOG) as partial:
+        save_run(partial, scene, log)
+
+
 def write_outputs(
     scene: Scene, log: RunLog, report: Report, chain: Chain, out_dir: str | Path, *, video: bool = False
 ) -> MissingLibraryError | None:
@@ -64,8 +93,7 @@ def write_outputs(
         DescriptionError: The folder cannot be written; the error names it.
     """
     folder = prepare_folder(out_dir)
-    with _naming(folder), replacing(folder / LOG) as partial:
-        save_run(partial, scene, log)
+    save_log(scene, log, folder)
     write_reports(scene, log, report, chain, folder)
     if video:
         try:

@@ -189,11 +189,11 @@ def _find_drive(
     kind = scene.task.simulation.drive
     rigid, none = kind != "servo", np.zeros(len(actuators), dtype=np.int64)
     retracted = np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators])
+    reference = np.array([model.qpos0[model.joint(names.slide(name)).qposadr[0]] for name in actuators])
     if not rigid:
         rows = np.array([model.actuator(names.servo(name)).id for name in actuators])
-        return _Drive(model, data, rigid, rows, retracted, saturation=none)
+        return _Drive(model, data, rigid, rows, retracted + reference, saturation=none)
     rows = np.array([model.equality(names.drive(name)).id for name in actuators])
-    reference = np.array([model.qpos0[model.joint(names.slide(name)).qposadr[0]] for name in actuators])
     hydraulics = make_hydraulics(scene, scene_chain(scene)) if kind == "hydraulic" else None
     return _Drive(model, data, rigid, rows, retracted + reference, springs, hydraulics, none)
 

@@ -29,17 +29,19 @@ class Finding:
 def worst_of(values: NDArray[np.float64], time: NDArray[np.float64], names: Sequence[str]) -> Finding:
     """Find the greatest value over records and members.
 
-    A record of NaN is one that was not measured and is passed over; a value that is infinite is not.
-
     Args:
         values: Shape (T, M).
         time: Shape (T,), s.
         names: Of the columns.
 
     Returns:
-        The finding; NaN when nothing was measured.
+        The finding; NaN when anything was not measured, which is then named.
     """
-    if values.size == 0 or np.all(np.isnan(values)):
+    if values.size == 0:
         return Finding(float("nan"), "none", float("nan"), "nothing was measured")
-    record, column = np.unravel_index(np.nanargmax(values), values.shape)
+    missing = np.isnan(values)
+    record, column = np.unravel_index(np.argmax(missing if missing.any() else values), values.shape)
+    if missing.any():
+        detail = f"{missing.any(axis=1).sum()} of {len(values)} records were not measured"
+        return Finding(float("nan"), names[int(column)], float(time[record]), detail)
     return Finding(float(values[record, column]), names[int(column)], float(time[record]))

@@ -27,6 +27,8 @@ from vgtsim.verification.findings import Finding, worst_of
 
 Array = NDArray[np.float64]
 
+LEAST_FORCE = 1.0  # N; errors are relative to this where an arm without weight carries less
+
 _SATURATIONS = {1: "flow", 2: "force or pressure", 4: "stroke"}
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
@@ -114,7 +116,7 @@ def relative_error(measured: Array, expected: Array) -> Array:
     Returns:
         Shape (T, M).
     """
-    return np.abs(measured - expected) / np.max(np.abs(expected), axis=-1, keepdims=True)
+    return np.abs(measured - expected) / np.maximum(np.max(np.abs(expected), axis=-1, keepdims=True), LEAST_FORCE)
 
 
 def find_utilisation(log: RunLog, chain: Chain, scene: Scene, loads: Loads) -> tuple[Utilisation, Ratings]:
@@ -170,6 +172,22 @@ def check_cases(log: RunLog, chain: Chain, scene: Scene) -> tuple[Finding, Findi
         finding = worst_of(used[case], log.time[picked], chain.truss.member_names)
         found.append(replace(finding, detail=f"case {worst.cases[int(case)]}, margin {1 / finding.value - 1:.3g}"))
     return found[0], found[1]
+
+
+def check_drives(log: RunLog, chain: Chain, loads: Loads) -> Finding:
+    """Greatest error of a drive's force against the method of joints, over the largest force of the instant."""
+    names = [chain.truss.member_names[i] for i in chain.truss.actuated]
+    return worst_of(relative_error(log.actuator_force, loads.moving.bar[:, chain.truss.actuated]), log.time, names)
+
+
+def check_reaction(log: RunLog, loads: Loads) -> Finding:
+    """Greatest error of the mast's force and moment on the arm, each over the greatest of the instant or the run."""
+    error = np.abs(log.mast_reaction - loads.moving.reaction)
+    force = np.linalg.norm(loads.moving.reaction[:, :3], axis=-1, keepdims=True)
+    moment = np.linalg.norm(loads.moving.reaction[:, 3:], axis=-1, keepdims=True)
+    lever = np.maximum(moment, np.nanmax(force, initial=LEAST_FORCE))  # a metre's lever where the arm hangs straight
+    relative = error / np.concatenate([np.repeat(np.maximum(force, LEAST_FORCE), 3, 1), np.repeat(lever, 3, 1)], axis=1)
+    return worst_of(relative, log.time, ("mast force x", "y", "z", "mast moment x", "y", "z"))
 
 
 def check_saturation(log: RunLog, chain: Chain) -> Finding:

@@ -101,6 +101,20 @@ def tool_from_nodes(nodes: Array, chain: Chain) -> tuple[Array, Array]:
     return corner.mean(axis=1) + chain.manipulator.tip_plate.tool_offset * normal, normal
 
 
+def check_logged_tool(log: RunLog, chain: Chain) -> Finding:
+    """Greatest distance of the logged tool from where its nodes put it, a turn counted at a metre's radius, m."""
+    position, direction = tool_from_nodes(log.nodes, chain)
+    apart = np.linalg.norm(log.tool_position - position, axis=-1)
+    turned = np.linalg.norm(log.tool_direction - direction, axis=-1)
+    return worst_of(np.maximum(apart, turned)[:, None], log.time, ("tool",))
+
+
+def check_command(log: RunLog, chain: Chain) -> Finding:
+    """Greatest distance of a cylinder's length from its command, m."""
+    names = [chain.truss.member_names[i] for i in chain.truss.actuated]
+    return worst_of(np.abs(log.actual - log.commanded), log.time, names)
+
+
 def find_tool_errors(log: RunLog, chain: Chain, scene: Scene) -> tuple[Array, Array]:
     """Distance and angle of the tool from the goal approached or held at each record.
 
@@ -135,9 +149,11 @@ def check_tracking(log: RunLog, errors: Array, scene: Scene) -> Finding:
         The finding, at the goal's name.
     """
     labels = [goal.name for goal in scene.task.motion.goals]
-    missed = [name for index, name in enumerate(labels) if not np.any(log.settled & (log.goal == index))]
+    least = int(scene.task.motion.hold * scene.task.simulation.log_rate) - 1
+    count = [np.sum(log.settled & (log.goal == index)) for index in range(len(labels))]
+    missed = [name for name, records in zip(labels, count, strict=True) if records < max(least, 1)]
     if missed:
-        return Finding(float("nan"), missed[0], float("nan"), f"never settled at {', '.join(missed)}")
+        return Finding(float("nan"), missed[0], float("nan"), f"not held, settled, at {', '.join(missed)}")
     held = np.flatnonzero(log.settled)
     worst = held[np.argmax(errors[held])]
     return Finding(float(errors[worst]), labels[int(log.goal[worst])], float(log.time[worst]))

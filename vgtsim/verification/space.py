@@ -16,8 +16,6 @@ from vgtsim.verification.shape import tool_from_nodes
 
 Array = NDArray[np.float64]
 
-RATE = 10.0  # configurations looked at in a simulated second; the fastest tool moves some centimetres in between
-
 
 def find_clearance(log: RunLog, chain: Chain, scene: Scene) -> tuple[Array, Array, Finding]:
     """Least distance of the arm from tank, riser, equipment, waste, mast and itself.
@@ -30,9 +28,7 @@ def find_clearance(log: RunLog, chain: Chain, scene: Scene) -> tuple[Array, Arra
     Returns:
         Times, shape (K,), s; least distances, shape (K,), m; and the worst of them.
     """
-    spacing = np.median(np.diff(log.time)) if len(log.time) > 1 else 1.0
-    pick = slice(None, None, max(1, round(1 / (RATE * spacing))))
-    time, nodes, truss = log.time[pick], log.nodes[pick], chain.truss
+    time, nodes, truss = log.time, log.nodes, chain.truss
     radii = member_radii(chain.manipulator, truss)
     tool, _ = tool_from_nodes(nodes, chain)
     payload = (tool, scene.task.payload.radius) if scene.task.payload.mass else None
@@ -67,6 +63,12 @@ def _with_mast_and_payload(
     ends = np.concatenate([chain.truss.ends, [[count, count + 1], [count + 2, count + 2]]])
     module = np.concatenate([chain.truss.module, [-1, len(chain.manipulator.modules) - 1]])
     return np.concatenate(points, axis=1), ends, np.append(radii, [radius, scene.task.payload.radius]), module
+
+
+def check_faults(log: RunLog) -> Finding:
+    """Count kinds of warning, and a run that was ended early; they are quoted."""
+    faults = [*log.warnings, *([log.stopped] if log.stopped else [])]
+    return Finding(float(len(faults)), "none" if not faults else "the run", float("nan"), "; ".join(faults))
 
 
 def check_contacts(log: RunLog) -> Finding:

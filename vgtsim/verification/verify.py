@@ -36,10 +36,19 @@ _AT_REST = _Row("axial_force_settled", "axial_force", "error at rest over larges
 _MOVING = _Row("axial_force_moving", "axial_force", "error in motion over largest force", "1")
 _STROKE = _Row("actuator_stroke", "actuator_stroke", "distance to the end of a stroke", "m", "at least")
 _DRIVE = _Row("actuator_force", "actuator_force", "drive force over capacity", "1")
+_DRIVE_AGREEMENT = _Row("axial_force_moving", "axial_force", "drive force error over largest force", "1")
+_REACTION = _Row("axial_force_moving", "axial_force", "mast reaction error over the reaction", "1")
+_TOOL = _Row("kinematics_agreement", "kinematics_agreement", "logged tool to its nodes", "m")
+_COMMAND = _Row("tracking_position", "tracking", "cylinder length to its command", "m")
+_FAULTS = _Row("contacts", "contacts", "warnings and early ends", "1")
 _SATURATION = _Row("saturation", "actuator_force", "records with a cylinder saturated", "1")
 _STRENGTH = _Row("member_utilisation", "member_utilisation", "force over strength", "1")
 _CLEARANCE = _Row("clearance", "clearance", "least distance to anything", "m", "at least")
 _CONTACTS = _Row("contacts", "contacts", "logged contacts", "1")
+
+
+_ALWAYS = (_CLOSURE, _AGREEMENT, _TOOL, _POSITION, _ANGLE, _MOMENT, _SHEAR, _AT_REST, _MOVING, _DRIVE_AGREEMENT)
+_ALWAYS += (_REACTION, _STROKE, _DRIVE, _STRENGTH, _CLEARANCE, _CONTACTS, _FAULTS)
 
 
 def verify(scene: Scene, log: RunLog) -> Report:
@@ -52,6 +61,11 @@ def verify(scene: Scene, log: RunLog) -> Report:
     Returns:
         The report.
     """
+    fault = log.find_fault()
+    if fault:
+        missing = Finding(float("nan"), "the log", float("nan"), fault)
+        checks = tuple(_judge(scene, row, missing) for row in _ALWAYS)
+        return Report(scene.task.name, checks, log.performance, log.versions)
     chain = Chain(scene.manipulator, hanging_mount(scene.pivot_height))
     distance, angle = shape.find_tool_errors(log, chain, scene)
     forces = loads.find_loads(log, chain, scene)
@@ -60,12 +74,16 @@ def verify(scene: Scene, log: RunLog) -> Report:
     rows = [
         (_CLOSURE, shape.check_closure(log, chain)),
         _agreement(scene, log, chain),
+        (_TOOL, shape.check_logged_tool(log, chain)),
         (_POSITION, shape.check_tracking(log, distance, scene)),
         (_ANGLE, shape.check_tracking(log, angle, scene)),
+        *_command_rows(scene, log, chain),
         (_MOMENT, loads.check_moment(log, chain, forces)),
         (_SHEAR, loads.check_shear(log, chain, forces)),
         (_AT_REST, loads.check_axial_settled(log, chain, forces)),
         (_MOVING, loads.check_axial_moving(log, chain, forces)),
+        (_DRIVE_AGREEMENT, loads.check_drives(log, chain, forces)),
+        (_REACTION, loads.check_reaction(log, forces)),
         (_STROKE, shape.check_strokes(log, chain)),
         (_DRIVE, loads.check_actuators(log, chain)),
         (_STRENGTH, loads.check_utilisation(log, chain, use, ratings)),
@@ -73,6 +91,7 @@ def verify(scene: Scene, log: RunLog) -> Report:
         *_case_rows(scene, log, chain),
         (_CLEARANCE, nearest),
         (_CONTACTS, space.check_contacts(log)),
+        (_FAULTS, space.check_faults(log)),
     ]
     series = {
         "closure": shape.find_gaps(log, chain).max(axis=1),
@@ -94,6 +113,14 @@ def _agreement(scene: Scene, log: RunLog, chain: Chain) -> tuple[_Row, Finding]:
         found = shape.check_settled_shape(log, chain, scene)
         return replace(_AGREEMENT, quantity="settled node to stiffness solution"), found
     return _AGREEMENT, shape.check_kinematics(log, chain)
+
+
+def _command_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
+    """Rigid drives of a rigid arm have no excuse to trail; others may, and are judged at the goals."""
+    simulation = scene.task.simulation
+    if (simulation.drive, simulation.members) != ("rigid", "rigid"):
+        return []
+    return [(_COMMAND, shape.check_command(log, chain))]
 
 
 def _drive_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
