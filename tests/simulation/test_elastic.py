@@ -252,7 +252,7 @@ def test_hydraulic_arm_holds_its_lengths_against_the_load(scene):
     log = play(oil, q, q, 1.0, out_of_the_tank)
     assert log.settled.any()
     assert np.abs(log.actual[-1] - log.commanded[-1]).max() < 2 * oil.task.simulation.lock_band
-    assert shape.check_settled_shape(log, chain, oil).value < 1e-4
+    assert shape.check_settled_shape(log, chain, oil).value < 1e-5
     assert loads.check_saturation(log, chain).value == 0
 
 
