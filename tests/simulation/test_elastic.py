@@ -213,6 +213,7 @@ def test_elastic_arm_runs_faster_than_real_time(horizontal):
 
 
 def test_members_of_a_moving_elastic_arm_carry_axial_force_alone(scene):
+    scene = change(scene, damping_ratio=0.5)  # comes to rest within the patience
     chain = scene_chain(scene)
     start, end = bend(scene, *POSES["horizontal"]), bend(scene, [0.5, 0.45, 0.5, 0.1, 0.0], [0.1] * 5)
     log = play(scene, start, end, 2.0, out_of_the_tank)
@@ -252,7 +253,7 @@ def test_hydraulic_arm_holds_its_lengths_against_the_load(scene):
     log = play(oil, q, q, 1.0, out_of_the_tank)
     assert log.settled.any()
     assert np.abs(log.actual[-1] - log.commanded[-1]).max() < 2 * oil.task.simulation.lock_band
-    assert shape.check_settled_shape(log, chain, oil).value < 1e-4
+    assert shape.check_settled_shape(log, chain, oil).value < 1e-5
     assert loads.check_saturation(log, chain).value == 0
 
 

@@ -41,6 +41,18 @@ def test_slender_column_is_the_hand_calculation():
     assert column_strength(1e-3, 150.0, 315e6, 200e9) == pytest.approx(76.94e3, rel=HAND)
 
 
+def test_two_bar_frame_buckles_at_the_hand_calculation():
+    """Two bars of 2 m at 30 degrees to the ground push against each other under P: each carries P, as 2 sin 30 = 1.
+
+    1.5 x 0.125 in tube: A 348.4 mm², r 12.40 mm, KL/r 161.3, Fe 75.87 MPa, Fcr 66.54 MPa: P = 23.18 kN.
+    """
+    outer, inner = 0.0381, 0.03175
+    area, radius = np.pi / 4 * (outer**2 - inner**2), np.hypot(outer, inner) / 4
+    bar = column_strength(area, 2.0 / radius, 315e6, 200e9)
+    load = 2 * np.sin(np.pi / 6) * bar
+    assert load == pytest.approx(23.18e3, rel=2 * HAND)
+
+
 def test_column_curve_joins_and_never_rises():
     slenderness = np.linspace(1, 250, 2000)
     strength = column_strength(1.0, slenderness, 315e6, 200e9)

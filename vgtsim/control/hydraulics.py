@@ -1,8 +1,8 @@
 """Hydraulic cylinders under position control: valve, oil, supply, leakage and lock, one step at a time.
 
 The oil column is a spring; its unloaded length moves with the flow through the valve. The valve opens in proportion to
-the length error and follows the command's own speed; its flow falls with the square root of the pressure left across it.
-A relief valve holds the pressure at the supply's. Near the command the lock valve shuts: nothing flows, nothing leaks.
+the length error and follows the command's own speed; its flow falls with the root of the pressure left across it. A
+relief valve holds the pressure at the supply's. Near the command the lock valve shuts: nothing flows, nothing leaks.
 """
 
 from __future__ import annotations

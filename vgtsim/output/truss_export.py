@@ -18,7 +18,7 @@ from vgtsim.statics.equilibrium import solve
 from vgtsim.statics.motion import Motion, motion_from_log
 from vgtsim.statics.stiffness import node_loads
 
-PYNITE = '''"""The truss of truss.json in PyNiteFEA: builds `frame`, solves it and prints its axial forces beside the file's."""
+PYNITE = '''"""The truss of truss.json in PyNiteFEA: builds `frame`, solves it, prints its forces and the file's."""
 
 import json
 from pathlib import Path
@@ -142,4 +142,4 @@ def _write_vtk(data: dict[str, Any], file: Path) -> None:
         },
     )
     with replacing(file) as partial:
-        meshio.write(partial, mesh, binary=False)
+        meshio.write(partial, mesh)

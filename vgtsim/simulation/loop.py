@@ -118,7 +118,9 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
     sensor_bit = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     begin, count, previous = time.perf_counter(), 0, program.legs[0].lengths[0]
     fault: DivergenceError | None = None
-    for wanted, goal, settled in show_progress(_commands(program, scene, data, recorder.at.hub_speeds), program, data):
+    for wanted, goal, settled in show_progress(
+        _commands(program, scene, data, recorder.at.hub_speeds, springs), program, data
+    ):
         logged = count % every == 0
         model.opt.disableflags = model.opt.disableflags & ~sensor_bit if logged else model.opt.disableflags | sensor_bit
         rates = data.qvel[recorder.at.slide]
@@ -158,17 +160,27 @@ def _find_equilibrium(drive: _Drive, program: LengthProgram, scene: Scene, hub_s
 
 
 def _commands(
-    program: LengthProgram, scene: Scene, data: mujoco.MjData, hub_speeds: NDArray[np.intp]
+    program: LengthProgram,
+    scene: Scene,
+    data: mujoco.MjData,
+    hub_speeds: NDArray[np.intp],
+    springs: Springs | None,
 ) -> Iterator[tuple[Array, int, bool]]:
-    """Lengths wanted at the end of each coming step, with the goal and whether it is held, settled."""
+    """Lengths wanted at the end of each coming step, with the goal and whether it is held, settled.
+
+    A ringing arm stands still twice a period, so an elastic one has to be slow for a whole period.
+    """
     motion, step = scene.task.motion, scene.task.simulation.timestep
+    calm = 1 if springs is None else round(springs.period / step)
     for _ in range(round(motion.hold / step)):
         yield program.legs[0].lengths[0], -1, False
     for leg in program.legs:
         for row in leg.lengths[1:]:
             yield row, leg.goal, False
+        slow = 0
         for _ in range(round(motion.patience / step)):
-            if np.max(np.abs(data.qvel[hub_speeds])) < motion.settle_speed:
+            slow = slow + 1 if np.max(np.abs(data.qvel[hub_speeds])) < motion.settle_speed else 0
+            if slow >= calm:
                 break
             yield leg.lengths[-1], leg.goal, False
         else:

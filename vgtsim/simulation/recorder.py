@@ -99,7 +99,7 @@ class Recorder:
     """
 
     at: Addresses
-    records: dict[str, list[Array | float | int | bool]] = field(default_factory=dict)
+    records: dict[str, list[NDArray[np.generic] | float | int | bool]] = field(default_factory=dict)
 
     def record(self, data: mujoco.MjData, commanded: Array, rates: Array, goal: int, settled: bool) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.

@@ -17,7 +17,7 @@ from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain
 from vgtsim.mjcf import names
 from vgtsim.statics.elasticity import ElasticModel, make_elastic_model
-from vgtsim.statics.modes import damping_time
+from vgtsim.statics.modes import damping_time, find_modes
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,7 @@ class Springs:
         joints: Slides of the actuators, shape (J,).
         retracted: Their lengths at zero slide, shape (J,), m.
         excess: Damper over stiffness beyond what the integrator brings, s.
+        period: Of the slowest mode in the start posture, s.
     """
 
     model: mujoco.MjModel
@@ -39,6 +40,7 @@ class Springs:
     joints: NDArray[np.intp]
     retracted: Array
     excess: float
+    period: float
 
     @property
     def stiffness(self) -> Array:
@@ -119,4 +121,5 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, scene:
         np.array([model.joint(names.slide(name)).id for name in actuators]),
         np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
         excess,
+        1 / float(find_modes(elastic, nodes, 1).frequency[0]),
     )
