@@ -94,8 +94,8 @@ def test_successive_anchoring_comes_to_the_whole_optimum(hanging_arm, box, targe
 
 
 def test_couplings_that_leave_too_few_inputs_are_refused(hanging_arm, box, target):
+    tied = couple(hanging_arm.straight, tuple((i, 4) for i in range(4)))
     with pytest.raises(GoalError, match="5 goal rows for 3 inputs"):
-        tied = couple(hanging_arm.straight, tuple((i, 4) for i in range(4)))
         solve(Positioning(hanging_arm, box, target, reduction=tied), hanging_arm.straight)
     with pytest.raises(GoalError, match="5 goal rows for 3 free inputs of 15"):
         anchor_successively(Positioning(hanging_arm, box, target), hanging_arm.straight, 1)
