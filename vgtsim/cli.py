@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from vgtsim import __version__
+from vgtsim.control.inverse import Method
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
 from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
@@ -313,6 +314,39 @@ def workspace(
     stem = prepare_folder(out or Path("out") / arm.name) / "workspace"
     for file in write_drawing(plot_workspace(found, arm.title), stem):
         _out.print(str(file), soft_wrap=True)
+
+
+@app.command(epilog="Example: vgtsim ik scenes/type_ii_reach.toml --position 8 2 1 --direction 1 0 0 --plot ik.svg")
+def ik(
+    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    position: Annotated[tuple[float, float, float], typer.Option(help="Tool point in the tank's frame, m.")],
+    direction: Annotated[tuple[float, float, float], typer.Option(help="Tool direction in the tank's frame.")],
+    method: Annotated[Method, typer.Option(help="How redundancy is resolved.")] = Method.NULLSPACE,
+    objective: Annotated[list[str] | None, typer.Option(help="NAME or NAME:WEIGHT; may be repeated.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the posture to this .svg or .png file.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the solution to this file.")] = None,
+) -> None:
+    """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
+    from vgtsim.control.inverse import Request, answer_as_json, solve_request
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.mjcf import scene_chain
+
+    scene = load_scene(description) if is_scene(description) else None
+    chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))
+    answer = solve_request(chain, Request(position, direction, method, tuple(objective or ("mid_stroke",))), scene)
+    table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
+    for row in answer.rows:
+        wanted = ["" if value is None else f"{value:.6f}" for value in (row.desired, row.reached)]
+        table.add_row(row.name, *wanted, f"{row.residual:.2e}")
+    _out.print(table)
+    for name, value in answer.facts.items():
+        _out.print(f"{name}: {value}", soft_wrap=True)
+    if json_file is not None:
+        json_file.write_text(answer_as_json(answer), encoding="utf-8")
+    if plot is not None:
+        from vgtsim.output.posture_plot import draw_posture
+
+        draw_posture(chain, answer.q, position, plot)
 
 
 def _show(report: Report, folder: Path) -> None:

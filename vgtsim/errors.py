@@ -109,6 +109,20 @@ class PathError(VgtError):
         super().__init__(f"no clear path to {leg!r}: the best candidate comes to {clearance:.3f} m of {place}")
 
 
+class RateError(VgtError):
+    """A path of goals asks more of an actuator than it can do in the time between two of them.
+
+    Attributes:
+        point: Index of the goal at the end of the step.
+        motion: Least of the greatest changes of an actuator's length found there, m.
+        limit: Change allowed, m.
+    """
+
+    def __init__(self, point: int, motion: float, limit: float) -> None:
+        self.point, self.motion, self.limit = point, motion, limit
+        super().__init__(f"to point {point} an actuator would move {motion:.4g} m; allowed {limit:.4g} m")
+
+
 class TrussError(VgtError):
     """A truss is a mechanism or over-constrained.
 

@@ -51,8 +51,8 @@ def anchor_successively(
         most: Greatest number of stages.
 
     Returns:
-        The end of the cycle: stationary in every window, and so, when the windows' null spaces together span that of the
-        arm, in the whole.
+        The end of the cycle: stationary in every window, and so, when the windows' null spaces together span that of
+        the arm, in the whole.
 
     Raises:
         GoalError: The free inputs are not more than the goal rows, or the first stages do not meet the goal.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -73,7 +74,8 @@ def spline(points: ArrayLike, first: ArrayLike, last: ArrayLike) -> Directrix:
     if np.any(chord < 1e-9):
         raise ValueError(f"way-points {int(np.argmin(chord))} and {int(np.argmin(chord)) + 1} coincide")
     u = np.concatenate([[0.0], np.cumsum(chord)]) / chord.sum()
-    curve = CubicSpline(u, way, bc_type=((1, np.asarray(first, float)), (1, np.asarray(last, float))))
+    ends: Any = ((1, np.asarray(first, float)), (1, np.asarray(last, float)))
+    curve = CubicSpline(u, way, bc_type=ends)
     rate = curve.derivative()
     return Directrix(lambda at: curve(at), lambda at: rate(at))
 

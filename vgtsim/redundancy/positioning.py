@@ -138,8 +138,8 @@ class Positions:
 def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | None = None) -> Positions:
     """Solve a batch of goals from given configurations by the null-space method.
 
-    Goals that are far from their start are first met with the stroke barrier as objective, which keeps the way open, and
-    then optimised; near ones are met and optimised at once.
+    Goals that are far from their start are first met with the stroke barrier as objective, which keeps the way open,
+    and then optimised; near ones are met and optimised at once.
 
     Args:
         problem: Goals, limits, objective.

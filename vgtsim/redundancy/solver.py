@@ -15,14 +15,13 @@ from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.descent import Iterate, descend, nearest
 from vgtsim.redundancy.problem import Problem
 from vgtsim.redundancy.seeds import seeds
-from vgtsim.redundancy.strokes import make_box
+from vgtsim.redundancy.strokes import binding_actuators, make_box
 from vgtsim.redundancy.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
 _NEARLY = 0.2  # goal error, m or rad, at which the preference for one plane may be what keeps the arm from the goal
 _WITHIN_REACH = 1e-3  # the same when only its surroundings keep the arm from the goal
-_BINDING = 2e-3  # an actuator this near to the end of its box is called binding, m
 
 
 @dataclass(frozen=True)
@@ -147,19 +146,9 @@ def _solution(problem: Problem, q: Array, count: int, tolerance: float) -> GoalS
     if problem.surroundings is not None:
         clearance, place = problem.surroundings.least(q)
     met = max(off, turn) <= tolerance
-    return GoalSolution(np.array(q), off, turn, met, count, _binding(problem, q), clearance, place)
-
-
-def _binding(problem: Problem, q: Array) -> tuple[str, ...]:
-    length = problem.chain.lengths(q)
-    names = []
-    for a, module in enumerate(problem.chain.manipulator.active):
-        for i in range(3):
-            if length[a, i] - problem.box.least[a, i] < _BINDING:
-                names.append(f"{module.name}/actuator/{i + 1} retracted")
-            elif problem.box.greatest[a, i] - length[a, i] < _BINDING:
-                names.append(f"{module.name}/actuator/{i + 1} extended")
-    return tuple(names)
+    return GoalSolution(
+        np.array(q), off, turn, met, count, binding_actuators(problem.chain, problem.box, q), clearance, place
+    )
 
 
 def _reach_error(problem: Problem, name: str, met: list[GoalSolution], missed: list[Iterate], most: int) -> ReachError:
@@ -172,7 +161,7 @@ def _reach_error(problem: Problem, name: str, met: list[GoalSolution], missed: l
             shortfall = float(np.linalg.norm(best.error[:3]))
             turn = np.degrees(2 * np.arctan(np.linalg.norm(best.error[3:]) / 2))
             detail = f"direction off by {turn:.3g} degrees"
-            return ReachError(name, shortfall, _binding(problem, best.q), detail)
+            return ReachError(name, shortfall, binding_actuators(problem.chain, problem.box, best.q), detail)
         shapes = [problem.surroundings.least(best.q)]
     clearance, place = max(shapes)
     detail = f"it is near enough, but every posture found there comes to {clearance:.3f} m of {place}"

@@ -12,6 +12,8 @@ from vgtsim.kinematics.chain import Chain
 
 Array = NDArray[np.float64]
 
+_BINDING = 2e-3  # an actuator this near to the end of its box is called binding, m
+
 
 @dataclass(frozen=True)
 class StrokeBox:
@@ -116,3 +118,25 @@ def bring_inside(chain: Chain, box: StrokeBox, q: Array) -> Array:
                 result[a] = trial[a]
                 break
     return result
+
+
+def binding_actuators(chain: Chain, box: StrokeBox, q: Array) -> tuple[str, ...]:
+    """Name the actuators at the ends of their boxes.
+
+    Args:
+        chain: The arm.
+        box: Lengths allowed.
+        q: Inputs, shape (A, 3).
+
+    Returns:
+        Names such as `m3/actuator/2 retracted`.
+    """
+    length = chain.lengths(q)
+    names = []
+    for a, module in enumerate(chain.manipulator.active):
+        for i in range(3):
+            if length[a, i] - box.least[a, i] < _BINDING:
+                names.append(f"{module.name}/actuator/{i + 1} retracted")
+            elif box.greatest[a, i] - length[a, i] < _BINDING:
+                names.append(f"{module.name}/actuator/{i + 1} extended")
+    return tuple(names)

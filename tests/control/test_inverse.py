@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from vgtsim.cli import app
+from vgtsim.control.inverse import Method, Request, answer_as_json, make_objective, solve_request
+from vgtsim.errors import DescriptionError, ReachError
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.redundancy.goals import tool_goal
+from vgtsim.redundancy.kernel import Kernel
+from vgtsim.redundancy.objectives import Configurations
+from vgtsim.redundancy.strokes import make_box
+
+GOAL = 1e-9
+REACHABLE = ((7.0, 2.0, -9.5), (0.8, 0.1, -0.6))
+
+
+@pytest.fixture(scope="module")
+def arm(arm15):
+    return Chain(arm15, hanging_mount(0.0))
+
+
+@pytest.mark.parametrize("method", list(Method))
+def test_every_method_puts_the_tool_at_the_goal(arm, method):
+    answer = solve_request(arm, Request(*REACHABLE, method))
+    at, along = arm.tool(answer.q)
+    np.testing.assert_allclose(at, REACHABLE[0], atol=GOAL)
+    np.testing.assert_allclose(np.cross(along, REACHABLE[1]), 0.0, atol=2 * GOAL)
+    assert len(answer.rows) == 5
+    assert json.loads(answer_as_json(answer))["facts"]["objective"] == "mid_stroke"
+
+
+@pytest.mark.parametrize(
+    "name", ["length_variation", "condition_number", "actuator_force", "utilisation", "mid_stroke:3"]
+)
+def test_an_objective_is_lower_where_it_was_asked_for(arm, name):
+    def value(q):
+        objective = make_objective(arm, tool_goal(*REACHABLE), (name,), None)
+        state = Kernel(arm).state(q[None])
+        at = Configurations(arm, make_box(arm, 0.005), state.q, state.length, state.blocks, np.zeros(1, int))
+        return objective.terms(at).value[0]
+
+    asked, plain = (solve_request(arm, Request(*REACHABLE, objectives=(item,))) for item in (name, "stroke_barrier"))
+    assert value(asked.q) < value(plain.q)
+
+
+def test_wrong_objectives_are_named(arm):
+    with pytest.raises(DescriptionError, match="'clarity'"):
+        solve_request(arm, Request(*REACHABLE, objectives=("clarity",)))
+    with pytest.raises(DescriptionError, match="above zero"):
+        solve_request(arm, Request(*REACHABLE, objectives=("mid_stroke:-1",)))
+
+
+def test_goal_out_of_reach_names_what_binds(arm):
+    with pytest.raises(ReachError, match="binding"):
+        solve_request(arm, Request((0.0, 0.0, -30.0), (0.0, 0.0, -1.0)))
+
+
+def test_command_prints_draws_and_writes(tmp_path, pytestconfig):
+    model = pytestconfig.rootpath / "models/arm15/arm15.toml"
+    files = ["--plot", str(tmp_path / "a.svg"), "--json", str(tmp_path / "a.json")]
+    numbers = ["--position", "7", "2", "-9.5", "--direction", "0.8", "0.1", "-0.6"]
+    done = CliRunner().invoke(app, ["ik", str(model), *numbers, *files])
+    assert done.exit_code == 0
+    assert "iterations" in done.output
+    assert (tmp_path / "a.svg").stat().st_size > 1000
+    assert len(json.loads((tmp_path / "a.json").read_text())["rows"]) == 5
