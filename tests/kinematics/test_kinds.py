@@ -15,7 +15,7 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.assembly_modes import octahedron_assemblies
 from vgtsim.kinematics.layout import octahedron_geometry
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters
-from vgtsim.kinematics.sampling import check_strokes, sample_inputs
+from vgtsim.kinematics.sampling import check_strokes, sample_inputs, singular_values
 from vgtsim.statics import diagnose
 
 ROOT = Path(__file__).parents[2] / "models"
@@ -251,3 +251,11 @@ def test_uniform_and_general_chains_agree():
     assert np.allclose(mixed.nodes(row)[4:], moved.nodes(q)[3:], atol=EXACT)
     assert np.allclose(mixed.jacobian(row)[:, 1:], moved.jacobian(q), atol=EXACT)
     assert np.allclose(mixed.lengths(row)[1:], moved.lengths(q).ravel(), atol=EXACT)
+
+
+def test_least_singular_value_of_a_hinge_is_the_cosine_of_half_its_angle():
+    chain = Chain(load("tetra4"), hanging_mount(9.0))
+    q = sample_inputs(chain, 5, seed=9)
+    value, leg = singular_values(chain, q)
+    assert np.allclose(value, np.cos(q / 2))
+    assert not leg.any()

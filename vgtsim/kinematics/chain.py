@@ -23,7 +23,6 @@ from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics import double_octahedron as octa
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.layout import Layout, Place, make_layout
-from vgtsim.kinematics.module_sets import find_singular
 from vgtsim.kinematics.truss import Truss, make_truss
 
 Array = NDArray[np.float64]
@@ -107,11 +106,8 @@ class Chain:
             raise ValueError(f"inputs of shape {given.shape}; {self.manipulator.name} takes (..., {self.input_shape})")
         return given.reshape(*given.shape[:trailing], self.layout.inputs)
 
-    def _top(self, x: Array) -> tuple[Array, Array]:
-        """Frames of base and top of the active modules in G, each shape (..., A, 4, 4); the last face's comes last.
-
-        The first has one more: the last face of the arm.
-        """
+    def _place_bases(self, x: Array) -> tuple[Array, Array]:
+        """Bases of the active modules, then the last face, in G, (..., A + 1, 4, 4), and T_BT, (..., A, 4, 4)."""
         layout = self.layout
         local = np.zeros((*x.shape[:-1], len(layout.names), 4, 4))
         local[..., 3, 3] = 1.0
@@ -144,7 +140,7 @@ class Chain:
             R, shape (..., K + 1, 3, 3), and P, shape (..., K + 1, 3), m, in frame G, for the mast flange and then the
             top face of each of the K modules.
         """
-        faces = self._faces(*self._top(self._row(q)))
+        faces = self._faces(*self._place_bases(self._row(q)))
         return faces[..., :3, :3], faces[..., :3, 3]
 
     def nodes(self, q: ArrayLike) -> Array:
@@ -160,21 +156,18 @@ class Chain:
             AssemblyError: A mid-plane misses a longeron circle; the module is named.
         """
         x = self._row(q)
-        return self._nodes(x, *self._top(x))
+        return self._nodes(x, *self._place_bases(x))
 
     def _nodes(self, x: Array, base: Array, local: Array) -> Array:
-        layout = self.layout
         faces = self._faces(base, local)
-        R, P = faces[..., :3, :3], faces[..., :3, 3]
-        corners = layout.corners @ np.swapaxes(R, -1, -2) + P[..., None, :]
-        nodes = np.empty((*x.shape[:-1], len(self.truss.nodes), 3))
-        nodes[..., layout.node, :] = corners[..., layout.node_face, layout.node_corner, :]
-        for place in layout.places:
+        turned = self.layout.corners @ np.swapaxes(faces[..., :3, :3], -1, -2) + faces[..., None, :3, 3]
+        parts = [turned.reshape(*x.shape[:-1], -1, 3)]
+        for place in self.layout.places:
             if place.modules.inner_count:
                 T = base[..., :-1, :, :][..., place.active, :, :]
-                inner = place.modules.inner(place.take(x))
-                nodes[..., place.nodes, :] = inner @ np.swapaxes(T[..., :3, :3], -1, -2) + T[..., None, :3, 3]
-        return nodes
+                inner = place.modules.inner(place.take(x)) @ np.swapaxes(T[..., :3, :3], -1, -2) + T[..., None, :3, 3]
+                parts.append(inner.reshape(*x.shape[:-1], -1, 3))
+        return np.take(np.concatenate(parts, axis=-2), self.layout.order, axis=-2)
 
     def tool(self, q: ArrayLike) -> tuple[Array, Array]:
         """Tool point and tool direction.
@@ -185,7 +178,7 @@ class Chain:
         Returns:
             Position, shape (..., 3), m, and outward unit normal of the tip plate, shape (..., 3), in frame G.
         """
-        return self._tool(self._top(self._row(q))[0])
+        return self._tool(self._place_bases(self._row(q))[0])
 
     def _tool(self, base: Array) -> tuple[Array, Array]:
         direction = base[..., -1, :3, 2]
@@ -228,7 +221,10 @@ class Chain:
         if self.manipulator.uniform:
             (place,) = self.layout.places
             return place.modules.length_jacobian(place.take(x))
-        row, J = np.empty((*x.shape[:-1], self.layout.actuators)), np.zeros((*x.shape[:-1], *self._length_by_input))
+        row, J = (
+            np.empty((*x.shape[:-1], self.layout.actuators)),
+            np.zeros((*x.shape[:-1], self.layout.actuators, self.layout.inputs)),
+        )
         for place in self.layout.places:
             legs, block = place.modules.length_jacobian(place.take(x))
             moving = place.modules.actuated
@@ -237,15 +233,8 @@ class Chain:
             J[..., _moving(place)[:, None], columns] = block[..., moving, :]
         return row, J
 
-    @property
-    def _length_by_input(self) -> tuple[int, int]:
-        return self.layout.actuators, self.layout.inputs
-
     def input_rates(self, q: ArrayLike) -> Array:
-        """Rates of the inputs per unit rate of each actuator, the static longerons held: the chain rule of section 3.2.
-
-        Args:
-            q: Inputs, shape (..., *q).
+        """Rates of the inputs q per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 
         Returns:
             dq/dl, shape (..., n, J).
@@ -255,7 +244,7 @@ class Chain:
             LinAlgError: A module is singular.
         """
         x = self._row(q)
-        rates = np.zeros((*x.shape[:-1], *self._length_by_input[::-1]))
+        rates = np.zeros((*x.shape[:-1], self.layout.inputs, self.layout.actuators))
         for place in self.layout.places:
             block = np.linalg.inv(place.modules.length_jacobian(place.take(x))[1])
             module, leg = np.nonzero(place.modules.actuated)
@@ -298,32 +287,14 @@ class Chain:
         legs[..., place.modules.actuated] = wanted[..., _moving(place)]
         return legs
 
-    def singular_values(self, q: ArrayLike) -> tuple[Array, Array]:
-        """How near each active module is to a singularity.
-
-        Args:
-            q: Inputs, shape (..., *q).
-
-        Returns:
-            Smallest singular value of each module, a pure number, and the leg worst of it, shapes (..., A).
-        """
-        x = self._row(q)
-        value, worst = np.empty((2, *x.shape[:-1], len(self.layout.names)))
-        for place in self.layout.places:
-            value[..., place.active], worst[..., place.active] = find_singular(place.modules, place.take(x))
-        return value, worst
-
     def screws(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Velocity of everything beyond a module per unit rate of its inputs.
-
-        Args:
-            q: Inputs, shape (..., *q).
+        """Velocity of everything beyond a module per unit rate of its inputs, shape (..., *q).
 
         Returns:
             Angular velocity and velocity of the point at the origin of G, each shape (..., *q, 3), in G.
         """
         x = self._row(q)
-        angular, linear, top = self._screws(x, *self._top(x))
+        angular, linear, top = self._screws(x, *self._place_bases(x))
         shape = (*x.shape[:-1], *self.input_shape, 3)
         return angular.reshape(shape), (linear - _cross(angular, top)).reshape(shape)
 
@@ -354,7 +325,7 @@ class Chain:
             uniform chain: velocity of the tool point over angular velocity of the tip plate; all in frame G.
         """
         x = self._row(q)
-        base, local = self._top(x)
+        base, local = self._place_bases(x)
         angular, linear, top = self._screws(x, base, local)
         position, direction = self._tool(base)
         J = np.empty((*x.shape[:-1], 6, self.layout.inputs))
@@ -363,10 +334,7 @@ class Chain:
         return position, direction, J
 
     def conventional_jacobian(self, q: ArrayLike) -> Array:
-        """Geometric Jacobian of the tool with respect to the actuator lengths.
-
-        Args:
-            q: Inputs, shape (..., *q).
+        """Geometric Jacobian of the tool with respect to the actuator lengths at inputs q.
 
         Returns:
             Shape (..., 6, J), in frame G.
@@ -387,19 +355,22 @@ class Chain:
             Nodes, shape (..., N, 3), m, and dn/dq, shape (..., N, 3, n), in frame G.
         """
         x, layout = self._row(q), self.layout
-        base, local = self._top(x)
+        base, local = self._place_bases(x)
         nodes = self._nodes(x, base, local)
         angular, linear, top = self._screws(x, base, local)
-        arm = nodes[..., :, None, :] - top[..., None, :, :]
-        velocity = linear[..., None, :, :] + _cross(angular[..., None, :, :], arm)
-        velocity *= layout.moves[..., None]
+        spin, slide, origin = (np.swapaxes(item, -1, -2)[..., None, :, :] for item in (angular, linear, top))
+        arm = [nodes[..., axis, None] - origin[..., axis, :] for axis in range(3)]
+        J = np.empty((*nodes.shape, layout.inputs))
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            velocity = slide[..., i, :] + spin[..., j, :] * arm[k] - spin[..., k, :] * arm[j]
+            np.multiply(velocity, layout.moves, out=J[..., i, :])
         for place in layout.places:
             if place.modules.inner_count:
                 own = place.modules.inner_derivative(place.take(x))
                 turned = base[..., :-1, None, :3, :3][..., place.active, :, :, :] @ own
                 rows, columns = place.nodes[:, :, None], place.columns[:, None, :]
-                velocity[..., rows, columns, :] = np.swapaxes(turned, -1, -2)
-        return nodes, np.swapaxes(velocity, -1, -2)
+                np.swapaxes(J, -1, -2)[..., rows, columns, :] = np.swapaxes(turned, -1, -2)
+        return nodes, J
 
 
 def _moving(place: Place) -> NDArray[np.intp]:

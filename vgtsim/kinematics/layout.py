@@ -83,9 +83,7 @@ class Layout:
             a, shape (K + 1,).
         face_offset: The face's frame in that frame, shape (K + 1, 4, 4).
         corners: Of each face in its own frame, shape (K + 1, 3, 3), m.
-        node: Of each new node on a face, shape (F,).
-        node_face: Its face, shape (F,).
-        node_corner: Its corner, shape (F,).
+        order: Of each node among the corners of all faces and then the inner nodes of all places, shape (N,).
         moves: Whether a node moves as a point of the body beyond the module of an input, shape (N, n), 0 or 1.
     """
 
@@ -99,9 +97,7 @@ class Layout:
     face_from: Index
     face_offset: Array
     corners: Array
-    node: Index
-    node_face: Index
-    node_corner: Index
+    order: Index
     moves: Array
 
 
@@ -133,7 +129,6 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
             places.append(_place(manipulator, truss, [active[a] for a in which], among, columns))
     root, after, face_from, offset = _constants(manipulator, active)
     faces = [face_sides(modules[0], side)[0], *(face_sides(module, side)[1] for module in modules)]
-    node, node_face, node_corner = _face_nodes(manipulator, truss)
     owner = np.repeat(np.arange(len(active)), sizes).astype(int)
     module_of_input = np.array(active, dtype=int)[owner]
     moves = (truss.node_module[:, None] >= module_of_input).astype(float)
@@ -150,9 +145,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
         face_from,
         offset,
         np.array([triangle_nodes(sides) for sides in faces]),
-        node,
-        node_face,
-        node_corner,
+        _node_order(manipulator, truss, places),
         moves,
     )
 
@@ -254,12 +247,16 @@ def _constants(manipulator: Manipulator, active: list[int]) -> tuple[Array, Arra
     return whole[0], whole[1:], np.array(origin), np.array(offset)
 
 
-def _face_nodes(manipulator: Manipulator, truss: Truss) -> tuple[Index, Index, Index]:
-    """Node, face and corner of every node on a face."""
-    rows = [(corner, 0, corner) for corner in range(3)]
+def _node_order(manipulator: Manipulator, truss: Truss, places: list[Place]) -> Index:
+    """Where each node stands among the corners of all faces and then the inner nodes of all places."""
+    order = np.empty(len(truss.nodes), dtype=int)
+    order[:3] = np.arange(3)
     for k, module in enumerate(manipulator.modules):
+        corners = np.array([1] if isinstance(module, Tetrahedral) else [0, 1, 2])
         own = np.flatnonzero(truss.node_module == k)
-        corners = (1,) if isinstance(module, Tetrahedral) else (0, 1, 2)
-        rows += [(int(node), k + 1, corner) for node, corner in zip(own[-len(corners) :], corners, strict=True)]
-    node, face, corner = np.array(rows).T
-    return node, face, corner
+        order[own[-len(corners) :]] = 3 * (k + 1) + corners
+    count = 3 * (len(manipulator.modules) + 1)
+    for place in places:
+        order[place.nodes.ravel()] = count + np.arange(place.nodes.size)
+        count += place.nodes.size
+    return order

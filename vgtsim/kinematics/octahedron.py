@@ -34,9 +34,8 @@ from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
 Array = NDArray[np.float64]
 
-LEGS = np.array(
-    [[0, 0], [1, 1], [2, 2], [2, 0], [0, 1], [1, 2]]
-)  # corner of the base and of the top of l1 to l6 (3.27)
+# corner of the base and of the top of l1 to l6 (3.27)
+LEGS = np.array([[0, 0], [1, 1], [2, 2], [2, 0], [0, 1], [1, 2]])
 STATIC_TOLERANCE = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 
 
@@ -242,7 +241,7 @@ def advance(geometry: Geometry, longerons: Array, start: tuple[Array, Array]) ->
 
 
 def _follow(geometry: Geometry, goal: Circles, nodes: Array) -> tuple[Circles, Followed]:
-    """Follow from given top nodes, shape (N, 3, 3), to the circles of the goal; the circles of the start, the end."""
+    """Follow from top nodes, shape (N, 3, 3), to the circles of the goal; returns the circles of the start too."""
     begin = _circles(geometry, _leg_lengths(geometry, nodes))
     first, last = closure_coefficients(begin, geometry.top), closure_coefficients(goal, geometry.top)
     # centres and radii are linear in t and the closure is a quadratic form in them
@@ -360,12 +359,7 @@ def singularity(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> tuple[float, 
 
 
 def angles(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
-    """Angles of the equivalent mechanism of a pose.
-
-    Args:
-        geometry: Fixed dimensions.
-        R: R_BT, shape (..., 3, 3).
-        P: P_BT, shape (..., 3), m.
+    """Angles of the equivalent mechanism of a pose R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
 
     Returns:
         phi_1 to phi_3, shape (..., 3), rad.
@@ -375,14 +369,7 @@ def angles(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
 
 
 def closure(geometry: Geometry, longerons: ArrayLike) -> tuple[Circles, Array]:
-    """Equivalent mechanism and closure of given lengths.
-
-    Args:
-        geometry: Fixed dimensions.
-        longerons: l1 to l6, shape (..., 6), m.
-
-    Returns:
-        Circles, and C, shape (5, 3, ...), m².
+    """Equivalent mechanism and closure, C of shape (5, 3, ...), m², of longerons, shape (..., 6), m.
 
     Raises:
         AssemblyError: A longeron pair does not assemble.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.errors import SingularityError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.module_sets import find_singular
 from vgtsim.kinematics.octahedra import Octahedra
 
 Array = NDArray[np.float64]
@@ -83,14 +84,18 @@ def check_strokes(chain: Chain) -> None:
             place.modules.solve(legs, place.straight)
 
 
-def least_singular_value(chain: Chain, q: Array) -> Array:
-    """Smallest singular value over the active modules.
+def singular_values(chain: Chain, q: Array) -> tuple[Array, Array]:
+    """How near each active module is to a singularity.
 
     Args:
         chain: The arm.
-        q: Inputs, shape (..., *q).
+        q: Inputs, shape (N, *q).
 
     Returns:
-        Shape (...), a pure number.
+        Smallest singular value of each module, a pure number, and the leg worst of it, shapes (N, A).
     """
-    return chain.singular_values(q)[0].min(axis=-1)
+    x = q.reshape(len(q), -1)
+    value, worst = np.empty((2, len(q), len(chain.layout.names)))
+    for place in chain.layout.places:
+        value[:, place.active], worst[:, place.active] = find_singular(place.modules, place.take(x))
+    return value, worst

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.sampling import least_singular_value, sample_inputs
+from vgtsim.kinematics.sampling import sample_inputs, singular_values
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def sample_workspace(chain: Chain, count: int, seed: int) -> Workspace:
         direction @ turn,
         tilt,
         value[:, mobility - 1] / value[:, 0],
-        least_singular_value(chain, q),
+        singular_values(chain, q)[0].min(axis=-1),
         mobility,
         reach / _CELLS,
     )

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from trimesh.visual import ColorVisuals
 
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.inertia import member_radii
@@ -90,13 +91,12 @@ def write_drawing(figure: Figure, stem: Path) -> tuple[Path, Path]:
     Returns:
         Both paths.
     """
-    files = stem.with_suffix(".png"), stem.with_suffix(".svg")
-    meta = {"Date": None, "Creator": None}
-    with styled():
-        for file, extra in zip(files, ({"metadata": {"Software": None}}, {"metadata": meta}), strict=True):
-            with replacing(file) as whole:
-                figure.savefig(whole, format=file.suffix[1:], dpi=_DPI, facecolor=_WHITE, **extra)
-    return files
+    png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
+    with styled(), replacing(png) as whole:
+        figure.savefig(whole, format="png", dpi=_DPI, facecolor=_WHITE, metadata={"Software": ""})
+    with styled(), replacing(svg) as whole:
+        figure.savefig(whole, format="svg", facecolor=_WHITE, metadata={"Date": "", "Creator": ""})
+    return png, svg
 
 
 def make_solid(chain: Chain, nodes: Array) -> trimesh.Scene:
@@ -113,17 +113,17 @@ def make_solid(chain: Chain, nodes: Array) -> trimesh.Scene:
     scene = trimesh.Scene()
     for member, radius in zip(truss.members, member_radii(arm, truss), strict=True):
         mesh = trimesh.creation.cylinder(float(radius), segment=nodes[list(member.ends)], sections=16)
-        mesh.visual.face_colors = (*_SOLID[member.role], 255)
+        mesh.visual = ColorVisuals(mesh, face_colors=(*_SOLID[member.role], 255))
         scene.add_geometry(mesh, geom_name=member.name, node_name=member.name)
     for name, place in zip(truss.nodes, nodes, strict=True):
         ball = trimesh.creation.icosphere(subdivisions=1, radius=arm.hub.radius)
-        ball.visual.face_colors = (51, 56, 66, 255)
+        ball.visual = ColorVisuals(ball, face_colors=(51, 56, 66, 255))
         scene.add_geometry(ball.apply_translation(place), geom_name=name, node_name=name)
     corners = nodes[truss.tip]
     normal = np.cross(corners[0] - corners[2], corners[1] - corners[2])
     half = arm.tip_plate.thickness / 2 * normal / np.linalg.norm(normal)
     plate = trimesh.convex.convex_hull(np.concatenate([corners - half, corners + half]))
-    plate.visual.face_colors = (89, 92, 102, 255)
+    plate.visual = ColorVisuals(plate, face_colors=(89, 92, 102, 255))
     scene.add_geometry(plate, geom_name="tip", node_name="tip")
     return scene
 
@@ -138,10 +138,9 @@ def write_solid(solid: trimesh.Scene, stem: Path) -> tuple[Path, Path]:
     Returns:
         Both paths.
     """
-    files = stem.with_suffix(".glb"), stem.with_suffix(".stl")
-    for file, content in zip(
-        files, (solid.export(file_type="glb"), solid.to_mesh().export(file_type="stl")), strict=True
-    ):
-        with replacing(file) as whole:
-            whole.write_bytes(content)
-    return files
+    glb, stl = stem.with_suffix(".glb"), stem.with_suffix(".stl")
+    with replacing(glb) as whole:
+        solid.export(whole)
+    with replacing(stl) as whole:
+        solid.to_mesh().export(whole)
+    return glb, stl
