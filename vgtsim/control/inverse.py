@@ -102,10 +102,15 @@ def solve_request(chain: Chain, request: Request, scene: Scene | None = None) ->
         The answer.
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene.
+        DescriptionError: An objective is not known, or needs a scene; or the arm has modules other than double
+            octahedra and prisms.
         GoalError: The goal is no goal.
         ReachError: It is not met.
     """
+    others = [module.name for module in chain.manipulator.modules if module.kind not in ("double_octahedral", "prism")]
+    if others:
+        allowed = "an arm of double octahedra and prisms: other modules cannot be positioned yet"
+        raise DescriptionError(None, "modules", f"{chain.manipulator.name} with {', '.join(others)}", allowed)
     box = make_box(chain, scene.task.motion.stroke_margin if scene else _MARGIN)
     goal = tool_goal(request.position, request.direction)
     objective = make_objective(chain, goal, request.objectives, scene)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import DoubleOctahedral
+from vgtsim.description.modules import Prism
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.double_octahedron import face_nodes
 
@@ -60,7 +61,7 @@ class Kernel:
         """Longeron altitude and joint offset of active modules, shape (A,) each, and the way of each module (K,)."""
         heights = np.array([geometry.height for geometry in self.chain.geometries])
         offsets = np.array([geometry.joint_offset for geometry in self.chain.geometries])
-        ways = [0.0 if isinstance(m, DoubleOctahedral) else float(m.length) for m in self.chain.manipulator.modules]
+        ways = [m.length if isinstance(m, Prism) else 0.0 for m in self.chain.manipulator.modules]
         return heights, offsets, np.array(ways)
 
     @cached_property

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import DoubleOctahedral
+from vgtsim.description.modules import Prism
 from vgtsim.errors import ReachError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.directrix import Directrix, cubic, equal_partition
@@ -62,9 +63,10 @@ def fit(chain: Chain, curve: Directrix) -> Array:
     for module in chain.manipulator.modules:
         if isinstance(module, DoubleOctahedral):
             active += 1
-        else:
+        elif isinstance(module, Prism):
             static[active] += module.length
-    straight = 2 * chain.straight[:, 2] + [geometry.joint_offset for geometry in chain.geometries] + static
+    offsets = np.array([geometry.joint_offset for geometry in chain.geometries])
+    straight = 2 * chain.straight[:, 2] + offsets + static
     fine = equal_partition(curve, 400)
     ends = np.interp(np.cumsum(straight) / straight.sum(), np.linspace(0, 1, 401), fine)
     q, R, P = np.empty_like(chain.straight), chain.mount[:3, :3], chain.mount[:3, 3]
