@@ -132,6 +132,7 @@ def loosen_closure(spec, member):
 
 
 VICTIM = "m1/longeron/8"
+VICTIMS = [(MODULE, VICTIM), (ARM, "m3/longeron/8"), (ARM, "s4/cross_longeron/2")]
 
 
 def test_a_welded_ball_joint_fails_purity_and_names_the_member(scenes):
@@ -149,22 +150,25 @@ def test_a_welded_ball_joint_fails_purity_and_names_the_member(scenes):
     assert shear.where == VICTIM
 
 
-def test_a_seized_ball_joint_fails_purity_and_names_the_member(scenes):
-    log, found, chain = rest(scenes[MODULE], POSES[MODULE][1], lambda spec: stiffen_ball(spec, VICTIM))
+@pytest.mark.parametrize(("count", "victim"), VICTIMS)
+def test_a_seized_ball_joint_fails_purity_and_names_the_member(scenes, count, victim):
+    log, found, chain = rest(scenes[count], POSES[count][1], lambda spec: stiffen_ball(spec, victim))
     moment = loads.check_moment(log, chain, found)
     assert moment.value > 1.0
-    assert moment.where == VICTIM
+    assert moment.where == victim
 
 
-def test_a_lateral_force_fails_purity_and_names_the_member(scenes):
-    log, found, chain = rest(scenes[MODULE], POSES[MODULE][1], lambda spec: push_middle(spec, VICTIM))
+@pytest.mark.parametrize(("count", "victim"), VICTIMS)
+def test_a_lateral_force_fails_purity_and_names_the_member(scenes, count, victim):
+    log, found, chain = rest(scenes[count], POSES[count][1], lambda spec: push_middle(spec, victim))
     shear = loads.check_shear(log, chain, found)
     assert shear.value > 10.0
-    assert shear.where == VICTIM
+    assert shear.where == victim
 
 
-def test_a_loosened_closure_fails_closure_and_names_the_member(scenes):
-    log, _, chain = rest(scenes[MODULE], POSES[MODULE][1], lambda spec: loosen_closure(spec, VICTIM))
+@pytest.mark.parametrize(("count", "victim"), VICTIMS)
+def test_a_loosened_closure_fails_closure_and_names_the_member(scenes, count, victim):
+    log, _, chain = rest(scenes[count], POSES[count][1], lambda spec: loosen_closure(spec, victim))
     gap = shape.check_closure(log, chain)
     assert gap.value > CLOSURE
-    assert gap.where == VICTIM
+    assert gap.where == victim

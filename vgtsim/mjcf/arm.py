@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import DoubleOctahedral, Tetrahedral
+from vgtsim.description.modules import DoubleOctahedral
 from vgtsim.description.sections import Cylinder
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, Member
-from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia, make_plate_inertia
+from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia
 from vgtsim.mjcf import names
-from vgtsim.mjcf.contact_bits import contact_bits
 from vgtsim.mjcf.pose import quaternions_to
+from vgtsim.mjcf.rigging import Rigging, part_bits
 from vgtsim.mjcf.rows import SERVO_GROUP, SOLIMP, SOLREF_RATIO, SOLREF_STEPS
+from vgtsim.mjcf.tip import add_tip
 
 Array = NDArray[np.float64]
 
@@ -33,39 +31,6 @@ ROLE_COLOURS = {
     "mast": (0.50, 0.52, 0.55, 1.0),
 }
 SITE_GROUP = 4
-
-
-@dataclass(frozen=True)
-class Rigging:
-    """What the arm hangs from and carries, and how its cylinders are held.
-
-    Attributes:
-        mast_diameter: Outer diameter of the mast, m.
-        mast_wall: m.
-        mast_density: kg/m³.
-        mast_length: From the flange up, m.
-        feed_range: Lowest and highest position of the mast relative to its working depth, m.
-        payload_mass: At the tool point, kg.
-        payload_radius: m.
-        reference: Inputs of the reference pose, shape (*q): where the model stands when it is reset.
-        timestep: Of the simulation, s; it sets the closures' time constants.
-        servo_stiffness: N/m.
-        servo_damping: N·s/m.
-        elastic: Whether each tube is two halves with a spring of stiffness EA/L between them.
-    """
-
-    mast_diameter: float
-    mast_wall: float
-    mast_density: float
-    mast_length: float
-    feed_range: tuple[float, float]
-    payload_mass: float
-    payload_radius: float
-    reference: Array
-    timestep: float
-    servo_stiffness: float
-    servo_damping: float
-    elastic: bool = False
 
 
 def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
@@ -93,7 +58,7 @@ def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
     nodes = chain.nodes(rigging.reference)
     hubs = _add_mast(spec, chain, nodes, rigging)
     hubs |= _add_hubs(spec, chain, nodes)
-    _add_tip(spec, chain, nodes, rigging)
+    add_tip(spec, chain, nodes, rigging)
     inertia = make_member_inertia(chain.manipulator, chain.truss, split=rigging.elastic)
     for index, member in enumerate(chain.truss.members):
         _add_member(spec, chain, index, member, nodes, hubs, inertia, rigging)
@@ -106,14 +71,6 @@ def _add_defaults(spec: mujoco.MjSpec) -> None:
         default = spec.add_default(role, spec.default)
         default.geom.rgba = colour
         default.geom.type = mujoco.mjtGeom.mjGEOM_CAPSULE
-
-
-def _bits(chain: Chain, module: int) -> dict[str, int]:
-    """Contact bits of a module, of the mast for -1; a hinge counts with the module below it, whose nodes it shares."""
-    modules = chain.manipulator.modules
-    part = module + 1 - sum(isinstance(item, Tetrahedral) for item in modules[: module + 1])
-    contype, conaffinity = contact_bits(part, len(modules) + 1)
-    return {"contype": contype, "conaffinity": conaffinity}
 
 
 def _add_mast(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging) -> dict[int, mujoco.MjsBody]:
@@ -135,8 +92,8 @@ def _add_mast(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging)
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[radius, length / 2, 0],
         pos=[0, 0, length / 2],
-        contype=_bits(chain, -1)["contype"],
-        conaffinity=_bits(chain, -1)["conaffinity"] & ~1,  # it fills the riser by design; its fit is checked apart
+        contype=part_bits(chain, -1)["contype"],
+        conaffinity=part_bits(chain, -1)["conaffinity"] & ~1,  # it fills the riser by design; its fit is checked apart
     )
     _set_pipe_inertia(mast, radius, rigging.mast_wall, length, rigging.mast_density)
     _add_joint_drives(spec, names.FEED, names.FEED, rigging, force=None)
@@ -164,7 +121,7 @@ def _dress_hub(spec: mujoco.MjSpec, body: mujoco.MjsBody, chain: Chain, node: in
     inertia = 0.4 * arm.hub_mass * arm.hub.radius**2
     body.explicitinertial = True
     body.mass, body.inertia = arm.hub_mass, [inertia] * 3
-    bits = _bits(chain, int(chain.truss.node_module[node]))
+    bits = part_bits(chain, int(chain.truss.node_module[node]))
     body.add_geom(
         name=name,
         default=spec.find_default("hub"),
@@ -185,72 +142,6 @@ def _add_hubs(spec: mujoco.MjSpec, chain: Chain, nodes: Array) -> dict[int, mujo
             hubs[node].add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
         _dress_hub(spec, hubs[node], chain, node)
     return hubs
-
-
-def _add_tip(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging) -> None:
-    """Add the rigid tip plate with its three hubs, the tool point and the payload."""
-    arm, corners = chain.manipulator, nodes[chain.truss.tip]
-    R, P = chain.frames(rigging.reference)
-    tip = spec.worldbody.add_body(name=names.TIP, pos=P[-1], info="tip_plate")
-    mujoco.mju_mat2Quat(tip.quat, R[-1].ravel())
-    tip.add_freejoint(name=names.TIP)
-    bits = _bits(chain, len(arm.modules) - 1)
-    local = (corners - P[-1]) @ R[-1]
-    for name, corner in zip(chain.truss.nodes[chain.truss.tip], local, strict=True):
-        tip.add_site(name=name, pos=corner)
-        tip.add_geom(
-            name=name,
-            default=spec.find_default("hub"),
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[arm.hub.radius, 0, 0],
-            pos=corner,
-            **bits,
-        )
-    half = arm.tip_plate.thickness / 2
-    mesh = spec.add_mesh(name=names.TIP)
-    mesh.uservert = np.concatenate([local + [0, 0, -half], local + [0, 0, half]]).ravel()
-    tip.add_geom(
-        name=names.TIP,
-        default=spec.find_default("tip"),
-        type=mujoco.mjtGeom.mjGEOM_MESH,
-        meshname=names.TIP,
-        **bits,
-    )
-    reach = np.array([0, 0, arm.tip_plate.tool_offset])
-    tip.add_geom(
-        name=names.TOOL,
-        default=spec.find_default("tip"),
-        fromto=[0, 0, 0, *reach],
-        size=[arm.hub.radius, 0, 0],
-        contype=0,
-        conaffinity=0,
-    )
-    tip.add_site(name=names.TOOL, pos=reach, size=[0.03, 0.03, 0.03], rgba=[1, 0.85, 0, 1])
-    if rigging.payload_mass:
-        tip.add_geom(
-            name=names.PAYLOAD,
-            default=spec.find_default("payload"),
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[rigging.payload_radius, 0, 0],
-            pos=reach,
-            **bits,
-        )
-    _set_tip_inertia(tip, arm, local, reach, rigging)
-
-
-def _set_tip_inertia(tip: mujoco.MjsBody, arm: Manipulator, corners: Array, reach: Array, rigging: Rigging) -> None:
-    """Plate, corner hubs and payload as one body."""
-    plate = make_plate_inertia(arm)
-    points = np.concatenate([np.zeros((1, 3)), corners, reach[None]])
-    masses = np.array([plate.mass, *[arm.hub_mass] * 3, rigging.payload_mass])
-    balls = 0.4 * (3 * arm.hub_mass * arm.hub.radius**2 + rigging.payload_mass * rigging.payload_radius**2)
-    centre = masses @ points / masses.sum()
-    offset = points - centre
-    spread = np.einsum("p,pi,pj->ij", masses, offset, offset)
-    tensor = np.diag(plate.moments) + balls * np.eye(3) + np.trace(spread) * np.eye(3) - spread
-    tip.explicitinertial = True
-    tip.mass, tip.ipos = float(masses.sum()), centre
-    tip.fullinertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
 
 
 def _add_member(
@@ -301,7 +192,7 @@ def _add_tube(
 ) -> None:
     """Dress a tube; an elastic one gets its far half on a slide with a spring."""
     tube = chain.manipulator.tubes[member.section]
-    bits = _bits(chain, member.module)
+    bits = part_bits(chain, member.module)
     gap = min(chain.manipulator.hub.radius, length / 4)
     ends = [0, 0, gap, 0, 0, length - gap]
     shape = {"default": spec.find_default(member.role), "size": [tube.outer_diameter / 2, 0, 0], **bits}
@@ -339,7 +230,7 @@ def _add_cylinder(
 ) -> None:
     """Dress the barrel and add the rod with its slide, drives and sensors."""
     part: Cylinder = chain.manipulator.cylinders[member.section]
-    bits = _bits(chain, member.module)
+    bits = part_bits(chain, member.module)
     barrel.add_geom(
         name=member.name,
         default=spec.find_default("actuator"),

@@ -17,8 +17,9 @@ from vgtsim.kinematics.layout import make_static
 from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.kinematics.start import start_inputs
 from vgtsim.mjcf import names
-from vgtsim.mjcf.arm import Rigging, add_arm
+from vgtsim.mjcf.arm import add_arm
 from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.mjcf.tank import add_tank
 from vgtsim.mjcf.views import add_arm_cameras, add_goal_markers, add_tank_cameras
