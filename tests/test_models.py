@@ -46,3 +46,16 @@ def test_a_model_steps_under_random_commands_without_warning(folder):
             mujoco.mj_step(model, data)
     assert not np.any(data.warning.number)
     assert np.isfinite(data.qpos).all()
+
+
+@pytest.mark.parametrize(
+    "folder", [f for f in MODELS if (f / f"{f.name}.mjb").exists()], ids=lambda folder: folder.name
+)
+def test_a_shipped_mjb_is_the_described_model(folder):
+    """With all digits and the scaled weights, for the MuJoCo it was written with."""
+    shipped = load_model(folder / f"{folder.name}.mjb")
+    model = build_arm_spec(load_manipulator(folder / f"{folder.name}.toml")).compile()
+    assert np.array_equal(shipped.body_mass, model.body_mass)
+    assert np.array_equal(shipped.body_pos, model.body_pos)
+    assert np.array_equal(shipped.geom_size, model.geom_size)
+    assert np.allclose(shipped.dof_invweight0, 1e-5 * model.dof_invweight0, rtol=1e-9)
