@@ -1,5 +1,3 @@
-import time
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from vgtsim.kinematics.triangle import triangle_frame
 
 ROUNDING = 1e-12  # m or rad: Newton's last step leaves rounding, magnified by the conditioning of the pose
 STEP, DIFFERENCE = 1e-6, 1e-7  # central differences of smooth functions of order one
-LEAST_RATE = 20_000  # forward solutions a second of processor time in batch
 MODULE = octa.Geometry((0.80, 0.85, 0.90), (0.70, 0.75, 0.65))
 
 
@@ -129,18 +126,3 @@ def test_impossible_longerons_are_named():
     with pytest.raises(AssemblyError, match="longerons 1 and 4") as caught:
         octa.forward(MODULE, [0.3, 0.9, 0.9, 0.4, 0.9, 0.9], octa.home(MODULE, np.full(6, 0.9)))
     assert caught.value.residual == pytest.approx(0.9 - 0.7)  # over the edge n3 n1
-
-
-def test_batch_rate():
-    R, P = _poses(10_000)
-    lengths = octa.inverse(MODULE, R, P)
-    start = rotation(roll_pitch_yaw(R) + 0.02), P + 0.005
-    octa.forward(MODULE, lengths[:100], (start[0][:100], start[1][:100]))
-    best = min(_clock(lambda: octa.forward(MODULE, lengths, start)) for _ in range(3))
-    assert 10_000 / best > LEAST_RATE
-
-
-def _clock(work):
-    begin = time.process_time()
-    work()
-    return time.process_time() - begin
