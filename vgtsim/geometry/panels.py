@@ -52,10 +52,12 @@ class _Tangent:
 
     @property
     def along(self) -> Array:
+        """Unit vector along the profile, (r, z), shape (2,)."""
         return np.array([cos(self.heading), sin(self.heading)])
 
     @property
     def inward(self) -> Array:
+        """Unit vector into the tank, (r, z), shape (2,)."""
         return np.array([-sin(self.heading), cos(self.heading)])
 
 

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weights the sag grows as its square
 RISER_MOUTH = 0.5  # a module nearer than this to the riser's mouth is stowed in the straight keyframe, m
-HOLDING_WEIGHTS, HOLDING_TIME = 1e-5, 0.1  # how the holding forces of a keyframe are found: stiffly, s
+HOLDING_WEIGHTS, HOLDING_TIME = 1e-5, 0.1  # of an arm alone; how holding forces are found, s
 STIFF_TUBES = 1e4  # on elastic tubes meanwhile: they must not ring
 ELASTIC_ITERATIONS = 3  # of the solver: without contacts the problem is linear; zero tolerance would spend a hundred
 _MOST_LEAN = 0.35  # of a mid-plane in the reach pose, rad: half of what its module bends

@@ -12,7 +12,7 @@ from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import names
-from vgtsim.mjcf.build import VIEW_TIMESTEP, build_arm_spec, build_spec
+from vgtsim.mjcf.build import HOLDING_WEIGHTS, VIEW_TIMESTEP, build_arm_spec, build_spec
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.replacing import replacing
 
@@ -78,7 +78,7 @@ def write_arm_files(manipulator: Manipulator, stem: Path) -> tuple[Path, Path]:
         Paths of the XML and the MJB.
     """
     spec = build_arm_spec(manipulator)
-    return _write(spec, build_arm_spec(manipulator), 1e-5, manipulator.title, "reach", stem)
+    return _write(spec, build_arm_spec(manipulator), HOLDING_WEIGHTS, manipulator.title, "reach", stem)
 
 
 def _write(
