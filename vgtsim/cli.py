@@ -265,21 +265,32 @@ def models(
     _out.print(table)
 
 
-@app.command(epilog="Example: vgtsim show models/mixed/mixed.toml --out out/mixed")
-def show(arm_file: ArmFile, out: OutFolder = None) -> None:
-    """Draw an arm as PNG and SVG line drawing, and export it as GLB and STL."""
+@app.command(
+    epilog="Example: vgtsim show models/mixed/mixed.toml --lengths 'm1=36 in,40 in,38 in' --inputs 'h1=60 deg'"
+)
+def show(
+    arm_file: ArmFile,
+    out: OutFolder = None,
+    lengths: Annotated[list[str] | None, typer.Option(help="MODULE=l1,l2,...: actuator lengths; repeatable.")] = None,
+    inputs: Annotated[list[str] | None, typer.Option(help="MODULE=x1,...: canonical inputs; repeatable.")] = None,
+) -> None:
+    """Draw an arm, straight and bent or in a given pose, as PNG and SVG line drawing; export it as GLB and STL."""
     from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.given_pose import read_pose
     from vgtsim.mjcf.build import reach_pose
     from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
     from vgtsim.output.write import prepare_folder
 
     arm = load_manipulator(arm_file)
     chain = Chain(arm, hanging_mount(0.0))
+    given = bool(lengths or inputs)
+    q = read_pose(chain, lengths or (), inputs or ()) if given else reach_pose(chain)
     stem = prepare_folder(out or Path("out") / arm.name) / arm.name
-    bent = reach_pose(chain)
-    files = write_drawing(draw_arm(chain, {"straight": chain.straight, "bent": bent}), stem)
-    for file in (*files, *write_solid(make_solid(chain, chain.nodes(bent)), stem)):
+    files = write_drawing(draw_arm(chain, {"straight": chain.straight, "given" if given else "bent": q}), stem)
+    for file in (*files, *write_solid(make_solid(chain, chain.nodes(q)), stem)):
         _out.print(str(file), soft_wrap=True)
+    point, axis = (" ".join(f"{value:.6f}" for value in item) for item in chain.tool(q))
+    _out.print(f"tool at {point} m, direction {axis}; base face at the origin, hanging", soft_wrap=True)
 
 
 @app.command(epilog="Example: vgtsim workspace models/arm15/arm15.toml --samples 20000")

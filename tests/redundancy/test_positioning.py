@@ -63,9 +63,16 @@ def goal_spaces(chain, q):
 def test_kernel_agrees_with_the_chain(hanging_arm, kernel):
     q = random_inputs(hanging_arm, 1, 20)
     state = kernel.state(q)
+    tool, _, J = hanging_arm.tool_jacobian(q)
+    linear, angular = (np.swapaxes(half, -1, -2) for half in (J[:, :3], J[:, 3:]))
+    at_origin = linear - np.cross(angular, tool[:, None])  # the kernel's velocities are of the point at the origin of G
     pairs = zip(
         (state.R, state.P, state.angular, state.linear, state.length, state.blocks),
-        (*hanging_arm.frames(q), *hanging_arm.screws(q), *hanging_arm.length_jacobian(q)),
+        (
+            *hanging_arm.frames(q),
+            *(item.reshape(*q.shape, 3) for item in (angular, at_origin)),
+            *hanging_arm.length_jacobian(q),
+        ),
         strict=True,
     )
     for ours, theirs in pairs:

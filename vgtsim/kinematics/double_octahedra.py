@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics import double_octahedron as double
 from vgtsim.kinematics.mode_following import follow, worst_direction
+from vgtsim.kinematics.module_sets import all_legs, find_short
 from vgtsim.kinematics.octahedral_closure import Circles, closure_coefficients
 
 Array = NDArray[np.float64]
@@ -35,7 +36,7 @@ class DoubleOctahedra:
     @property
     def actuated(self) -> NDArray[np.bool_]:
         """All of them."""
-        return np.ones((len(self.names), 3), dtype=bool)
+        return all_legs(self.names, 3)
 
     def transform(self, x: Array) -> tuple[Array, Array]:
         """As `double_octahedron.transform`."""
@@ -135,9 +136,9 @@ class DoubleOctahedra:
             detail = f"actuators of {np.array2string(lengths[worst], precision=4)} m make no triangle"
             raise AssemblyError(self.names[worst[-1]], float(excess[worst]), detail)
         x, reached = self.attempt(lengths, start)
-        if reached.min(initial=1.0) < 1.0:
-            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
-            geometry, name = self._one(int(worst[-1])), self.names[worst[-1]]
+        worst = find_short(reached)
+        if worst is not None:
+            geometry, name = self._one(worst[-1]), self.names[worst[-1]]
             phi = self._follow(lengths, start)[0][worst]
             value, row = worst_direction(double.angle_jacobian(geometry, phi) / geometry.height)
             gap = np.abs(double.actuator_lengths(double.mid_nodes(geometry, phi)) - lengths[worst]).max()

@@ -78,6 +78,30 @@ class ModuleSet(Protocol):
         ...
 
 
+def all_legs(names: tuple[str, ...], legs: int) -> NDArray[np.bool_]:
+    """`actuated` of a set without static legs, shape (M, legs)."""
+    return np.ones((len(names), legs), dtype=bool)
+
+
+def no_inner(x: Array) -> tuple[Array, Array]:
+    """`inner` and `inner_derivative` of a set whose nodes are all on its faces, for x of shape (..., M, inputs)."""
+    return np.empty((*x.shape[:-1], 0, 3)), np.empty((*x.shape[:-1], 0, 3, x.shape[-1]))
+
+
+def find_short(reached: Array) -> tuple[int, ...] | None:
+    """Which member of a batch got least far on its way, as an index; None when all arrived.
+
+    Args:
+        reached: Fractions of the way covered, shape (..., M).
+
+    Returns:
+        Index, its last entry the module.
+    """
+    if reached.min(initial=1.0) == 1.0:
+        return None
+    return tuple(int(i) for i in np.unravel_index(int(np.argmin(reached)), reached.shape))
+
+
 def find_singular(module_set: ModuleSet, x: Array) -> tuple[Array, NDArray[np.intp]]:
     """Smallest singular value of each module, a pure number, and the leg worst of it.
 

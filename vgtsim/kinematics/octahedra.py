@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics import octahedron as single
+from vgtsim.kinematics.module_sets import find_short, no_inner
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, pose_twist
 
 Array = NDArray[np.float64]
@@ -62,11 +63,11 @@ class Octahedra:
 
     def inner(self, x: Array) -> Array:
         """None."""
-        return np.empty((*x.shape[:-1], 0, 3))
+        return no_inner(x)[0]
 
     def inner_derivative(self, x: Array) -> Array:
         """None."""
-        return np.empty((*x.shape[:-1], 0, 3, 6))
+        return no_inner(x)[1]
 
     def _legs(self, x: Array) -> tuple[Array, Array]:
         R, P = pose_transform(x)
@@ -130,8 +131,8 @@ class Octahedra:
             except AssemblyError as error:
                 raise AssemblyError(name, error.residual, str(error)) from None
         x, reached = self.attempt(lengths, start)
-        if reached.min(initial=1.0) < 1.0:
-            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
+        worst = find_short(reached)
+        if worst is not None:
             geometry, name = self.geometries[worst[-1]], self.names[worst[-1]]
             R, P = pose_transform(x[worst])
             value, leg = single.singularity(geometry, R, P)
