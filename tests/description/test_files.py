@@ -61,6 +61,46 @@ def test_assumed_figures_lie_in_their_ranges(path):
     assert checked
 
 
+HUB = 'radius = { value = "1.5 in", label = "assumed", note = "joint ball; sets the node circle with the riser\'s bore", range = '
+
+
+@pytest.mark.parametrize(
+    ("value", "limits", "key", "words"),
+    [
+        (
+            '"2 in"',
+            '["1.25 in", "1.5 in"]',
+            "hub.radius",
+            r"found '2 in'; allowed: 1\.25 in to 1\.5 in, the range beside",
+        ),
+        ('"1.2 in"', '["1.25 in", "1.5 in"]', "hub.radius", "found '1.2 in'"),
+        ("0.039", '["1.25 in", "1.5 in"]', "hub.radius", "found 0.039"),
+        ('"1.5 in"', '["1 kg", "2 kg"]', "hub.radius.range", "the dimension of '1.5 in'"),
+        ('"1.5 in"', '["1 in", "broad"]', "hub.radius.range", "not a quantity"),
+        ('"1.5 in"', '["2 in", "1 in"]', "hub.radius", "2 in to 1 in"),
+    ],
+)
+def test_a_figure_outside_its_own_range_is_refused(tmp_path, value, limits, key, words):
+    path = changed(tmp_path, ARM, f'{HUB}["1.25 in", "1.5 in"]', HUB.replace('"1.5 in"', value, 1) + limits)
+    with pytest.raises(DescriptionError, match=words) as caught:
+        load_manipulator(path)
+    assert caught.value.key == key
+
+
+@pytest.mark.parametrize(("value", "limits"), [('"38.1 mm"', '["1.25 in", "1.5 in"]'), ('"1.5 in"', "[0.03, 0.0381]")])
+def test_figures_and_ranges_may_have_different_units(tmp_path, value, limits):
+    path = changed(tmp_path, ARM, f'{HUB}["1.25 in", "1.5 in"]', HUB.replace('"1.5 in"', value, 1) + limits)
+    assert load_manipulator(path).hub.radius == pytest.approx(0.0381)
+
+
+def test_every_figure_of_a_vector_keeps_to_its_range(tmp_path):
+    note = 'label = "assumed", note = "under the dome, 9 m out"'
+    path = changed(tmp_path, SCENE, note, f'{note}, range = ["-6 m", "7 m"]')
+    with pytest.raises(DescriptionError, match=r"'7\.37 m'; allowed: -6 m to 7 m") as caught:
+        load_scene(path)
+    assert caught.value.key == "motion.goals.0.position"
+
+
 def test_provenance_is_kept_by_key_path():
     arm = load_manipulator(ARM)
     assert arm.provenance["hub.radius"].label == "assumed"
@@ -156,7 +196,8 @@ def test_longerons_too_short_for_their_face_name_the_module(tmp_path):
 
 
 def test_a_pivot_outside_the_tank_is_refused(tmp_path):
-    path = changed(tmp_path, SCENE, 'pivot_depth = { value = "1.75 m"', 'pivot_depth = { value = "9.5 m"')
+    written = next(line for line in SCENE.read_text().splitlines() if line.startswith("pivot_depth"))
+    path = changed(tmp_path, SCENE, written, 'pivot_depth = "9.5 m"')
     with pytest.raises(DescriptionError, match="pivot inside the tank") as caught:
         load_scene(path)
     assert caught.value.key == "mast.pivot_depth"

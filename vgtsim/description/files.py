@@ -15,8 +15,11 @@ from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
+from vgtsim.units import to_base
 
 _Model = TypeVar("_Model", bound=Description)
+
+_ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
 def load_manipulator(path: str | Path) -> Manipulator:
@@ -125,9 +128,34 @@ def _load(file: Path, kind: type[_Model]) -> _Model:
     if "provenance" in kind.model_fields:
         plain["provenance"] = provenance
     try:
-        return kind.model_validate(plain)
+        model = kind.model_validate(plain)
     except ValidationError as error:
         raise _translate(error, file) from None
+    for key, label in provenance.items():
+        if label.range is not None:
+            _require_range(file, key, _find(plain, key), label.range)
+    return model
+
+
+def _find(plain: Any, key: str) -> Any:
+    for part in key.split("."):
+        plain = plain[int(part)] if isinstance(plain, list) else plain[part]
+    return plain
+
+
+def _require_range(file: Path, key: str, value: Any, limits: tuple[float | str, float | str]) -> None:
+    """Refuse a figure outside the range that its own file declares; of a vector, every figure has that range."""
+    entries = value if isinstance(value, list) else [value]
+    try:
+        low, high, *numbers = (to_base(item) for item in (*limits, *entries))
+    except ValueError as error:
+        raise DescriptionError(file, f"{key}.range", _short(list(limits)), str(error)) from None
+    for entry, (number, dimension) in zip(entries, numbers, strict=True):
+        if len({item for item in (dimension, low[1], high[1]) if item}) > 1:
+            raise DescriptionError(file, f"{key}.range", _short(list(limits)), f"the dimension of {_short(entry)}")
+        slack = _ROUNDING * max(abs(low[0]), abs(high[0]))
+        if not low[0] - slack <= number <= high[0] + slack:
+            raise DescriptionError(file, key, _short(entry), f"{limits[0]} to {limits[1]}, the range beside it")
 
 
 def _read_toml(file: Path) -> dict[str, Any]:
