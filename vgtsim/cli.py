@@ -101,7 +101,7 @@ def build(
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
     from vgtsim.control.program import check_scene, solve_first_goal
     from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.kinematics.sampling import check_strokes
+    from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.mjcf import scene_chain
     from vgtsim.mjcf.files import write_arm_files, write_scene_files
     from vgtsim.output.write import prepare_folder
@@ -302,7 +302,7 @@ def workspace(
 ) -> None:
     """Sample what an arm reaches: volume, tilt range, dexterity and singular regions, drawn and in figures."""
     from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.kinematics.sampling import check_strokes
+    from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
     from vgtsim.output.arm_drawing import write_drawing
     from vgtsim.output.workspace_plot import plot_workspace

@@ -15,7 +15,8 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.assembly_modes import octahedron_assemblies
 from vgtsim.kinematics.layout import octahedron_geometry
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters
-from vgtsim.kinematics.sampling import check_strokes, sample_inputs, singular_values
+from vgtsim.kinematics.sampling import sample_inputs, singular_values
+from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.statics import diagnose
 
 ROOT = Path(__file__).parents[2] / "models"

@@ -10,15 +10,13 @@ from vgtsim.description.scene import Scene
 from vgtsim.errors import AssemblyError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedron import Geometry, length_jacobian, midplane_from_lengths
+from vgtsim.kinematics.double_octahedron import length_jacobian
 from vgtsim.kinematics.start import start_inputs
+from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.redundancy.strokes import make_box
 from vgtsim.redundancy.surroundings import Surroundings
 
 Array = NDArray[np.float64]
-
-_STATIONS = 5  # lengths tried over each stroke: 125 combinations a module
-_CLOSED = 1e-9  # rounding of lengths that went there and back, m
 
 
 def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
@@ -47,53 +45,24 @@ def check_scene(scene: Scene, chain: Chain) -> None:
             the start is outside a stroke or too near something; a goal is outside the tank or too near
             something.
     """
-    check_assembly(scene, chain)
+    _check_assembly(scene, chain)
     check_riser(scene, chain)
     _check_start(scene, chain)
     _check_goals(scene, chain)
 
 
-def check_assembly(scene: Scene, chain: Chain) -> None:
-    """Refuse strokes over which a module does not assemble.
-
-    All corners of the stroke box and a grid inside it are solved. The determinant of the actuator lengths by
-    the inputs must keep its sign: where it vanishes the module is singular and may change its assembly mode.
-
-    Args:
-        scene: The scene, for the error.
-        chain: Its arm.
-
-    Raises:
-        DescriptionError: With the module and the lengths.
-    """
-    done = set()
-    for a, geometry in enumerate(chain.geometries):
-        low, high = float(chain.stroke[0, a, 0]), float(chain.stroke[1, a, 0])
-        if (geometry, low, high) in done:
-            continue
-        done.add((geometry, low, high))
-        ticks = np.linspace(low, high, _STATIONS)
-        for lengths in np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3):
-            failure = _assembly_failure(geometry, lengths)
-            if failure:
-                name = chain.manipulator.active[a].name
-                at = ", ".join(f"{length:.4f}" for length in lengths)
-                raise scene.error(
-                    f"manipulator.modules.{name}.cylinder",
-                    f"a stroke from {low:.4f} to {high:.4f} m; at ({at}) m {failure}",
-                    f"a stroke over whose whole range {name} assembles",
-                )
-
-
-def _assembly_failure(geometry: Geometry, lengths: Array) -> str:
-    """Why a module does not take three actuator lengths, shape (3,), m; empty when it does."""
+def _check_assembly(scene: Scene, chain: Chain) -> None:
+    """Strokes over which a module does not assemble, or might change its assembly, are refused."""
     try:
-        back, block = length_jacobian(geometry, midplane_from_lengths(geometry, lengths))
-    except (AssemblyError, ValueError, np.linalg.LinAlgError) as error:
-        return str(error)
-    if np.max(np.abs(back - lengths)) > _CLOSED or np.linalg.det(block) >= 0:
-        return "only another assembly mode closes"
-    return ""
+        check_strokes(chain)
+    except AssemblyError as error:
+        modules = scene.manipulator.active
+        own = scene.manipulator.cylinders[next(item.cylinder for item in modules if item.name == error.module)]
+        raise scene.error(
+            f"manipulator.modules.{error.module}.cylinder",
+            f"a stroke from {own.retracted:.4f} to {own.extended:.4f} m: {error}",
+            f"a stroke over whose whole range {error.module} assembles",
+        ) from None
 
 
 def _check_start(scene: Scene, chain: Chain) -> None:

@@ -15,7 +15,7 @@ from vgtsim.kinematics.octahedral_closure import Circles, closure_coefficients
 
 Array = NDArray[np.float64]
 
-# given as the fraction covered when lengths were reached with a mid node on the wrong side of its circle
+# given as the fraction covered when lengths were reached with the mid-plane turned over, or past a mid node's circle
 _TURNED = 0.999
 
 
@@ -57,12 +57,13 @@ class DoubleOctahedra:
         except AssemblyError as error:
             for place, name in enumerate(self.names):
                 try:
-                    double.angles(self._one(place), x[..., place, :])
+                    double.angles(self.one(place), x[..., place, :])
                 except AssemblyError as own:
                     raise AssemblyError(name, own.residual, "mid-plane too far") from None
             raise error from None
 
-    def _one(self, place: int) -> double.Geometry:
+    def one(self, place: int) -> double.Geometry:
+        """Dimensions of one module."""
         side, longeron, offset = self.geometry.face_side, self.geometry.longeron, self.geometry.joint_offset
         return double.Geometry(*(float(np.asarray(item)[place]) for item in (side, longeron, offset)))
 
@@ -91,22 +92,16 @@ class DoubleOctahedra:
         phi, reached = self._follow(lengths, start)
         x = double.midplane_from_angles(self.geometry, phi)
         outward = np.sum(double.tangents(self.geometry, phi) * double.normal(x)[..., None, :], axis=-1) < 0
-        return x, np.where(np.all(outward, axis=-1), reached, np.minimum(reached, _TURNED))
+        sound = np.all(outward, axis=-1) & double.upright(self.geometry, phi)
+        return x, np.where(sound, reached, np.minimum(reached, _TURNED))
 
     def _follow(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Angles, shape (..., M, 3), rad, and the fraction of the way covered, shape (..., M)."""
         begin = double.straight_angles(self.geometry, lengths) if start is None else self.angles(start)
         begin = np.broadcast_to(begin, lengths.shape)
-        apothem, radius = (
-            np.broadcast_to(item, lengths.shape[:-1]).ravel() for item in (self.geometry.apothem, self.geometry.height)
-        )
-        circles = Circles(
-            -apothem[:, None, None] * double.INWARD,
-            np.broadcast_to(double.INWARD, (len(apothem), 3, 3)),
-            np.repeat(radius[:, None], 3, axis=1),
-        )
-        first = double.actuator_lengths(double.mid_nodes(self.geometry, begin)).reshape(-1, 3)
-        C, change = closure_coefficients(circles, first), (first**2 - lengths.reshape(-1, 3) ** 2).T
+        first = double.actuator_lengths(double.mid_nodes(self.geometry, begin))
+        C = cell_closure(self.geometry, first).reshape(5, 3, -1)
+        change = (first**2 - lengths**2).reshape(-1, 3).T
 
         def path(t: Array, index: NDArray[np.intp]) -> Array:
             now = C[..., index]
@@ -138,7 +133,7 @@ class DoubleOctahedra:
         x, reached = self.attempt(lengths, start)
         worst = find_short(reached)
         if worst is not None:
-            geometry, name = self._one(worst[-1]), self.names[worst[-1]]
+            geometry, name = self.one(worst[-1]), self.names[worst[-1]]
             phi = self._follow(lengths, start)[0][worst]
             value, row = worst_direction(double.angle_jacobian(geometry, phi) / geometry.height)
             gap = np.abs(double.actuator_lengths(double.mid_nodes(geometry, phi)) - lengths[worst]).max()
@@ -149,3 +144,19 @@ class DoubleOctahedra:
         """dl/dphi over the altitude of the longeron triangles."""
         phi = self.angles(x)
         return double.angle_jacobian(self.geometry, phi) / self.geometry.height[..., None, None]
+
+
+def cell_closure(geometry: double.Geometry, actuators: Array) -> Array:
+    """Closure of the cell below the mid-plane, see `octahedral_closure`.
+
+    Args:
+        geometry: Fixed dimensions.
+        actuators: l1, l2, l3, shape (..., 3), m.
+
+    Returns:
+        C, shape (5, 3, ...), m².
+    """
+    shape = actuators.shape[:-1]
+    apothem, height = (np.broadcast_to(item, shape) for item in (geometry.apothem, geometry.height))
+    centre, inward = -apothem[..., None, None] * double.INWARD, np.broadcast_to(double.INWARD, (*shape, 3, 3))
+    return closure_coefficients(Circles(centre, inward, np.repeat(height[..., None], 3, axis=-1)), actuators)
