@@ -32,10 +32,14 @@ class DoubleOctahedra:
     geometry: double.Geometry
     inputs = 3
 
-    @cached_property
+    @property
     def inner_count(self) -> int:
         """Three mid nodes; with a joint offset the feet, middles and heads of three joint blocks."""
-        return 9 if np.any(np.asarray(self.geometry.joint_offset) > 0) else 3
+        return 9 if self._offset else 3
+
+    @cached_property
+    def _offset(self) -> bool:
+        return bool(np.any(np.asarray(self.geometry.joint_offset) > 0))
 
     @property
     def actuated(self) -> NDArray[np.bool_]:
@@ -73,7 +77,7 @@ class DoubleOctahedra:
     def inner(self, x: Array) -> Array:
         """Mid nodes n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'."""
         feet = double.mid_nodes(self.geometry, self.angles(x))
-        if self.inner_count == 3:
+        if not self._offset:
             return feet
         rise = np.asarray(self.geometry.joint_offset)[:, None, None] * double.normal(x)[..., None, :]
         return np.concatenate([feet, feet + rise / 2, feet + rise], axis=-2)
@@ -81,7 +85,7 @@ class DoubleOctahedra:
     def inner_derivative(self, x: Array) -> Array:
         """As `double_octahedron.mid_node_derivative`, for all inner nodes."""
         feet = double.mid_node_derivative(self.geometry, x, self.angles(x))
-        if self.inner_count == 3:
+        if not self._offset:
             return feet
         rise = np.zeros((*x.shape[:-1], 1, 3, 3))
         rise[..., 0, :, :2] = double.normal_derivative(double.normal(x))

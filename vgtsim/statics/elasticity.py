@@ -96,10 +96,7 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
     Source: oil column, H. E. Merritt, Hydraulic Control Systems (1967), equation 6-43, for unequal areas.
     """
     arm, truss = chain.manipulator, chain.truss
-    if len(truss.rings):
-        place = int(truss.node_module[truss.rings[0, 0, 0]])
-        found = f"{joint_offset(arm.modules[place]):.4g} m on {arm.modules[place].name}"
-        raise DescriptionError(None, f"modules.{place}.joint_offset", found, "0 where members are elastic")
+    require_no_offset(chain, "members are elastic")
     spring, rods, oil, stroke = np.zeros(len(truss.members)), [], [], []
     nodes = chain.nodes(chain.straight)
     length = np.linalg.norm(nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]], axis=-1)
@@ -121,6 +118,23 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
     )
     _require_stiffness(model)
     return model
+
+
+def require_no_offset(chain: Chain, where: str) -> None:
+    """Refuse an arm with a joint offset where bending of its actuators is not worked out.
+
+    Args:
+        chain: The arm.
+        where: Ends the message, for example "members are elastic".
+
+    Raises:
+        DescriptionError: A module has a joint offset.
+    """
+    for place, module in enumerate(chain.manipulator.modules):
+        if offset := joint_offset(module):
+            raise DescriptionError(
+                None, f"modules.{place}.joint_offset", f"{offset:.4g} m on {module.name}", f"0 where {where}"
+            )
 
 
 def _tube_stiffness(arm: Manipulator, section: str, length: float) -> float:
