@@ -114,7 +114,8 @@ def test_every_member_is_rated_by_its_own_section(chain):
 def made_up(forces, bar):
     """Forces of two members, with 1 kN of own weight along them."""
     still = np.zeros((2, 3))
-    return replace(forces, bar=bar, near_axial=bar + 1e3, far_axial=bar, near_transverse=still, direction=still)
+    along = {"bar": bar, "near_axial": bar + 1e3, "far_axial": bar}
+    return replace(forces, **along, near_transverse=still, near_moment=still, far_moment=still, direction=still)
 
 
 def test_utilisation_takes_the_worst_along_the_member(chain):

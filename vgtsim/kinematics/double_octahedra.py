@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +26,21 @@ class DoubleOctahedra:
 
     Attributes:
         names: Of the modules.
-        geometry: With figures of shape (M,).
+        geometry: With figures of shape (M,); all of them or none have a joint offset.
     """
 
     names: tuple[str, ...]
     geometry: double.Geometry
     inputs = 3
-    inner_count = 3
+
+    @property
+    def inner_count(self) -> int:
+        """Three mid nodes; with a joint offset the feet, middles and heads of three joint blocks."""
+        return 9 if self._offset else 3
+
+    @cached_property
+    def _offset(self) -> bool:
+        return bool(np.any(np.asarray(self.geometry.joint_offset) > 0))
 
     @property
     def actuated(self) -> NDArray[np.bool_]:
@@ -68,12 +77,22 @@ class DoubleOctahedra:
         return double.Geometry(*(float(np.asarray(item)[place]) for item in (side, longeron, offset)))
 
     def inner(self, x: Array) -> Array:
-        """Mid nodes n4, n5, n6."""
-        return double.mid_nodes(self.geometry, self.angles(x))
+        """Mid nodes n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'."""
+        feet = double.mid_nodes(self.geometry, self.angles(x))
+        if not self._offset:
+            return feet
+        rise = np.asarray(self.geometry.joint_offset)[:, None, None] * double.normal(x)[..., None, :]
+        return np.concatenate([feet, feet + rise / 2, feet + rise], axis=-2)
 
     def inner_derivative(self, x: Array) -> Array:
-        """As `double_octahedron.mid_node_derivative`."""
-        return double.mid_node_derivative(self.geometry, x, self.angles(x))
+        """As `double_octahedron.mid_node_derivative`, for all inner nodes."""
+        feet = double.mid_node_derivative(self.geometry, x, self.angles(x))
+        if not self._offset:
+            return feet
+        rise = np.zeros((*x.shape[:-1], 1, 3, 3))
+        rise[..., 0, :, :2] = double.normal_derivative(double.normal(x))
+        rise *= np.asarray(self.geometry.joint_offset)[:, None, None, None]
+        return np.concatenate([feet, feet + rise / 2, feet + rise], axis=-3)
 
     def length_jacobian(self, x: Array) -> tuple[Array, Array]:
         """As `double_octahedron.length_jacobian`."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.modules import joint_offset
 from vgtsim.description.sections import Cylinder, Tube
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.truss import Truss
@@ -94,6 +95,28 @@ def make_member_inertia(manipulator: Manipulator, truss: Truss, *, split: bool =
             row[:] = _tube_segment(manipulator, manipulator.tubes[member.section], float(length) / 2)
         else:
             row[0] = _tube_segment(manipulator, manipulator.tubes[member.section], float(length))
+    return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
+
+
+def make_block_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia:
+    """Work out the posts of the joint blocks, which run from the middle of one ball to that of the other.
+
+    Args:
+        manipulator: The arm.
+        truss: Its truss.
+
+    Returns:
+        One near segment each, in the order of `Truss.rings`, shapes (3 R, 2): the balls' masses stand at the nodes,
+        their moments of inertia about themselves are the post's.
+    """
+    segments = np.zeros((truss.rings.shape[0] * 3, 2, 4))
+    owners = truss.node_module[truss.rings[:, :, 1].ravel()].tolist()
+    balls = 2 * 0.4 * manipulator.hub_mass * manipulator.hub.radius**2
+    for row, module in zip(segments, owners, strict=True):
+        block, height = manipulator.block_of(module), joint_offset(manipulator.modules[module])
+        mass = manipulator.materials[block.material].density * np.pi / 4 * block.diameter**2 * height
+        row[0] = _uniform_segment(mass, 0.0, height, block.diameter, 0.0)
+        row[0, 2:] += balls
     return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
 
 

@@ -20,11 +20,14 @@ class ModuleSet(Protocol):
 
     Attributes:
         inputs: Number of canonical inputs of a module.
-        inner_count: Number of nodes of a module that are on neither face.
     """
 
     inputs: int
-    inner_count: int
+
+    @property
+    def inner_count(self) -> int:
+        """Number of nodes of a module that are on neither face."""
+        ...
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -271,7 +271,8 @@ def _check_compiled(model: mujoco.MjModel, scene: Scene) -> None:
     truss = scene_chain(scene).truss
     closures = int(np.sum(model.eq_type == mujoco.mjtEq.mjEQ_CONNECT))
     balls = int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL))
-    if (closures, balls) != (len(truss.members), len(truss.members)):
+    members, blocks = len(truss.members), truss.ring_actuators.size  # a block and an actuator pinned to it, each a ball
+    if (closures, balls) != (members + blocks, members):
         raise VgtError(
-            f"compiled model has {balls} ball joints and {closures} closures for {len(truss.members)} members"
+            f"compiled model has {balls} ball joints and {closures} closures for {members} members and {blocks} blocks"
         )

@@ -22,6 +22,29 @@ SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)  # the greatest impedance MuJoCo acce
 SERVO_GROUP = 1
 
 
+def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, timestep: float, info: str = "") -> None:
+    """Add a row of the closures' stiffness that holds two sites together.
+
+    Args:
+        spec: Changed in place.
+        name: Of the equality.
+        first: A site.
+        second: A site of another body.
+        timestep: Of the simulation, s.
+        info: Key path of what it comes from.
+    """
+    spec.add_equality(
+        name=name,
+        type=mujoco.mjtEq.mjEQ_CONNECT,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1=first,
+        name2=second,
+        solref=[SOLREF_STEPS * timestep, SOLREF_RATIO],
+        solimp=SOLIMP,
+        info=info,
+    )
+
+
 def stiffen(model: mujoco.MjModel, factor: float) -> None:
     """Scale the inverse weights that regularise the constraint rows.
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.description.scene import Payload
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.statics.elasticity import make_elastic_model
+from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import MemberForces, solve
 from vgtsim.statics.loads import make_load_model
 from vgtsim.statics.rating import MODES, make_sections, rate
@@ -81,8 +81,10 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
         The allowances.
 
     Raises:
+        DescriptionError: A module has a joint offset: use in bending is not linear in the payload.
         TrussError: The arm is a mechanism in one of the poses.
     """
+    require_no_offset(chain, "an allowable payload is asked for")
     n = np.asarray(nodes, float)
     empty, loaded = (
         solve(make_load_model(chain, Payload(mass=mass, radius=radius), gravity), n) for mass in (0.0, _UNIT)

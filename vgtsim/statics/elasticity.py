@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.modules import joint_offset
 from vgtsim.description.scene import Payload
-from vgtsim.errors import TrussError
+from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.loads import LoadModel, make_load_model
@@ -89,11 +90,13 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
         The model.
 
     Raises:
+        DescriptionError: A module has a joint offset: bending of its actuators is not in the stiffness.
         TrussError: A member has no area or no stiffness.
 
     Source: oil column, H. E. Merritt, Hydraulic Control Systems (1967), equation 6-43, for unequal areas.
     """
     arm, truss = chain.manipulator, chain.truss
+    require_no_offset(chain, "members are elastic")
     spring, rods, oil, stroke = np.zeros(len(truss.members)), [], [], []
     nodes = chain.nodes(chain.straight)
     length = np.linalg.norm(nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]], axis=-1)
@@ -115,6 +118,23 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
     )
     _require_stiffness(model)
     return model
+
+
+def require_no_offset(chain: Chain, where: str) -> None:
+    """Refuse an arm with a joint offset where bending of its actuators is not worked out.
+
+    Args:
+        chain: The arm.
+        where: Ends the message, for example "members are elastic".
+
+    Raises:
+        DescriptionError: A module has a joint offset.
+    """
+    for place, module in enumerate(chain.manipulator.modules):
+        if offset := joint_offset(module):
+            raise DescriptionError(
+                None, f"modules.{place}.joint_offset", f"{offset:.4g} m on {module.name}", f"0 where {where}"
+            )
 
 
 def _tube_stiffness(arm: Manipulator, section: str, length: float) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.scene import Scene
-from vgtsim.kinematics import Chain
+from vgtsim.kinematics import Chain, Truss
 from vgtsim.runlog import RunLog
 from vgtsim.statics.cases import find_envelope
 from vgtsim.statics.equilibrium import MemberForces, solve
@@ -28,6 +28,7 @@ from vgtsim.verification.findings import Finding, worst_of
 Array = NDArray[np.float64]
 
 LEAST_FORCE = 1.0  # N; errors are relative to this where an arm without weight carries less
+LEAST_MOMENT = 1.0  # N·m; the same of bending
 
 _SATURATIONS = {1: "flow", 2: "force or pressure", 4: "stroke"}
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
@@ -40,7 +41,7 @@ class Loads:
     Attributes:
         axial: Measured at the near ends, tension positive, shape (T, M), N.
         shear: Measured across the members at the near ends, shape (T, M, 3), N.
-        moment: Measured at the near ends, shape (T, M), N·m.
+        moment: Measured at the near ends, shape (T, M, 3), N·m.
         moving: Expected with inertia, from the method of joints; NaN where the motion is unknown.
         settled: Records at rest, shape (S,).
         resting: Expected for the settled records alone: at rest, or with the inertia of an elastic arm's ringing.
@@ -75,7 +76,7 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
     return Loads(
         axial=log.axial(chain.truss.ends),
         shear=log.shear(chain.truss.ends),
-        moment=np.linalg.norm(log.member_moment, axis=-1),
+        moment=log.member_moment,
         moving=solve(model, log.nodes, motion),
         settled=settled,
         resting=solve(model, log.nodes[settled], at_rest),
@@ -83,14 +84,55 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
 
 
 def check_moment(log: RunLog, chain: Chain, loads: Loads) -> Finding:
-    """Greatest moment at a member's end, N·m."""
-    return worst_of(loads.moment, log.time, chain.truss.member_names)
+    """Greatest moment at the end of a member that has a ball there, N·m."""
+    straight, names = _unbent(chain.truss)
+    return worst_of(np.linalg.norm(loads.moment[:, straight], axis=-1), log.time, names)
 
 
 def check_shear(log: RunLog, chain: Chain, loads: Loads) -> Finding:
-    """Greatest shear at a member's end beyond its share of the member's own weight and inertia, N."""
-    excess = np.linalg.norm(loads.shear - loads.moving.near_transverse, axis=-1)
-    return worst_of(excess, log.time, chain.truss.member_names)
+    """Greatest shear at a member's end beyond its share of the member's own weight and inertia, N.
+
+    Actuators between joint blocks are left to `check_bending`.
+    """
+    straight, names = _unbent(chain.truss)
+    excess = (loads.shear - loads.moving.near_transverse)[:, straight]
+    return worst_of(np.linalg.norm(excess, axis=-1), log.time, names)
+
+
+def _unbent(truss: Truss) -> tuple[NDArray[np.intp], list[str]]:
+    """Members that a joint offset does not bend, and their names."""
+    straight = np.setdiff1d(np.arange(len(truss.members)), truss.ring_actuators)
+    return straight, [truss.member_names[i] for i in straight]
+
+
+def check_bending(log: RunLog, chain: Chain, loads: Loads, *, settled: bool) -> Finding:
+    """Greatest error of what bends an actuator between joint blocks, over the greatest bending moment of the run.
+
+    At the near pin the moment and, times the length, the shear; torsion and moments about the pin are errors.
+
+    Args:
+        log: The run.
+        chain: The arm, with a joint offset.
+        loads: Measured and expected forces.
+        settled: Whether to look at the records at rest alone, or at all of them.
+
+    Returns:
+        The finding; its detail has the greatest moment itself.
+    """
+    pinned, rows = chain.truss.ring_actuators.ravel(), loads.settled if settled else np.arange(len(log.time))
+    expected = loads.resting if settled else loads.moving
+    if not len(rows):
+        return Finding(float("nan"), "none", float("nan"), "the arm never settled")
+    names, ends = [chain.truss.member_names[i] for i in pinned], chain.truss.ends[pinned]
+    length = np.linalg.norm(log.nodes[rows][:, ends[:, 1]] - log.nodes[rows][:, ends[:, 0]], axis=-1)
+    moment = loads.moment[rows][:, pinned]
+    turned = np.linalg.norm(moment - expected.near_moment[:, pinned], axis=-1)
+    pushed = np.linalg.norm(loads.shear[rows][:, pinned] - expected.near_transverse[:, pinned], axis=-1)
+    size = np.linalg.norm(np.stack([expected.near_moment, expected.far_moment])[:, :, pinned], axis=-1).max(axis=0)
+    greatest = worst_of(np.nan_to_num(size), log.time[rows], names)
+    error = np.maximum(turned, pushed * length) / max(greatest.value, LEAST_MOMENT)
+    detail = f"bending moment up to {greatest.value:.4g} N*m in {greatest.where} at {greatest.when:.2f} s"
+    return replace(worst_of(error, log.time[rows], names), detail=detail)
 
 
 def check_axial_settled(log: RunLog, chain: Chain, loads: Loads) -> Finding:
@@ -134,8 +176,16 @@ def find_utilisation(log: RunLog, chain: Chain, scene: Scene, loads: Loads) -> t
         Each mode's, shapes (T, M), and the allowable forces.
     """
     off = loads.axial - loads.moving.near_axial
-    expected = loads.moving
-    forces = replace(expected, bar=expected.bar + off, near_axial=loads.axial, far_axial=expected.far_axial + off)
+    expected, pinned = loads.moving, chain.truss.ring_actuators.ravel()
+    moment = expected.near_moment.copy()
+    moment[:, pinned] = loads.moment[:, pinned]
+    forces = replace(
+        expected,
+        bar=expected.bar + off,
+        near_axial=loads.axial,
+        far_axial=expected.far_axial + off,
+        near_moment=moment,
+    )
     span = log.nodes[:, chain.truss.ends[:, 1]] - log.nodes[:, chain.truss.ends[:, 0]]
     section = make_sections(chain.manipulator, chain.truss)
     ratings = rate(section, np.linalg.norm(span, axis=-1), scene.task.limits.safety_factor)

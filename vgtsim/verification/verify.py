@@ -32,6 +32,8 @@ _POSITION = _Row("tracking_position", "tracking", "tool position at a settled go
 _ANGLE = _Row("tracking_angle", "tracking", "tool direction at a settled goal", "rad")
 _MOMENT = _Row("end_moment", "axial_purity", "moment at a member's end", "N*m")
 _SHEAR = _Row("excess_shear", "axial_purity", "shear beyond own weight and inertia", "N")
+_BENT_AT_REST = _Row("axial_force_settled", "axial_purity", "bending error at rest over largest bending", "1")
+_BENT_MOVING = _Row("axial_force_moving", "axial_purity", "bending error in motion over largest bending", "1")
 _AT_REST = _Row("axial_force_settled", "axial_force", "error at rest over largest force", "1")
 _MOVING = _Row("axial_force_moving", "axial_force", "error in motion over largest force", "1")
 _STROKE = _Row("actuator_stroke", "actuator_stroke", "distance to the end of a stroke", "m", "at least")
@@ -80,6 +82,7 @@ def verify(scene: Scene, log: RunLog) -> Report:
         *_command_rows(scene, log, chain),
         (_MOMENT, loads.check_moment(log, chain, forces)),
         (_SHEAR, loads.check_shear(log, chain, forces)),
+        *_bending_rows(log, chain, forces),
         (_AT_REST, loads.check_axial_settled(log, chain, forces)),
         (_MOVING, loads.check_axial_moving(log, chain, forces)),
         (_DRIVE_AGREEMENT, loads.check_drives(log, chain, forces)),
@@ -121,6 +124,14 @@ def _command_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, F
     if (simulation.drive, simulation.members) != ("rigid", "rigid"):
         return []
     return [(_COMMAND, shape.check_command(log, chain))]
+
+
+def _bending_rows(log: RunLog, chain: Chain, forces: loads.Loads) -> list[tuple[_Row, Finding]]:
+    """Only a joint offset bends members."""
+    if not len(chain.truss.rings):
+        return []
+    both = ((_BENT_AT_REST, True), (_BENT_MOVING, False))
+    return [(row, loads.check_bending(log, chain, forces, settled=settled)) for row, settled in both]
 
 
 def _drive_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
