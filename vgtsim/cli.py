@@ -180,35 +180,32 @@ def size(
     model_file: Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)],
     task: Annotated[Path, typer.Option("--task", help="Scene whose tour and load cases it must stand.")],
     out: Annotated[Path, typer.Option("--out", help="File of the sized arm.")] = Path("sized.toml"),
-    reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.1,
+    reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.05,
     catalogue_file: Annotated[Path | None, typer.Option("--catalogue", help="TOML file [default: built in].")] = None,
+    anywhere: Annotated[
+        bool,
+        typer.Option("--anywhere/--tour-only", help="Stand the load cases in any posture too, full reach all round."),
+    ] = True,
 ) -> None:
     """Choose tubes and cylinders from a catalogue so that nothing is overloaded over a scene's tour and load cases."""
     import dataclasses
 
-    from vgtsim.control.program import make_program
-    from vgtsim.control.sampling import sample_poses
+    from vgtsim.control.design import design_arm
     from vgtsim.description.catalogue import load_catalogue, write_sized_arm
-    from vgtsim.description.scene import LoadCase
-    from vgtsim.mjcf import scene_chain
-    from vgtsim.statics.sizing import size_arm
 
     catalogue = load_catalogue(catalogue_file)
     scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))
-    chain, settings = scene_chain(scene), scene.task
-    with _err.status("planning the tour"):
-        nodes = sample_poses(chain, make_program(scene, chain))
-    cases = (LoadCase(name="run"), *settings.loads)
-    gravity, factor = settings.simulation.gravity, settings.limits.safety_factor
-    found = size_arm(chain, catalogue, nodes, settings.payload, cases, gravity, factor, 1 - reserve)
-    reason = f"least size with {reserve:.0%} in reserve over {settings.name}, {len(cases)} load cases"
-    notes = (catalogue.tube_standard, catalogue.cylinder_standard, reason)
-    write_sized_arm(model_file, out, found.manipulator.tubes, found.manipulator.cylinders, found.chosen, notes)
-    table = Table(
-        "module", "member", "section", "used", title=f"{scene.manipulator.name} sized in {found.passes} passes"
-    )
-    for (module, field), section in found.chosen.items():
-        table.add_row(module, field, section, f"{found.utilisation[module, field]:.2f}")
+    with _err.status("planning tours and choosing sizes"):
+        design = design_arm(scene, catalogue, 1 - reserve, anywhere=anywhere)
+    found, (tour, beside) = design.sizing, design.poses
+    reach = " and in any posture" if anywhere else ""
+    reason = f"{reserve:.0%} in reserve over the tour of {scene.task.name}{reach}, cases {', '.join(design.cases)}"
+    write_sized_arm(model_file, out, found.manipulator, catalogue, reason)
+    title = f"{scene.manipulator.name}: {tour} poses of the tour, {beside} beside it; {found.passes} passes"
+    table = Table("module", "member", "section", "used", title=title)
+    for place, section in found.chosen.items():
+        used = found.utilisation.get(place)
+        table.add_row(*place, section, "tip plate" if used is None else f"{used:.2f}")
     _out.print(table)
     _out.print(f"arm of {found.mass[0]:.0f} kg, now {found.mass[1]:.0f} kg; {out}", soft_wrap=True)
 

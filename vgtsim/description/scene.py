@@ -183,8 +183,10 @@ class LoadCase(Description):
         payload: Factor on the payload's weight.
         dynamic: Factor on all weight, for jerks and sudden stops.
         seismic: Static coefficients along x, y and z of frame G: parts of gravity that act on all masses besides.
+        shaking: The same along any horizontal direction, for each member the worst.
         force: On the tool in frame G, N.
         moment: On the tool in frame G, N·m.
+        reaction: Force on the tool in any direction, for each member the worst, N.
     """
 
     name: Name
@@ -192,8 +194,10 @@ class LoadCase(Description):
     payload: Number = Field(default=1.0, ge=0)
     dynamic: Number = Field(default=1.0, gt=0)
     seismic: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    shaking: Number = Field(default=0.0, ge=0)
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
+    reaction: Force = Field(default=0.0, ge=0)
 
 
 class Limits(Description):
