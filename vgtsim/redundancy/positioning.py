@@ -13,6 +13,7 @@ from vgtsim.errors import GoalError, ObjectiveError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.curvature import lagrangian_curvature
 from vgtsim.redundancy.goals import GoalSpace, evaluate
+from vgtsim.redundancy.hinges import hinge_curvature
 from vgtsim.redundancy.kernel import Kernel, State
 from vgtsim.redundancy.newton import Found, Local, NewtonSettings, minimise
 from vgtsim.redundancy.objectives import Configurations, Objective, StrokeBarrier, WeightedSum, block_diagonal
@@ -104,6 +105,8 @@ class Positioning:
         state = self.kernel.state(self.inputs(z))
         weights = np.zeros_like(state.q) if by_length is None else by_length
         found = lagrangian_curvature(self.kernel, self.goal, state, which, multipliers, weights)
+        at = Configurations(self.chain, self.box, state.q, state.length, state.blocks, which)
+        found += hinge_curvature(self.objective, at)
         if self.reduction is None:
             return found
         T = self.reduction.slope(z)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.kinematics.chain import Chain
-from vgtsim.redundancy.strokes import StrokeBox, bring_inside
 
 Array = NDArray[np.float64]
 
@@ -69,23 +66,19 @@ def bend_all(chain: Chain, angles: Array, direction: float) -> Array:
     return q
 
 
-def seeds(chain: Chain, box: StrokeBox, start: Array, target: Array) -> Iterator[Array]:
+def make_seeds(chain: Chain, start: Array, target: Array) -> Array:
     """Configurations from which to look for a goal, best first.
 
     Args:
         chain: The arm.
-        box: Lengths allowed.
         start: Present configuration, shape (A, 3).
         target: Tool position wanted, in frame G, shape (3,), m.
 
-    Yields:
-        Inputs inside the box, shape (A, 3): the present ones swung to the target's azimuth, the present ones,
-        then bend patterns in the plane of the target.
+    Returns:
+        Inputs, shape (S, A, 3), some perhaps outside the strokes: the present ones swung to the target's azimuth, the
+        present ones, then bend patterns in the plane of the target.
     """
     there = azimuth(chain, target)
-    yield bring_inside(chain, box, swing(start, there - azimuth(chain, chain.tool(start)[0])))
-    yield bring_inside(chain, box, start)
-    stations = np.linspace(0, 1, len(start))
-    for bends in _BENDS:
-        angles = np.radians(np.interp(stations, np.linspace(0, 1, 5), bends))
-        yield bring_inside(chain, box, bend_all(chain, angles, there))
+    stations, marks = np.linspace(0, 1, len(start)), np.linspace(0, 1, 5)
+    patterns = [bend_all(chain, np.radians(np.interp(stations, marks, bends)), there) for bends in _BENDS]
+    return np.array([swing(start, there - azimuth(chain, chain.tool(start)[0])), start, *patterns])
