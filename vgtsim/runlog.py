@@ -132,16 +132,18 @@ class RunLog:
         """
         return np.einsum("tmk,tmk->tm", self.member_force, self.directions(ends))
 
-    def shear(self, ends: NDArray[np.intp]) -> Array:
+    def shear(self) -> Array:
         """Forces across the members at the near ends.
 
-        Args:
-            ends: Node indices of each member, shape (M, 2).
+        Across the members' own axes: seen from the line between its hubs, a member whose far end is a micrometre off
+        would shear by a millionth of its axial force.
 
         Returns:
             Shape (T, M, 3), N, in frame G.
         """
-        return self.member_force - self.axial(ends)[..., None] * self.directions(ends)
+        axis = self.ends[:, :, 1] - self.ends[:, :, 0]
+        axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
+        return self.member_force - np.sum(self.member_force * axis, axis=-1, keepdims=True) * axis
 
 
 _META = ("warnings", "performance", "versions", "stopped")

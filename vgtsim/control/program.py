@@ -143,7 +143,8 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     shapes = [start]
     elastic = None
     if scene.task.simulation.members == "elastic":
-        elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+        simulation = scene.task.simulation
+        elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
         found = solve_goal(chain, goal.name, goal.position, goal.direction, shapes[-1], surroundings, solving)
         q = found.q

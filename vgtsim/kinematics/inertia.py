@@ -73,13 +73,16 @@ class PlateInertia:
         return y + z, x + z, x + y
 
 
-def make_member_inertia(manipulator: Manipulator, truss: Truss, *, split: bool = False) -> MemberInertia:
+def make_member_inertia(
+    manipulator: Manipulator, truss: Truss, *, split: bool = False, lumped: bool = False
+) -> MemberInertia:
     """Work out the segments of every member.
 
     Args:
         manipulator: The arm.
         truss: Its truss.
         split: Whether a tube is cut in the middle into a near and a far half, as an elastic one is.
+        lumped: Whether the members' mass sits in the hubs, see `make_hub_masses`: then they have none.
 
     Returns:
         Arrays over the members of the truss. A tube runs from hub to hub. A barrel is uniform between its eye
@@ -87,6 +90,8 @@ def make_member_inertia(manipulator: Manipulator, truss: Truss, *, split: bool =
         it.
     """
     segments = np.zeros((len(truss.members), 2, 4))
+    if lumped:
+        return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
     for row, member, length in zip(segments, truss.members, _straight_lengths(manipulator, truss), strict=True):
         if member.role == "actuator":
             row[:] = _cylinder_segments(manipulator, manipulator.cylinders[member.section])
@@ -95,6 +100,24 @@ def make_member_inertia(manipulator: Manipulator, truss: Truss, *, split: bool =
         else:
             row[0] = _tube_segment(manipulator, manipulator.tubes[member.section], float(length))
     return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
+
+
+def make_hub_masses(manipulator: Manipulator, truss: Truss, *, lumped: bool = False) -> Array:
+    """Work out what every node weighs.
+
+    Args:
+        manipulator: The arm.
+        truss: Its truss.
+        lumped: Whether the members' mass sits in their hubs: half of each tube in either, a barrel in the near one, a
+            rod in the far one.
+
+    Returns:
+        Shape (N,), kg.
+    """
+    mass = np.full(len(truss.nodes), manipulator.hub_mass)
+    if lumped:
+        np.add.at(mass, truss.ends, make_member_inertia(manipulator, truss, split=True).mass)
+    return mass
 
 
 def make_plate_inertia(manipulator: Manipulator) -> PlateInertia:

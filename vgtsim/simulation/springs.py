@@ -107,7 +107,7 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, scene:
         DescriptionError: The damping ratio is below what the step can hold.
     """
     task, truss = scene.task, chain.truss
-    elastic = make_elastic_model(chain, task.payload, task.simulation.gravity)
+    elastic = make_elastic_model(chain, task.payload, task.simulation.gravity, lumped=task.simulation.lumped)
     excess = find_damping_time(elastic, nodes, scene) - task.simulation.timestep
     actuators = [truss.members[i].name for i in truss.actuated]
     tubes = [member.name for member in truss.members if member.role != "actuator"]

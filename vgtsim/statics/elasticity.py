@@ -74,7 +74,7 @@ class ElasticModel:
         return self.stiffness(np.linalg.norm(n[..., ends[:, 1], :] - n[..., ends[:, 0], :], axis=-1))
 
 
-def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> ElasticModel:
+def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped: bool = False) -> ElasticModel:
     """Collect stiffnesses and masses from the description.
 
     A tube is EA/L from hub to hub. A cylinder is its oil, trapped on both sides of the piston by lock valves, in series
@@ -84,6 +84,7 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
         chain: The arm.
         payload: What it carries.
         gravity: Downward, along -z of frame G, m/s².
+        lumped: Whether the members' mass sits in their hubs.
 
     Returns:
         The model.
@@ -107,7 +108,7 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
         else:
             spring[index] = _tube_stiffness(arm, member.section, float(length[index]))
     model = ElasticModel(
-        make_load_model(chain, payload, gravity, split=True),
+        make_load_model(chain, payload, gravity, split=True, lumped=lumped),
         spring,
         np.array(rods),
         np.array(oil).reshape(-1, 2).T,

@@ -16,7 +16,13 @@ from numpy.typing import NDArray
 
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.inertia import MemberInertia, PlateInertia, make_member_inertia, make_plate_inertia
+from vgtsim.kinematics.inertia import (
+    MemberInertia,
+    PlateInertia,
+    make_hub_masses,
+    make_member_inertia,
+    make_plate_inertia,
+)
 from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.motion import Motion
 
@@ -33,7 +39,7 @@ class LoadModel:
         plate: The tip plate.
         face_side: Side b of the tip plate, m.
         tool_offset: Distance of the payload's centre from the last face along its normal, m.
-        hub_mass: Of each node, kg.
+        hub_mass: Of the nodes, with the members' mass where it is lumped, shape (N,), kg.
         payload: The ball at the tool point.
         gravity: Acceleration of gravity in frame G, shape (3,), m/s².
     """
@@ -43,15 +49,14 @@ class LoadModel:
     plate: PlateInertia
     face_side: float
     tool_offset: float
-    hub_mass: float
+    hub_mass: Array
     payload: Payload
     gravity: Array
 
     @property
     def mass(self) -> float:
         """Mass of the arm with hubs and payload, kg."""
-        hubs = self.hub_mass * len(self.truss.nodes)
-        return float(self.members.mass.sum()) + hubs + self.plate.mass + self.payload.mass
+        return float(self.members.mass.sum() + self.hub_mass.sum()) + self.plate.mass + self.payload.mass
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,9 @@ class MemberLoads:
     far: Array
 
 
-def make_load_model(chain: Chain, payload: Payload, gravity: float, *, split: bool = False) -> LoadModel:
+def make_load_model(
+    chain: Chain, payload: Payload, gravity: float, *, split: bool = False, lumped: bool = False
+) -> LoadModel:
     """Collect masses from the description.
 
     Args:
@@ -77,20 +84,21 @@ def make_load_model(chain: Chain, payload: Payload, gravity: float, *, split: bo
         payload: What it carries.
         gravity: Downward, along -z of frame G, m/s².
         split: Whether each tube is two halves that move with their own hubs along it, as elastic members do.
+        lumped: Whether the members' mass sits in their hubs: then a member carries one axial force and nothing else.
 
     Returns:
         The load model.
     """
     arm = chain.manipulator
-    down = np.array([0.0, 0.0, -gravity])
-    down.flags.writeable = False
+    down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(arm, chain.truss, lumped=lumped)
+    down.flags.writeable = hubs.flags.writeable = False
     return LoadModel(
         truss=chain.truss,
-        members=make_member_inertia(arm, chain.truss, split=split),
+        members=make_member_inertia(arm, chain.truss, split=split, lumped=lumped),
         plate=make_plate_inertia(arm),
         face_side=arm.face_side,
         tool_offset=arm.tip_plate.tool_offset,
-        hub_mass=arm.hub_mass,
+        hub_mass=hubs,
         payload=payload,
         gravity=down,
     )
@@ -198,7 +206,7 @@ def hub_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> A
         forces that are equivalent to it.
     """
     acceleration = np.zeros(nodes.shape) if motion is None else motion.acceleration
-    force = model.hub_mass * (model.gravity - acceleration)
+    force = model.hub_mass[:, None] * (model.gravity - acceleration)
     force[..., model.truss.tip, :] += _tip_forces(model, nodes, motion)
     return force
 
