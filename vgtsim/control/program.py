@@ -15,7 +15,7 @@ from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import start_inputs
 from vgtsim.redundancy.solver import SolverSettings, solve_goal
 from vgtsim.redundancy.surroundings import Surroundings
-from vgtsim.statics.elasticity import ElasticModel, make_elastic_model
+from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
 
@@ -145,6 +145,7 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     if scene.task.simulation.members == "elastic":
         simulation = scene.task.simulation
         elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
+        elastic = hold_cylinders(elastic, simulation)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
         found = solve_goal(chain, goal.name, goal.position, goal.direction, shapes[-1], surroundings, solving)
         q = found.q

@@ -147,6 +147,8 @@ class Simulation(Description):
         damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture; proportional to
             stiffness, so faster modes are damped more. 0 for as little as the step can hold.
         valve_gain: Speed of a hydraulic cylinder per length error, 1/s.
+        swing_gain: Speed per elastic stretch of oil and rod by what the load differs from its mean, 1/s: damps the arm.
+        swing_memory: Time over which that mean is taken, s.
         lock_band: Length error below which a cylinder at rest is locked, m.
     """
 
@@ -161,6 +163,8 @@ class Simulation(Description):
     member_mass: Literal["distributed", "lumped"] = "distributed"
     damping_ratio: Number = Field(default=0.02, ge=0, lt=1)
     valve_gain: Frequency = Field(default=1.0, gt=0)
+    swing_gain: Annotated[float, Field(ge=0)] = 0.0
+    swing_memory: Time = Field(default=1.0, gt=0)
     lock_band: Length = Field(default=5e-5, ge=0)
 
     @property

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.scene import Payload
+from vgtsim.description.scene import Payload, Simulation
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.truss import Truss
@@ -17,6 +17,7 @@ from vgtsim.statics.loads import LoadModel, make_load_model
 
 Array = NDArray[np.float64]
 
+_HELD = 1e12  # N/m, of a cylinder that is held at its length: 0.1 micrometre under 1e5 N
 TRAPPED = 0.005  # oil left beside the piston at either end of the stroke, m: ports and cushions
 
 
@@ -116,6 +117,23 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped
     )
     _require_stiffness(model)
     return model
+
+
+def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
+    """The same arm as its drives hold it at rest.
+
+    Args:
+        model: Masses and stiffnesses.
+        simulation: Says what drives the cylinders.
+
+    Returns:
+        The model with cylinders whose stiffness is that of their drive: oil and rod under imposed unloaded lengths, the
+        servo's, or as good as rigid where valves make up for what the oil gives.
+    """
+    if simulation.drive == "rigid":
+        return model
+    stiffness = simulation.servo_stiffness if simulation.drive == "servo" else _HELD
+    return replace(model, rod=np.full(model.rod.shape, stiffness), oil=np.full(model.oil.shape, np.inf))
 
 
 def _tube_stiffness(arm: Manipulator, section: str, length: float) -> float:
