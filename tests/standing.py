@@ -34,9 +34,9 @@ class Standing:
     forces: np.ndarray
 
 
-def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False) -> Standing:
+def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lumped: bool = False) -> Standing:
     """Hold each of the poses until it is still; `moved` comes to each from the one before through all between."""
-    spec = build_arm_spec(manipulator, STEP)
+    spec = build_arm_spec(manipulator, STEP, lumped=lumped)
     for geom in spec.geoms:
         geom.contype = geom.conaffinity = 0
     model = spec.compile()
@@ -66,16 +66,17 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False) -> S
                 break
         mujoco.mj_step(model, data)
         recorder.record(data, wanted[k], data.qvel[recorder.at.slide], 0, True)
-    return _measure(chain, recorder.arrays())
+    return _measure(chain, recorder.arrays(), lumped)
 
 
-def _measure(chain: Chain, log: dict) -> Standing:
+def _measure(chain: Chain, log: dict, lumped: bool) -> Standing:
     truss = chain.truss
     q = chain.inputs_from_lengths(log["actual"].reshape(-1, *chain.length_shape))
-    along = log["nodes"][:, truss.ends[:, 1]] - log["nodes"][:, truss.ends[:, 0]]
+    along = log["ends"][:, :, 1] - log["ends"][:, :, 0]
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     axial = np.einsum("tmk,tmk->tm", log["member_force"], along)
-    expected = solve(make_load_model(chain, Payload(mass=0.0, radius=0.1), 9.80665), log["nodes"])
+    model = make_load_model(chain, Payload(mass=0.0, radius=0.1), 9.80665, lumped=lumped)
+    expected = solve(model, log["nodes"])
     shear = log["member_force"] - axial[..., None] * along - expected.near_transverse
     largest = np.abs(expected.near_axial).max(axis=-1, keepdims=True)
     return Standing(

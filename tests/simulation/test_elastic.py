@@ -179,7 +179,7 @@ def potential(model, nodes):
     corner = nodes[truss.tip]
     normal = np.cross(corner[0] - corner[2], corner[1] - corner[2])
     tool = corner.mean(axis=0) + model.loads.tool_offset * normal / np.linalg.norm(normal)
-    rest = model.loads.hub_mass * nodes[:, 2].sum() + model.loads.plate.mass * corner[:, 2].mean()
+    rest = model.loads.hub_mass @ nodes[:, 2] + model.loads.plate.mass * corner[:, 2].mean()
     return g * (members.sum() + rest + model.loads.payload.mass * tool[2])
 
 

@@ -14,7 +14,7 @@ from vgtsim.control.timing import make_limits, time_lengths
 from vgtsim.description.scene import Goal, Scene
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import start_inputs
-from vgtsim.statics.elasticity import ElasticModel, make_elastic_model
+from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
 
@@ -138,7 +138,9 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     shapes = [start]
     elastic = None
     if scene.task.simulation.members == "elastic":
-        elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+        simulation = scene.task.simulation
+        elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
+        elastic = hold_cylinders(elastic, simulation)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
         q = _configuration(scene, chain, goal, shapes[-1])
         if elastic is not None:

@@ -159,9 +159,13 @@ class Simulation(Description):
         servo_damping: Damping of the position servos, N·s/m.
         members: Whether members keep their lengths (`rigid`) or are springs along their axes (`elastic`); under the
             `rigid` drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
+        member_mass: Whether a member's mass is spread along it (`distributed`) or sits in its two hubs (`lumped`), which
+            leaves it a massless bar.
         damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture; proportional to
             stiffness, so faster modes are damped more. 0 for as little as the step can hold.
         valve_gain: Speed of a hydraulic cylinder per length error, 1/s.
+        swing_gain: Speed per elastic stretch of oil and rod by what the load differs from its mean, 1/s: damps the arm.
+        swing_memory: Time over which that mean is taken, s.
         lock_band: Length error below which a cylinder at rest is locked, m.
     """
 
@@ -173,9 +177,17 @@ class Simulation(Description):
     servo_stiffness: Annotated[float, Field(gt=0)] = 1e8
     servo_damping: Annotated[float, Field(gt=0)] = 1e6
     members: Literal["rigid", "elastic"] = "rigid"
+    member_mass: Literal["distributed", "lumped"] = "distributed"
     damping_ratio: Number = Field(default=0.02, ge=0, lt=1)
     valve_gain: Frequency = Field(default=1.0, gt=0)
+    swing_gain: Annotated[float, Field(ge=0)] = 0.0
+    swing_memory: Time = Field(default=1.0, gt=0)
     lock_band: Length = Field(default=5e-5, ge=0)
+
+    @property
+    def lumped(self) -> bool:
+        """Whether the members' mass sits in their hubs."""
+        return self.member_mass == "lumped"
 
     @model_validator(mode="after")
     def _oil_is_elastic(self) -> Simulation:
@@ -227,6 +239,7 @@ class Limits(Description):
         tracking_angle: Tool direction from a settled goal, rad.
         end_moment: Moment at a member's end, N·m.
         excess_shear: Shear beyond the member's own weight and inertia, N.
+        lumped_shear: Shear of a member whose mass sits in its hubs, N.
         axial_force_settled: Error over the largest force, at rest.
         axial_force_moving: The same in motion.
         member_utilisation: Demand over capacity.
@@ -244,6 +257,7 @@ class Limits(Description):
     tracking_angle: Angle = Field(gt=0)
     end_moment: Moment = Field(gt=0)
     excess_shear: Force = Field(gt=0)
+    lumped_shear: Force = Field(default=1e-6, gt=0)
     axial_force_settled: Number = Field(gt=0)
     axial_force_moving: Number = Field(gt=0)
     member_utilisation: Number = Field(gt=0)

@@ -8,12 +8,20 @@ from numpy.typing import NDArray
 
 from vgtsim.description.sections import Cylinder
 from vgtsim.kinematics import Chain, Member
-from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia
+from vgtsim.kinematics.inertia import MemberInertia, make_hub_masses, make_member_inertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.pose import pinned_rotation, quaternions_to
 from vgtsim.mjcf.rigging import Rigging, part_bits
 from vgtsim.mjcf.ring import Seat, add_blocks, pin_barrel, pin_rod
-from vgtsim.mjcf.rows import SERVO_GROUP, SOLIMP, SOLREF_RATIO, SOLREF_STEPS, hold_sites
+from vgtsim.mjcf.rows import (
+    LEAST_INERTIA,
+    LEAST_MASS,
+    SERVO_GROUP,
+    SOLIMP,
+    SOLREF_RATIO,
+    SOLREF_STEPS,
+    hold_sites,
+)
 from vgtsim.mjcf.tip import add_tip
 
 Array = NDArray[np.float64]
@@ -44,11 +52,13 @@ def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
     """
     _add_defaults(spec)
     nodes = chain.nodes(rigging.reference)
-    seats = {node: Seat(hub, np.zeros(3), np.eye(3)) for node, hub in _add_mast(spec, chain, nodes, rigging).items()}
-    seats |= {node: Seat(hub, np.zeros(3), np.eye(3)) for node, hub in _add_hubs(spec, chain, nodes).items()}
+    hubs = _add_mast(spec, chain, nodes, rigging)
+    hubs |= _add_hubs(spec, chain, nodes)
+    _weigh_hubs(hubs, chain, rigging)
+    seats = {node: Seat(hub, np.zeros(3), np.eye(3)) for node, hub in hubs.items()}
     seats |= add_blocks(spec, chain, nodes)
     add_tip(spec, chain, nodes, rigging)
-    inertia = make_member_inertia(chain.manipulator, chain.truss, split=rigging.elastic)
+    inertia = make_member_inertia(chain.manipulator, chain.truss, split=rigging.elastic, lumped=rigging.lumped)
     for index, member in enumerate(chain.truss.members):
         _add_member(spec, chain, index, member, nodes, seats[member.ends[0]], inertia, rigging)
 
@@ -107,9 +117,6 @@ def _set_pipe_inertia(body: mujoco.MjsBody, radius: float, wall: float, length: 
 
 def _dress_hub(spec: mujoco.MjSpec, body: mujoco.MjsBody, chain: Chain, node: int) -> None:
     arm, name = chain.manipulator, chain.truss.nodes[node]
-    inertia = 0.4 * arm.hub_mass * arm.hub.radius**2
-    body.explicitinertial = True
-    body.mass, body.inertia = arm.hub_mass, [inertia] * 3
     bits = part_bits(chain, int(chain.truss.node_module[node]))
     body.add_geom(
         name=name,
@@ -119,6 +126,14 @@ def _dress_hub(spec: mujoco.MjSpec, body: mujoco.MjsBody, chain: Chain, node: in
         **bits,
     )
     body.add_site(name=name)
+
+
+def _weigh_hubs(hubs: dict[int, mujoco.MjsBody], chain: Chain, rigging: Rigging) -> None:
+    arm = chain.manipulator
+    inertia = 0.4 * arm.hub_mass * arm.hub.radius**2
+    for node, mass in zip(hubs, make_hub_masses(arm, chain.truss, lumped=rigging.lumped)[list(hubs)], strict=True):
+        hubs[node].explicitinertial = True
+        hubs[node].mass, hubs[node].inertia = mass, [inertia] * 3
 
 
 def _add_hubs(spec: mujoco.MjSpec, chain: Chain, nodes: Array) -> dict[int, mujoco.MjsBody]:
@@ -196,9 +211,10 @@ def _add_tube(
 
 
 def _set_inertia(body: mujoco.MjsBody, inertia: MemberInertia, segment: tuple[int, int], outward: float) -> None:
-    transverse, axial = inertia.centroidal[segment]
+    transverse, axial = np.maximum(inertia.centroidal[segment], LEAST_INERTIA)
     body.explicitinertial = True
-    body.mass, body.ipos = inertia.mass[segment], [0, 0, outward * inertia.centre[segment]]
+    body.mass = max(inertia.mass[segment], LEAST_MASS)
+    body.ipos = [0, 0, outward * inertia.centre[segment]]
     body.inertia = [transverse, transverse, axial]
 
 

@@ -76,6 +76,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
         servo_stiffness=task.simulation.servo_stiffness,
         servo_damping=task.simulation.servo_damping,
         elastic=task.simulation.members == "elastic",
+        lumped=task.simulation.lumped,
     )
     spec = _start_spec(task.name, step, task.simulation.gravity, task.simulation.weight_scale)
     if rigging.elastic and task.simulation.drive != "servo":
@@ -88,12 +89,13 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
     return spec
 
 
-def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) -> mujoco.MjSpec:
+def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *, lumped: bool = False) -> mujoco.MjSpec:
     """Lay out an arm alone, hanging over an empty floor.
 
     Args:
         manipulator: The arm.
         timestep: s.
+        lumped: Whether the members' mass sits in their hubs.
 
     Returns:
         The specification, with keyframes `straight`, `reach` (see `reach_pose`) and, of an arm that stows, `stowed`.
@@ -116,6 +118,7 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
         timestep=timestep,
         servo_stiffness=1e8,
         servo_damping=1e6,
+        lumped=lumped,
     )
     spec = _start_spec(manipulator.name, timestep, gravity=9.80665, weight_scale=HOLDING_WEIGHTS)
     add_arm(spec, chain, rigging)

@@ -20,6 +20,7 @@ from vgtsim.kinematics.inertia import (
     MemberInertia,
     PlateInertia,
     make_block_inertia,
+    make_hub_masses,
     make_member_inertia,
     make_plate_inertia,
 )
@@ -40,7 +41,7 @@ class LoadModel:
         plate: The tip plate.
         face_side: Side b of the tip plate, m.
         tool_offset: Distance of the payload's centre from the last face along its normal, m.
-        hub_mass: Of the ball at each node, kg.
+        hub_mass: Of the nodes, with the members' mass where it is lumped, shape (N,), kg.
         payload: The ball at the tool point.
         gravity: Acceleration of gravity in frame G, shape (3,), m/s².
     """
@@ -51,16 +52,18 @@ class LoadModel:
     plate: PlateInertia
     face_side: float
     tool_offset: float
-    hub_mass: float
+    hub_mass: Array
     payload: Payload
     gravity: Array
 
     @property
     def mass(self) -> float:
         """Mass of the arm with hubs and payload, kg."""
-        hubs = self.hub_mass * int(self.truss.hubs.sum())
-        parts = float(self.members.mass.sum() + self.blocks.mass.sum())
-        return parts + hubs + self.plate.mass + self.payload.mass
+        return (
+            float(self.members.mass.sum() + self.blocks.mass.sum() + self.hub_mass.sum())
+            + self.plate.mass
+            + self.payload.mass
+        )
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,9 @@ class MemberLoads:
     far: Array
 
 
-def make_load_model(chain: Chain, payload: Payload, gravity: float, *, split: bool = False) -> LoadModel:
+def make_load_model(
+    chain: Chain, payload: Payload, gravity: float, *, split: bool = False, lumped: bool = False
+) -> LoadModel:
     """Collect masses from the description.
 
     Args:
@@ -86,21 +91,22 @@ def make_load_model(chain: Chain, payload: Payload, gravity: float, *, split: bo
         payload: What it carries.
         gravity: Downward, along -z of frame G, m/s².
         split: Whether each tube is two halves that move with their own hubs along it, as elastic members do.
+        lumped: Whether the members' mass sits in their hubs: then a member carries one axial force and nothing else.
 
     Returns:
         The load model.
     """
     arm = chain.manipulator
-    down = np.array([0.0, 0.0, -gravity])
-    down.flags.writeable = False
+    down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(arm, chain.truss, lumped=lumped)
+    down.flags.writeable = hubs.flags.writeable = False
     return LoadModel(
         truss=chain.truss,
-        members=make_member_inertia(arm, chain.truss, split=split),
+        members=make_member_inertia(arm, chain.truss, split=split, lumped=lumped),
         blocks=make_block_inertia(arm, chain.truss),
         plate=make_plate_inertia(arm),
         face_side=arm.face_side,
         tool_offset=arm.tip_plate.tool_offset,
-        hub_mass=arm.hub_mass,
+        hub_mass=hubs,
         payload=payload,
         gravity=down,
     )
@@ -218,7 +224,7 @@ def hub_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> A
         forces that are equivalent to it.
     """
     acceleration = np.zeros(nodes.shape) if motion is None else motion.acceleration
-    force = model.hub_mass * model.truss.hubs[:, None] * (model.gravity - acceleration)
+    force = model.hub_mass[:, None] * (model.gravity - acceleration)
     force[..., model.truss.tip, :] += _tip_forces(model, nodes, motion)
     return force
 

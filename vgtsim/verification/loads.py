@@ -67,7 +67,13 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
         Both.
     """
     simulation = scene.task.simulation
-    model = make_load_model(chain, scene.task.payload, simulation.gravity, split=simulation.members == "elastic")
+    model = make_load_model(
+        chain,
+        scene.task.payload,
+        simulation.gravity,
+        split=simulation.members == "elastic",
+        lumped=simulation.lumped,
+    )
     motion = motion_from_log(log.time, log.nodes)
     settled = np.flatnonzero(log.settled)
     # an elastic arm still rings a little when it counts as settled
@@ -75,7 +81,7 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
     at_rest = Motion(motion.velocity[settled], motion.acceleration[settled]) if ringing else None
     return Loads(
         axial=log.axial(chain.truss.ends),
-        shear=log.shear(chain.truss.ends),
+        shear=log.shear(),
         moment=log.member_moment,
         moving=solve(model, log.nodes, motion),
         settled=settled,
@@ -213,7 +219,8 @@ def check_cases(log: RunLog, chain: Chain, scene: Scene) -> tuple[Finding, Findi
     if not scene.task.loads:
         return None
     picked = np.unique(np.linspace(0, len(log.time) - 1, min(len(log.time), _CASE_POSES)).astype(int))
-    model = make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    simulation = scene.task.simulation
+    model = make_load_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
     section = make_sections(chain.manipulator, chain.truss)
     worst = find_envelope(model, section, log.nodes[picked], scene.task.loads, scene.task.limits.safety_factor)
     found = []

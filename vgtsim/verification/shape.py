@@ -65,7 +65,8 @@ def check_settled_shape(log: RunLog, chain: Chain, scene: Scene) -> Finding:
         return Finding(float("nan"), "none", float("nan"), "the arm never settled: no instant to compare")
     picked = np.unique(settled[np.linspace(0, len(settled) - 1, min(len(settled), _SETTLED)).astype(int)])
     motion = motion_from_log(log.time, log.nodes)
-    elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    simulation = scene.task.simulation
+    elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
     velocity, acceleration = motion.velocity[picked], motion.acceleration[picked]
     try:
         known = np.isfinite(acceleration)
