@@ -7,9 +7,9 @@ import pytest
 
 from vgtsim.errors import ReachError
 from vgtsim.geometry import segment_distance
+from vgtsim.kinematics.bending import bend_all, swing
 from vgtsim.redundancy import SolverSettings, Surroundings, descent, solve_goal
 from vgtsim.redundancy.problem import Problem
-from vgtsim.redundancy.seeds import bend_all, swing
 from vgtsim.redundancy.strokes import bring_inside, make_box
 
 GOAL = 1e-9  # the accuracy a solved goal is promised to have, m and rad
@@ -129,7 +129,7 @@ def test_planar_goal_has_a_planar_solution(hanging_arm, posture):
 def test_swing_turns_the_tool_about_the_mast(hanging_arm):
     q, angle = random_inputs(hanging_arm, np.random.default_rng(5), 0.1), 0.7
     position, direction = hanging_arm.tool(q)
-    turned_position, turned_direction = hanging_arm.tool(swing(q, angle))
+    turned_position, turned_direction = hanging_arm.tool(swing(hanging_arm, q, angle))
     cos, sin = np.cos(-angle), np.sin(-angle)  # z of the hanging base points down
     turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
     np.testing.assert_allclose(turned_position, turn @ position, atol=ROUNDING)

@@ -78,8 +78,8 @@ class Answer:
     """What was found.
 
     Attributes:
-        q: Inputs, shape (A, 3).
-        lengths: Of the actuators, shape (A, 3), m.
+        q: Inputs, shape (*q).
+        lengths: Of the actuators, shape (*l), m.
         rows: Desired, reached and residual of every goal row.
         facts: Objective, iterations, condition number and what binds, by name.
     """
@@ -102,15 +102,10 @@ def solve_request(chain: Chain, request: Request, scene: Scene | None = None) ->
         The answer.
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene; or the arm has modules other than double
-            octahedra and prisms.
+        DescriptionError: An objective is not known, or needs a scene.
         GoalError: The goal is no goal.
         ReachError: It is not met.
     """
-    others = [module.name for module in chain.manipulator.modules if module.kind not in ("double_octahedral", "prism")]
-    if others:
-        allowed = "an arm of double octahedra and prisms: other modules cannot be positioned yet"
-        raise DescriptionError(None, "modules", f"{chain.manipulator.name} with {', '.join(others)}", allowed)
     box = make_box(chain, scene.task.motion.stroke_margin if scene else _MARGIN)
     goal = tool_goal(request.position, request.direction)
     objective = make_objective(chain, goal, request.objectives, scene)
@@ -119,18 +114,20 @@ def solve_request(chain: Chain, request: Request, scene: Scene | None = None) ->
     problem = Positioning(chain, box, goal, objective)
     extra: Facts = {}
     if request.method is Method.SHAPE:
-        shape = solve_shape(chain, box, request.position, request.direction)
+        shape = solve_shape(chain, box, request.position, request.direction, objective=objective)
         found = shape.solution
         extra["tangent magnitudes, m"] = str(np.round(shape.magnitudes, 3))
         extra["fit beyond strokes, m"] = shape.overrun
     elif request.method is Method.ANCHORED:
         begin = solve_anywhere(Positioning(chain, box, goal), start).q[0]
-        cycle = anchor_successively(problem, begin, min(_FREE, len(begin)), settings)
+        cycle = anchor_successively(problem, begin, min(_FREE, len(chain.layout.names)), settings)
         found = cycle.solution
         extra["stages"] = cycle.stages
     else:
         if request.method is Method.COUPLED:
-            problem = Positioning(chain, box, goal, objective, reduction=couple(chain.straight, _pairs(len(start))))
+            row, owner = chain.straight.ravel(), chain.layout.owner
+            reduction = couple(row, _pairs(len(chain.layout.names)), owner=owner)
+            problem = Positioning(chain, box, goal, objective, reduction=reduction)
             start = chain.straight
         found = solve_anywhere(problem, start, settings)
     return _answer(chain, box, goal, found, objective.name, extra)

@@ -11,8 +11,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.control.trajectory import Corridor, assemblable, smooth
 from vgtsim.errors import AssemblyError, PathError
+from vgtsim.kinematics.bending import azimuth, bend_all, swing
 from vgtsim.kinematics.chain import Chain
-from vgtsim.redundancy.seeds import azimuth, bend_all, swing
 from vgtsim.redundancy.strokes import centre, make_box
 from vgtsim.redundancy.surroundings import Surroundings
 
@@ -116,17 +116,17 @@ def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator
     at, to = azimuth(chain, chain.tool(first)[0]), azimuth(chain, chain.tool(last)[0])
     near = float(np.mod(to - at + np.pi, 2 * np.pi) - np.pi)
     far = near - np.copysign(2 * np.pi, near)
-    shape_first, shape_last = swing(first, -at), swing(last, -to)
+    shape_first, shape_last = swing(chain, first, -at), swing(chain, last, -to)
     plain = part[:, None, None]
     direct = (1 - plain) * shape_first + plain * shape_last
-    swung = [swing(direct, at + part * angle) for angle in (near, far)]
+    swung = [swing(chain, direct, at + part * angle) for angle in (near, far)]
     straight = (1 - plain) * first + plain * last
     yield [straight, swung[0]] if abs(near) > _SWING else [straight]
     yield [swung[1]]
     stations = np.interp(np.linspace(0, 1, len(first)), np.linspace(0, 1, len(_TUCKED)), np.radians(_TUCKED))
     tucked = bend_all(chain, stations, 0.0)
     rise = np.sin(np.pi * part)[:, None, None] ** 2
-    ways = [swing((1 - rise) * direct + rise * tucked, at + part * angle) for angle in (near, far)]
+    ways = [swing(chain, (1 - rise) * direct + rise * tucked, at + part * angle) for angle in (near, far)]
     for way in ways:
         way[0], way[-1] = first, last
     yield ways

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.bending import azimuth
 from vgtsim.kinematics.chain import Chain
-from vgtsim.redundancy.seeds import azimuth
 from vgtsim.redundancy.strokes import StrokeBox
 from vgtsim.redundancy.surroundings import Surroundings
 

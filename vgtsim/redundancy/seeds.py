@@ -1,4 +1,4 @@
-"""Configurations to start from: the arm swung about its mast, and a few ways to spread its bends."""
+"""Configurations to look for a goal from: the arm swung about its mast, and a few ways to spread its bends."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.bending import azimuth, bend_all, swing
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.strokes import StrokeBox, bring_inside
 
@@ -19,54 +20,6 @@ _BENDS = (
     (40.0, 38.0, 25.0, -20.0, -35.0),
     (20.0, 30.0, 30.0, 30.0, 30.0),
 )
-
-
-def azimuth(chain: Chain, point: Array) -> float:
-    """Direction of a point from the mast's axis.
-
-    Args:
-        chain: The arm.
-        point: In frame G, shape (3,), m.
-
-    Returns:
-        Angle about Z of B_1 from X of B_1, rad; zero for a point on the axis.
-    """
-    local = chain.mount[:3, :3].T @ (point - chain.mount[:3, 3])
-    return float(np.arctan2(local[1], local[0])) if np.hypot(local[0], local[1]) > 1e-6 else 0.0
-
-
-def swing(q: Array, angle: float | Array) -> Array:
-    """Swing the arm's centre line about the mast's axis.
-
-    Turning every mid-plane's normal about Z turns each module's transform about Z; prisms commute with it.
-
-    Args:
-        q: Inputs, shape (..., A, 3).
-        angle: About Z of B_1, scalar or shape (...), rad.
-
-    Returns:
-        Inputs, shape (..., A, 3).
-    """
-    cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
-    x, y = q[..., 0], q[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y, np.broadcast_to(q[..., 2], (cos * x).shape)], axis=-1)
-
-
-def bend_all(chain: Chain, angles: Array, direction: float) -> Array:
-    """Bend the modules in one plane through the mast's axis.
-
-    Args:
-        chain: The arm.
-        angles: Bend of each active module, shape (A,), rad; positive away from the mast.
-        direction: Azimuth of the plane in B_1, rad.
-
-    Returns:
-        Inputs at the straight extension, shape (A, 3).
-    """
-    q = np.array(chain.straight)
-    q[:, 0] = np.sin(angles / 2) * np.cos(direction)
-    q[:, 1] = np.sin(angles / 2) * np.sin(direction)
-    return q
 
 
 def seeds(chain: Chain, box: StrokeBox, start: Array, target: Array) -> Iterator[Array]:
@@ -83,7 +36,7 @@ def seeds(chain: Chain, box: StrokeBox, start: Array, target: Array) -> Iterator
         then bend patterns in the plane of the target.
     """
     there = azimuth(chain, target)
-    yield bring_inside(chain, box, swing(start, there - azimuth(chain, chain.tool(start)[0])))
+    yield bring_inside(chain, box, swing(chain, start, there - azimuth(chain, chain.tool(start)[0])))
     yield bring_inside(chain, box, start)
     stations = np.linspace(0, 1, len(start))
     for bends in _BENDS:
