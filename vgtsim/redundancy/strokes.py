@@ -115,8 +115,7 @@ def room(kernel: Kernel, box: StrokeBox, q: Array) -> Array:
     for place in layout.places:
         mine = np.arange(len(layout.names))[place.active]
         owner[place.lengths[place.modules.actuated]] = np.repeat(mine, place.modules.actuated.sum(axis=1))
-    least = np.full((len(q), len(layout.names)), np.inf)
-    np.minimum.at(least, (slice(None), owner), spare)
+    least = np.stack([spare[:, owner == a].min(axis=1) for a in range(len(layout.names))], axis=1)
     return np.where(state.valid, least, -np.inf)
 
 
