@@ -14,9 +14,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from vgtsim import __version__
-from vgtsim.control.inverse import Method
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
+from vgtsim.description.resolution import Method
 from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
 from vgtsim.runlog import RunLog, load_run
 from vgtsim.verification.report import Report

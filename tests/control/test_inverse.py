@@ -7,7 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 from vgtsim.cli import app
-from vgtsim.control.inverse import Method, Request, answer_as_json, make_objective, solve_request
+from vgtsim.control.inverse import Request, answer_as_json, solve_request
+from vgtsim.control.objectives import make_objective
+from vgtsim.description.resolution import Method
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.redundancy.goals import tool_goal

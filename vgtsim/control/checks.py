@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.control.riser import check_riser
+from vgtsim.description.modules import Octahedral
 from vgtsim.description.scene import Scene
-from vgtsim.errors import AssemblyError
+from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.double_octahedron import Geometry, length_jacobian, midplane_from_lengths
+from vgtsim.kinematics.sampling import check_strokes
 from vgtsim.kinematics.start import start_inputs
 from vgtsim.redundancy.strokes import make_box
 from vgtsim.redundancy.surroundings import Surroundings
@@ -43,14 +45,26 @@ def check_scene(scene: Scene, chain: Chain) -> None:
         chain: Its arm on its mast.
 
     Raises:
-        DescriptionError: A module does not assemble over its strokes; the stowed arm does not pass the riser;
+        DescriptionError: A module has static longerons, or does not assemble over its strokes; the
+            stowed arm does not pass the riser;
             the start is outside a stroke or too near something; a goal is outside the tank or too near
             something.
     """
+    _check_kinds(scene)
     check_assembly(scene, chain)
     check_riser(scene, chain)
     _check_start(scene, chain)
     _check_goals(scene, chain)
+
+
+def _check_kinds(scene: Scene) -> None:
+    for module in scene.manipulator.actuated:
+        if isinstance(module, Octahedral) and module.freedom < 6:
+            raise scene.error(
+                "manipulator",
+                f"{scene.manipulator.name}, whose module {module.name} has {6 - module.freedom} static longerons",
+                "octahedra with six actuators: a path between poses would not leave static longerons their length",
+            )
 
 
 def check_assembly(scene: Scene, chain: Chain) -> None:
@@ -66,9 +80,14 @@ def check_assembly(scene: Scene, chain: Chain) -> None:
     Raises:
         DescriptionError: With the module and the lengths.
     """
+    try:
+        check_strokes(chain)  # of octahedra; a hinge's are the description's to check
+    except (AssemblyError, SingularityError) as error:
+        raise scene.error("manipulator.modules", str(error), "strokes over which every module assembles") from None
     done = set()
-    for a, geometry in enumerate(chain.geometries):
-        low, high = float(chain.stroke[0, a, 0]), float(chain.stroke[1, a, 0])
+    for module, geometry in zip(chain.manipulator.active, chain.geometries, strict=True):
+        cylinder = chain.manipulator.cylinders[module.cylinder]
+        low, high = cylinder.retracted, cylinder.extended
         if (geometry, low, high) in done:
             continue
         done.add((geometry, low, high))
@@ -76,12 +95,11 @@ def check_assembly(scene: Scene, chain: Chain) -> None:
         for lengths in np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3):
             failure = _assembly_failure(geometry, lengths)
             if failure:
-                name = chain.manipulator.active[a].name
                 at = ", ".join(f"{length:.4f}" for length in lengths)
                 raise scene.error(
-                    f"manipulator.modules.{name}.cylinder",
+                    f"manipulator.modules.{module.name}.cylinder",
                     f"a stroke from {low:.4f} to {high:.4f} m; at ({at}) m {failure}",
-                    f"a stroke over whose whole range {name} assembles",
+                    f"a stroke over whose whole range {module.name} assembles",
                 )
 
 
@@ -98,23 +116,25 @@ def _assembly_failure(geometry: Geometry, lengths: Array) -> str:
 
 def _check_start(scene: Scene, chain: Chain) -> None:
     motion = scene.task.motion
-    q = start_inputs(scene, chain)
-    box = make_box(chain, motion.stroke_margin)
-    for a, module in enumerate(scene.manipulator.active):
+    q, box = start_inputs(scene, chain), make_box(chain, motion.stroke_margin).row
+    owner, names = chain.layout.owner, chain.layout.names
+    for a, name in enumerate(names):
+        alone = np.array(chain.straight).ravel()
+        alone[owner == a] = q.ravel()[owner == a]
         try:
-            length = length_jacobian(chain.geometries[a], q[a])[0]
+            chain.lengths(alone.reshape(chain.input_shape))
         except (AssemblyError, ValueError) as error:
-            raise scene.error(
-                f"motion.start.{a}", f"a shape {module.name} cannot take: {error}", "a smaller bend"
-            ) from None
-        spare = np.minimum(length - box.least[a], box.greatest[a] - length)
-        if np.min(spare) <= 0:
-            worst = int(np.argmin(spare))
-            raise scene.error(
-                f"motion.start.{a}",
-                f"{module.name}/actuator/{worst + 1} at {length[worst]:.4f} m",
-                f"{box.least[a, worst]:.4f} to {box.greatest[a, worst]:.4f} m: its stroke less the margin",
-            )
+            raise scene.error(f"motion.start.{a}", f"a shape {name} cannot take: {error}", "a smaller bend") from None
+    length = chain.lengths(q).ravel()
+    spare = box.spare(length)
+    if np.min(spare) <= 0:
+        worst = int(np.argmin(spare))
+        actuator = chain.truss.members[chain.truss.actuated[worst]].name
+        raise scene.error(
+            f"motion.start.{names.index(actuator.split('/')[0])}",
+            f"{actuator} at {length[worst]:.4f} m",
+            f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin",
+        )
     clearance, place = surroundings_of(scene, chain).least(q)
     if clearance < motion.clearance:
         raise scene.error(

@@ -22,4 +22,4 @@ def sample_poses(chain: Chain, program: LengthProgram, spacing: float = 0.2) -> 
     """
     every = max(1, round(spacing / program.timestep))
     lengths = np.concatenate([part for leg in program.legs for part in (leg.lengths[::every], leg.lengths[-1:])])
-    return chain.nodes(chain.inputs_from_lengths(lengths.reshape(len(lengths), -1, 3)))
+    return chain.nodes(chain.inputs_from_lengths(lengths.reshape(len(lengths), *chain.length_shape)))

@@ -201,6 +201,11 @@ class Manipulator(Description):
         return tuple(module for module in self.modules if isinstance(module, DoubleOctahedral))
 
     @property
+    def actuated(self) -> tuple[DoubleOctahedral | Octahedral | Tetrahedral, ...]:
+        """The modules with actuators, of every kind, from the mast to the tool."""
+        return tuple(item for item in self.modules if isinstance(item, DoubleOctahedral | Octahedral | Tetrahedral))
+
+    @property
     def stowed_length(self) -> float:
         """Length of the actuators of the double-octahedral modules in the stowed pose, m."""
         assert self.stowed is not None  # demanded of every arm that has such modules
@@ -208,7 +213,7 @@ class Manipulator(Description):
 
     @property
     def uniform(self) -> bool:
-        """Whether all actuated modules are double-octahedral: what planning and shape control are made for."""
+        """Whether all actuated modules are double-octahedral."""
         return bool(self.active) and not any(isinstance(module, Tetrahedral | Octahedral) for module in self.modules)
 
     @property

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.resolution import Method, ObjectiveName, choose_coupling
 from vgtsim.description.schema import Description, Name, Provenance
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
@@ -83,12 +84,13 @@ class Goal(Description):
 
 
 class Bend(Description):
-    """Shape of one active module: its mid-plane.
+    """Shape of one active module: bent symmetrically, the plane midway between its end faces inclined by half the angle.
 
     Attributes:
-        angle: Angle between its end faces, rad.
-        azimuth: Direction it bends to, from the x axis of its base frame, rad.
-        extension: 2d of equation 3.54, m; absent for the module's straight extension.
+        angle: Angle between its end faces, rad; of a hinge, what it opens beyond its straight pose.
+        azimuth: Direction it bends to, from the x axis of its base frame, rad; a hinge has none.
+        extension: 2d of equation 3.54 of a double octahedron, distance between the centroids of an octahedron's faces,
+            m; absent for the module's straight extension.
     """
 
     angle: Angle = 0.0
@@ -101,6 +103,10 @@ class Motion(Description):
 
     Attributes:
         start: Shape of each active module at the start, from the mast to the tool.
+        method: How redundancy is resolved at the goals.
+        objective: What is made least there, by names with a weight or without: `NAME` or `NAME:WEIGHT`.
+        coupling: Modules that follow others, [follower, leader] each, with the coupled method; absent for the two
+            nearest the mast and the two nearest the tool.
         rate_fraction: Part of the cylinders' rated speed that the plan may use.
         acceleration: Greatest acceleration of a cylinder, m/s².
         stroke_margin: Distance that the plan keeps from the ends of the strokes, m.
@@ -112,6 +118,11 @@ class Motion(Description):
     """
 
     start: tuple[Bend, ...]
+    method: Method = Method.NULLSPACE
+    objective: tuple[ObjectiveName, ...] = Field(
+        default=("clearance", "stroke_barrier:0.01", "in_plane:10"), min_length=1
+    )
+    coupling: tuple[tuple[Name, Name], ...] | None = None
     rate_fraction: Number = Field(gt=0, le=1)
     acceleration: Acceleration = Field(gt=0)
     stroke_margin: Length = Field(ge=0)
@@ -126,6 +137,12 @@ class Motion(Description):
         names = [goal.name for goal in self.goals]
         if len(set(names)) != len(names):
             raise ValueError(f"goal names must differ: {names}")
+        return self
+
+    @model_validator(mode="after")
+    def _coupling_is_used(self) -> Motion:
+        if self.coupling is not None and self.method is not Method.COUPLED:
+            raise ValueError(f'coupling with method = "coupled" only, not {self.method.value!r}')
         return self
 
 
@@ -338,23 +355,33 @@ class Scene:
                 f"{self.task.mast.outer_diameter:.4g} m",
                 f"less than the riser's bore, {self.tank.arm_riser.bore:.4g} m",
             )
-        if not self.manipulator.uniform:
-            raise self.error(
-                "manipulator",
-                f"{self.manipulator.name}, with tetrahedral or octahedral modules",
-                "an arm of double-octahedral modules, which planning is made for",
-            )
-        if len(self.task.motion.start) != len(self.manipulator.active):
+        if len(self.task.motion.start) != len(self.manipulator.actuated):
             raise self.error(
                 "motion.start",
                 f"{len(self.task.motion.start)} module shapes",
-                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.active)}",
+                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.actuated)}",
             )
+        if self.task.motion.method is Method.COUPLED:
+            self.coupled_modules()
 
     @property
     def pivot_height(self) -> float:
         """Height of the arm's base face above the lowest point of the floor, m."""
         return self.tank.shell.crown - self.task.mast.pivot_depth
+
+    def coupled_modules(self) -> tuple[tuple[int, int], ...]:
+        """For each pair of coupled modules the one that follows and the one it follows, counted from the mast.
+
+        Raises:
+            DescriptionError: The arm cannot be coupled so.
+        """
+        modules = {module.name: module.freedom for module in self.manipulator.actuated}
+        pairs = self.task.motion.coupling
+        try:
+            return choose_coupling(pairs, modules)
+        except ValueError as error:
+            key, found = ("method", "'coupled'") if pairs is None else ("coupling", str([list(pair) for pair in pairs]))
+            raise self.error(f"motion.{key}", found, str(error)) from None
 
     def error(self, key: str, found: str, allowed: str) -> DescriptionError:
         """Make an error that names this scene's file."""

@@ -166,16 +166,18 @@ class Clearance:
         surroundings: What to keep clear of.
         wanted: Clearance at which a hinge is 1, m.
         softness: Distance beyond it at which a hinge begins, m.
+        payload: Whether the payload's distance from what stands counts; where goal rows hold the tool it is constant.
     """
 
     surroundings: Surroundings
     wanted: float = 0.12
     softness: float = 0.10
+    payload: bool = True
     name: str = "clearance"
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form, Gauss and Newton's curvature."""
-        rows = self.surroundings.rows(at.q, self.wanted + self.softness)
+        rows = self.surroundings.rows(at.q, self.wanted + self.softness, payload=self.payload)
         count = at.state.q.shape[1]
         rise = (self.wanted - rows.gap) / self.softness + 1
         value, slope = np.zeros(len(at.which)), np.zeros((len(at.which), count))

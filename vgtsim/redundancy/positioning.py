@@ -12,6 +12,7 @@ from vgtsim.errors import GoalError, ObjectiveError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.curvature import lagrangian_curvature
 from vgtsim.redundancy.goals import GoalSpace, evaluate
+from vgtsim.redundancy.hinges import hinge_curvature
 from vgtsim.redundancy.kernel import Kernel
 from vgtsim.redundancy.newton import Found, Local, NewtonSettings, minimise
 from vgtsim.redundancy.objectives import Configurations, Objective, StrokeBarrier, WeightedSum
@@ -118,6 +119,7 @@ class Positioning:
         weights = np.zeros((len(z), self.chain.layout.actuators)) if by_length is None else by_length
         weights = np.concatenate([weights, multipliers[:, rows:]], axis=1)
         found = lagrangian_curvature(self.kernel, self.goal, state, which, multipliers[:, :rows], weights)
+        found += hinge_curvature(self.objective, Configurations(self.kernel, self.box, state, which))
         if self.reduction is None:
             return found
         T = self.reduction.slope(z)

@@ -127,7 +127,7 @@ def solve_anywhere(
     _refuse_contradictions(problem, found, left)
     table = postures or make_postures(chain, box)
     for attempt in range(tries):
-        seeds = _seeds(problem, table, left, attempt)
+        seeds = choose_postures(problem, table, left, attempt)
         part = replace(problem, goal=_choose(problem.goal, left))
         again = solve(part, seeds, settings)
         found.iterations[left] += again.iterations
@@ -141,7 +141,7 @@ def solve_anywhere(
     return found
 
 
-def _seeds(problem: Positioning, table: Postures, left: NDArray[np.intp], attempt: int) -> Array:
+def choose_postures(problem: Positioning, table: Postures, left: NDArray[np.intp], attempt: int) -> Array:
     """One posture for each goal, swung to it, shape (b, *q)."""
     chain = problem.chain
     wanted = _tool_targets(problem.goal, chain, left)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.kinematics.bending import azimuth, bend_all, swing
 from vgtsim.kinematics.chain import Chain
-from vgtsim.redundancy.strokes import StrokeBox, bring_inside
 
 Array = NDArray[np.float64]
 
@@ -22,23 +19,21 @@ _BENDS = (
 )
 
 
-def seeds(chain: Chain, box: StrokeBox, start: Array, target: Array) -> Iterator[Array]:
+def make_seeds(chain: Chain, start: Array, target: Array) -> Array:
     """Configurations from which to look for a goal, best first.
 
     Args:
         chain: The arm.
-        box: Lengths allowed.
-        start: Present configuration, shape (A, 3).
+        start: Present configuration, shape (*q).
         target: Tool position wanted, in frame G, shape (3,), m.
 
-    Yields:
-        Inputs inside the box, shape (A, 3): the present ones swung to the target's azimuth, the present ones,
-        then bend patterns in the plane of the target.
+    Returns:
+        Inputs, shape (S, *q), some perhaps outside the strokes: the present ones swung to the target's azimuth, the
+        present ones, then bend patterns in the plane of the target.
     """
     there = azimuth(chain, target)
-    yield bring_inside(chain, box, swing(chain, start, there - azimuth(chain, chain.tool(start)[0])))
-    yield bring_inside(chain, box, start)
-    stations = np.linspace(0, 1, len(start))
-    for bends in _BENDS:
-        angles = np.radians(np.interp(stations, np.linspace(0, 1, 5), bends))
-        yield bring_inside(chain, box, bend_all(chain, angles, there))
+    count = len(chain.layout.names)
+    stations, marks = np.linspace(0, 1, count), np.linspace(0, 1, 5)
+    part = min(1.0, len(marks) / count)  # more modules need less each
+    patterns = [bend_all(chain, part * np.radians(np.interp(stations, marks, bends)), there) for bends in _BENDS]
+    return np.array([swing(chain, start, there - azimuth(chain, chain.tool(start)[0])), start, *patterns])

@@ -88,24 +88,26 @@ class Surroundings:
         """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, *q)."""
         return np.concatenate([self.chain.nodes(q), self.chain.tool(q)[0][..., None, :]], axis=-2)
 
-    def rows(self, q: Array, reach: float, slopes: bool = True) -> Rows:
+    def rows(self, q: Array, reach: float, slopes: bool = True, payload: bool = True) -> Rows:
         """Pairs nearer than a reach.
 
         Args:
             q: Inputs, shape (W, *q).
             reach: m.
             slopes: Whether the gradients are wanted.
+            payload: Whether the payload's distance from what stands counts; from the arm it always does.
 
         Returns:
             One row for each pair, in a fixed order.
         """
         points = self.points(q)
-        every = np.arange(len(self.capsules.ends))
-        parts = [self._shell(points, reach), self._waste(points, reach), self._own(points, reach)]
+        last = None if payload else -1
+        every = np.arange(len(self.capsules.ends))[:last]
+        parts = [self._shell(points[:, :last], reach), self._waste(points[:, :last], reach), self._own(points, reach)]
         for axis, radius in zip(self.obstacles.axes, self.obstacles.radii, strict=True):
             parts.append(self._cylinder(points, reach, axis, float(radius), every))
         axis, mine = self._mast
-        parts.append(self._cylinder(points, reach, axis, self.mast_radius, mine))
+        parts.append(self._cylinder(points, reach, axis, self.mast_radius, mine[:last]))
         config = np.concatenate([part[0] for part in parts])
         gap = np.concatenate([part[1] for part in parts])
         if not slopes or not len(gap):
@@ -128,12 +130,12 @@ class Surroundings:
     def _shell(self, points: Array, reach: float) -> _Part:
         """The tank is convex, so a capsule is nearest to it at an end; the mast flange does not move."""
         distance, inward = enclosure_distance(self.tank, self.profile, points[:, 3:])
-        gap = distance - self.capsules.point_radii[3:]
+        gap = distance - self.capsules.point_radii[3 : points.shape[1]]
         config, point = np.nonzero(gap < reach)
         return config, gap[config, point], point[:, None] + 3, inward[config, point][:, None, :]
 
     def _waste(self, points: Array, reach: float) -> _Part:
-        gap = points[..., 2] - self.obstacles.waste_level - self.capsules.point_radii
+        gap = points[..., 2] - self.obstacles.waste_level - self.capsules.point_radii[: points.shape[1]]
         config, point = np.nonzero(gap < reach)
         up = np.broadcast_to([0.0, 0.0, 1.0], (len(point), 1, 3))
         return config, gap[config, point], point[:, None], up
