@@ -87,10 +87,11 @@ def check_riser(scene: Scene, chain: Chain) -> None:
         )
     riser = scene.tank.arm_riser
     fit = riser_fit(chain, riser.bore)
-    if fit.spare < RISER_SPARE:
+    asked = scene.task.mast.riser_spare or RISER_SPARE
+    if fit.spare < asked:
         raise scene.error(
             "manipulator.stowed",
             f"an arm that does not fit {riser.name}: {fit.place} leaves {fit.spare * 1e3:.2f} mm of the bore "
-            f"all round, {(RISER_SPARE - fit.spare) * 1e3:.2f} mm too little",
-            f"a stowed arm that leaves {RISER_SPARE * 1e3:.1f} mm all round",
+            f"all round, {(asked - fit.spare) * 1e3:.2f} mm too little",
+            f"a stowed arm that leaves {asked * 1e3:.1f} mm all round",
         )

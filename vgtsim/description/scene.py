@@ -40,12 +40,14 @@ class Mast(Description):
         outer_diameter: m.
         wall: m.
         density: Of its material, kg/m³.
+        riser_spare: Least distance that the stowed arm leaves of the riser's bore all round, m; absent for 1.5 in.
     """
 
     pivot_depth: Length = Field(gt=0)
     outer_diameter: Length = Field(gt=0)
     wall: Length = Field(gt=0)
     density: Density = Field(gt=0)
+    riser_spare: Length | None = Field(default=None, gt=0)
 
 
 class Payload(Description):
@@ -88,7 +90,8 @@ class Bend(Description):
 
     Attributes:
         angle: Angle between its end faces, rad; of a hinge, what it opens beyond its straight pose.
-        azimuth: Direction it bends to, from the x axis of its base frame, rad; a hinge has none.
+        azimuth: Direction it bends to, from the x axis of the arm's base frame while the arm is straight, rad; a hinge has
+            none.
         extension: 2d of equation 3.54 of a double octahedron, distance between the centroids of an octahedron's faces,
             m; absent for the module's straight extension.
     """

@@ -66,18 +66,30 @@ def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
     return x.reshape(*shape, *chain.input_shape)
 
 
+def straight_yaws(chain: Chain) -> Array:
+    """Turn about Z of the base of each active module of the straight arm, in B_1, shape (A,), rad.
+
+    Octahedra turn what follows them by 60 degrees, and twisted sections by their twist.
+    """
+    R = chain.mount[:3, :3].T @ chain.frames(chain.straight)[0]
+    which = [chain.manipulator.modules.index(module) for module in chain.manipulator.actuated]
+    return np.arctan2(R[which, 1, 0], R[which, 0, 0])
+
+
 def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
     """Bend the modules, each symmetrically, at their straight extension.
 
     Args:
         chain: The arm.
         angles: Between the end faces of each active module, shape (..., A), rad; positive away from the mast.
-        directions: Azimuth that each bends to, from X of its base frame, shape (..., A) or what broadcasts to it, rad.
+        directions: Azimuth that each bends to, from X of B_1 in the straight arm, shape (..., A) or what broadcasts to
+            it, rad.
 
     Returns:
         Inputs, shape (..., *q). Static longerons are left aside, and a tetrahedron's hinge opens by its angle.
     """
     angle, direction = np.broadcast_arrays(np.asarray(angles, float), np.asarray(directions, float))
+    direction = direction - straight_yaws(chain)
     x = np.broadcast_to(chain.straight.ravel(), (*angle.shape[:-1], chain.layout.inputs)).copy()
     for place in chain.layout.places:
         bend, to, own = angle[..., place.active], direction[..., place.active], x[..., place.columns]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics.bending import azimuth
+from vgtsim.kinematics.bending import azimuth, straight_yaws
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.octahedra import Octahedra
@@ -53,10 +53,11 @@ def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
     point = np.asarray(position, float)
     local = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3]
     angle = azimuth(chain, point)
-    x, y = np.array([-np.sin(angle), np.cos(angle)]) * (np.hypot(local[0], local[1]) > _ON_AXIS)
+    yaws, known = straight_yaws(chain), float(np.hypot(local[0], local[1]) > _ON_AXIS)
     forms = []
     for place in chain.layout.places:
-        for columns, straight in zip(place.columns, place.straight, strict=True):
+        for columns, straight, yaw in zip(place.columns, place.straight, yaws[place.active], strict=True):
+            x, y = -known * np.sin(angle - yaw), known * np.cos(angle - yaw)
             if isinstance(place.modules, DoubleOctahedra):
                 forms.append(_form(chain, columns, [x, y, 0.0]))
             elif isinstance(place.modules, Octahedra):
