@@ -42,8 +42,8 @@ def test_every_method_puts_the_tool_at_the_goal(arm, method):
 def test_an_objective_is_lower_where_it_was_asked_for(arm, name):
     def value(q):
         objective = make_objective(arm, tool_goal(*REACHABLE), (name,), None)
-        state = Kernel(arm).state(q[None])
-        at = Configurations(arm, make_box(arm, 0.005), state.q, state.length, state.blocks, np.zeros(1, int))
+        kernel = Kernel(arm)
+        at = Configurations(kernel, make_box(arm, 0.005), kernel.state(q[None]), np.zeros(1, int))
         return objective.terms(at).value[0]
 
     asked, plain = (solve_request(arm, Request(*REACHABLE, objectives=(item,))) for item in (name, "stroke_barrier"))

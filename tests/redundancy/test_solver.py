@@ -9,24 +9,19 @@ from scipy.optimize import least_squares
 from vgtsim.description.resolution import Method
 from vgtsim.errors import ReachError
 from vgtsim.geometry import segment_distance
+from vgtsim.kinematics.bending import bend_all, swing
 from vgtsim.redundancy import Keep, Surroundings, methods, solve_goal
 from vgtsim.redundancy.goals import evaluate, tool_goal
 from vgtsim.redundancy.hinges import hinge_curvature
+from vgtsim.redundancy.kernel import Kernel
 from vgtsim.redundancy.methods import bring_starts_inside
 from vgtsim.redundancy.nearest import come_nearest
 from vgtsim.redundancy.newton import NewtonSettings
-from vgtsim.redundancy.objectives import (
-    Clearance,
-    Configurations,
-    MidStroke,
-    StrokeBarrier,
-    WeightedSum,
-    block_diagonal,
-)
+from vgtsim.redundancy.objectives import Clearance, Configurations, MidStroke, StrokeBarrier, WeightedSum
 from vgtsim.redundancy.plane import goal_plane
 from vgtsim.redundancy.positioning import Positioning
 from vgtsim.redundancy.reduction import couple
-from vgtsim.redundancy.seeds import bend_all, make_seeds, swing
+from vgtsim.redundancy.seeds import make_seeds
 from vgtsim.redundancy.strokes import bring_inside, make_box
 
 GOAL = 1e-9  # the accuracy a solved goal is promised to have, m and rad
@@ -126,7 +121,7 @@ def test_no_posture_comes_nearer_than_the_nearest(hanging_arm, posture):
     def rows(lengths):
         state = problem.kernel.state(hanging_arm.inputs_from_lengths(lengths.reshape(-1, 3), start=q[best])[None])
         error, J = evaluate(hanging_arm, problem.goal, state, np.zeros(1, int))
-        return error[0], np.linalg.solve(block_diagonal(state.blocks)[0].T, J[0].T).T
+        return error[0], np.linalg.solve(problem.kernel.dense(state.blocks)[0].T, J[0].T).T
 
     other = least_squares(
         lambda lengths: rows(lengths)[0],
@@ -185,7 +180,7 @@ def test_a_method_that_finds_no_curve_names_the_goal(hanging_arm, posture, monke
     def refuse(*_):
         raise ReachError("shape", 1.5, ("a limit",), "no curve")
 
-    monkeypatch.setattr(methods, "solve_shape", refuse)
+    monkeypatch.setattr(methods, "solve_shapes", refuse)
     with pytest.raises(ReachError, match="no curve") as caught:
         ask(hanging_arm, "far", [0.0, 0.0, -30.0], [0.0, 0.0, -1.0], posture, method=Method.SHAPE)
     assert (caught.value.goal, caught.value.shortfall, caught.value.binding) == ("far", 1.5, ("a limit",))
@@ -197,8 +192,8 @@ def test_plane_and_hinges_have_the_slopes_and_curvatures_of_differences(hanging_
     move = np.random.default_rng(13).standard_normal(q.shape)
 
     def at(x):
-        length, blocks = hanging_arm.length_jacobian(x[None])
-        return Configurations(hanging_arm, box, x[None], length, blocks, which)
+        kernel = Kernel(hanging_arm)
+        return Configurations(kernel, box, kernel.state(x[None]), which)
 
     hinges = Clearance(tank_around, 1.5, 0.5)
     for objective in (goal_plane(hanging_arm, [4.0, -8.0, 1.0]), hinges, WeightedSum(((2.0, hinges),))):
@@ -225,7 +220,7 @@ def test_what_the_goal_holds_is_no_part_of_the_hinges(hanging_arm, tank_around):
 def test_swing_turns_the_tool_about_the_mast(hanging_arm):
     q, angle = random_inputs(hanging_arm, np.random.default_rng(5), 0.1), 0.7
     position, direction = hanging_arm.tool(q)
-    turned_position, turned_direction = hanging_arm.tool(swing(q, angle))
+    turned_position, turned_direction = hanging_arm.tool(swing(hanging_arm, q, angle))
     cos, sin = np.cos(-angle), np.sin(-angle)  # z of the hanging base points down
     turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
     np.testing.assert_allclose(turned_position, turn @ position, atol=ROUNDING)

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.control.riser import check_riser
+from vgtsim.description.modules import Octahedral
 from vgtsim.description.scene import Scene
 from vgtsim.errors import AssemblyError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedron import length_jacobian
 from vgtsim.kinematics.start import start_inputs
 from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.redundancy.strokes import make_box
@@ -41,49 +41,72 @@ def check_scene(scene: Scene, chain: Chain) -> None:
         chain: Its arm on its mast.
 
     Raises:
-        DescriptionError: A module does not assemble over its strokes; the stowed arm does not pass the riser;
+        DescriptionError: A module has static longerons, or does not assemble over its strokes; the
+            stowed arm does not pass the riser;
             the start is outside a stroke or too near something; a goal is outside the tank or too near
             something.
     """
-    _check_assembly(scene, chain)
+    _check_kinds(scene)
+    check_assembly(scene, chain)
     check_riser(scene, chain)
     _check_start(scene, chain)
     _check_goals(scene, chain)
 
 
-def _check_assembly(scene: Scene, chain: Chain) -> None:
-    """Strokes over which a module does not assemble, or might change its assembly, are refused."""
+def _check_kinds(scene: Scene) -> None:
+    for module in scene.manipulator.actuated:
+        if isinstance(module, Octahedral) and module.freedom < 6:
+            raise scene.error(
+                "manipulator",
+                f"{scene.manipulator.name}, whose module {module.name} has {6 - module.freedom} static longerons",
+                "octahedra with six actuators: a path between poses would not leave static longerons their length",
+            )
+
+
+def check_assembly(scene: Scene, chain: Chain) -> None:
+    """Refuse strokes over which a module does not assemble, or might change its assembly.
+
+    Args:
+        scene: The scene, for the error.
+        chain: Its arm.
+
+    Raises:
+        DescriptionError: With the module and its strokes.
+    """
     try:
         check_strokes(chain)
     except AssemblyError as error:
-        modules = scene.manipulator.active
-        own = scene.manipulator.cylinders[next(item.cylinder for item in modules if item.name == error.module)]
+        place = next(item for item in chain.layout.places if error.module in item.modules.names)
+        m = place.modules.names.index(error.module)
+        low, high = chain.stroke.reshape(2, -1)[:, place.lengths[m][place.modules.actuated[m]]]
         raise scene.error(
-            f"manipulator.modules.{error.module}.cylinder",
-            f"a stroke from {own.retracted:.4f} to {own.extended:.4f} m: {error}",
-            f"a stroke over whose whole range {error.module} assembles",
+            f"manipulator.modules.{error.module}",
+            f"strokes from {low.min():.4f} to {high.max():.4f} m: {error}",
+            f"strokes over whose whole range {error.module} assembles",
         ) from None
 
 
 def _check_start(scene: Scene, chain: Chain) -> None:
     motion = scene.task.motion
-    q = start_inputs(scene, chain)
-    box = make_box(chain, motion.stroke_margin)
-    for a, module in enumerate(scene.manipulator.active):
+    q, box = start_inputs(scene, chain), make_box(chain, motion.stroke_margin).row
+    owner, names = chain.layout.owner, chain.layout.names
+    for a, name in enumerate(names):
+        alone = np.array(chain.straight).ravel()
+        alone[owner == a] = q.ravel()[owner == a]
         try:
-            length = length_jacobian(chain.geometries[a], q[a])[0]
+            chain.lengths(alone.reshape(chain.input_shape))
         except (AssemblyError, ValueError) as error:
-            raise scene.error(
-                f"motion.start.{a}", f"a shape {module.name} cannot take: {error}", "a smaller bend"
-            ) from None
-        spare = np.minimum(length - box.least[a], box.greatest[a] - length)
-        if np.min(spare) <= 0:
-            worst = int(np.argmin(spare))
-            raise scene.error(
-                f"motion.start.{a}",
-                f"{module.name}/actuator/{worst + 1} at {length[worst]:.4f} m",
-                f"{box.least[a, worst]:.4f} to {box.greatest[a, worst]:.4f} m: its stroke less the margin",
-            )
+            raise scene.error(f"motion.start.{a}", f"a shape {name} cannot take: {error}", "a smaller bend") from None
+    length = chain.lengths(q).ravel()
+    spare = box.spare(length)
+    if np.min(spare) <= 0:
+        worst = int(np.argmin(spare))
+        actuator = chain.truss.members[chain.truss.actuated[worst]].name
+        raise scene.error(
+            f"motion.start.{names.index(actuator.split('/')[0])}",
+            f"{actuator} at {length[worst]:.4f} m",
+            f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin",
+        )
     clearance, place = surroundings_of(scene, chain).least(q)
     if clearance < motion.clearance:
         raise scene.error(

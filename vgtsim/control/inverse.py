@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from vgtsim.control.resolution import resolve_goal, stroke_box, usual_resolution
 from vgtsim.description.resolution import Method
 from vgtsim.description.scene import Scene
-from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import start_inputs
 from vgtsim.redundancy.analysis import analyse
@@ -47,8 +46,8 @@ class Answer:
     """What was found.
 
     Attributes:
-        q: Inputs, shape (A, 3).
-        lengths: Of the actuators, shape (A, 3), m.
+        q: Inputs, shape (*q).
+        lengths: Of the actuators, shape (*l), m.
         rows: Desired, reached and residual of every goal row.
         facts: Objective, iterations, condition number and what binds, by name.
     """
@@ -71,15 +70,10 @@ def solve_request(chain: Chain, request: Request, scene: Scene | None = None) ->
         The answer.
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene; or the arm has modules other than double
-            octahedra and prisms.
+        DescriptionError: An objective is not known, or needs a scene.
         GoalError: The goal is no goal.
         ReachError: It is not met.
     """
-    others = [module.name for module in chain.manipulator.modules if module.kind not in ("double_octahedral", "prism")]
-    if others:
-        allowed = "an arm of double octahedra and prisms: other modules cannot be positioned yet"
-        raise DescriptionError(None, "modules", f"{chain.manipulator.name} with {', '.join(others)}", allowed)
     how = usual_resolution(chain, request.method, request.objectives)
     start = start_inputs(scene, chain) if scene else chain.straight
     found = resolve_goal(chain, how, "ik", (request.position, request.direction), start, scene)

@@ -21,7 +21,6 @@ from vgtsim.redundancy.strokes import StrokeBox, make_box
 
 _STROKE_MARGIN = 0.005  # kept at the ends of strokes when no scene says, m
 _STEPS = 300  # a goal by a wall makes the valley of the optimum narrow and curved
-_INPUTS = 3  # of a double-octahedral module
 
 
 @dataclass(frozen=True)
@@ -63,9 +62,9 @@ def usual_resolution(chain: Chain, method: Method, objective: tuple[str, ...]) -
     """
     if method is not Method.COUPLED:
         return Resolution(method, objective)
-    names = tuple(module.name for module in chain.manipulator.active)
+    modules = {module.name: module.freedom for module in chain.manipulator.actuated}
     try:
-        return Resolution(method, objective, choose_coupling(None, names, _INPUTS))
+        return Resolution(method, objective, choose_coupling(None, modules))
     except ValueError as error:
         raise DescriptionError(None, "method", f"'coupled' for {chain.manipulator.name}", str(error)) from None
 
@@ -91,7 +90,7 @@ def resolve_goal(
         how: By which method and objectives.
         name: Of the goal, for errors.
         goal: Tool point in frame G, shape (3,), m, and tool direction, shape (3,), any length but zero.
-        start: Present inputs, shape (A, 3).
+        start: Present inputs, shape (*q).
         scene: Gives stroke margin, payload and surroundings.
         clear: Whether the clearance that the scene plans for has to be kept, with a margin for the way from there.
 
@@ -105,7 +104,7 @@ def resolve_goal(
     """
     rows = tool_goal(*goal)
     objective = make_objective(chain, rows, how.objective, scene)
-    reduction = couple(chain.straight, how.coupling) if how.coupling else None
+    reduction = couple(chain.straight.ravel(), how.coupling, owner=chain.layout.owner) if how.coupling else None
     keep = Keep(surroundings_of(scene, chain), scene.task.motion.clearance + MARGIN) if scene and clear else None
     problem = Positioning(chain, stroke_box(chain, scene), rows, objective, reduction=reduction)
     return solve_goal(name, problem, how.method, start, keep, NewtonSettings(most=_STEPS))

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.control.program import LengthProgram
+from vgtsim.kinematics.bending import swing
 from vgtsim.kinematics.chain import Chain
-from vgtsim.redundancy.seeds import swing
 from vgtsim.statics.motion import Motion
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ def sample_motion(chain: Chain, program: LengthProgram, spacing: float = 0.2) ->
         # a leg begins and ends at rest: the lengths before and after it are those at its ends
         rows.append(np.stack([leg.lengths[np.clip(picked + offset, 0, last)] for offset in (-1, 0, 1)], axis=1))
     lengths = np.concatenate(rows)
-    nodes = chain.nodes(chain.inputs_from_lengths(lengths.reshape(*lengths.shape[:2], -1, 3)))
+    nodes = chain.nodes(chain.inputs_from_lengths(lengths.reshape(*lengths.shape[:2], *chain.length_shape)))
     before, now, after = np.moveaxis(nodes, 1, 0)
     return now, Motion((after - before) / (2 * step), (after - 2 * now + before) / step**2)
 
@@ -66,7 +66,7 @@ def sample_postures(chain: Chain) -> Array:
             hooked = np.array(plain)
             hooked[bent:, :2] = np.sin(_HOOK / 2) * np.array([np.cos(turn), np.sin(turn)])
             shapes.append(hooked)
-    q = np.concatenate([swing(np.stack(shapes), angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
+    q = np.concatenate([swing(chain, np.stack(shapes), angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
     rng = np.random.default_rng(0)
     bend, turn = rng.uniform((0.0, -np.pi), (_LEAN, np.pi), (_DRAWN, active, 2)).transpose(2, 0, 1)
     drawn = np.repeat(chain.straight[None], _DRAWN, axis=0)

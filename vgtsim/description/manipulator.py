@@ -223,6 +223,11 @@ class Manipulator(Description):
         return tuple(module for module in self.modules if isinstance(module, DoubleOctahedral))
 
     @property
+    def actuated(self) -> tuple[DoubleOctahedral | Octahedral | Tetrahedral, ...]:
+        """The modules with actuators, of every kind, from the mast to the tool."""
+        return tuple(item for item in self.modules if isinstance(item, DoubleOctahedral | Octahedral | Tetrahedral))
+
+    @property
     def stowed_length(self) -> float:
         """Length of the actuators of the double-octahedral modules in the stowed pose, m."""
         assert self.stowed is not None  # demanded of every arm that has such modules

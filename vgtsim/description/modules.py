@@ -49,6 +49,11 @@ class DoubleOctahedral(Description):
         _pair_offset(self.name, self.joint_offset, self.block)
         return self
 
+    @property
+    def freedom(self) -> int:
+        """Number of actuators."""
+        return 3
+
 
 class Tetrahedral(Description):
     """A hinge of two static triangles about the third side of its base (section 3.3).
@@ -72,6 +77,11 @@ class Tetrahedral(Description):
     batten_tube: Name
     cylinder: Name
     straight: Angle = Field(gt=0, lt=pi)
+
+    @property
+    def freedom(self) -> int:
+        """Number of actuators."""
+        return 1
 
 
 class Longeron(Description):
@@ -113,6 +123,11 @@ class Octahedral(Description):
     longerons: tuple[Longeron, ...] = Field(min_length=6, max_length=6)
     batten_tube: Name
     straight: Length = Field(gt=0)
+
+    @property
+    def freedom(self) -> int:
+        """Number of actuators."""
+        return sum(longeron.cylinder is not None for longeron in self.longerons)
 
     @model_validator(mode="after")
     def _something_moves(self) -> Octahedral:

@@ -66,14 +66,13 @@ def _known(text: str) -> str:
 ObjectiveName = Annotated[str, AfterValidator(_known)]
 
 
-def choose_coupling(pairs: Pairs | None, modules: tuple[str, ...], inputs: int) -> tuple[tuple[int, int], ...]:
+def choose_coupling(pairs: Pairs | None, modules: dict[str, int]) -> tuple[tuple[int, int], ...]:
     """Modules that follow others.
 
     Args:
         pairs: For each pair the module that follows and the module it follows; absent for those of section 8.1: the two
             modules nearest the mast and the two nearest the tool, as far as these differ.
-        modules: Names of the active modules, from the mast to the tool.
-        inputs: Of each of them.
+        modules: The active modules' degrees of freedom by name, from the mast to the tool.
 
     Returns:
         The pairs by indices of the active modules.
@@ -82,19 +81,27 @@ def choose_coupling(pairs: Pairs | None, modules: tuple[str, ...], inputs: int) 
         ValueError: The arm cannot be coupled so, or too few inputs are left for a tool goal; the message says what is
             allowed.
     """
+    names, freedom = tuple(modules), tuple(modules.values())
     if pairs is None:
-        ends = ((0, 1), (len(modules) - 1, len(modules) - 2))
-        found = ends[: min(len(modules) // 2, 2)]
+        ends = ((0, 1), (len(names) - 1, len(names) - 2))
+        found = ends[: min(len(names) // 2, 2)]
     else:
-        found = tuple((_index(follower, modules), _index(leader, modules)) for follower, leader in pairs)
+        found = tuple((_index(follower, names), _index(leader, names)) for follower, leader in pairs)
     if not found:
-        raise ValueError(f"at least one pair [follower, leader] of the active modules: {', '.join(modules)}")
+        raise ValueError(f"at least one pair [follower, leader] of the active modules: {', '.join(names)}")
     followers, leaders = [pair[0] for pair in found], {pair[1] for pair in found}
     if len(set(followers)) < len(followers) or leaders & set(followers):
         raise ValueError("pairs [follower, leader] in which no module follows twice, or leads and follows")
-    left = inputs * (len(modules) - len(found))
+    for follower, leader in found:
+        if freedom[follower] != freedom[leader]:
+            raise ValueError(
+                f"pairs of modules alike; {names[follower]} has {freedom[follower]} degrees of freedom, {names[leader]} "
+                f"{freedom[leader]}"
+            )
+    left = sum(freedom) - sum(freedom[follower] for follower in followers)
     if left < TOOL_ROWS:
-        most = max(0, len(modules) - -(-TOOL_ROWS // inputs))
+        each = max(freedom)
+        most = max(0, len(names) - -(-TOOL_ROWS // each))
         raise ValueError(f"at most {most} pairs: a tool goal has {TOOL_ROWS} rows, and {left} inputs would be left")
     return found
 

@@ -29,7 +29,6 @@ from vgtsim.units import (
 )
 
 Vector = tuple[Length, Length, Length]
-_INPUTS = 3  # of a double-octahedral module
 CameraName = Literal["overview", "cutaway", "riser", "tool"]
 
 
@@ -41,12 +40,14 @@ class Mast(Description):
         outer_diameter: m.
         wall: m.
         density: Of its material, kg/m³.
+        riser_spare: Least distance that the stowed arm leaves of the riser's bore all round, m; absent for 1.5 in.
     """
 
     pivot_depth: Length = Field(gt=0)
     outer_diameter: Length = Field(gt=0)
     wall: Length = Field(gt=0)
     density: Density = Field(gt=0)
+    riser_spare: Length | None = Field(default=None, gt=0)
 
 
 class Payload(Description):
@@ -85,12 +86,14 @@ class Goal(Description):
 
 
 class Bend(Description):
-    """Shape of one active module: its mid-plane.
+    """Shape of one active module: bent symmetrically, the plane midway between its end faces inclined by half the angle.
 
     Attributes:
-        angle: Angle between its end faces, rad.
-        azimuth: Direction it bends to, from the x axis of its base frame, rad.
-        extension: 2d of equation 3.54, m; absent for the module's straight extension.
+        angle: Angle between its end faces, rad; of a hinge, what it opens beyond its straight pose.
+        azimuth: Direction it bends to, from the x axis of the arm's base frame while the arm is straight, rad; a hinge has
+            none.
+        extension: 2d of equation 3.54 of a double octahedron, distance between the centroids of an octahedron's faces,
+            m; absent for the module's straight extension.
     """
 
     angle: Angle = 0.0
@@ -373,17 +376,11 @@ class Scene:
                 f"{self.task.mast.outer_diameter:.4g} m",
                 f"less than the riser's bore, {self.tank.arm_riser.bore:.4g} m",
             )
-        if not self.manipulator.uniform:
-            raise self.error(
-                "manipulator",
-                f"{self.manipulator.name}, with tetrahedral or octahedral modules",
-                "an arm of double-octahedral modules, which planning is made for",
-            )
-        if len(self.task.motion.start) != len(self.manipulator.active):
+        if len(self.task.motion.start) != len(self.manipulator.actuated):
             raise self.error(
                 "motion.start",
                 f"{len(self.task.motion.start)} module shapes",
-                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.active)}",
+                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.actuated)}",
             )
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
@@ -399,10 +396,10 @@ class Scene:
         Raises:
             DescriptionError: The arm cannot be coupled so.
         """
-        names = tuple(module.name for module in self.manipulator.active)
+        modules = {module.name: module.freedom for module in self.manipulator.actuated}
         pairs = self.task.motion.coupling
         try:
-            return choose_coupling(pairs, names, _INPUTS)
+            return choose_coupling(pairs, modules)
         except ValueError as error:
             key, found = ("method", "'coupled'") if pairs is None else ("coupling", str([list(pair) for pair in pairs]))
             raise self.error(f"motion.{key}", found, str(error)) from None

@@ -98,6 +98,10 @@ class DoubleOctahedra:
         """As `double_octahedron.length_jacobian`."""
         return double.length_jacobian(self.geometry, x, self.angles(x))
 
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`: there are no static legs."""
+        return self.length_jacobian(x)
+
     def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Conventional forward solution, each step proved to stay on the mode of the start.
 

@@ -59,6 +59,10 @@ class ModuleSet(Protocol):
         """Leg lengths, shape (..., M, legs), m, and dl/dx, shape (..., M, legs, inputs)."""
         ...
 
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`, for any x: static legs too have the lengths of the pose."""
+        ...
+
     def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Follow leg lengths, shape (..., M, legs), from a start, shape (..., M, inputs), on its assembly mode.
 

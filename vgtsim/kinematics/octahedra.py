@@ -80,7 +80,7 @@ class Octahedra:
         Raises:
             AssemblyError: A static longeron would need another length: the pose is outside the module's subspace.
         """
-        lengths, J = self._legs(x)
+        lengths, J = self.legs(x)
         error = np.abs(np.nan_to_num(lengths - self._static))
         if np.any(error > single.STATIC_TOLERANCE):
             worst = np.unravel_index(int(np.argmax(error)), error.shape)
@@ -88,6 +88,11 @@ class Octahedra:
             freedom = int(self.actuated[module].sum())
             detail = f"pose outside the {freedom}-dimensional subspace: static longeron l{leg + 1} would be"
             raise AssemblyError(self.names[module], float(error[worst]), f"{detail} {lengths[worst]:.6g} m")
+        return lengths, J
+
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`, for any pose: static longerons too have its lengths."""
+        lengths, J = self._legs(x)
         angular, linear = pose_twist(x)
         return lengths, J @ np.concatenate([linear, angular], axis=-2)
 

@@ -55,6 +55,10 @@ class Tetrahedra:
         slope = tetra.length_derivative(self.geometry, theta)
         return tetra.inverse(self.geometry, theta)[..., None], slope[..., None, None]
 
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`: there are no static legs."""
+        return self.length_jacobian(x)
+
     def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Closed form, on the side of the flat pose on which the start is.
 

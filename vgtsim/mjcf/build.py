@@ -194,21 +194,25 @@ def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float
     """
     crown = scene.tank.shell.crown
     low = scene.tank.waste.level + scene.task.payload.radius + 1.0
-    q, height = np.array(chain.straight), low + scene.manipulator.tip_plate.tool_offset
-    active = len(q)
-    for module in reversed(scene.manipulator.modules):
+    q, height = np.array(chain.straight).ravel(), low + scene.manipulator.tip_plate.tool_offset
+    faces = chain.frames(chain.straight)[1]
+    active = len(chain.layout.names)
+    for k, module in reversed(list(enumerate(scene.manipulator.modules))):
         if isinstance(module, Prism | Section):
             height += float(make_static(module, scene.manipulator.face_side).P[2])
             continue
-        assert isinstance(module, DoubleOctahedral)  # a scene refuses arms with other kinds
         active -= 1
+        own = chain.layout.owner == active
+        if not isinstance(module, DoubleOctahedral):  # which has no other pose than the straight one to be stowed in
+            height += float(np.linalg.norm(faces[k + 1] - faces[k]))
+            continue
         if height + module.straight > crown - RISER_MOUTH:
-            q[active] = chain.stowed[active]
-        height += 2 * q[active, 2] + module.joint_offset
+            q[own] = chain.stowed.ravel()[own]
+        height += 2 * q[own][2] + module.joint_offset
     stowed_length = scene.pivot_height - chain.tool(chain.stowed)[0][2]
     return {
         "stowed": (chain.stowed, crown + stowed_length - scene.pivot_height),
-        "straight": (q, height - scene.pivot_height),
+        "straight": (q.reshape(chain.input_shape), height - scene.pivot_height),
     }
 
 

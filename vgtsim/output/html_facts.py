@@ -36,7 +36,7 @@ def list_settings(scene: Scene, truss: Truss) -> list[tuple[str, str]]:
     """
     task, arm = scene.task, scene.manipulator
     step, motion = task.simulation, task.motion
-    rate = max(arm.cylinders[module.cylinder].rate for module in arm.active)
+    rate = max(arm.cylinders[truss.members[i].section].rate for i in truss.actuated)
     return [
         ("scene", f"{task.name} ({scene.file.name})"),
         (

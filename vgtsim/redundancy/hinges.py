@@ -32,13 +32,14 @@ def hinge_curvature(objective: Objective, at: Configurations) -> Array | float:
         return sum((weight * hinge_curvature(part, at) for weight, part in objective.parts), 0.0)
     if not isinstance(objective, Clearance):
         return 0.0
-    first, shape = objective.terms(at), at.q.shape[1:]
+    first = objective.terms(at)
     assert first.dense is not None
     found, used = np.zeros_like(first.dense), np.flatnonzero(first.value > 0)
     if not len(used):
         return found
-    shift = _STEP * np.eye(first.slope.shape[1]).reshape(-1, *shape)
-    moved = (at.q[used, None] + shift).reshape(-1, *shape)
-    slope = objective.terms(replace(at, q=moved)).slope.reshape(len(used), len(shift), -1)
+    shift = _STEP * np.eye(first.slope.shape[1])
+    moved = (at.state.q[used, None] + shift).reshape(-1, len(shift))
+    there = replace(at, state=at.kernel.state(moved), which=np.repeat(at.which[used], len(shift)))
+    slope = objective.terms(there).slope.reshape(len(used), len(shift), -1)
     found[used] = (slope - first.slope[used, None]) / _STEP - first.dense[used]
     return (found + np.swapaxes(found, 1, 2)) / 2

@@ -12,8 +12,8 @@ from vgtsim.redundancy.anchoring import anchor_successively
 from vgtsim.redundancy.goals import Direction, GoalSpace, Position
 from vgtsim.redundancy.newton import NewtonSettings
 from vgtsim.redundancy.positioning import Positioning, Positions, solve
-from vgtsim.redundancy.shape import solve_shape
-from vgtsim.redundancy.strokes import bring_inside
+from vgtsim.redundancy.shape import solve_shapes
+from vgtsim.redundancy.strokes import bring_inside, room
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ class Resolved:
     """Configurations found for one goal.
 
     Attributes:
-        positions: One for each start; a single one where the method starts from none.
+        positions: One for each start; by shape control one for each curve, the least objective first.
         notes: What the method has to say of itself, by name, for each.
     """
 
@@ -41,7 +41,7 @@ def resolve(problem: Positioning, method: Method, starts: Array, settings: Newto
     Args:
         problem: One tool goal, strokes, objective; for the coupled method with its reduction.
         method: How redundancy is resolved.
-        starts: Inputs inside the strokes, shape (S, A, 3); shape control makes its own.
+        starts: Inputs inside the strokes, shape (S, *q); shape control makes its own.
         settings: Of the iteration.
 
     Returns:
@@ -66,18 +66,18 @@ def bring_starts_inside(problem: Positioning, starts: Array) -> Array:
 
     Args:
         problem: Gives strokes and order reduction.
-        starts: Inputs, shape (S, A, 3).
+        starts: Inputs, shape (S, *q).
 
     Returns:
-        Inputs inside the strokes that the order reduction allows, shape (S, A, 3).
+        Inputs inside the strokes that the order reduction allows, shape (S, *q).
     """
-    inside = np.array([bring_inside(problem.chain, problem.box, q) for q in starts])
+    inside = bring_inside(problem.chain, problem.box, starts)
     if problem.reduction is None:
         return inside
     z, middle = problem.variables(inside), problem.variables(problem.middle)
     part = np.linspace(1.0, 0.0, 21)[:, None, None]
     trials = problem.inputs(middle + part * (z - middle))
-    spare = np.min(problem.box.spare(problem.kernel.state(trials.reshape(-1, *inside.shape[1:])).length), axis=(1, 2))
+    spare = np.min(room(problem.kernel, problem.box, trials.reshape(-1, *inside.shape[1:])), axis=1)
     good = (spare > 0.02 * np.min(problem.box.greatest - problem.box.least)).reshape(trials.shape[:2])
     return trials[np.argmax(good, axis=0), np.arange(len(inside))]
 
@@ -90,7 +90,7 @@ def _by_anchoring(problem: Positioning, starts: Array, settings: NewtonSettings)
         if not met:
             notes.append({"stages": 0})
             continue
-        cycle = anchor_successively(problem, found.q[i], min(_FREE, len(starts[i])), settings)
+        cycle = anchor_successively(problem, found.q[i], min(_FREE, len(problem.chain.layout.names)), settings)
         notes.append({"stages": cycle.stages})
         for field in fields(Positions):
             getattr(found, field.name)[i] = getattr(cycle.solution, field.name)[0]
@@ -100,12 +100,14 @@ def _by_anchoring(problem: Positioning, starts: Array, settings: NewtonSettings)
 def _by_shape(problem: Positioning) -> Resolved:
     place, along = problem.goal.parts
     assert isinstance(place, Position) and isinstance(along, Direction)  # noqa: PT018  # a tool goal's
-    shape = solve_shape(problem.chain, problem.box, place.target, along.target)
-    notes: Notes = {
-        "tangent magnitudes, m": str(np.round(shape.magnitudes, 3)),
-        "fit beyond strokes, m": shape.overrun,
-    }
-    return Resolved(shape.solution, (notes,))
+    shapes = solve_shapes(problem.chain, problem.box, place.target, along.target, problem.objective)
+    joined = {f.name: np.concatenate([getattr(item.solution, f.name) for item in shapes]) for f in fields(Positions)}
+    joined["value"] = np.array([item.value for item in shapes])
+    notes: list[Notes] = [
+        {"tangent magnitudes, m": str(np.round(item.magnitudes, 3)), "fit beyond strokes, m": item.overrun}
+        for item in shapes
+    ]
+    return Resolved(Positions(**joined), tuple(notes))
 
 
 def _repeated(problem: Positioning, count: int) -> Positioning:

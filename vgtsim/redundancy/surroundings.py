@@ -37,7 +37,7 @@ class Rows:
     Attributes:
         config: Configuration of each pair, shape (R,).
         gap: Distance between the surfaces, shape (R,), m.
-        gradient: Derivative of the gap by that configuration's inputs, shape (R, 3 A); no columns when not
+        gradient: Derivative of the gap by that configuration's inputs, shape (R, n); no columns when not
             asked for.
     """
 
@@ -85,14 +85,14 @@ class Surroundings:
         return np.stack([foot, head]), np.flatnonzero(self.capsules.module >= 1)
 
     def points(self, q: Array) -> Array:
-        """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, A, 3)."""
+        """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, *q)."""
         return np.concatenate([self.chain.nodes(q), self.chain.tool(q)[0][..., None, :]], axis=-2)
 
     def rows(self, q: Array, reach: float, slopes: bool = True, payload: bool = True) -> Rows:
         """Pairs nearer than a reach.
 
         Args:
-            q: Inputs, shape (W, A, 3).
+            q: Inputs, shape (W, *q).
             reach: m.
             slopes: Whether the gradients are wanted.
             payload: Whether the payload's distance from what stands counts; from the arm it always does.
@@ -123,7 +123,7 @@ class Surroundings:
         return Rows(config, gap, np.concatenate(gradient))
 
     def _slopes(self, q: Array) -> Array:
-        """Derivative of the points by the inputs, shape (W, N + 1, 3, 3 A)."""
+        """Derivative of the points by the inputs, shape (W, N + 1, 3, n)."""
         tool = self.chain.jacobian(q)[..., None, :3, :]
         return np.concatenate([self.chain.node_jacobian(q)[1], tool], axis=-3)
 
@@ -178,7 +178,7 @@ class Surroundings:
         """Least clearance of every configuration, from everything and of the arm from itself.
 
         Args:
-            q: Inputs, shape (W, A, 3).
+            q: Inputs, shape (W, *q).
 
         Returns:
             Shape (W,), m, and what is that near in each.
@@ -207,7 +207,7 @@ class Surroundings:
         """Least clearance of one configuration, m, and what is that near.
 
         Args:
-            q: Inputs, shape (A, 3).
+            q: Inputs, shape (*q).
 
         Returns:
             Clearance and place.
