@@ -62,9 +62,8 @@ def usual_resolution(chain: Chain, method: Method, objective: tuple[str, ...]) -
     """
     if method is not Method.COUPLED:
         return Resolution(method, objective)
-    modules = {module.name: module.freedom for module in chain.manipulator.actuated}
     try:
-        return Resolution(method, objective, choose_coupling(None, modules))
+        return Resolution(method, objective, choose_coupling(None, chain.manipulator.actuated))
     except ValueError as error:
         raise DescriptionError(None, "method", f"'coupled' for {chain.manipulator.name}", str(error)) from None
 

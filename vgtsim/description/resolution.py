@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from math import inf
 from typing import Annotated
 
 from pydantic import AfterValidator
 
+from vgtsim.description.modules import DoubleOctahedral, Octahedral, Tetrahedral
 from vgtsim.description.schema import closest
 
 OBJECTIVES = (
@@ -22,6 +24,7 @@ OBJECTIVES = (
 )
 TOOL_ROWS = 5  # a tool goal's: position and direction
 
+Module = DoubleOctahedral | Octahedral | Tetrahedral
 Pairs = tuple[tuple[str, str], ...]
 
 
@@ -66,13 +69,13 @@ def _known(text: str) -> str:
 ObjectiveName = Annotated[str, AfterValidator(_known)]
 
 
-def choose_coupling(pairs: Pairs | None, modules: dict[str, int]) -> tuple[tuple[int, int], ...]:
+def choose_coupling(pairs: Pairs | None, modules: Sequence[Module]) -> tuple[tuple[int, int], ...]:
     """Modules that follow others.
 
     Args:
         pairs: For each pair the module that follows and the module it follows; absent for those of section 8.1: the two
             modules nearest the mast and the two nearest the tool, as far as these differ.
-        modules: The active modules' degrees of freedom by name, from the mast to the tool.
+        modules: The active modules, from the mast to the tool.
 
     Returns:
         The pairs by indices of the active modules.
@@ -81,10 +84,10 @@ def choose_coupling(pairs: Pairs | None, modules: dict[str, int]) -> tuple[tuple
         ValueError: The arm cannot be coupled so, or too few inputs are left for a tool goal; the message says what is
             allowed.
     """
-    names, freedom = tuple(modules), tuple(modules.values())
+    names, freedom = tuple(module.name for module in modules), [module.freedom for module in modules]
     if pairs is None:
-        ends = ((0, 1), (len(names) - 1, len(names) - 2))
-        found = ends[: min(len(names) // 2, 2)]
+        ends = ((0, 1), (len(names) - 1, len(names) - 2))[: min(len(names) // 2, 2)]
+        found = tuple(pair for pair in ends if modules[pair[0]].kind == modules[pair[1]].kind)
     else:
         found = tuple((_index(follower, names), _index(leader, names)) for follower, leader in pairs)
     if not found:
@@ -93,11 +96,9 @@ def choose_coupling(pairs: Pairs | None, modules: dict[str, int]) -> tuple[tuple
     if len(set(followers)) < len(followers) or leaders & set(followers):
         raise ValueError("pairs [follower, leader] in which no module follows twice, or leads and follows")
     for follower, leader in found:
-        if freedom[follower] != freedom[leader]:
-            raise ValueError(
-                f"pairs of modules alike; {names[follower]} has {freedom[follower]} degrees of freedom, {names[leader]} "
-                f"{freedom[leader]}"
-            )
+        if modules[follower].kind != modules[leader].kind:
+            kinds = f"{names[follower]} is {modules[follower].kind}, {names[leader]} {modules[leader].kind}"
+            raise ValueError(f"pairs of modules of one kind; {kinds}")
     left = sum(freedom) - sum(freedom[follower] for follower in followers)
     if left < TOOL_ROWS:
         each = max(freedom)

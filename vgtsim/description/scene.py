@@ -396,10 +396,9 @@ class Scene:
         Raises:
             DescriptionError: The arm cannot be coupled so.
         """
-        modules = {module.name: module.freedom for module in self.manipulator.actuated}
         pairs = self.task.motion.coupling
         try:
-            return choose_coupling(pairs, modules)
+            return choose_coupling(pairs, self.manipulator.actuated)
         except ValueError as error:
             key, found = ("method", "'coupled'") if pairs is None else ("coupling", str([list(pair) for pair in pairs]))
             raise self.error(f"motion.{key}", found, str(error)) from None

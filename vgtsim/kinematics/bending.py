@@ -17,6 +17,8 @@ from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform
 
 Array = NDArray[np.float64]
 
+_PARALLEL = 1 - 1e-12  # cosine of the angle between a section's end faces
+
 
 def azimuth(chain: Chain, point: Array) -> float:
     """Direction of a point from the mast's axis.
@@ -30,6 +32,14 @@ def azimuth(chain: Chain, point: Array) -> float:
     """
     local = chain.mount[:3, :3].T @ (point - chain.mount[:3, 3])
     return float(np.arctan2(local[1], local[0])) if np.hypot(local[0], local[1]) > 1e-6 else 0.0
+
+
+def can_swing(chain: Chain) -> bool:
+    """Whether every module follows a swing: no hinges, no static longerons, no sections with inclined faces."""
+    for place in chain.layout.places:
+        if not isinstance(place.modules, DoubleOctahedra | Octahedra) or not np.all(place.modules.actuated):
+            return False
+    return bool(np.all(chain.layout.after[:, 2, 2] > _PARALLEL))
 
 
 def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:

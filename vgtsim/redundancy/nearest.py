@@ -25,23 +25,24 @@ def come_nearest(problem: Positioning, start: Array, most: int = 80) -> tuple[Ar
 
     Args:
         problem: One goal and strokes; its objective plays no part.
-        start: Inputs inside the strokes, shape (b, A, 3).
+        start: Inputs inside the strokes, shape (b, *q).
         most: Greatest number of iterations for each kappa.
 
     Returns:
-        Inputs, shape (b, A, 3), and what is left of the goal rows there, shape (b, m), m and rad: a metre counts like a
+        Inputs, shape (b, *q), and what is left of the goal rows there, shape (b, m), m and rad: a metre counts like a
         radian.
     """
     plain = replace(problem, objective=StrokeBarrier())
-    z, every = problem.variables(start), np.zeros(len(start), int)
+    z, every, rows = problem.variables(start), np.zeros(len(start), int), len(problem.goal.names)
     for kappa in _KAPPAS:
 
         def pulled(z: Array, which: Index, kappa: float = kappa) -> Local:
             at = plain.local(z, every[which])
-            Jt = np.swapaxes(at.J, 1, 2) / kappa
-            value = at.value + np.sum(at.error**2, axis=1) / (2 * kappa)
-            slope = at.slope + (Jt @ at.error[..., None])[..., 0]
-            return Local(at.inside, at.error[:, :0], at.J[:, :0], value, slope, at.curve + Jt @ at.J)
+            e, J = at.error[:, :rows], at.J[:, :rows]  # static legs keep their length all the same
+            Jt = np.swapaxes(J, 1, 2) / kappa
+            value = at.value + np.sum(e**2, axis=1) / (2 * kappa)
+            slope = at.slope + (Jt @ e[..., None])[..., 0]
+            return Local(at.inside, at.error[:, rows:], at.J[:, rows:], value, slope, at.curve + Jt @ J)
 
         z = minimise(pulled, z, NewtonSettings(optimality=_SETTLED, most=most)).z
-    return problem.inputs(z), plain.local(z, every).error
+    return problem.inputs(z), plain.local(z, every).error[:, :rows]

@@ -76,9 +76,6 @@ class Positioning:
         if not np.all(good):  # what stands in for the others is never looked at
             state = self.kernel.state(np.where(good[:, None], state.q, self.middle.ravel()))
         error, J = evaluate(self.chain, self.goal, state, which)
-        if len(self.kernel.static):
-            error = np.concatenate([error, state.legs[:, count:] - self.kernel.static], axis=1)
-            J = np.concatenate([J, self.kernel.dense(state.blocks)[:, count:]], axis=1)
         terms = self.guarded.terms(Configurations(self.kernel, self.box, state, which))
         if not np.all(np.isfinite(terms.value)):
             raise ObjectiveError(self.objective.name, int(np.sum(~np.isfinite(terms.value))), "its value")
@@ -87,6 +84,12 @@ class Positioning:
             curve = np.zeros((*state.q.shape, state.q.shape[1]))
         elif terms.blocks is not None and terms.dense is not None:
             curve += terms.dense
+        if len(self.kernel.static):
+            rows = self.kernel.dense(state.blocks)[:, count:]
+            error = np.concatenate([error, state.legs[:, count:] - self.kernel.static], axis=1)
+            J = np.concatenate([J, rows], axis=1)
+            # changes no step that keeps static legs their length, and without it nothing would curve across them
+            curve = curve + self._stiff * np.swapaxes(rows, 1, 2) @ rows
         if self.reduction is None:
             return Local(good, error, J, terms.value, terms.slope, curve, terms.rough, terms.by_length)
         T = self.reduction.slope(z)
@@ -94,6 +97,11 @@ class Positioning:
         rough = None if terms.rough is None else (Tt @ terms.rough[..., None])[..., 0]
         slope = (Tt @ terms.slope[..., None])[..., 0]
         return Local(good, error, J @ T, terms.value, slope, Tt @ curve @ T, rough, terms.by_length)
+
+    @property
+    def _stiff(self) -> float:
+        """Curvature of the stroke barrier at mid-stroke, 1/m²."""
+        return float(np.mean(8 / (self.box.greatest - self.box.least) ** 2))
 
     @cached_property
     def kernel(self) -> Kernel:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError, GoalError
-from vgtsim.kinematics.bending import bend_all, swing
+from vgtsim.kinematics.bending import bend_all, can_swing, swing
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.redundancy.goals import Direction, GoalSpace, Orientation, Position, evaluate
@@ -150,8 +150,9 @@ def choose_postures(problem: Positioning, table: Postures, left: NDArray[np.intp
     position, direction = wanted
     out = []
     there, here = np.arctan2(position[:, 1], position[:, 0]), np.arctan2(table.position[:, 1], table.position[:, 0])
+    follows = can_swing(chain)
     for p, d, angle in zip(position, direction, there, strict=True):
-        turn = angle - here
+        turn = (angle - here) * follows
         away = _swung(table.position, turn) - p
         cost = np.sum(away**2, axis=1) + 4 * np.sum((_swung(table.direction, turn) - d) ** 2, axis=1)
         order = np.argsort(cost)[: 6 * (attempt + 1) + 24]

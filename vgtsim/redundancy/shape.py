@@ -31,7 +31,8 @@ class Shape:
 
     Attributes:
         fitted: Inputs that put every segment's end on the curve, strokes left aside, shape (*q).
-        overrun: Greatest excess of a fitted length over its stroke, m; at most zero when all are inside.
+        overrun: Greatest excess of a fitted length over its stroke, m; at most zero when all are inside, infinite where a
+            module does not assemble so.
         solution: The arm inside its strokes with its end conditions met, as near to the fit as it can be.
         magnitudes: Of the two end tangents, m; NaN for a given curve.
         value: Of the objective at the solution.
@@ -68,7 +69,7 @@ def solve_shapes(
         The shapes that meet the goal inside the strokes, the least objective first.
 
     Raises:
-        ReachError: No curve of the search can be fitted, or the end conditions cannot be met from any fit.
+        ReachError: The end conditions cannot be met from any fit.
         DescriptionError: The arm has modules that cannot be fitted to a curve; they are named.
 
     Source: section 7.4 and equations 8.9, 8.10. Differs: equal arc length at once, and an exact end after the fit; the
@@ -82,21 +83,18 @@ def solve_shapes(
     pairs = magnitudes or tuple((float(a), float(b)) for a in reach * MAGNITUDES for b in reach * MAGNITUDES)
     fits = np.array([fit(chain, cubic(base, face, a * out, b * along)) for a, b in pairs])
     state = Kernel(chain).state(fits)
-    overrun = -np.min(box.row.spare(state.legs[:, : chain.layout.actuators]), axis=1)
-    known = np.flatnonzero(state.assembles)
-    if not len(known):
-        raise ReachError("shape", 0.0, (), f"no module assembles on any of {len(pairs)} cubic curves")
-    found = _finish(chain, box, goal, fits[known], settings)
+    overrun = np.where(state.assembles, -np.min(box.row.spare(state.legs[:, : chain.layout.actuators]), axis=1), np.inf)
+    found = _finish(chain, box, goal, fits, settings)
     met = np.flatnonzero(found.met)
     if not len(met):
         best = int(np.argmin(np.linalg.norm(found.error, axis=1)))
         shortfall = float(np.linalg.norm(found.error[best, :3]))
-        raise ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun[known[best]]:.3g} m")
+        raise ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun[best]:.3g} m")
     kernel = Kernel(chain)
     placed = Configurations(kernel, box, kernel.state(found.q[met]), np.zeros(len(met), int))
     value = values(objective or MidStroke(), placed)
     return [
-        Shape(fits[known[i]], float(overrun[known[i]]), _one(found, i), pairs[known[i]], float(v))
+        Shape(fits[i], float(overrun[i]), _one(found, i), pairs[i], float(v))
         for v, i in sorted(zip(value.tolist(), met.tolist(), strict=True))
     ]
 

@@ -161,7 +161,7 @@ def binding_actuators(chain: Chain, box: StrokeBox, q: Array) -> tuple[str, ...]
     Returns:
         Names such as `m3/actuator/2 retracted`.
     """
-    length, limits = chain.lengths(q).ravel(), box.row
+    length, limits = Kernel(chain).state(q[None]).legs[0], box.row
     names = []
     for j, member in enumerate(chain.truss.actuated):
         name = chain.truss.members[member].name
