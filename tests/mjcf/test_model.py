@@ -8,7 +8,7 @@ import pytest
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.start import start_inputs
-from vgtsim.mjcf import build_model, build_spec, load_model, names, scene_chain
+from vgtsim.mjcf import build_model, load_model, names, scene_chain
 from vgtsim.mjcf.contact_bits import contact_bits
 from vgtsim.mjcf.files import measure_sag, write_scene_files
 from vgtsim.mjcf.pose import qpos_from_nodes

@@ -109,10 +109,10 @@ def solve_bodies(chain, nodes, loads):
     Unknown are the tensions of the longerons, and of each actuator its axial force, shear and two pin moments.
     """
     truss = chain.truss
-    ring, tip = nodes[truss.rings[0]], nodes[truss.tip]
+    ring = nodes[truss.rings[0]]
     axis = (ring[0, 2] - ring[0, 0]) / OFFSET
     owner = {int(node): k for k, block in enumerate(truss.rings[0]) for node in block}
-    owner |= {node: 3 for node in range(truss.tip.start, truss.tip.stop)}
+    owner |= dict.fromkeys(range(truss.tip.start, truss.tip.stop), 3)
     matrix = np.zeros((24 + 3, 12 + 12))
 
     def act(column, body, point, force, moment):
@@ -141,7 +141,7 @@ def solve_bodies(chain, nodes, loads):
     for node, body in owner.items():
         right[6 * body : 6 * body + 3] -= loads[node]
         right[6 * body + 3 : 6 * body + 6] -= np.cross(nodes[node], loads[node])
-    found, left, rank, _ = np.linalg.lstsq(matrix, right, rcond=None)
+    found, _, rank, _ = np.linalg.lstsq(matrix, right, rcond=None)
     assert rank == 24
     assert np.abs(matrix @ found - right).max() < 1e-9 * np.abs(right).max()
     return found[:12], found[12:].reshape(3, 4)
@@ -240,6 +240,27 @@ def test_moments_and_shear_hold_the_actuator(single, payload):
     about = np.cross(axis[:, None], forces.direction[:, pinned])
     moment = own - np.cross(span, far_force) - forces.near_moment[:, pinned] - forces.far_moment[:, pinned]
     assert np.abs(np.sum(moment * about, axis=-1)).max() < ROUNDING * np.abs(forces.bar).max()
+
+
+def test_moments_on_a_block_are_half_the_offset_times_the_difference_of_its_longerons(single):
+    """The closed form, without weight: sum of M = -Ljo/2 U x (force on head - force on foot), two actuators a block."""
+    none, truss = make_load_model(single, Payload(mass=0.0, radius=0.1), 0.0), single.truss
+    push = np.zeros((7, len(truss.nodes), 3))
+    push[:, truss.tip] = np.random.default_rng(45).normal(0, 2e3, (7, 3, 3))
+    nodes = single.nodes(poses(single))
+    forces = solve(none, nodes, nodal_forces=push)
+    pull = np.zeros(nodes.shape)
+    for index in range(12):
+        first, second = truss.ends[index]
+        pull[:, first] += forces.near_axial[:, index, None] * forces.direction[:, index]
+        pull[:, second] -= forces.far_axial[:, index, None] * forces.direction[:, index]
+    for k, (foot, _, head) in enumerate(truss.rings[0]):
+        moment = (
+            forces.near_moment[:, truss.ring_actuators[0, k]] + forces.far_moment[:, truss.ring_actuators[0, k - 1]]
+        )
+        expected = -np.cross(nodes[:, head] - nodes[:, foot], pull[:, head] - pull[:, foot]) / 2
+        assert np.abs(moment - expected).max() < ROUNDING * np.abs(forces.bar).max()
+        assert np.abs(moment).max() > 50.0
 
 
 def test_no_offset_bends_nothing(hanging_arm, payload):

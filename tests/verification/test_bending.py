@@ -14,7 +14,7 @@ from vgtsim.verification import loads
 from vgtsim.verification.verify import verify
 
 AT_REST = 1e-6  # of the greatest bending moment of the run
-MOVING = 1e-2  # the same
+MOVING = 1e-4  # the same: differences of positions, spin of barrels about their axes, friction of pins
 
 
 @pytest.fixture(scope="module")
