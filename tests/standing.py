@@ -24,7 +24,11 @@ PATIENCE = 400  # steps
 
 @dataclass(frozen=True)
 class Standing:
-    """What was measured, a row for each pose; forces as in `verification.loads`."""
+    """What was measured, a row for each pose; forces as in `verification.loads`.
+
+    `moment` is that at members with a ball at each end; `bending` and its `bending_error`, torsion and moments about the
+    pins included, are those at the near pins of actuators between joint blocks.
+    """
 
     closure: np.ndarray
     agreement: np.ndarray
@@ -32,6 +36,8 @@ class Standing:
     shear: np.ndarray
     axial: np.ndarray
     forces: np.ndarray
+    bending: np.ndarray
+    bending_error: np.ndarray
 
 
 def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lumped: bool = False) -> Standing:
@@ -78,12 +84,17 @@ def _measure(chain: Chain, log: dict, lumped: bool) -> Standing:
     model = make_load_model(chain, Payload(mass=0.0, radius=0.1), 9.80665, lumped=lumped)
     expected = solve(model, log["nodes"])
     shear = log["member_force"] - axial[..., None] * along - expected.near_transverse
+    pinned = truss.ring_actuators.ravel()
+    balls = np.setdiff1d(np.arange(len(truss.members)), pinned)
+    off = log["member_moment"] - expected.near_moment
     largest = np.abs(expected.near_axial).max(axis=-1, keepdims=True)
     return Standing(
         np.linalg.norm(log["ends"] - log["nodes"][:, truss.ends], axis=-1).max(axis=-1),
         np.linalg.norm(log["nodes"] - chain.nodes(q), axis=-1),
-        np.linalg.norm(log["member_moment"], axis=-1),
+        np.linalg.norm(log["member_moment"][:, balls], axis=-1),
         np.linalg.norm(shear, axis=-1),
         np.abs(axial - expected.near_axial) / largest,
         axial,
+        np.linalg.norm(log["member_moment"][:, pinned], axis=-1),
+        np.linalg.norm(off[:, pinned], axis=-1),
     )

@@ -122,7 +122,8 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
     alike = [(modules[k].kind, joint_offset(modules[k]) > 0) for k in active]
     places = []
-    for key in dict.fromkeys(alike):
+    kinds = ("double_octahedral", "tetrahedral", "octahedral")
+    for key in ((kind, offset) for kind in kinds for offset in (False, True) if (kind, offset) in alike):
         which = [a for a, own in enumerate(alike) if own == key]
         columns = np.array([np.arange(first[a], first[a + 1]) for a in which], dtype=int)
         among = slice(None) if len(which) == len(active) else np.array(which)
