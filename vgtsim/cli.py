@@ -17,7 +17,7 @@ from vgtsim import __version__
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
 from vgtsim.description.resolution import Method
-from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
+from vgtsim.errors import DescriptionError, DivergenceError, MissingLibraryError, VgtError
 from vgtsim.runlog import RunLog, load_run
 from vgtsim.verification.report import Report
 
@@ -116,8 +116,7 @@ def build(
         manipulator = load_manipulator(description)
         check_strokes(Chain(manipulator, hanging_mount(0.0)))
         files = write_arm_files(manipulator, prepare_folder(out or description.parent) / manipulator.name)
-    for file in files:
-        _out.print(str(file), soft_wrap=True)
+    _list(*files)
 
 
 @app.command(epilog="Example: vgtsim verify out/type_ii_reach")
@@ -146,15 +145,15 @@ def render(
 
     scene, log = load_run(folder / "run.npz")
     path = film(scene, log, judge(scene, log), scene_chain(scene), folder, camera)
-    _out.print(str(path), soft_wrap=True)
+    _list(path)
 
 
 @app.command(epilog="Example: vgtsim capacity models/arm15/arm15.toml")
 def capacity(
-    model_file: Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)],
+    model_file: ArmFile,
     out: OutFolder = None,
-    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.")] = 453.59237,
-    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.")] = 1.67,
+    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = 453.59237,
+    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = 1.67,
 ) -> None:
     """Map what an arm may carry over radius and depth, what governs, and how far the tip sags."""
     from vgtsim.kinematics import Chain, hanging_mount
@@ -165,8 +164,7 @@ def capacity(
     arm = load_manipulator(model_file)
     with _err.status("solving shapes"):
         found = map_capacity(Chain(arm, hanging_mount(0.0)), safety_factor=safety_factor, reference=payload)
-    for file in write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)):
-        _out.print(str(file), soft_wrap=True)
+    _list(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
     far, least = int(found.radius.argmax()), int(found.payload.argmin())
     for words, i in (("at full reach", far), ("least", least)):
         _out.print(
@@ -177,7 +175,7 @@ def capacity(
 
 @app.command(epilog="Example: vgtsim size models/arm15/arm15.toml --task scenes/type_ii_reach.toml --out sized.toml")
 def size(
-    model_file: Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)],
+    model_file: ArmFile,
     task: Annotated[Path, typer.Option("--task", help="Scene whose tour and load cases it must stand.")],
     out: Annotated[Path, typer.Option("--out", help="File of the sized arm.")] = Path("sized.toml"),
     reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.05,
@@ -222,8 +220,7 @@ def export(
     from vgtsim.output.write import prepare_folder
 
     scene, log = load_run(folder / "run.npz")
-    for file in write_truss(scene, log, scene_chain(scene), prepare_folder(folder), time, vtk=vtk):
-        _out.print(str(file), soft_wrap=True)
+    _list(*write_truss(scene, log, scene_chain(scene), prepare_folder(folder), time, vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
@@ -252,13 +249,15 @@ def models(
     from vgtsim.statics.loads import weigh
 
     table = Table("name", "degrees of freedom", "modules", "reach/m", "mass/kg", "what it is")
-    for file in sorted(folder.glob("*/*.toml")):
+    files = sorted(folder.glob("*/*.toml"))
+    if not files:
+        raise DescriptionError(folder, "", "no arms", "a folder with NAME/NAME.toml files")
+    for file in files:
         arm = load_manipulator(file)
         chain = Chain(arm, hanging_mount(0.0))
         reach = sample_workspace(chain, _LISTED_SAMPLE, seed=0).reach
         freedom = chain.layout.actuators
-        row = (arm.name, str(freedom), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}", arm.title)
-        table.add_row(*row)
+        table.add_row(arm.name, str(freedom), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}", arm.title)
     _out.print(table)
 
 
@@ -284,8 +283,7 @@ def show(
     q = read_pose(chain, lengths or (), inputs or ()) if given else reach_pose(chain)
     stem = prepare_folder(out or Path("out") / arm.name) / arm.name
     files = write_drawing(draw_arm(chain, {"straight": chain.straight, "given" if given else "bent": q}), stem)
-    for file in (*files, *write_solid(make_solid(chain, chain.nodes(q)), stem)):
-        _out.print(str(file), soft_wrap=True)
+    _list(*files, *write_solid(make_solid(chain, chain.nodes(q)), stem))
     point, axis = (" ".join(f"{value:.6f}" for value in item) for item in chain.tool(q))
     _out.print(f"tool at {point} m, direction {axis}; base face at the origin, hanging", soft_wrap=True)
 
@@ -320,8 +318,7 @@ def workspace(
     table.add_row(f"configurations with one below {NEAR_SINGULAR}", f"{100 * found.near_singular:.2g} %")
     _out.print(table)
     stem = prepare_folder(out or Path("out") / arm.name) / "workspace"
-    for file in write_drawing(plot_workspace(found, arm.title), stem):
-        _out.print(str(file), soft_wrap=True)
+    _list(*write_drawing(plot_workspace(found, arm.title), stem))
 
 
 @app.command(epilog="Example: vgtsim ik scenes/type_ii_reach.toml --position 8 2 1 --direction 1 0 0 --plot ik.svg")
@@ -357,12 +354,17 @@ def ik(
         draw_posture(chain, answer.q, position, plot)
 
 
+def _list(*files: Path) -> None:
+    for file in files:
+        _out.print(str(file), soft_wrap=True)
+
+
 def _show(report: Report, folder: Path) -> None:
     table = Table("check", "measured", "limit", "unit", "where", "t/s", title=f"{report.scene}")
     for check in report.checks:
         colour = "green" if check.passed else "bold red"
         sign = "<=" if check.sense == "at most" else ">="
-        row = (
+        table.add_row(
             f"{check.name}: {check.quantity}",
             f"[{colour}]{check.measured:.3g}[/]",
             f"{sign} {check.limit:.3g}",
@@ -370,7 +372,6 @@ def _show(report: Report, folder: Path) -> None:
             check.where,
             f"{check.when:.2f}",
         )
-        table.add_row(*row)
     _out.print(table)
     factor = report.performance["real_time_factor"]
     _out.print(f"{'PASSED' if report.passed else 'FAILED'}; {factor:.1f} times real time; {folder / 'report.html'}")

@@ -341,6 +341,13 @@ class SceneFile(Description):
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
+    @model_validator(mode="after")
+    def _cases_differ(self) -> SceneFile:
+        names = [case.name for case in self.loads]
+        if len(set(names)) != len(names):
+            raise ValueError(f"load case names must differ: {names}")
+        return self
+
 
 @dataclass(frozen=True)
 class Scene:

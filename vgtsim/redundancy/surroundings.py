@@ -199,7 +199,9 @@ class Surroundings:
         axis, mine = self._mast
         a, b = points[:, capsules.ends[mine, 0]], points[:, capsules.ends[mine, 1]]
         mast = segment_distance(a, b, axis[0], axis[1])[0] - capsules.radii[mine] - self.mast_radius
-        columns = np.concatenate([found.distance, own[:, None], mast.min(axis=1, keepdims=True)], axis=1)
+        columns = np.concatenate(
+            [found.distance, own[:, None], mast.min(axis=1, keepdims=True, initial=np.inf)], axis=1
+        )
         names = (*found.places, "the arm itself", "mast")
         return columns.min(axis=1), [names[k] for k in columns.argmin(axis=1)]
 

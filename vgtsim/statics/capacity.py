@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.scene import Payload
-from vgtsim.errors import TrussError
+from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import MemberForces, solve
@@ -145,8 +145,12 @@ def map_capacity(
         The map.
 
     Raises:
+        DescriptionError: The arm has other active modules than double octahedra.
         TrussError: No shape is within the strokes.
     """
+    if not chain.manipulator.uniform:
+        found = f"{chain.manipulator.name}, whose active modules are {', '.join(chain.layout.names)}"
+        raise DescriptionError(None, "modules", found, "double octahedra alone: they bend in a plane by their inputs")
     rng = np.random.default_rng(seed)
     active = len(chain.straight)
     # evenly curved arms as well as free ones: the former reach far, the latter fill the plane

@@ -206,12 +206,17 @@ def check_utilisation(log: RunLog, chain: Chain, use: Utilisation, ratings: Rati
     record, member = np.unravel_index(np.nanargmax(use.strength), use.strength.shape)
     mode = MODES[int(np.argmax(use.by_mode[:, record, member]))]
     slender = ratings.slenderness[record, member]
-    text = f"governed by {mode}, KL/r {slender:.0f}, margin {1 / found.value - 1:.3g}"
+    text = f"governed by {mode}, KL/r {slender:.0f}, margin {_margin(found.value):.3g}"
     most = float(np.nanmax(ratings.slenderness))
     if most > SLENDERNESS_ADVICE:
         name = chain.truss.member_names[int(np.nanargmax(np.nanmax(ratings.slenderness, axis=0)))]
         text += f"; {name} has KL/r {most:.0f}, more than the {SLENDERNESS_ADVICE:.0f} that AISC 360 E2 advises"
     return replace(found, detail=text)
+
+
+def _margin(used: float) -> float:
+    """Part by which a demand could grow."""
+    return 1 / used - 1 if used else float("inf")
 
 
 def check_cases(log: RunLog, chain: Chain, scene: Scene) -> tuple[Finding, Finding] | None:
@@ -227,7 +232,7 @@ def check_cases(log: RunLog, chain: Chain, scene: Scene) -> tuple[Finding, Findi
     for used in (worst.strength, worst.pressure):
         case, *_ = np.unravel_index(np.argmax(used), used.shape)
         finding = worst_of(used[case], log.time[picked], chain.truss.member_names)
-        found.append(replace(finding, detail=f"case {worst.cases[int(case)]}, margin {1 / finding.value - 1:.3g}"))
+        found.append(replace(finding, detail=f"case {worst.cases[int(case)]}, margin {_margin(finding.value):.3g}"))
     return found[0], found[1]
 
 
