@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,8 @@ from vgtsim.kinematics.double_octahedron import Geometry, length_jacobian, midpl
 from vgtsim.kinematics.start import start_inputs
 from vgtsim.redundancy.strokes import make_box
 from vgtsim.redundancy.surroundings import Surroundings
+from vgtsim.statics.elasticity import ElasticModel, make_elastic_model
+from vgtsim.statics.stiffness import deflect
 
 Array = NDArray[np.float64]
 
@@ -29,10 +33,22 @@ def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
         chain: Its arm on its mast.
 
     Returns:
-        Tank, equipment, waste, mast and the arm itself with its payload.
+        Tank, equipment, waste, mast and the arm itself with its payload; of an elastic arm where it sags to.
     """
-    task = scene.task
-    return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2)
+    task, sag = scene.task, None
+    if task.simulation.members == "elastic":
+        sag = _sagging(make_elastic_model(chain, task.payload, task.simulation.gravity))
+    return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2, sag)
+
+
+def _sagging(elastic: ElasticModel) -> Callable[[Array], Array]:
+    """Displacements of nodes and tool point at rest, to first order: one solve, some millimetres off where arms sag most."""
+
+    def sag(nodes: Array) -> Array:
+        moved = deflect(elastic, nodes)
+        return np.concatenate([moved.nodes, moved.tool[..., None, :3]], axis=-2)
+
+    return sag
 
 
 def check_scene(scene: Scene, chain: Chain) -> None:

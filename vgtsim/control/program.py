@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +89,7 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
         ReachError: The goal cannot be met.
     """
     goal = scene.task.motion.goals[0]
-    start, surroundings = start_inputs(scene, chain), surroundings_of(scene, chain)
+    start, surroundings = start_inputs(scene, chain), replace(surroundings_of(scene, chain), sag=None)
     return solve_goal(chain, goal.name, goal.position, goal.direction, start, surroundings, _solving(scene)).q
 
 
@@ -108,13 +108,13 @@ def _aim_above(
             break
         aim += left
         direction = aim[1] / np.linalg.norm(aim[1])
-        q = solve_goal(chain, goal.name, aim[0], direction, q, surroundings, _solving(scene)).q
+        q = solve_goal(chain, goal.name, aim[0], direction, q, surroundings, _solving(scene, _MARGIN / 2)).q
     return q
 
 
-def _solving(scene: Scene) -> SolverSettings:
+def _solving(scene: Scene, margin: float = _MARGIN) -> SolverSettings:
     motion = scene.task.motion
-    return SolverSettings(stroke_margin=motion.stroke_margin, clearance=motion.clearance + _MARGIN)
+    return SolverSettings(stroke_margin=motion.stroke_margin, clearance=motion.clearance + margin)
 
 
 def make_program(scene: Scene, chain: Chain) -> LengthProgram:
@@ -144,8 +144,9 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     elastic = None
     if scene.task.simulation.members == "elastic":
         elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    stiff = replace(surroundings, sag=None)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
-        found = solve_goal(chain, goal.name, goal.position, goal.direction, shapes[-1], surroundings, solving)
+        found = solve_goal(chain, goal.name, goal.position, goal.direction, shapes[-1], stiff, solving)
         q = found.q
         if elastic is not None:
             q = _aim_above(scene, chain, elastic, goal, q, surroundings)
