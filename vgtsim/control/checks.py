@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,8 @@ from vgtsim.kinematics.start import start_inputs
 from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.redundancy.strokes import make_box
 from vgtsim.redundancy.surroundings import Surroundings
+from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
+from vgtsim.statics.stiffness import deflect
 
 Array = NDArray[np.float64]
 
@@ -27,10 +31,29 @@ def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
         chain: Its arm on its mast.
 
     Returns:
-        Tank, equipment, waste, mast and the arm itself with its payload.
+        Tank, equipment, waste, mast and the arm itself with its payload; of an elastic arm where it sags to.
     """
-    task = scene.task
-    return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2)
+    task, sag = scene.task, None
+    if task.simulation.members == "elastic":
+        sag = _sagging(elastic_model_of(scene, chain))
+    return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2, sag)
+
+
+def elastic_model_of(scene: Scene, chain: Chain) -> ElasticModel:
+    """The arm of a scene with its payload, masses where the scene has them, and cylinders as their drives hold them."""
+    simulation = scene.task.simulation
+    model = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
+    return hold_cylinders(model, simulation)
+
+
+def _sagging(elastic: ElasticModel) -> Callable[[Array], Array]:
+    """Displacements of nodes and tool point at rest, to first order: one solve, some millimetres off where arms sag most."""
+
+    def sag(nodes: Array) -> Array:
+        moved = deflect(elastic, nodes)
+        return np.concatenate([moved.nodes, moved.tool[..., None, :3]], axis=-2)
+
+    return sag
 
 
 def check_scene(scene: Scene, chain: Chain) -> None:

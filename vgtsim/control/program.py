@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.control.checks import check_scene, surroundings_of
+from vgtsim.control.checks import check_scene, elastic_model_of, surroundings_of
+from vgtsim.control.objectives import MARGIN
 from vgtsim.control.path import PathSettings, plan_path
 from vgtsim.control.resolution import resolve_goal, scene_resolution
 from vgtsim.control.timing import make_limits, time_lengths
 from vgtsim.description.scene import Goal, Scene
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import start_inputs
-from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
+from vgtsim.redundancy.solver import Keep
+from vgtsim.redundancy.surroundings import Surroundings
+from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
 
@@ -86,18 +89,21 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
     Raises:
         ReachError: The goal cannot be met.
     """
-    return _configuration(scene, chain, scene.task.motion.goals[0], start_inputs(scene, chain))
+    keep = _keep(scene, replace(surroundings_of(scene, chain), sag=None), MARGIN)
+    return _configuration(scene, chain, scene.task.motion.goals[0], start_inputs(scene, chain), keep)
 
 
 def _configuration(
-    scene: Scene, chain: Chain, goal: Goal, start: Array, aim: tuple[Array, Array] | None = None
+    scene: Scene, chain: Chain, goal: Goal, start: Array, keep: Keep, aim: tuple[Array, Array] | None = None
 ) -> Array:
     """Inputs with the tool at a goal, or at an aim in its place, shape (A, 3)."""
     pose = aim or (np.array(goal.position), np.array(goal.direction))
-    return np.array(resolve_goal(chain, scene_resolution(scene), goal.name, pose, start, scene, clear=True).q)
+    return np.array(resolve_goal(chain, scene_resolution(scene), goal.name, pose, start, scene, keep).q)
 
 
-def _aim_above(scene: Scene, chain: Chain, elastic: ElasticModel, goal: Goal, q: Array) -> Array:
+def _aim_above(
+    scene: Scene, chain: Chain, elastic: ElasticModel, goal: Goal, q: Array, surroundings: Surroundings
+) -> Array:
     """Inputs with which an elastic arm, sagging, holds its tool at a goal: the aim is moved by what is left over."""
     wanted = np.array([goal.position, goal.direction])
     aim = wanted.copy()
@@ -109,8 +115,13 @@ def _aim_above(scene: Scene, chain: Chain, elastic: ElasticModel, goal: Goal, q:
         if np.abs(left).max() < _AIMED:
             break
         aim += left
-        q = _configuration(scene, chain, goal, q, (aim[0], aim[1]))
+        keep = _keep(scene, surroundings, MARGIN / 2)
+        q = _configuration(scene, chain, goal, q, keep, (aim[0], aim[1]))
     return q
+
+
+def _keep(scene: Scene, surroundings: Surroundings, margin: float) -> Keep:
+    return Keep(surroundings, scene.task.motion.clearance + margin)
 
 
 def make_program(scene: Scene, chain: Chain) -> LengthProgram:
@@ -138,13 +149,12 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     shapes = [start]
     elastic = None
     if scene.task.simulation.members == "elastic":
-        simulation = scene.task.simulation
-        elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
-        elastic = hold_cylinders(elastic, simulation)
+        elastic = elastic_model_of(scene, chain)
+    stiff = _keep(scene, replace(surroundings, sag=None), MARGIN)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
-        q = _configuration(scene, chain, goal, shapes[-1])
+        q = _configuration(scene, chain, goal, shapes[-1], stiff)
         if elastic is not None:
-            q = _aim_above(scene, chain, elastic, goal, q)
+            q = _aim_above(scene, chain, elastic, goal, q, surroundings)
         shapes.append(q)
     legs = []
     for index, goal in enumerate(motion.goals):

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from vgtsim.control.checks import surroundings_of
-from vgtsim.control.objectives import MARGIN, make_objective
+from vgtsim.control.objectives import make_objective
 from vgtsim.description.resolution import Method, choose_coupling
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
@@ -80,7 +79,7 @@ def resolve_goal(
     goal: tuple[ArrayLike, ArrayLike],
     start: ArrayLike,
     scene: Scene | None = None,
-    clear: bool = False,
+    keep: Keep | None = None,
 ) -> GoalSolution:
     """Find a configuration for a tool goal.
 
@@ -91,7 +90,7 @@ def resolve_goal(
         goal: Tool point in frame G, shape (3,), m, and tool direction, shape (3,), any length but zero.
         start: Present inputs, shape (*q).
         scene: Gives stroke margin, payload and surroundings.
-        clear: Whether the clearance that the scene plans for has to be kept, with a margin for the way from there.
+        keep: Clearance that the configuration has to keep.
 
     Returns:
         The configuration.
@@ -104,6 +103,5 @@ def resolve_goal(
     rows = tool_goal(*goal)
     objective = make_objective(chain, rows, how.objective, scene)
     reduction = couple(chain.straight.ravel(), how.coupling, owner=chain.layout.owner) if how.coupling else None
-    keep = Keep(surroundings_of(scene, chain), scene.task.motion.clearance + MARGIN) if scene and clear else None
     problem = Positioning(chain, stroke_box(chain, scene), rows, objective, reduction=reduction)
     return solve_goal(name, problem, how.method, start, keep, NewtonSettings(most=_STEPS))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -55,12 +56,15 @@ class Surroundings:
         tank: The tank.
         payload_radius: Of the ball about the tool point, m.
         mast_radius: Of the pipe above the arm's base, m.
+        sag: Displacements of the points of poses under load, from their nodes; absent for an arm that does not give.
+            Slopes are those of the unloaded arm: a bend moves the points by metres where it changes their sag by millimetres.
     """
 
     chain: Chain
     tank: Tank
     payload_radius: float
     mast_radius: float
+    sag: Callable[[Array], Array] | None = None
 
     @cached_property
     def profile(self) -> Profile:
@@ -86,7 +90,9 @@ class Surroundings:
 
     def points(self, q: Array) -> Array:
         """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, *q)."""
-        return np.concatenate([self.chain.nodes(q), self.chain.tool(q)[0][..., None, :]], axis=-2)
+        nodes = self.chain.nodes(q)
+        points = np.concatenate([nodes, self.chain.tool(q)[0][..., None, :]], axis=-2)
+        return points if self.sag is None else points + self.sag(nodes)
 
     def rows(self, q: Array, reach: float, slopes: bool = True, payload: bool = True) -> Rows:
         """Pairs nearer than a reach.
