@@ -121,10 +121,10 @@ class HydraulicDrive:
         self._last = np.array(lengths)
         length = springs.retracted + self.data.qpos[springs.model.jnt_qposadr[springs.joints]]
         velocity = self.data.qvel[springs.model.jnt_dofadr[springs.joints]]
-        before = find_state(parts, self.oil, length)
-        self.oil, drift, saturated = advance(self.hydraulics, self.oil, before, now, speed, length, velocity)
         self.state = find_state(parts, self.oil, length)
-        springs.hold(self.state.stiffness, length - self.state.force / self.state.stiffness, drift)
+        self.oil, drift, saturated = advance(self.hydraulics, self.oil, self.state, now, speed, length, velocity)
+        after = find_state(parts, self.oil, length)
+        springs.hold(after.stiffness, length - after.force / after.stiffness, drift)
         return saturated
 
     @property
