@@ -164,7 +164,9 @@ def test_stroke_ends_the_travel():
 
 def test_pull_on_a_shut_cylinder_opens_a_cavity_and_no_pressure_falls_below_the_vapours():
     shut = cylinder(lock_band=1.0)
-    run = play(shut, lambda t: 1.1, 0.4, mass=5e3, load=lambda t: 0.0 if t < 0.1 else 3 * SUPPLY * ANNULUS, damping=1e-2)
+    run = play(
+        shut, lambda t: 1.1, 0.4, mass=5e3, load=lambda t: 0.0 if t < 0.1 else 3 * SUPPLY * ANNULUS, damping=1e-2
+    )
     assert run.hit & CAVITY
     assert run.pressure.min() == VAPOUR
     free = play(shut, lambda t: 1.1, 0.4, mass=5e3, load=0.3 * SUPPLY * ANNULUS)

@@ -96,7 +96,7 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
 def _aim_above(
     scene: Scene, chain: Chain, elastic: ElasticModel, goal: Goal, q: Array, surroundings: Surroundings
 ) -> Array:
-    """Inputs with which an elastic arm, sagging, holds its tool at a goal: the aim is moved by what is left over."""
+    """Inputs with which an arm that gives, sagging, holds its tool at a goal: the aim is moved by what is left over."""
     wanted = np.array([goal.position, goal.direction])
     aim = wanted.copy()
     for _ in range(_AIMS):
@@ -142,7 +142,7 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     start = start_inputs(scene, chain)
     shapes = [start]
     elastic = None
-    if scene.task.simulation.members == "elastic":
+    if scene.task.simulation.members == "elastic" or scene.task.simulation.drive == "servo":
         simulation = scene.task.simulation
         elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
         elastic = hold_cylinders(elastic, simulation)
