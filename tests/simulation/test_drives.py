@@ -16,6 +16,7 @@ from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.simulation import run
 from vgtsim.statics.elasticity import hold_cylinders, make_elastic_model
+from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
 from vgtsim.verification import drives, shape, verify
 
@@ -149,6 +150,34 @@ def test_pressure_too_low_anywhere_on_the_tour_is_refused_with_cylinder_figures_
     play(low, start, start, 0.1, out_of_the_tank)
     with pytest.raises(DescriptionError, match=r"MPa, which holds .* kN; allowed: at least .* m1/actuator.* after \d"):
         play(low, start, end, 4.0, out_of_the_tank)
+
+
+def test_pressures_that_do_not_make_up_the_force_or_leave_their_range_fail_their_rows(module):
+    scene = hydraulic(module)
+    q, supply = bend(scene, [0.6], [0.4]), next(iter(scene.manipulator.cylinders.values())).pressure
+    log = play(scene, q, q, 0.1, out_of_the_tank)
+    names = ("chamber pressures against drive force", "chamber pressure over supply")
+    names += ("least chamber pressure above the tank's",)
+    wrong = (log.pressure * [1.05, 1.0], np.full_like(log.pressure, 1.01 * supply), np.full_like(log.pressure, -1e3))
+    for name, pressure in zip(names, wrong, strict=True):
+        assert rows(scene, log)[name].passed
+        assert not rows(scene, dataclasses.replace(log, pressure=pressure))[name].passed
+    unlogged = dataclasses.replace(log, pressure=np.zeros((0, 0, 2)))
+    assert not any(rows(scene, unlogged)[name].passed for name in names)
+
+
+@pytest.mark.parametrize("members", ["rigid", "elastic"])
+def test_goals_are_aimed_at_with_what_servos_give_under_load(cylinders, members):
+    scene = change(cylinders, drive="servo", members=members, servo_stiffness=5e7)
+    chain, simulation = scene_chain(scene), scene.task.simulation
+    leg, goal = make_program(scene, chain).legs[0], scene.task.motion.goals[0]
+    elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=True)
+    spring = np.where(elastic.spring > 0, 1e13 if members == "rigid" else elastic.spring, 0.0)
+    rod, oil = np.full(elastic.rod.shape, 5e7), np.full(elastic.oil.shape, np.inf)
+    unloaded = chain.nodes(chain.inputs_from_lengths(leg.lengths[-1].reshape(-1, 3)))
+    held = settle(dataclasses.replace(elastic, spring=spring, rod=rod, oil=oil), unloaded)
+    assert np.linalg.norm(tool_point(elastic.loads, held) - goal.position) < 2e-4
+    assert np.linalg.norm(tool_point(elastic.loads, unloaded) - goal.position) > 5e-3  # it gives, and visibly
 
 
 @pytest.mark.slow

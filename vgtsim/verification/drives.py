@@ -56,13 +56,13 @@ def check_actuators(log: RunLog, chain: Chain) -> Finding:
 
 def check_highest_pressure(log: RunLog, chain: Chain) -> Finding:
     """Greatest pressure in a chamber over the supply's."""
-    used = log.pressure.max(axis=2, initial=-np.inf) / _collect(chain, "pressure")
+    used = log.pressure.max(axis=2) / _collect(chain, "pressure")
     return worst_of(used, log.time, _names(chain))
 
 
 def check_lowest_pressure(log: RunLog, chain: Chain) -> Finding:
     """Least pressure in a chamber, above the tank's, Pa."""
-    worst = worst_of(-log.pressure.min(axis=2, initial=np.inf), log.time, _names(chain))
+    worst = worst_of(-log.pressure.min(axis=2), log.time, _names(chain))
     return Finding(-worst.value, worst.where, worst.when, worst.detail)
 
 

@@ -136,6 +136,9 @@ def _drive_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Fin
     ]
     if drive != "hydraulic":
         return rows
+    if log.pressure.shape[:2] != log.actual.shape:
+        missing = Finding(float("nan"), "none", float("nan"), "the log has no pressures of the cylinders")
+        return [*rows, (_HIGHEST, missing), (_LOWEST, missing), (_OIL, missing)]
     rows += [(_HIGHEST, drives.check_highest_pressure(log, chain)), (_LOWEST, drives.check_lowest_pressure(log, chain))]
     return [*rows, (_OIL, drives.check_pressure_force(log, chain))]
 
