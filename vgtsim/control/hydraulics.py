@@ -1,9 +1,8 @@
 """Valves and their control: position control of hydraulic cylinders, leakage and lock, one step at a time.
 
 A spool valve opens both chambers, one to the supply and one to the tank; its edges match the piston's areas. It is told
-the command's speed plus a gain on the length error, less what the load's swing asks for, and opens the wider the less
-pressure the load leaves. Relief valves hold each chamber at the supply's pressure or less. Near a command at rest the
-lock valves shut; the piston's seal leaks on.
+the command's speed plus a gain on the length error, and opens the wider the less pressure the load leaves. Relief valves
+hold each chamber at the supply's pressure or less. Near a command at rest the lock valves shut; the piston's seal leaks on.
 """
 
 from __future__ import annotations
@@ -35,16 +34,12 @@ class Hydraulics:
     Attributes:
         cylinders: The cylinders.
         gain: Speed per length error, 1/s.
-        swing_gain: Speed per elastic stretch by what the load differs from its mean over the last while, 1/s.
-        memory: How long that while is, s.
         lock_band: Length error at which the lock valves shut, m.
         timestep: s.
     """
 
     cylinders: Cylinders
     gain: float
-    swing_gain: float
-    memory: float
     lock_band: float
     timestep: float
 
@@ -63,8 +58,6 @@ def make_hydraulics(scene: Scene, chain: Chain) -> Hydraulics:
     return Hydraulics(
         make_cylinders(chain),
         simulation.valve_gain,
-        simulation.swing_gain,
-        simulation.swing_memory,
         simulation.lock_band,
         simulation.timestep,
     )
@@ -91,12 +84,11 @@ def advance(
         saturated, bits of `FLOW`, `PRESSURE`, `STROKE` and `CAVITY`, shape (J,).
 
     Source: valve flow in proportion to the root of the pressure drop, H. E. Merritt, Hydraulic Control Systems (1967),
-        chapter 5; feedback of the load's swing, sections 6-6 and 8-2.
+        chapter 5. Differs: the edges of the valve match the areas of the piston.
     """
     parts, step = hydraulics.cylinders, hydraulics.timestep
-    load = oil.load + step / (hydraulics.memory + step) * (state.force - oil.load)
     error = command - length
-    wanted = speed + hydraulics.gain * error + hydraulics.swing_gain * (state.force - load) / state.stiffness
+    wanted = speed + hydraulics.gain * error
     locked = (np.abs(error) < hydraulics.lock_band) & (speed == 0)
     most = parts.rate * np.sqrt(np.clip(_pressure_left(parts, state.force, wanted), 0.0, None))
     opening = np.clip(wanted / np.maximum(most, np.sqrt(_LEAST_OPENING) * parts.rate), -1.0, 1.0)
@@ -111,7 +103,7 @@ def advance(
     saturated = saturated + CAVITY * (state.pressure <= VAPOUR).any(axis=0)
     share = state.columns / np.maximum(state.columns.sum(axis=0), 1.0)
     drift = np.sum(share * np.array([[1.0], [-1.0]]) * flow / parts.area, axis=0)
-    return Oil(np.minimum(free, ceiling), state.piston, load), drift, saturated
+    return Oil(np.minimum(free, ceiling), state.piston), drift, saturated
 
 
 def _pressure_left(parts: Cylinders, force: Array, wanted: Array) -> Array:

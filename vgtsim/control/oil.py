@@ -74,12 +74,10 @@ class Oil:
     Attributes:
         free: Volume of the oil at the tank's pressure, shape (2, J), m³.
         piston: Where the piston was last found, shape (J,), m.
-        load: Tension of each cylinder over the last while, shape (J,), N.
     """
 
     free: Array
     piston: Array
-    load: Array
 
 
 @dataclass(frozen=True)
@@ -146,7 +144,7 @@ def fill(cylinders: Cylinders, length: Array, force: Array) -> Oil:
     piston = length - cylinders.retracted - force / cylinders.rod
     pulling = (cylinders.push + force) / cylinders.area.sum(axis=0)
     pressure = np.stack([cylinders.supply - pulling, pulling])
-    return Oil(cylinders.volumes(piston) * np.exp(pressure / cylinders.modulus), piston, np.array(force))
+    return Oil(cylinders.volumes(piston) * np.exp(pressure / cylinders.modulus), piston)
 
 
 def pressures(cylinders: Cylinders, free: Array, volume: Array) -> Array:

@@ -104,7 +104,7 @@ def _configuration(
 def _aim_above(
     scene: Scene, chain: Chain, elastic: ElasticModel, goal: Goal, q: Array, surroundings: Surroundings
 ) -> Array:
-    """Inputs with which an elastic arm, sagging, holds its tool at a goal: the aim is moved by what is left over."""
+    """Inputs with which an arm that gives, sagging, holds its tool at a goal: the aim is moved by what is left over."""
     wanted = np.array([goal.position, goal.direction])
     aim = wanted.copy()
     for _ in range(_AIMS):
@@ -148,7 +148,7 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     start = start_inputs(scene, chain)
     shapes = [start]
     elastic = None
-    if scene.task.simulation.members == "elastic":
+    if scene.task.simulation.members == "elastic" or scene.task.simulation.drive == "servo":
         elastic = elastic_model_of(scene, chain)
     stiff = _keep(scene, replace(surroundings, sag=None), MARGIN)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon

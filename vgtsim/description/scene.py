@@ -24,6 +24,7 @@ from vgtsim.units import (
     Mass,
     Moment,
     Number,
+    Pressure,
     Speed,
     Time,
 )
@@ -167,8 +168,6 @@ class Simulation(Description):
         damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture; proportional to
             stiffness, so faster modes are damped more. 0 for as little as the step can hold.
         valve_gain: Speed of a hydraulic cylinder per length error, 1/s.
-        swing_gain: Speed per elastic stretch of oil and rod by what the load differs from its mean, 1/s: damps the arm.
-        swing_memory: Time over which that mean is taken, s.
         lock_band: Length error below which a cylinder at rest is locked, m.
     """
 
@@ -183,8 +182,6 @@ class Simulation(Description):
     member_mass: Literal["distributed", "lumped"] = "distributed"
     damping_ratio: Number = Field(default=0.02, ge=0, lt=1)
     valve_gain: Frequency = Field(default=1.0, gt=0)
-    swing_gain: Annotated[float, Field(ge=0)] = 0.0
-    swing_memory: Time = Field(default=1.0, gt=0)
     lock_band: Length = Field(default=5e-5, ge=0)
 
     @property
@@ -251,6 +248,7 @@ class Limits(Description):
         clearance: Least distance to anything, m.
         contacts: Number of logged contacts.
         safety_factor: On member strength, AISC 360 Omega.
+        chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above the tank's, Pa.
         saturation: Part of the records in which a cylinder may be at its force, pressure, flow or stroke limit.
     """
 
@@ -269,6 +267,7 @@ class Limits(Description):
     clearance: Length = Field(ge=0)
     contacts: int = Field(ge=0)
     safety_factor: Number = Field(ge=1)
+    chamber_pressure: Pressure = 0.0
     saturation: Number = Field(default=0.0, ge=0)
 
 

@@ -245,6 +245,7 @@ def _add_keyframes(spec: mujoco.MjSpec, chain: Chain, poses: Mapping[str, tuple[
     stiffen(model, HOLDING_WEIGHTS)
     select_drive(model, "rigid")
     model.jnt_stiffness *= STIFF_TUBES
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)  # weight is held, not what a pose leans on
     joints = model.actuator_trnid[:, 0]
     address, speed, stiffness = model.jnt_qposadr[joints], model.jnt_dofadr[joints], model.actuator_gainprm[:, 0]
     rest = _holding_forces(model, model.qpos0)[speed]

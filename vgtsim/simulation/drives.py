@@ -121,10 +121,10 @@ class HydraulicDrive:
         self._last = np.array(lengths)
         length = springs.retracted + self.data.qpos[springs.model.jnt_qposadr[springs.joints]]
         velocity = self.data.qvel[springs.model.jnt_dofadr[springs.joints]]
-        before = find_state(parts, self.oil, length)
-        self.oil, drift, saturated = advance(self.hydraulics, self.oil, before, now, speed, length, velocity)
         self.state = find_state(parts, self.oil, length)
-        springs.hold(self.state.stiffness, length - self.state.force / self.state.stiffness, drift)
+        self.oil, drift, saturated = advance(self.hydraulics, self.oil, self.state, now, speed, length, velocity)
+        after = find_state(parts, self.oil, length)
+        springs.hold(after.stiffness, length - after.force / after.stiffness, drift)
         return saturated
 
     @property
@@ -161,6 +161,9 @@ def find_drive(
     if simulation.drive == "servo":
         rows = np.array([model.actuator(names.servo(name)).id for name in actuators])
         parts = [chain.manipulator.cylinders[truss.members[i].section] for i in truss.actuated]
+        # the model's servos push with the reference pose's holding forces besides, so that a viewer's reset holds still
+        push = model.actuator_biasprm[rows, 0] + model.actuator_biasprm[rows, 1] * model.qpos0[position]
+        zero = zero + push / model.actuator_gainprm[rows, 0]
         ends = np.array([[0.0, part.stroke] for part in parts]).T
         velocity = np.array([slide.dofadr[0] for slide in slides])
         rate = np.array([part.rate for part in parts])

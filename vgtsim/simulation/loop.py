@@ -114,7 +114,7 @@ def _require_pressure(scene: Scene, chain: Chain, program: LengthProgram) -> Non
     """Hold the dead load against the supply pressure at poses all along the tour."""
     lengths = np.concatenate([leg.lengths for leg in program.legs])
     every = max(round(_PRESSURE_POSES / program.timestep), 1)
-    time = np.arange(0, len(lengths), every, dtype=float) * program.timestep
+    time = np.arange(0.0, len(lengths), every) * program.timestep
     require_pressure(scene, chain, time, lengths[::every])
 
 

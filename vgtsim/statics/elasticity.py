@@ -18,7 +18,7 @@ from vgtsim.statics.loads import LoadModel, make_load_model
 
 Array = NDArray[np.float64]
 
-_HELD = 1e12  # N/m, of a cylinder that is held at its length: 0.1 micrometre under 1e5 N
+_HELD = 1e12  # N/m, of a member that keeps its length: 0.1 micrometre under 1e5 N
 TRAPPED = 0.005  # oil left beside the piston at either end of the stroke, m: ports and cushions
 
 
@@ -140,7 +140,7 @@ def require_no_offset(chain: Chain, where: str) -> None:
 
 
 def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
-    """The same arm as its drives hold it at rest.
+    """The same arm as its drives hold it at rest, with tubes as good as rigid where members are.
 
     Args:
         model: Masses and stiffnesses.
@@ -150,6 +150,8 @@ def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
         The model with cylinders whose stiffness is that of their drive: oil and rod under imposed unloaded lengths, the
         servo's, or as good as rigid where valves make up for what the oil gives.
     """
+    if simulation.members == "rigid":
+        model = replace(model, spring=np.where(model.spring > 0, _HELD, 0.0))
     if simulation.drive == "rigid":
         return model
     stiffness = simulation.servo_stiffness if simulation.drive == "servo" else _HELD

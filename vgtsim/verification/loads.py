@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 LEAST_FORCE = 1.0  # N; errors are relative to this where an arm without weight carries less
 LEAST_MOMENT = 1.0  # N·m; the same of bending
 
-_SATURATIONS = {1: "flow", 2: "force or pressure", 4: "stroke"}
+_BESIDE = 2  # records on either side of one that its acceleration is made of, see `motion_from_log`
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
@@ -78,6 +78,8 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
     settled = np.flatnonzero(log.settled)
     # an elastic arm still rings a little when it counts as settled
     ringing = simulation.members == "elastic"
+    if ringing:  # accelerations beside a record that is not settled are partly those of the motion to or from it
+        settled = settled[np.isin(settled - _BESIDE, settled) & np.isin(settled + _BESIDE, settled)]
     at_rest = Motion(motion.velocity[settled], motion.acceleration[settled]) if ringing else None
     return Loads(
         axial=log.axial(chain.truss.ends),
@@ -250,26 +252,3 @@ def check_reaction(log: RunLog, loads: Loads) -> Finding:
     lever = np.maximum(moment, np.nanmax(force, initial=LEAST_FORCE))  # a metre's lever where the arm hangs straight
     relative = error / np.concatenate([np.repeat(np.maximum(force, LEAST_FORCE), 3, 1), np.repeat(lever, 3, 1)], axis=1)
     return worst_of(relative, log.time, ("mast force x", "y", "z", "mast moment x", "y", "z"))
-
-
-def check_saturation(log: RunLog, chain: Chain) -> Finding:
-    """Part of the records in which some cylinder had reached its force, pressure, flow or stroke limit."""
-    if not log.saturation.size:
-        return Finding(float("nan"), "none", float("nan"), "the log does not say what saturated")
-    hit = log.saturation != 0
-    share = float(hit.any(axis=1).mean())
-    if share == 0:
-        return Finding(0.0, "none", float("nan"))
-    worst = int(np.argmax(hit.sum(axis=0)))
-    words = [f"{word} in {np.mean((log.saturation & bit).any(axis=1)):.1%}" for bit, word in _SATURATIONS.items()]
-    name = chain.truss.members[chain.truss.actuated[worst]].name
-    return Finding(share, name, float(log.time[np.argmax(hit[:, worst])]), f"of the records: {', '.join(words)}")
-
-
-def check_actuators(log: RunLog, chain: Chain) -> Finding:
-    """Greatest drive force over what the supply pressure holds."""
-    members = [chain.truss.members[i] for i in chain.truss.actuated]
-    cylinders = [chain.manipulator.cylinders[member.section] for member in members]
-    pull, push = np.array([item.pull for item in cylinders]), np.array([item.push for item in cylinders])
-    used = np.where(log.actuator_force > 0, log.actuator_force / pull, -log.actuator_force / push)
-    return worst_of(used, log.time, [member.name for member in members])

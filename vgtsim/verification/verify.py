@@ -10,7 +10,7 @@ import numpy as np
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.runlog import RunLog
-from vgtsim.verification import loads, shape, space
+from vgtsim.verification import drives, loads, shape, space
 from vgtsim.verification.findings import Finding
 from vgtsim.verification.report import Check, Report
 
@@ -44,7 +44,10 @@ _REACTION = _Row("axial_force_moving", "axial_force", "mast reaction error over 
 _TOOL = _Row("kinematics_agreement", "kinematics_agreement", "logged tool to its nodes", "m")
 _COMMAND = _Row("tracking_position", "tracking", "cylinder length to its command", "m")
 _FAULTS = _Row("contacts", "contacts", "warnings and early ends", "1")
-_SATURATION = _Row("saturation", "actuator_force", "records with a cylinder saturated", "1")
+_SATURATION = _Row("saturation", "actuator_force", "records with a cylinder", "1")
+_HIGHEST = _Row("actuator_force", "actuator_force", "chamber pressure over supply", "1")
+_LOWEST = _Row("chamber_pressure", "actuator_force", "least chamber pressure above the tank's", "Pa", "at least")
+_OIL = _Row("axial_force_moving", "axial_force", "chamber pressures against drive force", "1")
 _STRENGTH = _Row("member_utilisation", "member_utilisation", "force over strength", "1")
 _CLEARANCE = _Row("clearance", "clearance", "least distance to anything", "m", "at least")
 _CONTACTS = _Row("contacts", "contacts", "logged contacts", "1")
@@ -89,7 +92,7 @@ def verify(scene: Scene, log: RunLog) -> Report:
         (_DRIVE_AGREEMENT, loads.check_drives(log, chain, forces)),
         (_REACTION, loads.check_reaction(log, forces)),
         (_STROKE, shape.check_strokes(log, chain)),
-        (_DRIVE, loads.check_actuators(log, chain)),
+        (_DRIVE, drives.check_actuators(log, chain)),
         (_STRENGTH, loads.check_utilisation(log, chain, use, ratings)),
         *_drive_rows(scene, log, chain),
         *_case_rows(scene, log, chain),
@@ -136,9 +139,19 @@ def _bending_rows(log: RunLog, chain: Chain, forces: loads.Loads) -> list[tuple[
 
 
 def _drive_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
-    if scene.task.simulation.drive == "rigid":
-        return []
-    return [(_SATURATION, loads.check_saturation(log, chain))]
+    """What a drive can run into, and whether the pressures in the log make up its forces."""
+    drive = scene.task.simulation.drive
+    rows = [
+        (replace(_SATURATION, quantity=f"{_SATURATION.quantity} {words}"), drives.check_saturation(log, chain, bit))
+        for bit, words in drives.SATURATIONS[drive].items()
+    ]
+    if drive != "hydraulic":
+        return rows
+    if log.pressure.shape[:2] != log.actual.shape:
+        missing = Finding(float("nan"), "none", float("nan"), "the log has no pressures of the cylinders")
+        return [*rows, (_HIGHEST, missing), (_LOWEST, missing), (_OIL, missing)]
+    rows += [(_HIGHEST, drives.check_highest_pressure(log, chain)), (_LOWEST, drives.check_lowest_pressure(log, chain))]
+    return [*rows, (_OIL, drives.check_pressure_force(log, chain))]
 
 
 def _case_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
