@@ -38,8 +38,9 @@ def svd_operations(m: int, n: int) -> float:
 def newton_operations(m: int, n: int, modules: int) -> float:
     """One iteration of `newton`, evaluation included.
 
-    The factorisation of H, its solution for m + 1 right sides, the m by m Schur complement, its eigenvalues, and 3 x 3
-    transforms, velocities and lengths of the modules.
+    Cholesky's factorisation of the curvature, its solution for m + 1 right sides, the m by m Schur complement, its
+    eigenvalues, and 3 x 3 transforms, velocities and lengths of the modules; without the further steps that the factors
+    may serve, each a solution for one right side and an evaluation.
 
     Args:
         m: Goal rows.
@@ -49,7 +50,7 @@ def newton_operations(m: int, n: int, modules: int) -> float:
     Returns:
         Multiplications and additions, each counted.
     """
-    factor = 2.0 * n**3 / 3
+    factor = n**3 / 3
     solutions = 2.0 * n**2 * (m + 1)
     schur = 2.0 * m**2 * n + 9.0 * m**3 + 6.0 * m * n
     return factor + solutions + schur + 900.0 * modules
