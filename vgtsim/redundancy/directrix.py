@@ -88,13 +88,18 @@ def arc_length(curve: Directrix, u: ArrayLike) -> Array:
         u: Shape (k,), in [0, 1].
 
     Returns:
-        Shape (k,), m, by Gauss and Legendre's rule on 64 pieces up to each u.
+        Shape (k,), m, by Gauss and Legendre's rule on 64 pieces, and on what is left of the last piece up to each u.
     """
     node, weight = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
-    piece = (np.arange(_PIECES)[:, None] + node).ravel() / _PIECES
-    at = np.asarray(u, float)
-    speed = np.linalg.norm(curve.tangent((at[:, None] * piece).ravel()), axis=-1).reshape(len(at), -1)
-    return at * (speed @ np.tile(weight, _PIECES)) / _PIECES
+
+    def length(start: Array, size: Array) -> Array:
+        inner = start[:, None] + size[:, None] * node
+        return size * (np.linalg.norm(curve.tangent(inner.ravel()), axis=-1).reshape(inner.shape) @ weight)
+
+    at, knots = np.asarray(u, float), regular_partition(_PIECES)
+    before = np.concatenate([[0.0], np.cumsum(length(knots[:-1], np.diff(knots)))])
+    piece = np.clip((at * _PIECES).astype(int), 0, _PIECES - 1)
+    return before[piece] + length(knots[piece], at - knots[piece])
 
 
 def regular_partition(count: int) -> Array:
