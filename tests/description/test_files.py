@@ -176,3 +176,49 @@ def test_start_must_fit_the_arm(tmp_path):
     path = changed(tmp_path, SCENE, text[first:second], "")
     with pytest.raises(DescriptionError, match="4 module shapes"):
         load_scene(path)
+
+
+METHOD = 'method = "nullspace"'
+OBJECTIVE = 'value = ["clearance", "stroke_barrier:0.01", "in_plane:10"]'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        (
+            METHOD,
+            'method = "nulspace"',
+            "motion.method",
+            r"found 'nulspace'.*'nullspace', 'coupled', 'anchored' or 'sh",
+        ),
+        (OBJECTIVE, 'value = ["clearence"]', "motion.objective.0", "found 'clearence'.*did you mean 'clearance'"),
+        (OBJECTIVE, 'value = ["clearance", "in_plane:nan"]', "motion.objective.1", "'in_plane:nan'.*above zero"),
+        (OBJECTIVE, 'value = ["in_plane:-1"]', "motion.objective.0", "above zero"),
+        (OBJECTIVE, 'value = ["in_plane:"]', "motion.objective.0", "above zero"),
+        (OBJECTIVE, "value = [nan]", "motion.objective.0", "found nan.*string"),
+        (OBJECTIVE, "value = []", "motion.objective", "at least 1"),
+        (METHOD, 'method = "nullspace"\ncoupling = [["m1", "m2"]]', "motion", 'with method = "coupled" only'),
+        (METHOD, 'method = "coupled"\ncoupling = []', "motion.coupling", "at least one pair.*m1, m2, m3, m4, m5"),
+        (METHOD, 'method = "coupled"\ncoupling = [["m1", "s2"]]', "motion.coupling", "'s2' is none.*m1, m2"),
+        (METHOD, 'method = "coupled"\ncoupling = [["m1", "m1"]]', "motion.coupling", "leads and follows"),
+        (
+            METHOD,
+            'method = "coupled"\ncoupling = [["m1", "m5"], ["m2", "m5"], ["m3", "m5"], ["m4", "m5"]]',
+            "motion.coupling",
+            "at most 3 pairs: a tool goal has 5 rows, and 3 inputs would be left",
+        ),
+    ],
+)
+def test_a_resolution_that_cannot_be_is_named(tmp_path, old, new, key, words):
+    with pytest.raises(DescriptionError, match=words) as caught:
+        load_scene(changed(tmp_path, SCENE, old, new))
+    assert caught.value.key == key
+    assert caught.value.file is not None
+    assert caught.value.file.name == SCENE.name
+
+
+def test_a_coupled_scene_couples_the_modules_at_both_ends(tmp_path):
+    scene = load_scene(changed(tmp_path, SCENE, METHOD, 'method = "coupled"'))
+    assert scene.coupled_modules() == ((0, 1), (4, 3))
+    scene = load_scene(changed(tmp_path, SCENE, METHOD, 'method = "coupled"\ncoupling = [["m5", "m1"]]'))
+    assert scene.coupled_modules() == ((4, 0),)

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.control.checks import surroundings_of
 from vgtsim.control.resolution import resolve_goal, stroke_box, usual_resolution
 from vgtsim.description.resolution import Method
 from vgtsim.description.scene import Scene
@@ -79,6 +80,8 @@ def solve_request(chain: Chain, request: Request, scene: Scene | None = None) ->
     found = resolve_goal(chain, how, "ik", (request.position, request.direction), start, scene)
     goal, box = tool_goal(request.position, request.direction), stroke_box(chain, scene)
     facts = _facts(chain, box, goal, found, request.objectives)
+    if scene:
+        facts["clearance, m"], facts["nearest"] = surroundings_of(scene, chain).least(found.q)
     return Answer(found.q, chain.lengths(found.q), report_rows(chain, goal, found.q), facts)
 
 

@@ -88,18 +88,21 @@ def arc_length(curve: Directrix, u: ArrayLike) -> Array:
         u: Shape (k,), in [0, 1].
 
     Returns:
-        Shape (k,), m, by Gauss and Legendre's rule on 64 pieces, and on what is left of the last piece up to each u.
+        Shape (k,), m, by Gauss and Legendre's rule on 64 pieces of the curve and on the last one up to each u.
     """
+    at = np.asarray(u, float)
+    begin = np.minimum(np.floor(at * _PIECES), _PIECES - 1) / _PIECES
+    whole = _lengths_between(curve, np.arange(_PIECES) / _PIECES, np.full(_PIECES, 1 / _PIECES))
+    before = np.concatenate([[0.0], np.cumsum(whole)])[np.rint(begin * _PIECES).astype(int)]
+    return before + _lengths_between(curve, begin, at - begin)
+
+
+def _lengths_between(curve: Directrix, begin: Array, step: Array) -> Array:
+    """Length of each piece, shape (k,), m, that begins at some u and goes on by a step, shape (k,) each."""
     node, weight = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
-
-    def length(start: Array, size: Array) -> Array:
-        inner = start[:, None] + size[:, None] * node
-        return size * (np.linalg.norm(curve.tangent(inner.ravel()), axis=-1).reshape(inner.shape) @ weight)
-
-    at, knots = np.asarray(u, float), regular_partition(_PIECES)
-    before = np.concatenate([[0.0], np.cumsum(length(knots[:-1], np.diff(knots)))])
-    piece = np.clip((at * _PIECES).astype(int), 0, _PIECES - 1)
-    return before[piece] + length(knots[piece], at - knots[piece])
+    at = begin[:, None] + step[:, None] * node
+    speed = np.linalg.norm(curve.tangent(at.ravel()), axis=-1).reshape(at.shape)
+    return step * (speed @ weight)
 
 
 def regular_partition(count: int) -> Array:
