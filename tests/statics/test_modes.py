@@ -10,7 +10,7 @@ import pytest
 from vgtsim.description.scene import Payload
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import damping_time, find_modes, mass_matrix, stiffness_matrix
-from vgtsim.statics.stiffness import deflect, make_pattern, tip_compliance, tool_point
+from vgtsim.statics.stiffness import deflect, pattern_of, tip_compliance, tool_point
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def bent(hanging_arm):
 def test_arm_moved_bodily_has_its_mass(model, bent):
     """Moved along an axis as one, everything but what stands on the flange counts: hubs, members' shares, tip."""
     mass = mass_matrix(model, bent)
-    size = make_pattern(model.truss).size
+    size = pattern_of(model.truss).size
     along = np.zeros(size)
     along[2 : size - 3 : 3] = 1.0
     fixed = set(range(3))

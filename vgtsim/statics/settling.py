@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from vgtsim.errors import TrussError
+from vgtsim.statics.band import solve_band
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.motion import Motion
-from vgtsim.statics.stiffness import band_matrix, elongations, gather, make_pattern, node_loads, scatter, solve_band
+from vgtsim.statics.stiffness import band_matrix, elongations, gather, node_loads, pattern_of, scatter
 
 Array = NDArray[np.float64]
 
@@ -48,7 +49,7 @@ def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, 
 
 def _settle_one(model: ElasticModel, unloaded: Array, motion: Motion | None, damping_time: float) -> Array:
     """As `settle`, for one pose of shape (1, N, 3)."""
-    truss, pattern = model.truss, make_pattern(model.truss)
+    truss, pattern = model.truss, pattern_of(model.truss)
     rest, spring = _lengths(model, unloaded), model.stiffness_at(unloaded)
     nodes, shift = unloaded.copy(), np.full(unloaded.shape, np.inf)
     for _ in range(_PASSES):
@@ -58,7 +59,7 @@ def _settle_one(model: ElasticModel, unloaded: Array, motion: Motion | None, dam
         load = gather(truss, nodes, node_loads(model, nodes, motion))[0]
         pulls = bar[0, :, None] * elongations(truss, nodes)[0]
         load -= np.bincount(np.where(pattern.dof < 0, pattern.size, pattern.dof).ravel(), pulls.ravel())[:-1]
-        moved = solve_band(model, nodes[0], band_matrix(model, nodes, spring)[0][0], load)
+        moved = solve_band(truss, nodes[0], band_matrix(model, nodes, spring)[0][0], load)
         shift = scatter(truss, nodes, moved[None])
         centre = nodes[:, truss.tip].mean(axis=1, keepdims=True)
         turned = (nodes[0, truss.tip] - centre[0]) @ Rotation.from_rotvec(moved[-3:]).as_matrix().T
