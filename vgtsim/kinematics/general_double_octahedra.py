@@ -98,6 +98,10 @@ class GeneralDoubleOctahedra:
         lengths = [general.actuator_lengths(geometry, x[..., m, :]) for m, geometry in enumerate(self.geometries)]
         return np.stack(lengths, axis=-2), self.angle_jacobian(x)
 
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`: there are no static legs."""
+        return self.length_jacobian(x)
+
     def angle_jacobian(self, x: Array) -> Array:
         """As `double_octahedron_general.angle_jacobian`, shape (..., M, 3, 3), m/rad."""
         parts = [general.angle_jacobian(geometry, x[..., m, :]) for m, geometry in enumerate(self.geometries)]
