@@ -349,6 +349,44 @@ def ik(
         draw_posture(chain, answer.q, position, plot)
 
 
+@app.command(epilog="Example: vgtsim track scenes/type_ii_reach.toml --path scenes/paths/waste_raster.toml")
+def track(
+    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    path_file: Annotated[Path, typer.Option("--path", help="TOML file of a path of the tool.")],
+    out: OutFolder = None,
+    objective: Annotated[list[str] | None, typer.Option(help="NAME or NAME:WEIGHT; may be repeated.")] = None,
+) -> None:
+    """Follow a path with the tool: lengths over time inside the cylinders' rates and accelerations, CSV and drawing."""
+    from vgtsim.control.following import follow_request, report
+    from vgtsim.description import load_tool_path
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.output.track_files import write_track
+    from vgtsim.output.write import prepare_folder
+
+    scene = load_scene(description) if is_scene(description) else None
+    chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))
+    path = load_tool_path(path_file)
+    with _err.status("solving the path"):
+        followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), scene)
+    facts = report(chain, followed, scene)
+    table = Table("quantity", "value", title=f"{chain.manipulator.name} on {path.name}")
+    for name, value in facts.items():
+        table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
+    _out.print(table)
+    folder = prepare_folder(out or Path("out") / path.name)
+    for file in write_track(chain, followed, facts, folder / path.name):
+        _out.print(str(file), soft_wrap=True)
+    wanted = scene.task.motion.clearance if scene else 0.0
+    clear, spare = (
+        float(facts.get("least clearance, m", wanted)),
+        float(facts["least distance to the end of a stroke, m"]),
+    )
+    if clear < wanted or spare < 0:
+        _err.print(f"[bold red]clearance {clear:.3f} m, wanted {wanted:.3f} m; stroke to spare {spare:.4f} m[/]")
+    _finish(clear >= wanted and spare >= 0, None)
+
+
 def _show(report: Report, folder: Path) -> None:
     table = Table("check", "measured", "limit", "unit", "where", "t/s", title=f"{report.scene}")
     for check in report.checks:

@@ -124,6 +124,22 @@ class RateError(VgtError):
         super().__init__(f"to point {point} an actuator would move {motion:.4g} m; allowed {limit:.4g} m")
 
 
+class FollowError(VgtError):
+    """Between the goals of a path the tool leaves it, however close the goals: the posture jumps there.
+
+    Attributes:
+        piece: Name of the piece.
+        deviation: Greatest distance of the tool, m, or of its direction, rad, from the path.
+        tolerance: Allowed.
+        goals: Number of goals solved on the piece.
+    """
+
+    def __init__(self, piece: str, deviation: float, tolerance: float, goals: int) -> None:
+        self.piece, self.deviation, self.tolerance, self.goals = piece, deviation, tolerance, goals
+        message = f"{piece}: between {goals} goals the tool is off by {deviation:.3g}; allowed {tolerance:.3g}"
+        super().__init__(message)
+
+
 class TrussError(VgtError):
     """A truss is a mechanism or over-constrained.
 

@@ -225,6 +225,44 @@ def test_nearby_goals_take_two_iterations(hanging_arm, box):
     assert found.iterations.mean() <= 2.05
 
 
+def test_saddles_and_maxima_are_left_for_the_minimum():
+    """Half of zᵀ D z on the unit sphere is stationary at every axis and least at the last: eigenvectors of D."""
+    D = np.diag([3.0, 2.0, 1.5, 1.0])
+
+    def local(z, which):
+        slope, curve = z @ D, np.tile(D, (len(z), 1, 1))
+        error = (np.sum(z * z, axis=1, keepdims=True) - 1) / 2
+        return Local(np.ones(len(z), bool), error, z[:, None].copy(), 0.5 * np.sum(z * slope, axis=1), slope, curve)
+
+    def bend(z, which, y, memo):
+        return y[:, :, None] * np.eye(4)
+
+    start = np.concatenate([np.eye(4), -np.eye(4)])
+    stuck = minimise(local, start)  # without the whole curvature a stationary point is as far as it goes
+    np.testing.assert_allclose(stuck.z, start, atol=ROUNDING)
+    found = minimise(local, start, bend=bend)
+    assert np.all(found.optimal)
+    np.testing.assert_allclose(found.local.value, 0.5, atol=1e-6)  # the promise that counts as none
+    np.testing.assert_allclose(np.abs(found.z[:, 3]), 1.0, atol=2e-3)
+    assert np.all(found.iterations[[3, 7]] == 0)
+
+
+def test_straight_arm_under_pressure_buckles_and_one_under_tension_does_not(hanging_arm, box):
+    """Straight arms are stationary by symmetry. Long battens make one short: bowed, it comes nearer to mid-stroke."""
+    pressed, pulled = (
+        hanging_arm.inputs_from_lengths(box.least + part * (box.greatest - box.least)) for part in (0.75, 0.25)
+    )
+    start = np.array([pressed, pulled])
+    np.testing.assert_allclose(start[..., :2], 0.0, atol=ROUNDING)
+    problem = Positioning(hanging_arm, box, tool_goal(*hanging_arm.tool(start)), MidStroke())
+    found, before = solve(problem, start), solve(problem, start, NewtonSettings(most=0))
+    np.testing.assert_allclose(before.stationarity, 0.0, atol=1e-6)
+    assert before.optimal.tolist() == [False, True]
+    assert np.all(found.optimal)
+    assert found.value[0] < 0.5 * before.value[0]
+    np.testing.assert_allclose(found.q[1], pulled, atol=GOAL)
+
+
 def test_same_batch_has_the_same_solution_bit_for_bit(hanging_arm, box):
     goal = tool_goal(*hanging_arm.tool(random_inputs(hanging_arm, 17, 5)))
     first, second = (solve_anywhere(Positioning(hanging_arm, box, goal), hanging_arm.stowed) for _ in range(2))

@@ -9,7 +9,7 @@ from vgtsim.redundancy.objectives import MidStroke
 from vgtsim.redundancy.positioning import Positioning, solve
 from vgtsim.redundancy.restarts import make_postures, solve_anywhere
 from vgtsim.redundancy.strokes import make_box
-from vgtsim.redundancy.tracking import arc, line, raster, resolve_globally, sheets, track
+from vgtsim.redundancy.tracking import arc, line, raster, resolve_globally, sheets, spline, track
 
 GOAL = 1e-9
 MOST = 0.05  # m of actuator motion between two goals
@@ -33,6 +33,15 @@ def test_points_of_paths():
     np.testing.assert_allclose(ring, [[3, 1, 2], [1, 3, 2], [-1, 1, 2]], atol=1e-12)
     grid = raster([0, 0, 0], [1, 0, 0], [0, 2, 0], 3, 2)
     np.testing.assert_allclose(grid, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 2, 0], [1, 2, 0]])
+
+
+def test_spline_goes_through_its_way_points_and_is_straight_through_two():
+    way = np.array([[0.0, 0, 0], [1, 0, 0], [1, 2, 0], [0, 2, 3]])
+    dense = spline(way, 6001)
+    assert np.linalg.norm(dense[:, None] - way, axis=2).min(axis=0).max() < 1e-3
+    np.testing.assert_allclose(spline(way[:2], 5), line(way[0], way[1], 5), atol=1e-12)
+    turn = np.diff(dense, axis=0) / np.linalg.norm(np.diff(dense, axis=0), axis=1, keepdims=True)
+    assert np.linalg.norm(np.diff(turn, axis=0), axis=1).max() < 5e-3  # no corner
 
 
 def test_line_is_tracked_at_every_point_in_few_iterations(hanging_arm, problem, start):

@@ -14,6 +14,7 @@ from vgtsim.description.modules import KINDS
 from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.tank import Tank
+from vgtsim.description.tool_path import SHAPES, ToolPath
 from vgtsim.errors import DescriptionError
 
 _Model = TypeVar("_Model", bound=Description)
@@ -47,6 +48,21 @@ def load_tank(path: str | Path) -> Tank:
         DescriptionError: The file is missing, is not TOML, or describes no possible tank.
     """
     return _load(Path(path), Tank)
+
+
+def load_tool_path(path: str | Path) -> ToolPath:
+    """Read a path of the tool.
+
+    Args:
+        path: TOML file of the path.
+
+    Returns:
+        The validated path.
+
+    Raises:
+        DescriptionError: The file is missing, is not TOML, or describes no path.
+    """
+    return _load(Path(path), ToolPath)
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -161,7 +177,7 @@ def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, P
 def _translate(error: ValidationError, file: Path, prefix: str = "") -> DescriptionError:
     """Turn the first of pydantic's complaints into ours, counting the others."""
     first, *others = error.errors(include_url=False)
-    path = [str(part) for part in first["loc"] if part not in KINDS]  # pydantic adds the chosen kind of a union
+    path = [str(part) for part in first["loc"] if part not in (*KINDS, *SHAPES)]  # a union adds the choice
     allowed = first["msg"].removeprefix("Value error, ")
     if others:
         allowed += f" [and {len(others)} more: {', '.join('.'.join(map(str, o['loc'])) for o in others[:4])}]"

@@ -25,7 +25,8 @@ Index = NDArray[np.intp]
 _NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first
 _CLOSE = 1e-3  # error, m and rad, to which it is gone
 _STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain allows
-_CHUNK = 256  # goals at a time: keeps the work arrays in cache
+_CACHED = 2**18  # numbers in the curvatures of the goals that are solved at a time: they stay in cache
+_CHUNK = 256  # and the most goals
 
 
 @dataclass(frozen=True)
@@ -192,8 +193,9 @@ def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | Non
     if not isinstance(problem.objective, StrokeBarrier):
         z = _come_near(problem, z, how)
     parts: list[Found] = []
-    for first in range(0, count, _CHUNK):
-        which = np.arange(first, min(first + _CHUNK, count))
+    chunk = min(_CHUNK, max(1, _CACHED // z.shape[1] ** 2))
+    for first in range(0, count, chunk):
+        which = np.arange(first, min(first + chunk, count))
 
         def local(z: Array, i: Index, which: Index = which) -> Local:
             return problem.local(z, which[i])

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import make_interp_spline
 
 from vgtsim.errors import RateError, ReachError
 from vgtsim.redundancy.goals import tool_goal
@@ -81,6 +82,22 @@ def raster(corner: ArrayLike, width: ArrayLike, depth: ArrayLike, rows: int, cou
         points = line(from_here, from_here + across, count)
         parts.append(points if row % 2 == 0 else points[::-1])
     return np.concatenate(parts)
+
+
+def spline(points: ArrayLike, count: int) -> Array:
+    """Points of a cubic spline through way-points, its parameter the distance from one to the next.
+
+    Args:
+        points: Way-points, no two in a row the same, shape (W, 3), W at least 2, m.
+        count: Number of points, at equal steps of the parameter.
+
+    Returns:
+        Shape (count, 3), m.
+    """
+    through = np.asarray(points, float)
+    reach = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1))])
+    curve = make_interp_spline(reach, through, k=min(3, len(through) - 1))
+    return curve(np.linspace(0.0, reach[-1], count))
 
 
 def track(problem: Positioning, positions: ArrayLike, directions: ArrayLike, start: ArrayLike, most: float) -> Tracked:
