@@ -74,6 +74,21 @@ def test_settled_tool_is_at_its_goal(scene, elastic, program):
     assert np.linalg.norm(tool_point(elastic.loads, settled) - scene.task.motion.goals[-1].position) < AIM
 
 
+def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
+    """Against central differences of the gap itself; without the sag's share they would be off by more than a per cent."""
+    chain, q, step = scene_chain(scene), program.legs[-1].q, 1e-5
+    around = surroundings_of(scene, chain)
+    rows = around.rows(q[None], 1.0)
+    nearest = int(rows.gap.argmin())
+    shifts = step * np.eye(q.size).reshape(-1, *q.shape)
+    gaps = [[around.rows((q + sign * shift)[None], 1.0).gap.min() for sign in (1, -1)] for shift in shifts]
+    slope = (np.array(gaps)[:, 0] - np.array(gaps)[:, 1]) / (2 * step)
+    size = np.abs(slope).max()
+    assert rows.gradient[nearest] == pytest.approx(slope, abs=1e-4 * size)
+    stiff = dataclasses.replace(around, sag=None).rows(q[None], 1.0)
+    assert np.abs(stiff.gradient[int(stiff.gap.argmin())] - slope).max() > 0.01 * size
+
+
 def test_every_check_passes(scene, program):
     report = verify(scene, run(build_model(scene), program, scene))
     assert report.passed, [check for check in report.checks if not check.passed]
