@@ -341,8 +341,8 @@ class Scene:
         if not self.manipulator.uniform:
             raise self.error(
                 "manipulator",
-                f"{self.manipulator.name}, with tetrahedral or octahedral modules",
-                "an arm of double-octahedral modules, which planning is made for",
+                f"{self.manipulator.name}, with active modules of other kinds, or a joint offset in some alone",
+                "an arm of symmetric double-octahedral modules, which planning is made for",
             )
         if len(self.task.motion.start) != len(self.manipulator.active):
             raise self.error(
