@@ -54,3 +54,22 @@ def deflect_with_pynite(truss, nodes, spring, force, tool, tool_force):
     frame.analyze_linear(check_stability=False)
     moved = [[getattr(frame.nodes[f"n{i}"], axis)["Combo 1"] for axis in ("DX", "DY", "DZ")] for i in range(last + 1)]
     return np.array(moved)
+
+
+def forces_with_pynite(truss, nodes, force):
+    """Axial forces of the members, tension positive, under forces at the nodes; the tip plate is its three edges."""
+    frame = FEModel3D()
+    frame.add_material("steel", 200e9, 77e9, 0.3, 7850.0)
+    frame.add_section("bar", 1e-3, 1e-6, 1e-6, 2e-6)
+    for index, (position, load) in enumerate(zip(nodes, force, strict=True)):
+        name = f"n{index}"
+        frame.add_node(name, *map(float, position))
+        frame.def_support(name, *[index < 3] * 3, True, True, True)
+        for axis, value in zip(("FX", "FY", "FZ"), load, strict=True):
+            frame.add_node_load(name, axis, float(value))
+    for index, (first, second) in enumerate(np.concatenate([truss.ends, truss.tip_edges])):
+        frame.add_member(f"m{index}", f"n{first}", f"n{second}", "steel", "bar")
+        frame.def_releases(f"m{index}", Ryi=True, Rzi=True, Ryj=True, Rzj=True)
+    frame.analyze_linear(check_stability=False)
+    # PyNite counts compression positive
+    return np.array([-frame.members[f"m{i}"].axial(0.0, "Combo 1") for i in range(len(truss.members))])

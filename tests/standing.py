@@ -24,7 +24,11 @@ PATIENCE = 400  # steps
 
 @dataclass(frozen=True)
 class Standing:
-    """What was measured, a row for each pose; forces as in `verification.loads`."""
+    """What was measured, a row for each pose; forces as in `verification.loads`.
+
+    `moment` is that at members with a ball at each end; `bending` and its `bending_error`, torsion and moments about the
+    pins included, are those at the near pins of actuators between joint blocks.
+    """
 
     closure: np.ndarray
     agreement: np.ndarray
@@ -32,11 +36,13 @@ class Standing:
     shear: np.ndarray
     axial: np.ndarray
     forces: np.ndarray
+    bending: np.ndarray
+    bending_error: np.ndarray
 
 
-def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False) -> Standing:
+def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lumped: bool = False) -> Standing:
     """Hold each of the poses until it is still; `moved` comes to each from the one before through all between."""
-    spec = build_arm_spec(manipulator, STEP)
+    spec = build_arm_spec(manipulator, STEP, lumped=lumped)
     for geom in spec.geoms:
         geom.contype = geom.conaffinity = 0
     model = spec.compile()
@@ -66,23 +72,29 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False) -> S
                 break
         mujoco.mj_step(model, data)
         recorder.record(data, wanted[k], data.qvel[recorder.at.slide], 0, True)
-    return _measure(chain, recorder.arrays())
+    return _measure(chain, recorder.arrays(), lumped)
 
 
-def _measure(chain: Chain, log: dict) -> Standing:
+def _measure(chain: Chain, log: dict, lumped: bool) -> Standing:
     truss = chain.truss
     q = chain.inputs_from_lengths(log["actual"].reshape(-1, *chain.length_shape))
-    along = log["nodes"][:, truss.ends[:, 1]] - log["nodes"][:, truss.ends[:, 0]]
+    along = log["ends"][:, :, 1] - log["ends"][:, :, 0]
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     axial = np.einsum("tmk,tmk->tm", log["member_force"], along)
-    expected = solve(make_load_model(chain, Payload(mass=0.0, radius=0.1), 9.80665), log["nodes"])
+    model = make_load_model(chain, Payload(mass=0.0, radius=0.1), 9.80665, lumped=lumped)
+    expected = solve(model, log["nodes"])
     shear = log["member_force"] - axial[..., None] * along - expected.near_transverse
+    pinned = truss.ring_actuators.ravel()
+    balls = np.setdiff1d(np.arange(len(truss.members)), pinned)
+    off = log["member_moment"] - expected.near_moment
     largest = np.abs(expected.near_axial).max(axis=-1, keepdims=True)
     return Standing(
         np.linalg.norm(log["ends"] - log["nodes"][:, truss.ends], axis=-1).max(axis=-1),
         np.linalg.norm(log["nodes"] - chain.nodes(q), axis=-1),
-        np.linalg.norm(log["member_moment"], axis=-1),
+        np.linalg.norm(log["member_moment"][:, balls], axis=-1),
         np.linalg.norm(shear, axis=-1),
         np.abs(axial - expected.near_axial) / largest,
         axial,
+        np.linalg.norm(log["member_moment"][:, pinned], axis=-1),
+        np.linalg.norm(off[:, pinned], axis=-1),
     )

@@ -14,10 +14,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from vgtsim import __version__
-from vgtsim.control.inverse import Method
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
-from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
+from vgtsim.description.resolution import Method
+from vgtsim.errors import DescriptionError, DivergenceError, MissingLibraryError, VgtError
 from vgtsim.runlog import RunLog, load_run
 from vgtsim.verification.report import Report
 
@@ -101,7 +101,7 @@ def build(
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
     from vgtsim.control.program import check_scene, solve_first_goal
     from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.kinematics.sampling import check_strokes
+    from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.mjcf import scene_chain
     from vgtsim.mjcf.files import write_arm_files, write_scene_files
     from vgtsim.output.write import prepare_folder
@@ -116,8 +116,7 @@ def build(
         manipulator = load_manipulator(description)
         check_strokes(Chain(manipulator, hanging_mount(0.0)))
         files = write_arm_files(manipulator, prepare_folder(out or description.parent) / manipulator.name)
-    for file in files:
-        _out.print(str(file), soft_wrap=True)
+    _list(*files)
 
 
 @app.command(epilog="Example: vgtsim verify out/type_ii_reach")
@@ -146,69 +145,83 @@ def render(
 
     scene, log = load_run(folder / "run.npz")
     path = film(scene, log, judge(scene, log), scene_chain(scene), folder, camera)
-    _out.print(str(path), soft_wrap=True)
+    _list(path)
 
 
 @app.command(epilog="Example: vgtsim capacity models/arm15/arm15.toml")
 def capacity(
-    model_file: Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)],
+    model_file: ArmFile,
     out: OutFolder = None,
-    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.")] = 453.59237,
-    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.")] = 1.67,
+    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = 453.59237,
+    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = 1.67,
+    resolve: Annotated[
+        bool, typer.Option("--resolve/--plane-only", help="Use redundancy to unload what governs in every cell.")
+    ] = True,
 ) -> None:
     """Map what an arm may carry over radius and depth, what governs, and how far the tip sags."""
+    import numpy as np
+
+    from vgtsim.control.capacity import unload
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.output.capacity_map import write_capacity
     from vgtsim.output.write import prepare_folder
-    from vgtsim.statics.capacity import map_capacity
+    from vgtsim.statics.capacity import draw_shapes, map_capacity
 
-    arm = load_manipulator(model_file)
+    arm, gravity = load_manipulator(model_file), 9.80665
+    chain = Chain(arm, hanging_mount(0.0))
     with _err.status("solving shapes"):
-        found = map_capacity(Chain(arm, hanging_mount(0.0)), safety_factor=safety_factor, reference=payload)
-    for file in write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)):
-        _out.print(str(file), soft_wrap=True)
+        plane = map_capacity(chain, draw_shapes(chain), gravity, safety_factor, payload)
+    found = plane
+    if resolve:
+        with _err.status("unloading postures"):
+            moved = unload(chain, plane.q, payload, gravity, safety_factor)
+            found = map_capacity(chain, np.concatenate([plane.q, moved]), gravity, safety_factor, payload)
+    _list(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
     far, least = int(found.radius.argmax()), int(found.payload.argmin())
     for words, i in (("at full reach", far), ("least", least)):
         _out.print(
             f"{words}: {found.payload[i]:.0f} kg at radius {found.radius[i]:.2f} m, depth {found.depth[i]:.2f} m, "
             f"by {found.limit[i]} of {found.member[i]}; sag {found.sag[i]:.3f} m with {found.reference:.0f} kg"
         )
+    if resolve:
+        gain = found.payload / plane.payload - 1
+        _out.print(
+            f"postures out of the plane carry {np.median(gain):.0%} more in the median of {len(gain)} cells, "
+            f"{gain.max():.0%} at most; {np.mean(gain > 0.01):.0%} of the cells gain"
+        )
 
 
 @app.command(epilog="Example: vgtsim size models/arm15/arm15.toml --task scenes/type_ii_reach.toml --out sized.toml")
 def size(
-    model_file: Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)],
+    model_file: ArmFile,
     task: Annotated[Path, typer.Option("--task", help="Scene whose tour and load cases it must stand.")],
     out: Annotated[Path, typer.Option("--out", help="File of the sized arm.")] = Path("sized.toml"),
-    reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.1,
+    reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.05,
     catalogue_file: Annotated[Path | None, typer.Option("--catalogue", help="TOML file [default: built in].")] = None,
+    anywhere: Annotated[
+        bool,
+        typer.Option("--anywhere/--tour-only", help="Stand the load cases in any posture too, full reach all round."),
+    ] = True,
 ) -> None:
     """Choose tubes and cylinders from a catalogue so that nothing is overloaded over a scene's tour and load cases."""
     import dataclasses
 
-    from vgtsim.control.program import make_program
-    from vgtsim.control.sampling import sample_poses
+    from vgtsim.control.design import design_arm
     from vgtsim.description.catalogue import load_catalogue, write_sized_arm
-    from vgtsim.description.scene import LoadCase
-    from vgtsim.mjcf import scene_chain
-    from vgtsim.statics.sizing import size_arm
 
     catalogue = load_catalogue(catalogue_file)
     scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))
-    chain, settings = scene_chain(scene), scene.task
-    with _err.status("planning the tour"):
-        nodes = sample_poses(chain, make_program(scene, chain))
-    cases = (LoadCase(name="run"), *settings.loads)
-    gravity, factor = settings.simulation.gravity, settings.limits.safety_factor
-    found = size_arm(chain, catalogue, nodes, settings.payload, cases, gravity, factor, 1 - reserve)
-    reason = f"least size with {reserve:.0%} in reserve over {settings.name}, {len(cases)} load cases"
-    notes = (catalogue.tube_standard, catalogue.cylinder_standard, reason)
-    write_sized_arm(model_file, out, found.manipulator.tubes, found.manipulator.cylinders, found.chosen, notes)
-    table = Table(
-        "module", "member", "section", "used", title=f"{scene.manipulator.name} sized in {found.passes} passes"
-    )
-    for (module, field), section in found.chosen.items():
-        table.add_row(module, field, section, f"{found.utilisation[module, field]:.2f}")
+    with _err.status("planning tours and choosing sizes"):
+        design = design_arm(scene, catalogue, 1 - reserve, anywhere=anywhere)
+    found, (tour, beside) = design.sizing, design.poses
+    reach = " and in any posture" if anywhere else ""
+    reason = f"{reserve:.0%} in reserve over the tour of {scene.task.name}{reach}, cases {', '.join(design.cases)}"
+    write_sized_arm(model_file, out, found.manipulator, catalogue, reason)
+    title = f"{scene.manipulator.name}: {tour} poses of the tour, {beside} beside it; {found.passes} passes"
+    table = Table("module", "member", "section", "used", title=title)
+    for place, section in found.chosen.items():
+        used = found.utilisation.get(place)
+        table.add_row(*place, section, "tip plate" if used is None else f"{used:.2f}")
     _out.print(table)
     _out.print(f"arm of {found.mass[0]:.0f} kg, now {found.mass[1]:.0f} kg; {out}", soft_wrap=True)
 
@@ -225,8 +238,7 @@ def export(
     from vgtsim.output.write import prepare_folder
 
     scene, log = load_run(folder / "run.npz")
-    for file in write_truss(scene, log, scene_chain(scene), prepare_folder(folder), time, vtk=vtk):
-        _out.print(str(file), soft_wrap=True)
+    _list(*write_truss(scene, log, scene_chain(scene), prepare_folder(folder), time, vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
@@ -255,31 +267,43 @@ def models(
     from vgtsim.statics.loads import weigh
 
     table = Table("name", "degrees of freedom", "modules", "reach/m", "mass/kg", "what it is")
-    for file in sorted(folder.glob("*/*.toml")):
+    files = sorted(folder.glob("*/*.toml"))
+    if not files:
+        raise DescriptionError(folder, "", "no arms", "a folder with NAME/NAME.toml files")
+    for file in files:
         arm = load_manipulator(file)
         chain = Chain(arm, hanging_mount(0.0))
         reach = sample_workspace(chain, _LISTED_SAMPLE, seed=0).reach
         freedom = chain.layout.actuators
-        row = (arm.name, str(freedom), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}", arm.title)
-        table.add_row(*row)
+        table.add_row(arm.name, str(freedom), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}", arm.title)
     _out.print(table)
 
 
-@app.command(epilog="Example: vgtsim show models/mixed/mixed.toml --out out/mixed")
-def show(arm_file: ArmFile, out: OutFolder = None) -> None:
-    """Draw an arm as PNG and SVG line drawing, and export it as GLB and STL."""
+@app.command(
+    epilog="Example: vgtsim show models/mixed/mixed.toml --lengths 'm1=36 in,40 in,38 in' --inputs 'h1=60 deg'"
+)
+def show(
+    arm_file: ArmFile,
+    out: OutFolder = None,
+    lengths: Annotated[list[str] | None, typer.Option(help="MODULE=l1,l2,...: actuator lengths; repeatable.")] = None,
+    inputs: Annotated[list[str] | None, typer.Option(help="MODULE=x1,...: canonical inputs; repeatable.")] = None,
+) -> None:
+    """Draw an arm, straight and bent or in a given pose, as PNG and SVG line drawing; export it as GLB and STL."""
     from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.given_pose import read_pose
     from vgtsim.mjcf.build import reach_pose
     from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
     from vgtsim.output.write import prepare_folder
 
     arm = load_manipulator(arm_file)
     chain = Chain(arm, hanging_mount(0.0))
+    given = bool(lengths or inputs)
+    q = read_pose(chain, lengths or (), inputs or ()) if given else reach_pose(chain)
     stem = prepare_folder(out or Path("out") / arm.name) / arm.name
-    bent = reach_pose(chain)
-    files = write_drawing(draw_arm(chain, {"straight": chain.straight, "bent": bent}), stem)
-    for file in (*files, *write_solid(make_solid(chain, chain.nodes(bent)), stem)):
-        _out.print(str(file), soft_wrap=True)
+    files = write_drawing(draw_arm(chain, {"straight": chain.straight, "given" if given else "bent": q}), stem)
+    _list(*files, *write_solid(make_solid(chain, chain.nodes(q)), stem))
+    point, axis = (" ".join(f"{value:.6f}" for value in item) for item in chain.tool(q))
+    _out.print(f"tool at {point} m, direction {axis}; base face at the origin, hanging", soft_wrap=True)
 
 
 @app.command(epilog="Example: vgtsim workspace models/arm15/arm15.toml --samples 20000")
@@ -291,7 +315,7 @@ def workspace(
 ) -> None:
     """Sample what an arm reaches: volume, tilt range, dexterity and singular regions, drawn and in figures."""
     from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.kinematics.sampling import check_strokes
+    from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
     from vgtsim.output.arm_drawing import write_drawing
     from vgtsim.output.workspace_plot import plot_workspace
@@ -312,8 +336,7 @@ def workspace(
     table.add_row(f"configurations with one below {NEAR_SINGULAR}", f"{100 * found.near_singular:.2g} %")
     _out.print(table)
     stem = prepare_folder(out or Path("out") / arm.name) / "workspace"
-    for file in write_drawing(plot_workspace(found, arm.title), stem):
-        _out.print(str(file), soft_wrap=True)
+    _list(*write_drawing(plot_workspace(found, arm.title), stem))
 
 
 @app.command(epilog="Example: vgtsim ik scenes/type_ii_reach.toml --position 8 2 1 --direction 1 0 0 --plot ik.svg")
@@ -375,8 +398,7 @@ def track(
         table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
     _out.print(table)
     folder = prepare_folder(out or Path("out") / path.name)
-    for file in write_track(chain, followed, facts, folder / path.name):
-        _out.print(str(file), soft_wrap=True)
+    _list(*write_track(chain, followed, facts, folder / path.name))
     wanted = scene.task.motion.clearance if scene else 0.0
     clear, spare = (
         float(facts.get("least clearance, m", wanted)),
@@ -387,12 +409,17 @@ def track(
     _finish(clear >= wanted and spare >= 0, None)
 
 
+def _list(*files: Path) -> None:
+    for file in files:
+        _out.print(str(file), soft_wrap=True)
+
+
 def _show(report: Report, folder: Path) -> None:
     table = Table("check", "measured", "limit", "unit", "where", "t/s", title=f"{report.scene}")
     for check in report.checks:
         colour = "green" if check.passed else "bold red"
         sign = "<=" if check.sense == "at most" else ">="
-        row = (
+        table.add_row(
             f"{check.name}: {check.quantity}",
             f"[{colour}]{check.measured:.3g}[/]",
             f"{sign} {check.limit:.3g}",
@@ -400,7 +427,6 @@ def _show(report: Report, folder: Path) -> None:
             check.where,
             f"{check.when:.2f}",
         )
-        table.add_row(*row)
     _out.print(table)
     factor = report.performance["real_time_factor"]
     _out.print(f"{'PASSED' if report.passed else 'FAILED'}; {factor:.1f} times real time; {folder / 'report.html'}")

@@ -61,10 +61,11 @@ class ReachError(VgtError):
         goal: Name of the goal.
         shortfall: Distance between the goal and the nearest tool position found, m.
         binding: Names of the limits that stop the arm.
+        detail: What else there is to say.
     """
 
     def __init__(self, goal: str, shortfall: float, binding: tuple[str, ...] = (), detail: str = "") -> None:
-        self.goal, self.shortfall, self.binding = goal, shortfall, binding
+        self.goal, self.shortfall, self.binding, self.detail = goal, shortfall, binding, detail
         limits = f"; binding: {', '.join(binding)}" if binding else ""
         super().__init__(f"goal {goal!r} is out of reach by {shortfall:.4g} m{limits}{'; ' + detail if detail else ''}")
 

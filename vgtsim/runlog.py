@@ -49,9 +49,11 @@ class RunLog:
         warnings: What MuJoCo warned of.
         performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
         versions: Version of each package that took part.
+        pressure: Above the tank's on the bore's and the rod's side of each hydraulic cylinder, shape (T, J, 2), Pa; empty
+            under other drives.
         stopped: Why the run ended early, or an empty string.
-        saturation: What each cylinder had reached since the record before, bits of 1 flow, 2 force or pressure and 4
-            stroke, shape (T, J); empty in logs of versions that did not look.
+        saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
+            pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
     """
 
     time: Array
@@ -76,6 +78,7 @@ class RunLog:
     versions: dict[str, str]
     stopped: str = ""
     saturation: NDArray[np.int64] = dataclasses.field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
+    pressure: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 0, 2)))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -132,16 +135,18 @@ class RunLog:
         """
         return np.einsum("tmk,tmk->tm", self.member_force, self.directions(ends))
 
-    def shear(self, ends: NDArray[np.intp]) -> Array:
+    def shear(self) -> Array:
         """Forces across the members at the near ends.
 
-        Args:
-            ends: Node indices of each member, shape (M, 2).
+        Across the members' own axes: seen from the line between its hubs, a member whose far end is a micrometre off
+        would shear by a millionth of its axial force.
 
         Returns:
             Shape (T, M, 3), N, in frame G.
         """
-        return self.member_force - self.axial(ends)[..., None] * self.directions(ends)
+        axis = self.ends[:, :, 1] - self.ends[:, :, 0]
+        axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
+        return self.member_force - np.sum(self.member_force * axis, axis=-1, keepdims=True) * axis
 
 
 _META = ("warnings", "performance", "versions", "stopped")

@@ -40,10 +40,7 @@ def to_si(value: float | str, unit: str) -> float:
     if isinstance(value, str):
         import pint
 
-        try:
-            quantity = _registry().Quantity(value)
-        except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
-            raise ValueError(f"not a quantity; expected something like '1 {unit}'") from error
+        quantity = _read_quantity(value, unit)
         try:
             number = float(quantity.to(unit).magnitude)
         except pint.DimensionalityError as error:
@@ -53,6 +50,33 @@ def to_si(value: float | str, unit: str) -> float:
     if not math.isfinite(number):
         raise ValueError("must be finite")
     return number
+
+
+def to_base(value: float | str) -> tuple[float, str]:
+    """Convert a quantity of any dimension to SI base units.
+
+    Args:
+        value: A bare number, which goes with any dimension, or a string such as "42 in".
+
+    Returns:
+        The magnitude in base units, and the dimension; an empty text for a bare number.
+
+    Raises:
+        ValueError: The text is not a quantity.
+    """
+    if isinstance(value, int | float):
+        return float(value), ""
+    quantity = _read_quantity(value, "m").to_base_units()
+    return float(quantity.magnitude), str(quantity.dimensionality)
+
+
+def _read_quantity(text: str, unit: str) -> Any:
+    import pint
+
+    try:
+        return _registry().Quantity(text)
+    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
+        raise ValueError(f"not a quantity; expected something like '1 {unit}'") from error
 
 
 def _parser(unit: str) -> Callable[[Any], float]:

@@ -7,9 +7,13 @@ import pytest
 from typer.testing import CliRunner
 
 from vgtsim.cli import app
-from vgtsim.control.inverse import Method, Request, answer_as_json, make_objective, solve_request
+from vgtsim.control.inverse import Request, answer_as_json, solve_request
+from vgtsim.control.objectives import make_objective
+from vgtsim.control.program import solve_first_goal
+from vgtsim.description.resolution import Method
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.mjcf import scene_chain
 from vgtsim.redundancy.goals import tool_goal
 from vgtsim.redundancy.kernel import Kernel
 from vgtsim.redundancy.objectives import Configurations
@@ -40,17 +44,34 @@ def test_every_method_puts_the_tool_at_the_goal(arm, method):
 def test_an_objective_is_lower_where_it_was_asked_for(arm, name):
     def value(q):
         objective = make_objective(arm, tool_goal(*REACHABLE), (name,), None)
-        state = Kernel(arm).state(q[None])
-        at = Configurations(arm, make_box(arm, 0.005), state.q, state.length, state.blocks, np.zeros(1, int))
+        kernel = Kernel(arm)
+        at = Configurations(kernel, make_box(arm, 0.005), kernel.state(q[None]), np.zeros(1, int))
         return objective.terms(at).value[0]
 
     asked, plain = (solve_request(arm, Request(*REACHABLE, objectives=(item,))) for item in (name, "stroke_barrier"))
     assert value(asked.q) < value(plain.q)
 
 
+def test_scene_and_command_find_the_same_configuration_by_the_same_words(reach_scene):
+    motion = reach_scene.task.motion
+    goal, chain = motion.goals[0], scene_chain(reach_scene)
+    answer = solve_request(chain, Request(goal.position, goal.direction, motion.method, motion.objective), reach_scene)
+    assert answer.q.tobytes() == solve_first_goal(reach_scene, chain).tobytes()
+    assert answer.facts["clearance, m"] >= motion.clearance
+    assert answer.facts["objective"] == "clearance + stroke_barrier:0.01 + in_plane:10"
+
+
+def test_arm_with_too_few_modules_to_couple_is_named(arm15):
+    short = Chain(arm15.model_copy(update={"modules": arm15.modules[:2]}), hanging_mount(0.0))
+    with pytest.raises(DescriptionError, match=r"coupled.*at least one pair"):
+        solve_request(short, Request((0.0, 0.0, -2.0), (0.0, 0.0, -1.0), Method.COUPLED))
+
+
 def test_wrong_objectives_are_named(arm):
     with pytest.raises(DescriptionError, match="'clarity'"):
         solve_request(arm, Request(*REACHABLE, objectives=("clarity",)))
+    with pytest.raises(DescriptionError, match="clearance with a scene"):
+        solve_request(arm, Request(*REACHABLE, objectives=("clearance",)))
     with pytest.raises(DescriptionError, match="above zero"):
         solve_request(arm, Request(*REACHABLE, objectives=("mid_stroke:-1",)))
 

@@ -10,9 +10,9 @@ from vgtsim.control.path import PathSettings, plan_path
 from vgtsim.description.tank import Equipment
 from vgtsim.errors import PathError
 from vgtsim.geometry import make_profile
+from vgtsim.kinematics.bending import azimuth, bend_all
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.redundancy import Surroundings
-from vgtsim.redundancy.seeds import azimuth, bend_all
 
 SAMPLING = 0.01  # points 4 cm apart stand for capsules, arcs 2 cm apart for the tank's profile
 BENDS = np.radians([10.0, 32.0, 32.0, 25.0, 10.0])

@@ -10,6 +10,9 @@ from vgtsim.description.scene import Bend
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.start import start_inputs
+from vgtsim.statics.elasticity import make_elastic_model
+from vgtsim.statics.loads import tool_point
+from vgtsim.statics.settling import settle
 
 GOAL = 1e-9  # m and rad
 ROUNDING = 1e-9
@@ -157,3 +160,17 @@ def test_stroke_over_which_a_module_does_not_assemble_is_refused(reach_scene, lo
     with pytest.raises(DescriptionError, match=r"m3.*assembles") as caught:
         check_scene(scene, chain_of(scene))
     assert caught.value.key == "manipulator.modules.m3.cylinder"
+
+
+def test_sagging_arm_is_aimed_above_its_goal(reach_scene):
+    scene = with_motion(reach_scene, goals=reach_scene.task.motion.goals[:1])
+    soft = scene.task.simulation.model_copy(update={"members": "elastic"})
+    scene = dataclasses.replace(scene, task=scene.task.model_copy(update={"simulation": soft}))
+    chain, goal = chain_of(scene), scene.task.motion.goals[0]
+    elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    off = [
+        np.linalg.norm(tool_point(elastic.loads, settle(elastic, chain.nodes(q))) - goal.position)
+        for q in (make_program(scene, chain).legs[0].q, solve_first_goal(scene, chain))
+    ]
+    assert off[0] < 2e-4  # what the aim leaves of each coordinate is below 1e-4 m
+    assert off[1] > 0.02  # the sag

@@ -6,7 +6,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 
 from vgtsim.control.timing import make_limits, time_lengths
-from vgtsim.redundancy.seeds import bend_all, swing
+from vgtsim.kinematics.bending import bend_all, swing
 
 TIMESTEP = 0.005
 FRACTION, ACCELERATION = 0.8, 0.05
@@ -18,7 +18,7 @@ def spline(hanging_arm):
     part = np.linspace(0, 1, 30)
     shape = bend_all(hanging_arm, np.radians([15.0, 30.0, 30.0, 10.0, -10.0]), 0.0)
     more = bend_all(hanging_arm, np.radians([25.0, 20.0, 30.0, 20.0, 10.0]), 0.0)
-    way = swing((1 - part)[:, None, None] * shape + part[:, None, None] * more, 0.3 + 2.0 * part)
+    way = swing(hanging_arm, (1 - part)[:, None, None] * shape + part[:, None, None] * more, 0.3 + 2.0 * part)
     return make_interp_spline(part, way, k=5)
 
 

@@ -61,6 +61,46 @@ def test_assumed_figures_lie_in_their_ranges(path):
     assert checked
 
 
+HUB = 'radius = { value = "1.5 in", label = "assumed", note = "joint ball; sets the node circle with the riser\'s bore", range = '
+
+
+@pytest.mark.parametrize(
+    ("value", "limits", "key", "words"),
+    [
+        (
+            '"2 in"',
+            '["1.25 in", "1.5 in"]',
+            "hub.radius",
+            r"found '2 in'; allowed: 1\.25 in to 1\.5 in, the range beside",
+        ),
+        ('"1.2 in"', '["1.25 in", "1.5 in"]', "hub.radius", "found '1.2 in'"),
+        ("0.039", '["1.25 in", "1.5 in"]', "hub.radius", "found 0.039"),
+        ('"1.5 in"', '["1 kg", "2 kg"]', "hub.radius.range", "the dimension of '1.5 in'"),
+        ('"1.5 in"', '["1 in", "broad"]', "hub.radius.range", "not a quantity"),
+        ('"1.5 in"', '["2 in", "1 in"]', "hub.radius", "2 in to 1 in"),
+    ],
+)
+def test_a_figure_outside_its_own_range_is_refused(tmp_path, value, limits, key, words):
+    path = changed(tmp_path, ARM, f'{HUB}["1.25 in", "1.5 in"]', HUB.replace('"1.5 in"', value, 1) + limits)
+    with pytest.raises(DescriptionError, match=words) as caught:
+        load_manipulator(path)
+    assert caught.value.key == key
+
+
+@pytest.mark.parametrize(("value", "limits"), [('"38.1 mm"', '["1.25 in", "1.5 in"]'), ('"1.5 in"', "[0.03, 0.0381]")])
+def test_figures_and_ranges_may_have_different_units(tmp_path, value, limits):
+    path = changed(tmp_path, ARM, f'{HUB}["1.25 in", "1.5 in"]', HUB.replace('"1.5 in"', value, 1) + limits)
+    assert load_manipulator(path).hub.radius == pytest.approx(0.0381)
+
+
+def test_every_figure_of_a_vector_keeps_to_its_range(tmp_path):
+    note = 'label = "assumed", note = "under the dome, 9 m out"'
+    path = changed(tmp_path, SCENE, note, f'{note}, range = ["-6 m", "7 m"]')
+    with pytest.raises(DescriptionError, match=r"'7\.37 m'; allowed: -6 m to 7 m") as caught:
+        load_scene(path)
+    assert caught.value.key == "motion.goals.0.position"
+
+
 def test_provenance_is_kept_by_key_path():
     arm = load_manipulator(ARM)
     assert arm.provenance["hub.radius"].label == "assumed"
@@ -104,8 +144,9 @@ def test_an_unknown_key_names_the_nearest_one(tmp_path):
 
 
 def test_an_unknown_section_names_the_nearest_one(tmp_path):
-    path = changed(tmp_path, ARM, 'longeron_tube = "t300x250"', 'longeron_tube = "t300x520"')
-    with pytest.raises(DescriptionError, match=r"modules\.\d\.longeron_tube = 't300x520'.*did you mean 't300x[0-9]+'"):
+    name = load_manipulator(ARM).modules[0].longeron_tube
+    path = changed(tmp_path, ARM, f'longeron_tube = {{ value = "{name}"', f'longeron_tube = {{ value = "{name}0"')
+    with pytest.raises(DescriptionError, match=rf"modules\.0\.longeron_tube = '{name}0'.*did you mean '{name}'"):
         load_manipulator(path)
 
 
@@ -156,7 +197,8 @@ def test_longerons_too_short_for_their_face_name_the_module(tmp_path):
 
 
 def test_a_pivot_outside_the_tank_is_refused(tmp_path):
-    path = changed(tmp_path, SCENE, 'pivot_depth = { value = "1.75 m"', 'pivot_depth = { value = "9.5 m"')
+    written = next(line for line in SCENE.read_text().splitlines() if line.startswith("pivot_depth"))
+    path = changed(tmp_path, SCENE, written, 'pivot_depth = "9.5 m"')
     with pytest.raises(DescriptionError, match="pivot inside the tank") as caught:
         load_scene(path)
     assert caught.value.key == "mast.pivot_depth"
@@ -176,3 +218,49 @@ def test_start_must_fit_the_arm(tmp_path):
     path = changed(tmp_path, SCENE, text[first:second], "")
     with pytest.raises(DescriptionError, match="4 module shapes"):
         load_scene(path)
+
+
+METHOD = 'method = "nullspace"'
+OBJECTIVE = 'value = ["clearance", "stroke_barrier:0.01", "in_plane:10"]'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        (
+            METHOD,
+            'method = "nulspace"',
+            "motion.method",
+            r"found 'nulspace'.*'nullspace', 'coupled', 'anchored' or 'sh",
+        ),
+        (OBJECTIVE, 'value = ["clearence"]', "motion.objective.0", "found 'clearence'.*did you mean 'clearance'"),
+        (OBJECTIVE, 'value = ["clearance", "in_plane:nan"]', "motion.objective.1", "'in_plane:nan'.*above zero"),
+        (OBJECTIVE, 'value = ["in_plane:-1"]', "motion.objective.0", "above zero"),
+        (OBJECTIVE, 'value = ["in_plane:"]', "motion.objective.0", "above zero"),
+        (OBJECTIVE, "value = [nan]", "motion.objective.0", "found nan.*string"),
+        (OBJECTIVE, "value = []", "motion.objective", "at least 1"),
+        (METHOD, 'method = "nullspace"\ncoupling = [["m1", "m2"]]', "motion", 'with method = "coupled" only'),
+        (METHOD, 'method = "coupled"\ncoupling = []', "motion.coupling", "at least one pair.*m1, m2, m3, m4, m5"),
+        (METHOD, 'method = "coupled"\ncoupling = [["m1", "s2"]]', "motion.coupling", "'s2' is none.*m1, m2"),
+        (METHOD, 'method = "coupled"\ncoupling = [["m1", "m1"]]', "motion.coupling", "leads and follows"),
+        (
+            METHOD,
+            'method = "coupled"\ncoupling = [["m1", "m5"], ["m2", "m5"], ["m3", "m5"], ["m4", "m5"]]',
+            "motion.coupling",
+            "at most 3 pairs: a tool goal has 5 rows, and 3 inputs would be left",
+        ),
+    ],
+)
+def test_a_resolution_that_cannot_be_is_named(tmp_path, old, new, key, words):
+    with pytest.raises(DescriptionError, match=words) as caught:
+        load_scene(changed(tmp_path, SCENE, old, new))
+    assert caught.value.key == key
+    assert caught.value.file is not None
+    assert caught.value.file.name == SCENE.name
+
+
+def test_a_coupled_scene_couples_the_modules_at_both_ends(tmp_path):
+    scene = load_scene(changed(tmp_path, SCENE, METHOD, 'method = "coupled"'))
+    assert scene.coupled_modules() == ((0, 1), (4, 3))
+    scene = load_scene(changed(tmp_path, SCENE, METHOD, 'method = "coupled"\ncoupling = [["m5", "m1"]]'))
+    assert scene.coupled_modules() == ((4, 0),)

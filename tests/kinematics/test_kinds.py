@@ -15,7 +15,8 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.assembly_modes import octahedron_assemblies
 from vgtsim.kinematics.layout import octahedron_geometry
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters
-from vgtsim.kinematics.sampling import check_strokes, sample_inputs, singular_values
+from vgtsim.kinematics.sampling import sample_inputs, singular_values
+from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.statics import diagnose
 
 ROOT = Path(__file__).parents[2] / "models"
@@ -40,11 +41,12 @@ def q(chain):
 
 
 def test_every_shipped_kind_is_here():
-    assert {"tetra4", "stewart", "octahedron_double", "arm9", "arm15", "arm30", "arm60", "mixed"} <= set(NAMES)
+    kinds = {"tetra4", "stewart", "octahedron_double", "octahedron_offset", "arm9", "arm15", "arm30", "arm60", "mixed"}
+    assert kinds <= set(NAMES)
 
 
 def test_truss_is_isostatic(chain, q):
-    assert len(chain.truss.members) + 3 == 3 * (len(chain.truss.nodes) - 3)
+    assert len(chain.truss.bars) == 3 * np.sum(chain.truss.group > 0)
     for row in q:
         assert diagnose(chain.truss, chain.nodes(row)) > 1e-4
 
@@ -167,6 +169,10 @@ def changed(name: str, *edits: tuple[int, dict]) -> Manipulator:
         ("stewart", (0, {"longerons": [{"tube": "t200x188", "length": 1.0}] * 6}), "one to six longerons"),
         ("stewart", (0, {"longerons": [{"tube": "t200x188"}] * 6}), "a tube and its length"),
         ("tetra4", (0, {"transform": np.eye(4).tolist()}), "either a length or a measured transform"),
+        ("octahedron_offset", (0, {"block": None}), "module m: joint_offset of 0.127 m with no block; .* go together"),
+        ("octahedron_double", (0, {"block": "b250"}), "module m: joint_offset of 0 m with block 'b250'"),
+        ("octahedron_offset", (0, {"block": "b25"}), "modules.0.block = 'b25': no such name; did you mean 'b250'"),
+        ("octahedron_offset", (0, {"joint_offset": 0.07}), "joint offset of 0.07 m .* above their diameter, 0.0762 m"),
     ],
 )
 def test_descriptions_of_impossible_modules_are_named(name, edits, words):

@@ -8,7 +8,7 @@ import pytest
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.start import start_inputs
-from vgtsim.mjcf import build_model, build_spec, load_model, names, scene_chain
+from vgtsim.mjcf import build_model, load_model, names, scene_chain
 from vgtsim.mjcf.contact_bits import contact_bits
 from vgtsim.mjcf.files import measure_sag, write_scene_files
 from vgtsim.mjcf.pose import qpos_from_nodes
@@ -162,15 +162,3 @@ def test_foreign_xml_is_refused_by_name_of_what_it_lacks(tmp_path):
     (tmp_path / "foreign.xml").write_text("<mujoco><worldbody/></mujoco>")
     with pytest.raises(DescriptionError, match=names.WEIGHT_SCALE):
         load_model(tmp_path / "foreign.xml")
-
-
-def test_a_joint_offset_is_refused_until_its_blocks_are_modelled(reach_scene):
-    arm = reach_scene.manipulator
-    first = arm.modules[0].model_copy(update={"joint_offset": 0.05})
-    import dataclasses
-
-    changed = dataclasses.replace(
-        reach_scene, manipulator=arm.model_copy(update={"modules": (first, *arm.modules[1:])})
-    )
-    with pytest.raises(DescriptionError, match="joint_offset"):
-        build_spec(changed)

@@ -12,7 +12,7 @@ from vgtsim.output.quantities import format_quantity
 from vgtsim.verification.report import CHECK_NAMES
 
 GREATEST_SIZE = 3e6  # bytes; a mail server takes it
-PLOTS = 9
+PLOTS = 10
 VOID = {"meta", "wbr"}
 
 

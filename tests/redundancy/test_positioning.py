@@ -63,13 +63,24 @@ def goal_spaces(chain, q):
 def test_kernel_agrees_with_the_chain(hanging_arm, kernel):
     q = random_inputs(hanging_arm, 1, 20)
     state = kernel.state(q)
+    frames = [kernel.face(state, face) for face in range(len(hanging_arm.manipulator.modules) + 1)]
     pairs = zip(
-        (state.R, state.P, state.angular, state.linear, state.length, state.blocks),
-        (*hanging_arm.frames(q), *hanging_arm.screws(q), *hanging_arm.length_jacobian(q)),
+        (np.stack([R for R, _ in frames], 1), np.stack([P for _, P in frames], 1)),
+        hanging_arm.frames(q),
         strict=True,
     )
     for ours, theirs in pairs:
         np.testing.assert_allclose(ours, theirs, atol=ROUNDING)
+    tool, _, J = hanging_arm.tool_jacobian(q)
+    linear, angular = (np.swapaxes(half, -1, -2) for half in (J[:, :3], J[:, 3:]))
+    at_origin = linear - np.cross(angular, tool[:, None])  # the kernel's velocities are of the point at the origin of G
+    pairs = zip(
+        (state.angular, state.linear, state.legs, *state.blocks),
+        (angular, at_origin, *hanging_arm.length_jacobian(q)),
+        strict=True,
+    )
+    for ours, theirs in pairs:
+        np.testing.assert_allclose(ours, theirs.reshape(ours.shape), atol=ROUNDING)
     assert np.all(state.assembles)
 
 
@@ -91,7 +102,7 @@ def test_row_jacobian_and_curvature_are_those_of_differences(hanging_arm, kernel
     def slope(x):
         there = kernel.state(x)
         rows = np.einsum("bri,br->bi", evaluate(hanging_arm, goal, there, which)[1], weights)
-        return rows + np.einsum("baij,bai->baj", there.blocks, pull).reshape(3, -1)
+        return rows + kernel.pull(there.blocks, pull.reshape(3, -1))
 
     numeric = np.empty((3, 15, 15))
     for i in range(15):
@@ -99,7 +110,7 @@ def test_row_jacobian_and_curvature_are_those_of_differences(hanging_arm, kernel
         ahead, behind = (evaluate(hanging_arm, goal, kernel.state(q + s * shift), which)[0] for s in (1, -1))
         np.testing.assert_allclose(J[:, :, i], (ahead - behind) / (2 * STEP), atol=SLOPE)
         numeric[:, i] = (slope(q + shift) - slope(q - shift)) / (2 * STEP)
-    found = lagrangian_curvature(kernel, goal, state, which, weights, pull)
+    found = lagrangian_curvature(kernel, goal, state, which, weights, pull.reshape(3, -1))
     numeric = (numeric + np.swapaxes(numeric, 1, 2)) / 2
     np.testing.assert_allclose(found, numeric, atol=BEND * np.abs(numeric).max())
 
@@ -128,15 +139,14 @@ def test_objective_slopes_are_those_of_differences(hanging_arm, kernel, box, typ
     move = np.random.default_rng(8).standard_normal(q.shape)
 
     def terms(objective, x):
-        state = kernel.state(x)
-        return objective.terms(Configurations(hanging_arm, box, x, state.length, state.blocks, np.arange(2)))
+        return objective.terms(Configurations(kernel, box, kernel.state(x), np.arange(2)))
 
     whole = WeightedSum(tuple((0.3 + i, part) for i, part in enumerate(objectives(hanging_arm, type_ii))))
     for objective in (*objectives(hanging_arm, type_ii), whole):
         rise = (terms(objective, q + STEP * move).value - terms(objective, q - STEP * move).value) / (2 * STEP)
         slope = terms(objective, q).slope
         np.testing.assert_allclose(np.sum(slope * move.reshape(2, -1), axis=1), rise, rtol=1e-4, err_msg=objective.name)
-    by_differences = Differences("copy", lambda x: box.barrier(kernel.state(x).length))
+    by_differences = Differences("copy", lambda x: box.row.barrier(kernel.state(x).legs))
     np.testing.assert_allclose(
         terms(by_differences, q).slope, terms(StrokeBarrier(), q).slope, rtol=1e-4, atol=1e-4 * np.abs(slope).max()
     )
@@ -200,7 +210,7 @@ def test_no_null_space_step_improves_an_optimum(hanging_arm, box, kernel, object
             hold = Nearness(hanging_arm.lengths(best.q[b] + step))
             again = solve(Positioning(hanging_arm, box, single, hold, barrier=0.0), best.q[b])
             state = kernel.state(again.q)
-            at = Configurations(hanging_arm, box, again.q, state.length, state.blocks, np.array([0]))
+            at = Configurations(kernel, box, state, np.array([0]))
             assert np.linalg.norm(again.q[0] - best.q[b]) > 1e-3
             assert problem.guarded.terms(at).value[0] > best.value[b] - 1e-9
 

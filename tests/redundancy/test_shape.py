@@ -17,7 +17,8 @@ from vgtsim.redundancy.directrix import (
     spline,
     sweep,
 )
-from vgtsim.redundancy.shape import fit, follow_curve, solve_shape
+from vgtsim.redundancy.fitting import fit
+from vgtsim.redundancy.shape import follow_curve, solve_shape
 from vgtsim.redundancy.strokes import make_box
 
 GOAL = 1e-9

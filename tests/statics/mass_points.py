@@ -27,7 +27,18 @@ class Cloud:
     def points(self, q):
         arm, truss = self.chain.manipulator, self.chain.truss
         n = self.chain.nodes(q)
-        parts, masses, weighty = [n], [np.full(len(truss.nodes), arm.hub_mass)], [np.ones(len(truss.nodes))]
+        balls = np.setdiff1d(np.arange(len(truss.nodes)), truss.rings[:, :, 1])
+        parts, masses, weighty = [n[..., balls, :]], [np.full(len(balls), arm.hub_mass)], [np.ones(len(balls))]
+        for foot, middle, head in truss.rings.reshape(-1, 3):
+            block = arm.block_of(truss.node_module[middle])
+            first, second = n[..., foot, :], n[..., head, :]
+            height = arm.modules[truss.node_module[middle]].joint_offset
+            mass = arm.materials[block.material].density * np.pi / 4 * block.diameter**2 * height
+            own = 2 * 0.4 * arm.hub_mass * arm.hub.radius**2
+            parts += [(first + share * (second - first))[..., None, :] for share in _GAUSS]
+            parts.append(((second - first) / height)[..., None, :])
+            masses.append(np.array([mass / 2, mass / 2, mass * block.diameter**2 / 16 + own]))
+            weighty.append(np.array([1.0, 1.0, 0.0]))
         straight = self.chain.nodes(self.chain.straight)
         for member in truss.members:
             first, second = n[..., member.ends[0], :], n[..., member.ends[1], :]

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vgtsim.control.capacity import unload
 from vgtsim.description.scene import Payload
 from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
-from vgtsim.statics.capacity import LIMITS, find_allowance, map_capacity
+from vgtsim.statics.capacity import LIMITS, draw_shapes, find_allowance, map_capacity
 
 BOUNDARY = 1e-9  # forces are linear in the payload
 OMEGA, GRAVITY = 1.67, 9.80665
@@ -52,12 +53,38 @@ def test_arm_that_cannot_hold_itself_has_a_negative_allowance(hanging_arm, nodes
 
 
 def test_map_has_one_best_posture_a_cell_and_repeats_itself(hanging_arm):
-    first, second = (map_capacity(hanging_arm, shapes=2000, cell=1.0) for _ in range(2))
+    first, second = (map_capacity(hanging_arm, draw_shapes(hanging_arm, 2000), cell=1.0) for _ in range(2))
     assert np.array_equal(first.payload, second.payload)
     cells = np.stack([first.radius, first.depth], axis=1)
     assert len(np.unique(cells, axis=0)) == len(cells)
-    more = map_capacity(hanging_arm, shapes=2000, cell=3.0)
+    more = map_capacity(hanging_arm, draw_shapes(hanging_arm, 2000), cell=3.0)
     assert more.payload.max() == pytest.approx(first.payload.max())
     assert np.all(first.sag > 0)
     # the arm was sized for 1000 lb anywhere
     assert first.payload.min() > 453.6
+
+
+def test_posture_of_a_cell_is_in_it_and_carries_what_the_map_says(hanging_arm):
+    found = map_capacity(hanging_arm, draw_shapes(hanging_arm, 500), cell=2.0)
+    tool = hanging_arm.tool(found.q)[0]
+    assert np.all(np.abs(np.hypot(tool[:, 0], tool[:, 1]) - found.radius) <= 1.0)
+    assert np.all(np.abs(hanging_arm.mount[2, 3] - tool[:, 2] - found.depth) <= 1.0)
+    for q, mass in zip(found.q[::5], found.payload[::5], strict=True):
+        assert greatest_use(hanging_arm, hanging_arm.nodes(q), mass)[0] == pytest.approx(1.0, rel=BOUNDARY)
+    bent = np.array(found.q)
+    bent[..., 0], bent[..., 1] = (np.sin(found.bends / 2) * f(found.azimuths) for f in (np.cos, np.sin))
+    assert bent == pytest.approx(found.q, abs=1e-12)
+
+
+def test_unloaded_postures_keep_their_tool_and_carry_more(hanging_arm):
+    plane = map_capacity(hanging_arm, draw_shapes(hanging_arm, 500), cell=3.0)
+    moved = unload(hanging_arm, plane.q, 453.6, GRAVITY, OMEGA)
+    tools = [hanging_arm.tool(q)[0] for q in (plane.q, moved)]
+    apart = np.linalg.norm(tools[1][:, None] - tools[0][None], axis=-1)
+    assert len(moved) > 0.8 * len(plane.q)
+    assert apart.min(axis=1).max() < 2e-4
+    before = np.array([greatest_use(hanging_arm, hanging_arm.nodes(q), 453.6)[0] for q in plane.q])
+    after = np.array([greatest_use(hanging_arm, hanging_arm.nodes(q), 453.6)[0] for q in moved])
+    assert np.median(after / before[apart.argmin(axis=1)]) < 0.97
+    length, (low, high) = hanging_arm.lengths(moved), hanging_arm.stroke
+    assert np.all((length >= low) & (length <= high))

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from vgtsim.description.scene import LoadCase, Payload
 from vgtsim.statics import make_load_model, make_sections, solve
-from vgtsim.statics.cases import find_envelope, solve_case
+from vgtsim.statics.cases import bound_case, find_envelope, solve_case
+from vgtsim.statics.motion import Motion
 
 ROUNDING = 1e-9  # of the largest force
+SAMPLED = 2e-3  # of an amplitude, by which 40000 directions on a sphere or 200 on a circle may miss the worst
 GRAVITY = 9.80665
 
 
@@ -98,3 +102,53 @@ def test_envelope_holds_every_case_and_keeps_tension_and_compression_apart(model
         assert np.all(worst.compression >= -forces.bar.min(axis=0) - 1e-9)
     alone = find_envelope(model, section, poses, cases[1:2], 1.67)
     assert np.array_equal(alone.strength[0], worst.strength[1])
+
+
+@pytest.mark.parametrize("kind", ["shaking", "reaction"])
+def test_load_from_any_direction_is_the_worst_of_many_directions(model, nodes, kind):
+    rng, plain = np.random.default_rng(5), bars(model, nodes)
+    if kind == "shaking":
+        turn = np.linspace(0, 2 * np.pi, 200)
+        unit = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+        each = [bars(model, nodes, dead=1.2, payload=0.5, seismic=tuple(0.3 * way)) for way in unit]
+        case = LoadCase(name="any", dead=1.2, payload=0.5, shaking=0.3)
+    else:
+        unit = rng.normal(size=(40000, 3))
+        unit /= np.linalg.norm(unit, axis=1, keepdims=True)
+        axes = [bars(model, nodes, force=tuple(800.0 * way)) - plain for way in np.eye(3)]
+        each = plain + unit @ np.stack(axes)
+        case = LoadCase(name="any", reaction=800.0)
+    high, low = bound_case(model, nodes, case)
+    amplitude = (high.bar - low.bar) / 2
+    assert amplitude.max() > 100.0
+    for worst, found in ((high.bar, np.max(each, axis=0)), (-low.bar, -np.min(each, axis=0))):
+        assert np.all(worst - found >= -ROUNDING * np.abs(plain).max())
+        assert np.all(worst - found <= SAMPLED * amplitude + ROUNDING * np.abs(plain).max())
+
+
+def test_shaking_and_reaction_act_together_each_at_its_worst(model, nodes):
+    middle, *spans = (
+        bound_case(model, nodes, LoadCase(name="any", **parts))
+        for parts in ({}, {"shaking": 0.2}, {"reaction": 500.0}, {"shaking": 0.2, "reaction": 500.0})
+    )
+    alone = [high.near_axial - middle[0].near_axial for high, _ in spans]
+    assert alone[2] == pytest.approx(alone[0] + alone[1], abs=1e-6)
+    assert np.array_equal(middle[0].bar, middle[1].bar)
+
+
+def test_motion_adds_the_inertia_of_arm_and_factored_payload(model, nodes):
+    rng = np.random.default_rng(8)
+    turn = rng.normal(size=3)  # the arm turning about its pivot as a rigid body, speeding up
+    lever = nodes - nodes[:3].mean(axis=0)
+    motion = Motion(np.zeros(nodes.shape), np.cross(turn, lever))
+    whole = solve_case(model, nodes, LoadCase(name="run"), motion)
+    direct = solve(model, nodes, motion)
+    assert whole.bar == pytest.approx(direct.bar, abs=ROUNDING * np.abs(direct.bar).max())
+    assert whole.reaction == pytest.approx(direct.reaction, abs=ROUNDING * np.abs(direct.reaction).max())
+    bare = make_model_of(model, 0.0)
+    empty = solve_case(model, nodes, LoadCase(name="empty", payload=0.0), motion)
+    assert empty.bar == pytest.approx(solve(bare, nodes, motion).bar, abs=ROUNDING * np.abs(direct.bar).max())
+
+
+def make_model_of(model, mass):
+    return replace(model, payload=model.payload.model_copy(update={"mass": mass}))

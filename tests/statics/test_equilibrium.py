@@ -3,8 +3,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from finite_elements import forces_with_pynite
 from mass_points import Cloud
-from Pynite import FEModel3D
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
@@ -79,23 +79,8 @@ def test_group_by_group_is_the_dense_solution(chain, model, bent):
 
 
 def test_forces_agree_with_finite_elements(chain, model, bent):
-    nodes, truss = chain.nodes(bent[0]), model.truss
-    frame = FEModel3D()
-    frame.add_material("steel", 200e9, 77e9, 0.3, 7850.0)
-    frame.add_section("bar", 1e-3, 1e-6, 1e-6, 2e-6)
-    for index, (position, force) in enumerate(zip(nodes, all_loads(model, nodes), strict=True)):
-        name = f"n{index}"
-        frame.add_node(name, *map(float, position))
-        held = index < 3
-        frame.def_support(name, held, held, held, True, True, True)
-        for axis, value in zip(("FX", "FY", "FZ"), force, strict=True):
-            frame.add_node_load(name, axis, float(value))
-    for index, (first, second) in enumerate(np.concatenate([truss.ends, truss.tip_edges])):
-        frame.add_member(f"m{index}", f"n{first}", f"n{second}", "steel", "bar")
-        frame.def_releases(f"m{index}", Ryi=True, Rzi=True, Ryj=True, Rzj=True)
-    frame.analyze_linear(check_stability=False)
-    # PyNite counts compression positive
-    found = np.array([-frame.members[f"m{i}"].axial(0.0, "Combo 1") for i in range(len(truss.members))])
+    nodes = chain.nodes(bent[0])
+    found = forces_with_pynite(model.truss, nodes, all_loads(model, nodes))
     bar = solve(model, nodes).bar
     assert np.abs(found - bar).max() < FINITE_ELEMENTS * np.abs(bar).max()
 

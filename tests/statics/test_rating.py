@@ -74,12 +74,12 @@ def test_pin_in_double_shear_is_the_hand_calculation():
 
 
 def test_pins_are_rated_where_they_are_given(chain):
-    tubes = chain.manipulator.tubes
-    arm = chain.manipulator.model_copy(
-        update={"tubes": tubes | {"t300x250": tubes["t300x250"].model_copy(update={"pin": 0.02})}}
-    )
-    section = make_sections(arm, chain.truss)
-    given = [member.section == "t300x250" for member in chain.truss.members]
+    tubes, parts = chain.manipulator.tubes, chain.manipulator.cylinders
+    pinned = chain.manipulator.modules[0].longeron_tube
+    bare = {name: part.model_copy(update={"pin": None}) for name, part in parts.items()}
+    tubes = tubes | {pinned: tubes[pinned].model_copy(update={"pin": 0.02})}
+    section = make_sections(chain.manipulator.model_copy(update={"tubes": tubes, "cylinders": bare}), chain.truss)
+    given = [member.section == pinned for member in chain.truss.members]
     assert np.isfinite(section.pin).tolist() == given
     forces = solve(make_load_model(chain, Payload(mass=400, radius=0.1), 9.81), chain.nodes(chain.straight))
     use = utilise(rate(section, np.ones(len(given)), OMEGA), forces)
@@ -91,9 +91,8 @@ def test_pins_are_rated_where_they_are_given(chain):
 
 def test_oil_holds_its_area_times_pressure(chain):
     """4 in bore, 2 in rod, 3000 psi: 12.566 in² push 37,699 lbf, 9.4248 in² pull 28,274 lbf."""
-    cylinder = chain.manipulator.cylinders["c400"].model_copy(
-        update={"bore": 0.1016, "rod": 0.0508, "pressure": 3000 * 6894.757}
-    )
+    some = chain.manipulator.cylinders[chain.manipulator.active[0].cylinder]
+    cylinder = some.model_copy(update={"bore": 0.1016, "rod": 0.0508, "pressure": 3000 * 6894.757})
     assert cylinder.push == pytest.approx(37699 * 4.448222, rel=HAND)
     assert cylinder.pull == pytest.approx(28274 * 4.448222, rel=HAND)
 
@@ -114,7 +113,8 @@ def test_every_member_is_rated_by_its_own_section(chain):
 def made_up(forces, bar):
     """Forces of two members, with 1 kN of own weight along them."""
     still = np.zeros((2, 3))
-    return replace(forces, bar=bar, near_axial=bar + 1e3, far_axial=bar, near_transverse=still, direction=still)
+    along = {"bar": bar, "near_axial": bar + 1e3, "far_axial": bar}
+    return replace(forces, **along, near_transverse=still, near_moment=still, far_moment=still, direction=still)
 
 
 def test_utilisation_takes_the_worst_along_the_member(chain):

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.control.riser import check_riser
+from vgtsim.description.modules import Octahedral
 from vgtsim.description.scene import Scene
 from vgtsim.errors import AssemblyError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedron import Geometry, length_jacobian, midplane_from_lengths
 from vgtsim.kinematics.start import start_inputs
+from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.redundancy.strokes import make_box
 from vgtsim.redundancy.surroundings import Surroundings
+from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
+from vgtsim.statics.stiffness import deflect
 
 Array = NDArray[np.float64]
-
-_STATIONS = 5  # lengths tried over each stroke: 125 combinations a module
-_CLOSED = 1e-9  # rounding of lengths that went there and back, m
 
 
 def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
@@ -29,10 +31,29 @@ def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
         chain: Its arm on its mast.
 
     Returns:
-        Tank, equipment, waste, mast and the arm itself with its payload.
+        Tank, equipment, waste, mast and the arm itself with its payload; of an elastic arm where it sags to.
     """
-    task = scene.task
-    return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2)
+    task, sag = scene.task, None
+    if task.simulation.members == "elastic":
+        sag = _sagging(elastic_model_of(scene, chain))
+    return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2, sag)
+
+
+def elastic_model_of(scene: Scene, chain: Chain) -> ElasticModel:
+    """The arm of a scene with its payload, masses where the scene has them, and cylinders as their drives hold them."""
+    simulation = scene.task.simulation
+    model = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
+    return hold_cylinders(model, simulation)
+
+
+def _sagging(elastic: ElasticModel) -> Callable[[Array], Array]:
+    """Displacements of nodes and tool point at rest, to first order: one solve, some millimetres off where arms sag most."""
+
+    def sag(nodes: Array) -> Array:
+        moved = deflect(elastic, nodes)
+        return np.concatenate([moved.nodes, moved.tool[..., None, :3]], axis=-2)
+
+    return sag
 
 
 def check_scene(scene: Scene, chain: Chain) -> None:
@@ -43,78 +64,72 @@ def check_scene(scene: Scene, chain: Chain) -> None:
         chain: Its arm on its mast.
 
     Raises:
-        DescriptionError: A module does not assemble over its strokes; the stowed arm does not pass the riser;
+        DescriptionError: A module has static longerons, or does not assemble over its strokes; the
+            stowed arm does not pass the riser;
             the start is outside a stroke or too near something; a goal is outside the tank or too near
             something.
     """
+    _check_kinds(scene)
     check_assembly(scene, chain)
     check_riser(scene, chain)
     _check_start(scene, chain)
     _check_goals(scene, chain)
 
 
-def check_assembly(scene: Scene, chain: Chain) -> None:
-    """Refuse strokes over which a module does not assemble.
+def _check_kinds(scene: Scene) -> None:
+    for module in scene.manipulator.actuated:
+        if isinstance(module, Octahedral) and module.freedom < 6:
+            raise scene.error(
+                "manipulator",
+                f"{scene.manipulator.name}, whose module {module.name} has {6 - module.freedom} static longerons",
+                "octahedra with six actuators: a path between poses would not leave static longerons their length",
+            )
 
-    All corners of the stroke box and a grid inside it are solved. The determinant of the actuator lengths by
-    the inputs must keep its sign: where it vanishes the module is singular and may change its assembly mode.
+
+def check_assembly(scene: Scene, chain: Chain) -> None:
+    """Refuse strokes over which a module does not assemble, or might change its assembly.
 
     Args:
         scene: The scene, for the error.
         chain: Its arm.
 
     Raises:
-        DescriptionError: With the module and the lengths.
+        DescriptionError: With the module and its strokes.
     """
-    done = set()
-    for a, geometry in enumerate(chain.geometries):
-        low, high = float(chain.stroke[0, a, 0]), float(chain.stroke[1, a, 0])
-        if (geometry, low, high) in done:
-            continue
-        done.add((geometry, low, high))
-        ticks = np.linspace(low, high, _STATIONS)
-        for lengths in np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3):
-            failure = _assembly_failure(geometry, lengths)
-            if failure:
-                name = chain.manipulator.active[a].name
-                at = ", ".join(f"{length:.4f}" for length in lengths)
-                raise scene.error(
-                    f"manipulator.modules.{name}.cylinder",
-                    f"a stroke from {low:.4f} to {high:.4f} m; at ({at}) m {failure}",
-                    f"a stroke over whose whole range {name} assembles",
-                )
-
-
-def _assembly_failure(geometry: Geometry, lengths: Array) -> str:
-    """Why a module does not take three actuator lengths, shape (3,), m; empty when it does."""
     try:
-        back, block = length_jacobian(geometry, midplane_from_lengths(geometry, lengths))
-    except (AssemblyError, ValueError, np.linalg.LinAlgError) as error:
-        return str(error)
-    if np.max(np.abs(back - lengths)) > _CLOSED or np.linalg.det(block) >= 0:
-        return "only another assembly mode closes"
-    return ""
+        check_strokes(chain)
+    except AssemblyError as error:
+        place = next(item for item in chain.layout.places if error.module in item.modules.names)
+        m = place.modules.names.index(error.module)
+        low, high = chain.stroke.reshape(2, -1)[:, place.lengths[m][place.modules.actuated[m]]]
+        raise scene.error(
+            f"manipulator.modules.{error.module}",
+            f"strokes from {low.min():.4f} to {high.max():.4f} m: {error}",
+            f"strokes over whose whole range {error.module} assembles",
+        ) from None
 
 
 def _check_start(scene: Scene, chain: Chain) -> None:
     motion = scene.task.motion
-    q = start_inputs(scene, chain)
-    box = make_box(chain, motion.stroke_margin)
-    for a, module in enumerate(scene.manipulator.active):
+    q, box = start_inputs(scene, chain), make_box(chain, motion.stroke_margin).row
+    owner, names = chain.layout.owner, chain.layout.names
+    for a, name in enumerate(names):
+        alone = np.array(chain.straight).ravel()
+        alone[owner == a] = q.ravel()[owner == a]
         try:
-            length = length_jacobian(chain.geometries[a], q[a])[0]
+            chain.lengths(alone.reshape(chain.input_shape))
         except (AssemblyError, ValueError) as error:
-            raise scene.error(
-                f"motion.start.{a}", f"a shape {module.name} cannot take: {error}", "a smaller bend"
-            ) from None
-        spare = np.minimum(length - box.least[a], box.greatest[a] - length)
-        if np.min(spare) <= 0:
-            worst = int(np.argmin(spare))
-            raise scene.error(
-                f"motion.start.{a}",
-                f"{module.name}/actuator/{worst + 1} at {length[worst]:.4f} m",
-                f"{box.least[a, worst]:.4f} to {box.greatest[a, worst]:.4f} m: its stroke less the margin",
-            )
+            raise scene.error(f"motion.start.{a}", f"a shape {name} cannot take: {error}", "a smaller bend") from None
+    length = chain.lengths(q).ravel()
+    spare = box.spare(length)
+    if np.min(spare) <= 0:
+        worst = int(np.argmin(spare))
+        actuator = chain.truss.members[chain.truss.actuated[worst]].name
+        raise scene.error(
+            f"motion.start.{names.index(actuator.split('/')[0])}",
+            f"{actuator} at {length[worst]:.4f} m",
+            f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin",
+        )
     clearance, place = surroundings_of(scene, chain).least(q)
     if clearance < motion.clearance:
         raise scene.error(

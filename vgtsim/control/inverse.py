@@ -3,57 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.control.checks import start_inputs, surroundings_of
-from vgtsim.description.scene import Payload, Scene
-from vgtsim.errors import DescriptionError, ReachError
+from vgtsim.control.checks import surroundings_of
+from vgtsim.control.resolution import resolve_goal, stroke_box, usual_resolution
+from vgtsim.description.resolution import Method
+from vgtsim.description.scene import Scene
 from vgtsim.kinematics.chain import Chain
-from vgtsim.redundancy.analysis import analyse, condition_numbers
-from vgtsim.redundancy.anchoring import anchor_successively
+from vgtsim.kinematics.start import start_inputs
+from vgtsim.redundancy.analysis import analyse
 from vgtsim.redundancy.goals import GoalSpace, RowReport, evaluate, report_rows, tool_goal
 from vgtsim.redundancy.kernel import Kernel
-from vgtsim.redundancy.newton import NewtonSettings
-from vgtsim.redundancy.objectives import (
-    Clearance,
-    Differences,
-    LengthVariation,
-    MidStroke,
-    Objective,
-    StrokeBarrier,
-    WeightedSum,
-)
-from vgtsim.redundancy.positioning import Positioning, Positions
-from vgtsim.redundancy.reduction import couple
-from vgtsim.redundancy.restarts import solve_anywhere
-from vgtsim.redundancy.shape import solve_shape
-from vgtsim.redundancy.strokes import StrokeBox, binding_actuators, make_box
-from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
+from vgtsim.redundancy.solver import GoalSolution
+from vgtsim.redundancy.strokes import StrokeBox, binding_actuators
 
 Array = NDArray[np.float64]
 
-_MARGIN = 0.005  # kept at the ends of strokes when no scene says, m
-_GRAVITY = 9.80665
-_SAFETY = 1.67  # AISC 360, allowable strength
-_POWER = 12  # of the mean that stands for a greatest value: smooth, and above a tenth of 132 equal ones
-_FREE = 3  # modules free at a time in successive anchoring
-_STEPS = 300
-
 Facts = dict[str, str | float | int | bool | list[str]]
-
-
-class Method(StrEnum):
-    """How redundancy is resolved."""
-
-    NULLSPACE = "nullspace"
-    COUPLED = "coupled"
-    ANCHORED = "anchored"
-    SHAPE = "shape"
 
 
 @dataclass(frozen=True)
@@ -78,8 +47,8 @@ class Answer:
     """What was found.
 
     Attributes:
-        q: Inputs, shape (A, 3).
-        lengths: Of the actuators, shape (A, 3), m.
+        q: Inputs, shape (*q).
+        lengths: Of the actuators, shape (*l), m.
         rows: Desired, reached and residual of every goal row.
         facts: Objective, iterations, condition number and what binds, by name.
     """
@@ -102,78 +71,18 @@ def solve_request(chain: Chain, request: Request, scene: Scene | None = None) ->
         The answer.
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene; or the arm has modules other than double
-            octahedra and prisms.
+        DescriptionError: An objective is not known, or needs a scene.
         GoalError: The goal is no goal.
         ReachError: It is not met.
     """
-    others = [module.name for module in chain.manipulator.modules if module.kind not in ("double_octahedral", "prism")]
-    if others:
-        allowed = "an arm of double octahedra and prisms: other modules cannot be positioned yet"
-        raise DescriptionError(None, "modules", f"{chain.manipulator.name} with {', '.join(others)}", allowed)
-    box = make_box(chain, scene.task.motion.stroke_margin if scene else _MARGIN)
-    goal = tool_goal(request.position, request.direction)
-    objective = make_objective(chain, goal, request.objectives, scene)
+    how = usual_resolution(chain, request.method, request.objectives)
     start = start_inputs(scene, chain) if scene else chain.straight
-    settings = NewtonSettings(most=_STEPS)
-    problem = Positioning(chain, box, goal, objective)
-    extra: Facts = {}
-    if request.method is Method.SHAPE:
-        shape = solve_shape(chain, box, request.position, request.direction)
-        found = shape.solution
-        extra["tangent magnitudes, m"] = str(np.round(shape.magnitudes, 3))
-        extra["fit beyond strokes, m"] = shape.overrun
-    elif request.method is Method.ANCHORED:
-        begin = solve_anywhere(Positioning(chain, box, goal), start).q[0]
-        cycle = anchor_successively(problem, begin, min(_FREE, len(begin)), settings)
-        found = cycle.solution
-        extra["stages"] = cycle.stages
-    else:
-        if request.method is Method.COUPLED:
-            problem = Positioning(chain, box, goal, objective, reduction=couple(chain.straight, _pairs(len(start))))
-            start = chain.straight
-        found = solve_anywhere(problem, start, settings)
-    return _answer(chain, box, goal, found, objective.name, extra)
-
-
-def make_objective(chain: Chain, goal: GoalSpace, names: tuple[str, ...], scene: Scene | None) -> Objective:
-    """Objective of names such as `mid_stroke` or `clearance:2`.
-
-    Args:
-        chain: The arm.
-        goal: Rows whose condition number is meant.
-        names: At least one.
-        scene: For payload and surroundings.
-
-    Returns:
-        One objective or their weighted sum.
-
-    Raises:
-        DescriptionError: A name is not known, a weight is no number above zero, or a scene is needed.
-    """
-    known: dict[str, Callable[[], Objective]] = {
-        "stroke_barrier": StrokeBarrier,
-        "mid_stroke": MidStroke,
-        "length_variation": LengthVariation,
-        "condition_number": lambda: Differences("condition_number", lambda q: _condition(chain, goal, q)),
-        "actuator_force": lambda: Differences("actuator_force", _forces(chain, scene, utilisation=False)),
-        "utilisation": lambda: Differences("utilisation", _forces(chain, scene, utilisation=True)),
-    }
-    if scene is not None:
-        known["clearance"] = lambda: Clearance(surroundings_of(scene, chain), scene.task.motion.clearance + 0.02)
-    parts = []
-    for text in names:
-        name, _, number = text.partition(":")
-        if name not in known:
-            raise DescriptionError(None, "objective", repr(name), ", ".join(known) + "; clearance needs a scene")
-        try:
-            weight = float(number or 1)
-        except ValueError:
-            weight = -1.0
-        if not 0 < weight < np.inf:
-            raise DescriptionError(None, f"objective {name}", f"weight {number!r}", "a number above zero")
-        parts.append((weight, known[name]()))
-    return parts[0][1] if len(parts) == 1 and parts[0][0] == 1 else WeightedSum(tuple(parts))
+    found = resolve_goal(chain, how, "ik", (request.position, request.direction), start, scene)
+    goal, box = tool_goal(request.position, request.direction), stroke_box(chain, scene)
+    facts = _facts(chain, box, goal, found, request.objectives)
+    if scene:
+        facts["clearance, m"], facts["nearest"] = surroundings_of(scene, chain).least(found.q)
+    return Answer(found.q, chain.lengths(found.q), report_rows(chain, goal, found.q), facts)
 
 
 def answer_as_json(answer: Answer) -> str:
@@ -182,61 +91,17 @@ def answer_as_json(answer: Answer) -> str:
     return json.dumps(whole, indent=2) + "\n"
 
 
-def _pairs(count: int) -> tuple[tuple[int, int], ...]:
-    """The two modules nearest the base, and the two nearest the tool (section 8.1), while they differ."""
-    return ((0, 1), (count - 1, count - 2)) if count >= 4 else ((0, 1),)
-
-
-def _condition(chain: Chain, goal: GoalSpace, q: Array) -> Array:
-    """Condition number of the goal rows, lengths counted in straight arms, shape (b,)."""
-    J = evaluate(chain, goal, Kernel(chain).state(q), np.zeros(len(q), int))[1]
-    reach = float(np.linalg.norm(chain.tool(chain.straight)[0] - chain.mount[:3, 3]))
-    return condition_numbers(np.concatenate([J[:, :3] / reach, J[:, 3:]], axis=1))
-
-
-def _forces(chain: Chain, scene: Scene | None, utilisation: bool) -> Callable[[Array], Array]:
-    """Smooth stand-in for the greatest actuator force, 100 kN, or utilisation of any member, at rest."""
-    payload = scene.task.payload if scene else Payload(mass=0.0, radius=1e-3)
-    model, sections = make_load_model(chain, payload, _GRAVITY), make_sections(chain.manipulator, chain.truss)
-
-    def value(q: Array) -> Array:
-        nodes = chain.nodes(q)
-        forces = solve(model, nodes)
-        if utilisation:
-            ends = chain.truss.ends
-            lengths = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
-            used = utilise(rate(sections, lengths, _SAFETY), forces)
-            size = np.maximum(used.strength, used.pressure)
-        else:
-            size = np.abs(forces.bar[:, chain.truss.actuated]) / 1e5
-        return np.sum(size**_POWER, axis=1) ** (1 / _POWER)
-
-    return value
-
-
-def _answer(
-    chain: Chain,
-    box: StrokeBox,
-    goal: GoalSpace,
-    found: Positions,
-    objective: str,
-    extra: Facts,
-) -> Answer:
-    q = found.q[0]
-    binding = binding_actuators(chain, box, q)
-    if not found.met[0]:
-        raise ReachError("ik", float(np.linalg.norm(found.error[0, :3])), binding, "nearest posture found")
-    J = evaluate(chain, goal, Kernel(chain).state(q[None]), np.zeros(1, int))[1][0]
+def _facts(chain: Chain, box: StrokeBox, goal: GoalSpace, found: GoalSolution, objectives: tuple[str, ...]) -> Facts:
+    J = evaluate(chain, goal, Kernel(chain).state(found.q[None]), np.zeros(1, int))[1][0]
     seen = analyse(J, goal.names)
-    facts: Facts = {
-        "objective": objective,
-        "value": float(found.value[0]),
-        "iterations": int(found.iterations[0]),
-        "optimal": bool(found.optimal[0]),
-        "stationarity": float(found.stationarity[0]),
+    return {
+        "objective": " + ".join(objectives),
+        "value": found.value,
+        "iterations": found.iterations,
+        "optimal": found.optimal,
+        "stationarity": found.stationarity,
         "condition number": seen.condition,
         "lost directions": list(seen.lost_names),
-        "binding": list(binding),
-        **extra,
+        "binding": list(binding_actuators(chain, box, found.q)),
+        **found.notes,
     }
-    return Answer(q, chain.lengths(q), report_rows(chain, goal, q), facts)

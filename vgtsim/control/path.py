@@ -10,16 +10,22 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.control.trajectory import Corridor, assemblable, smooth
-from vgtsim.errors import AssemblyError, PathError
+from vgtsim.errors import PathError
+from vgtsim.kinematics.bending import azimuth, bend_all, swing
 from vgtsim.kinematics.chain import Chain
-from vgtsim.redundancy.seeds import azimuth, bend_all, swing
 from vgtsim.redundancy.strokes import centre, make_box
 from vgtsim.redundancy.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
 _SWING = np.radians(5.0)  # below this the swing is the straight line
-_TUCKED = (20.0, 35.0, 35.0, 20.0, 0.0)  # bends of a shape that stands clear of floor, wall and dome, degrees
+_TUCKED = (
+    20.0,
+    35.0,
+    35.0,
+    20.0,
+    0.0,
+)  # bends of a shape clear of floor, wall and dome, deg; less each where there are more
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,7 @@ class Path:
     """A smooth path through input space.
 
     Attributes:
-        spline: Inputs over the parameter 0 to 1, shape (A, 3) at each; its fourth derivative is continuous.
+        spline: Inputs over the parameter 0 to 1, shape (*q) at each; its fourth derivative is continuous.
         clearance: Least clearance over the path, m.
         place: What is that near.
         spare: Least distance of an actuator from the end of its stroke, m.
@@ -77,8 +83,8 @@ def plan_path(
     Args:
         chain: The arm.
         surroundings: What to keep clear of.
-        first: Inputs at the start, shape (A, 3).
-        last: Inputs at the end, shape (A, 3).
+        first: Inputs at the start, shape (*q).
+        last: Inputs at the end, shape (*q).
         leg: Name of the goal at the end, for errors.
         settings: How to plan.
 
@@ -95,7 +101,7 @@ def plan_path(
     middle = centre(chain, box)
     failed: list[Path] = []
     for group in _candidates(chain, *ends, settings.waypoints):
-        ways = [smooth(corridor, assemblable(chain, way, middle)) for way in group]
+        ways = [smooth(corridor, assemblable(corridor, way, middle)) for way in group]
         rough = [item for item in (_spline(corridor, way, settings) for way in ways) if item is not None]
         for spline, samples, length in sorted(rough, key=lambda item: _travel(item[2])):
             path = _judge(corridor, spline, samples, length)
@@ -111,22 +117,23 @@ def plan_path(
 
 
 def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator[list[Array]]:
-    """Groups of ways, shape (W, A, 3) each, the simplest group first."""
+    """Groups of ways, shape (W, *q) each, the simplest group first."""
     part = np.linspace(0.0, 1.0, count)
     at, to = azimuth(chain, chain.tool(first)[0]), azimuth(chain, chain.tool(last)[0])
     near = float(np.mod(to - at + np.pi, 2 * np.pi) - np.pi)
     far = near - np.copysign(2 * np.pi, near)
-    shape_first, shape_last = swing(first, -at), swing(last, -to)
-    plain = part[:, None, None]
+    shape_first, shape_last = swing(chain, first, -at), swing(chain, last, -to)
+    plain = part.reshape(-1, *[1] * first.ndim)
     direct = (1 - plain) * shape_first + plain * shape_last
-    swung = [swing(direct, at + part * angle) for angle in (near, far)]
+    swung = [swing(chain, direct, at + part * angle) for angle in (near, far)]
     straight = (1 - plain) * first + plain * last
     yield [straight, swung[0]] if abs(near) > _SWING else [straight]
     yield [swung[1]]
-    stations = np.interp(np.linspace(0, 1, len(first)), np.linspace(0, 1, len(_TUCKED)), np.radians(_TUCKED))
-    tucked = bend_all(chain, stations, 0.0)
-    rise = np.sin(np.pi * part)[:, None, None] ** 2
-    ways = [swing((1 - rise) * direct + rise * tucked, at + part * angle) for angle in (near, far)]
+    count = len(chain.layout.names)
+    stations = np.interp(np.linspace(0, 1, count), np.linspace(0, 1, len(_TUCKED)), np.radians(_TUCKED))
+    tucked = bend_all(chain, stations * min(1.0, len(_TUCKED) / count), 0.0)
+    rise = np.sin(np.pi * plain) ** 2
+    ways = [swing(chain, (1 - rise) * direct + rise * tucked, at + part * angle) for angle in (near, far)]
     for way in ways:
         way[0], way[-1] = first, last
     yield ways
@@ -136,19 +143,17 @@ def _spline(corridor: Corridor, way: Array, settings: PathSettings) -> tuple[BSp
     """Spline through a way, its samples and their actuator lengths; None when one does not assemble."""
     spline = make_interp_spline(np.linspace(0.0, 1.0, len(way)), way, k=5)
     samples = spline(np.linspace(0.0, 1.0, settings.samples))
-    try:
-        return spline, samples, corridor.chain.lengths(samples)
-    except (AssemblyError, ValueError):
-        return None
+    state = corridor.kernel.state(samples)
+    return (spline, samples, state.legs) if np.all(state.assembles) else None
 
 
 def _travel(length: Array) -> float:
-    return float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=(1, 2))))
+    return float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=1)))
 
 
 def _judge(corridor: Corridor, spline: BSpline, samples: Array, length: Array) -> Path:
     """What a sampled path comes near to."""
     clearance, places = corridor.surroundings.clearance(samples)
     worst = int(np.argmin(clearance))
-    spare = float(np.min(corridor.box.spare(length)))
+    spare = float(np.min(corridor.box.row.spare(length)))
     return Path(spline, float(clearance[worst]), places[worst], spare, _travel(length))

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.control.checks import check_scene, surroundings_of
+from vgtsim.control.checks import check_scene, elastic_model_of, surroundings_of
+from vgtsim.control.objectives import MARGIN
 from vgtsim.control.path import PathSettings, plan_path
+from vgtsim.control.resolution import resolve_goal, scene_resolution
 from vgtsim.control.timing import make_limits, time_lengths
 from vgtsim.description.scene import Goal, Scene
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import start_inputs
-from vgtsim.redundancy.solver import SolverSettings, solve_goal
+from vgtsim.redundancy.solver import Keep
 from vgtsim.redundancy.surroundings import Surroundings
-from vgtsim.statics.elasticity import ElasticModel, make_elastic_model
+from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
 
 Array = NDArray[np.float64]
 
 _AIMS, _AIMED = 6, 1e-4  # corrections for the sag of an elastic arm, and what may be left of it, m and rad
-_MARGIN = 0.02  # kept at the goals beyond the path's clearance, so that a path can leave them, m
 
 
 @dataclass(frozen=True)
@@ -88,15 +89,22 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
     Raises:
         ReachError: The goal cannot be met.
     """
-    goal = scene.task.motion.goals[0]
-    start, surroundings = start_inputs(scene, chain), surroundings_of(scene, chain)
-    return solve_goal(chain, goal.name, goal.position, goal.direction, start, surroundings, _solving(scene)).q
+    keep = _keep(scene, replace(surroundings_of(scene, chain), sag=None), MARGIN)
+    return _configuration(scene, chain, scene.task.motion.goals[0], start_inputs(scene, chain), keep)
+
+
+def _configuration(
+    scene: Scene, chain: Chain, goal: Goal, start: Array, keep: Keep, aim: tuple[Array, Array] | None = None
+) -> Array:
+    """Inputs with the tool at a goal, or at an aim in its place, shape (A, 3)."""
+    pose = aim or (np.array(goal.position), np.array(goal.direction))
+    return np.array(resolve_goal(chain, scene_resolution(scene), goal.name, pose, start, scene, keep).q)
 
 
 def _aim_above(
     scene: Scene, chain: Chain, elastic: ElasticModel, goal: Goal, q: Array, surroundings: Surroundings
 ) -> Array:
-    """Inputs with which an elastic arm, sagging, holds its tool at a goal: the aim is moved by what is left over."""
+    """Inputs with which an arm that gives, sagging, holds its tool at a goal: the aim is moved by what is left over."""
     wanted = np.array([goal.position, goal.direction])
     aim = wanted.copy()
     for _ in range(_AIMS):
@@ -107,14 +115,13 @@ def _aim_above(
         if np.abs(left).max() < _AIMED:
             break
         aim += left
-        direction = aim[1] / np.linalg.norm(aim[1])
-        q = solve_goal(chain, goal.name, aim[0], direction, q, surroundings, _solving(scene)).q
+        keep = _keep(scene, surroundings, MARGIN / 2)
+        q = _configuration(scene, chain, goal, q, keep, (aim[0], aim[1]))
     return q
 
 
-def _solving(scene: Scene) -> SolverSettings:
-    motion = scene.task.motion
-    return SolverSettings(stroke_margin=motion.stroke_margin, clearance=motion.clearance + _MARGIN)
+def _keep(scene: Scene, surroundings: Surroundings, margin: float) -> Keep:
+    return Keep(surroundings, scene.task.motion.clearance + margin)
 
 
 def make_program(scene: Scene, chain: Chain) -> LengthProgram:
@@ -135,18 +142,17 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     check_scene(scene, chain)
     motion = scene.task.motion
     surroundings = surroundings_of(scene, chain)
-    solving = _solving(scene)
     planning = PathSettings(clearance=motion.clearance, stroke_margin=motion.stroke_margin)
     limits = make_limits(chain, motion.rate_fraction, motion.acceleration)
     timestep = scene.task.simulation.timestep
     start = start_inputs(scene, chain)
     shapes = [start]
     elastic = None
-    if scene.task.simulation.members == "elastic":
-        elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    if scene.task.simulation.members == "elastic" or scene.task.simulation.drive == "servo":
+        elastic = elastic_model_of(scene, chain)
+    stiff = _keep(scene, replace(surroundings, sag=None), MARGIN)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
-        found = solve_goal(chain, goal.name, goal.position, goal.direction, shapes[-1], surroundings, solving)
-        q = found.q
+        q = _configuration(scene, chain, goal, shapes[-1], stiff)
         if elastic is not None:
             q = _aim_above(scene, chain, elastic, goal, q, surroundings)
         shapes.append(q)
@@ -154,5 +160,5 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     for index, goal in enumerate(motion.goals):
         path = plan_path(chain, surroundings, shapes[index], shapes[index + 1], goal.name, planning)
         lengths = time_lengths(chain, path.spline, limits, timestep)
-        legs.append(Leg(goal.name, index, lengths, np.array(shapes[index + 1]), path.clearance, path.place))
-    return LengthProgram(np.array(start), tuple(legs), timestep)
+        legs.append(Leg(goal.name, index, lengths, shapes[index + 1], path.clearance, path.place))
+    return LengthProgram(start, tuple(legs), timestep)

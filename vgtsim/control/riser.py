@@ -1,4 +1,7 @@
-"""Whether the stowed arm passes the riser it enters the tank by."""
+"""Whether the stowed arm passes the riser it enters the tank by.
+
+Double octahedra are stowed with retracted actuators; octahedra and hinges pass in their straight pose.
+"""
 
 from __future__ import annotations
 
@@ -73,7 +76,9 @@ def check_riser(scene: Scene, chain: Chain) -> None:
         DescriptionError: The stowed length is outside a stroke; or the node or member that does not fit, and
             by how much.
     """
-    wanted, (least, greatest) = scene.manipulator.stowed_length, chain.stroke[:, :, 0]
+    cylinders = [scene.manipulator.cylinders[module.cylinder] for module in scene.manipulator.active]
+    least, greatest = np.array([[item.retracted, item.extended] for item in cylinders]).reshape(-1, 2).T
+    wanted = scene.manipulator.stowed_length if cylinders else 0.0
     if not np.all((least <= wanted) & (wanted <= greatest)):
         raise scene.error(
             "manipulator.stowed.cylinder_length",
@@ -82,10 +87,11 @@ def check_riser(scene: Scene, chain: Chain) -> None:
         )
     riser = scene.tank.arm_riser
     fit = riser_fit(chain, riser.bore)
-    if fit.spare < RISER_SPARE:
+    asked = scene.task.mast.riser_spare or RISER_SPARE
+    if fit.spare < asked:
         raise scene.error(
             "manipulator.stowed",
             f"an arm that does not fit {riser.name}: {fit.place} leaves {fit.spare * 1e3:.2f} mm of the bore "
-            f"all round, {(RISER_SPARE - fit.spare) * 1e3:.2f} mm too little",
-            f"a stowed arm that leaves {RISER_SPARE * 1e3:.1f} mm all round",
+            f"all round, {(asked - fit.spare) * 1e3:.2f} mm too little",
+            f"a stowed arm that leaves {asked * 1e3:.1f} mm all round",
         )

@@ -28,7 +28,7 @@ class SpeedLimits:
     """What the cylinders may do.
 
     Attributes:
-        rate: Greatest speed of each actuator, shape (A, 3), m/s.
+        rate: Greatest speed of each actuator, shape (*l), m/s.
         acceleration: Greatest acceleration of any actuator, m/s².
     """
 
@@ -47,9 +47,9 @@ def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> Spee
     Returns:
         The limits.
     """
-    cylinders = chain.manipulator.cylinders
-    rates = [rate_fraction * cylinders[module.cylinder].rate for module in chain.manipulator.active]
-    return SpeedLimits(np.repeat(np.array(rates)[:, None], 3, axis=1), acceleration)
+    truss, cylinders = chain.truss, chain.manipulator.cylinders
+    rates = [rate_fraction * cylinders[truss.members[i].section].rate for i in truss.actuated]
+    return SpeedLimits(np.array(rates).reshape(chain.length_shape), acceleration)
 
 
 def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
@@ -57,12 +57,12 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
 
     Args:
         chain: The arm.
-        spline: Inputs over the parameter 0 to 1, shape (A, 3) at each.
+        spline: Inputs over the parameter 0 to 1, shape (*q) at each.
         limits: Of the actuators.
         timestep: s.
 
     Returns:
-        Lengths, shape (n, 3 A), m; the first and last rows are those of the path's ends. Each row is computed
+        Lengths, shape (n, J), m; the first and last rows are those of the path's ends. Each row is computed
         from the inputs at its instant.
 
     Source: the project's own; the dissertation gives configurations and no motion in time.
@@ -87,9 +87,10 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
 
 def _scaled_speed(chain: Chain, spline: BSpline, limits: SpeedLimits, parameter: Array) -> Array:
     """Norm of the actuators' speeds over their limits per unit of the parameter, shape (P,), s."""
-    blocks = chain.length_jacobian(spline(parameter))[1]
-    rates = np.einsum("paij,paj->pai", blocks, spline(parameter, 1)) / limits.rate
-    return np.sum(rates**_POWER, axis=(-2, -1)) ** (1 / _POWER)
+    # of a uniform chain blocks of modules, of any other one matrix
+    slopes, speeds = chain.length_jacobian(spline(parameter))[1], spline(parameter, 1)
+    rates = (slopes @ speeds[..., None])[..., 0] / limits.rate
+    return np.sum(rates.reshape(len(rates), -1) ** _POWER, axis=1) ** (1 / _POWER)
 
 
 def _profile(reach: float, ramp: float) -> tuple[float, float]:

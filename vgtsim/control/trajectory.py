@@ -8,13 +8,14 @@ matrix is block-banded, since a way-point feels only two neighbours on either si
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.redundancy.kernel import Kernel
 from vgtsim.redundancy.strokes import StrokeBox
 from vgtsim.redundancy.surroundings import Surroundings
 
@@ -45,17 +46,22 @@ class Corridor:
     clearance: float
     softness: float
 
+    @cached_property
+    def kernel(self) -> Kernel:
+        """The arm, ready for batches."""
+        return Kernel(self.chain)
+
 
 def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
     """Make a way short, smooth and clear; its ends stay.
 
     Args:
         corridor: Strokes and surroundings.
-        way: Way-points, shape (W, A, 3), that assemble.
+        way: Way-points, shape (W, *q), that assemble.
         most: Greatest number of steps.
 
     Returns:
-        Way-points, shape (W, A, 3).
+        Way-points, shape (W, *q).
     """
     stiffness = _stiffness(len(way))
     damping, value = 1e-4, _value(corridor, way, stiffness)
@@ -76,25 +82,22 @@ def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
     return way
 
 
-def assemblable(chain: Chain, way: Array, middle: Array) -> Array:
+def assemblable(corridor: Corridor, way: Array, middle: Array) -> Array:
     """Pull the inner way-points towards the middle of the strokes until every one assembles.
 
     Args:
-        chain: The arm.
-        way: Way-points, shape (W, A, 3).
-        middle: Inputs at mid-stroke, shape (A, 3).
+        corridor: Gives the arm.
+        way: Way-points, shape (W, *q).
+        middle: Inputs at mid-stroke, shape (*q).
 
     Returns:
-        Way-points, shape (W, A, 3).
+        Way-points, shape (W, *q).
     """
     for part in np.linspace(0.0, 1.0, 11):
         trial = np.array(way)
         trial[1:-1] += part * (middle - way[1:-1])
-        try:
-            chain.lengths(trial)
-        except (AssemblyError, ValueError):
-            continue
-        return trial
+        if np.all(corridor.kernel.state(trial).assembles):
+            return trial
     return way
 
 
@@ -106,40 +109,35 @@ def _stiffness(count: int) -> Array:
 
 
 def _hinges(corridor: Corridor, length: Array) -> tuple[Array, Array]:
-    """Stroke hinges at retraction and extension, each shape (W, A, 3): from 0 to 1 at the limit."""
-    low = np.maximum(0.0, 1 - (length - corridor.box.least) / _STROKE_SOFT)
-    high = np.maximum(0.0, 1 - (corridor.box.greatest - length) / _STROKE_SOFT)
+    """Stroke hinges at retraction and extension, each shape (W, J): from 0 to 1 at the limit."""
+    box = corridor.box.row
+    low = np.maximum(0.0, 1 - (length - box.least) / _STROKE_SOFT)
+    high = np.maximum(0.0, 1 - (box.greatest - length) / _STROKE_SOFT)
     return low, high
 
 
 def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
     """Half the sum of squares; infinite when a way-point does not assemble."""
-    try:
-        length = corridor.chain.lengths(way)
-    except (AssemblyError, ValueError):
+    state = corridor.kernel.state(way)
+    if not np.all(state.assembles):
         return np.inf
-    flat = length.reshape(len(way), -1)
-    low, high = _hinges(corridor, length)
+    low, high = _hinges(corridor, state.legs)
     rows = corridor.surroundings.rows(way, corridor.clearance + corridor.softness, slopes=False)
     inner = (rows.config > 0) & (rows.config < len(way) - 1)
     excess = 1 + (corridor.clearance - rows.gap[inner]) / corridor.softness
     hinges = np.sum(low[1:-1] ** 2) + np.sum(high[1:-1] ** 2) + np.sum(excess**2)
-    return 0.5 * float(np.sum(flat * (stiffness @ flat))) + 0.5 * _HINGE * float(hinges)
+    return 0.5 * float(np.sum(state.legs * (stiffness @ state.legs))) + 0.5 * _HINGE * float(hinges)
 
 
 def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple[Array, Array]:
-    """Slope, shape (W - 2, 3 A), and blocks [i, i + o] of the matrix, shape (3 o, W - 2, 3 A, 3 A)."""
-    count, modules = way.shape[:2]
-    size = 3 * modules
-    length, blocks = corridor.chain.length_jacobian(way)
-    wide = np.zeros((count, modules, 3, modules, 3))
-    diagonal = np.arange(modules)
-    wide[:, diagonal, :, diagonal, :] = np.swapaxes(blocks, 0, 1)
-    wide = wide.reshape(count, size, size)
-    low, high = _hinges(corridor, length)
-    pull = stiffness @ length.reshape(count, size) + _HINGE / _STROKE_SOFT * (high - low).reshape(count, size)
+    """Slope, shape (W - 2, n), and blocks [i, i + o] of the matrix, shape (3, W - 2, n, n)."""
+    state = corridor.kernel.state(way)
+    wide = corridor.kernel.dense(state.blocks)
+    count, size = state.q.shape
+    low, high = _hinges(corridor, state.legs)
+    pull = stiffness @ state.legs + _HINGE / _STROKE_SOFT * (high - low)
     slope = np.einsum("wij,wi->wj", wide, pull)
-    curve = _HINGE / _STROKE_SOFT**2 * ((low > 0) | (high > 0)).reshape(count, size)
+    curve = _HINGE / _STROKE_SOFT**2 * ((low > 0) | (high > 0))
     bands = np.zeros((3, count, size, size))
     for offset in range(3):
         weight = np.diagonal(stiffness, offset)[:, None, None]
@@ -156,7 +154,7 @@ def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple
 
 
 def _step(slope: Array, bands: Array, damping: float, shape: tuple[int, ...]) -> Array:
-    """Damped Gauss-Newton step of all way-points, the ends still, shape (W, A, 3)."""
+    """Damped Gauss-Newton step of all way-points, the ends still, shape (W, *q)."""
     count, size = slope.shape
     width = 3 * size
     upper = np.zeros((width, count * size))

@@ -5,19 +5,24 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
-from vgtsim.description.schema import Description
-from vgtsim.description.sections import Cylinder, Tube
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.schema import Description, Name, closest
+from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.replacing import replacing
 from vgtsim.units import Length, Pressure
 
 INCH = 0.0254
-_KEPT = ("retracted", "stroke", "rate")  # of a cylinder: the arm's, whatever its bore
+PSI = 6894.757293168361
+_KEPT = ("retracted", "stroke", "rate", "bulk_modulus", "leakage")  # of a cylinder: the arm's, whatever its bore
+_TUBE = ("outer_diameter", "wall", "pin")
+_CYLINDER = ("bore", "rod", "barrel_wall", "head", "eye", "pin")
 
 
 class TubeSize(Description):
@@ -42,6 +47,7 @@ class CylinderSize(Description):
         head: Total thickness of steel in heads and piston, m.
         eye: Distance from a pin to barrel or full rod, m.
         pressure: Rated, Pa.
+        pin: Diameter of the pins at its ends, m; absent for the arm's own.
     """
 
     bore: Length = Field(gt=0)
@@ -50,6 +56,7 @@ class CylinderSize(Description):
     head: Length = Field(gt=0)
     eye: Length = Field(gt=0)
     pressure: Pressure = Field(gt=0)
+    pin: Length | None = Field(default=None, gt=0)
 
 
 class Catalogue(Description):
@@ -57,15 +64,36 @@ class Catalogue(Description):
 
     Attributes:
         tube_standard: Where the tube sizes come from.
-        cylinder_standard: Where the cylinder sizes come from.
+        cylinder_standard: Where bores, rods and pressure come from.
+        cylinder_parts: What stands behind walls, heads, eyes and pins.
+        material_standard: Where the mechanical properties come from.
+        materials: By name.
+        tube_material: Of every tube.
+        cylinder_material: Of every cylinder's barrel, rod and pins.
         tubes: In any order.
         cylinders: In any order.
     """
 
     tube_standard: str
     cylinder_standard: str
+    cylinder_parts: str
+    material_standard: str
+    materials: dict[Name, Material]
+    tube_material: Name
+    cylinder_material: Name
     tubes: tuple[TubeSize, ...] = Field(min_length=1)
     cylinders: tuple[CylinderSize, ...] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _materials_are_there(self) -> Catalogue:
+        for name in (self.tube_material, self.cylinder_material):
+            if name not in self.materials:
+                raise ValueError(f"material {name!r}: no such name{closest(name, self.materials)}")
+        return self
+
+    def material_of(self, field: str) -> Material:
+        """Material of what a module's field takes: of a cylinder or of a tube."""
+        return self.materials[self.cylinder_material if field == "cylinder" else self.tube_material]
 
 
 def load_catalogue(path: str | Path | None = None) -> Catalogue:
@@ -93,52 +121,61 @@ def load_catalogue(path: str | Path | None = None) -> Catalogue:
         raise DescriptionError(file, key, repr(first["input"])[:60], first["msg"]) from None
 
 
-def write_sized_arm(
-    source: Path,
-    target: Path,
-    tubes: Mapping[str, Tube],
-    cylinders: Mapping[str, Cylinder],
-    chosen: Mapping[tuple[str, str], str],
-    notes: tuple[str, str, str],
-) -> None:
+def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Catalogue, reason: str) -> None:
     """Write an arm's file again with other tubes and cylinders; everything else, labels included, is kept.
+
+    Of the comments those before the first line are kept.
 
     Args:
         source: The arm's file.
-        target: File to write, whole or not at all.
-        tubes: The tubes used, by name.
-        cylinders: The cylinders used, by name.
-        chosen: Section of each module and field, for example `("m1", "longeron_tube")`.
-        notes: What stands behind a tube's size, a cylinder's size and a choice.
+        target: File to write, whole or not at all; may be the source.
+        arm: The sized arm.
+        catalogue: What its sections were chosen from.
+        reason: What stands behind a choice.
 
     Raises:
         OSError: The file cannot be written.
     """
-    data = tomllib.loads(source.read_text(encoding="utf-8"))
+    text = source.read_text(encoding="utf-8")
+    data = tomllib.loads(text)
     olds = list(data["cylinders"].values())
-    replaced = ("bore", "rod", "barrel_wall", "head", "eye", "pressure", "material")
     alike = {key: value for key, value in olds[0].items() if all(other.get(key) == value for other in olds)}
-    data["tubes"] = {
-        name: {
-            "outer_diameter": _sized(tube.outer_diameter, notes[0]),
-            "wall": _sized(tube.wall, notes[0]),
-            "material": tube.material,
-        }
-        for name, tube in tubes.items()
-    }
+    data["materials"] |= {name: _material(item, catalogue) for name, item in catalogue.materials.items()}
+    data["tubes"] = {name: _section(tube, _TUBE, catalogue.tube_standard) for name, tube in arm.tubes.items()}
     data["cylinders"] = {}
-    for name, part in cylinders.items():
-        sizes = {key: _sized(getattr(part, key), notes[1]) for key in ("bore", "rod", "barrel_wall", "head", "eye")}
-        kept = {key: {"value": getattr(part, key), "label": "derived", "note": notes[1]} for key in _KEPT}
-        kept |= {key: value for key, value in alike.items() if key not in replaced}
-        pressure = {"value": part.pressure, "label": "derived", "note": notes[1]}
-        data["cylinders"][name] = {**sizes, **kept, "pressure": pressure, "material": part.material}
-    for module in data["modules"]:
-        for (name, field), section in chosen.items():
-            if name == module["name"]:
-                module[field] = {"value": section, "label": "derived", "note": notes[2]}
+    for name, part in arm.cylinders.items():
+        given = [key for key in _KEPT if any(key in old for old in olds)]
+        kept = {key: {"value": getattr(part, key), "label": "derived", "note": reason} for key in given}
+        kept |= {key: value for key, value in alike.items() if key not in (*_CYLINDER, "pressure", "material")}
+        psi = {"value": f"{part.pressure / PSI:.6g} psi", "label": "derived", "note": catalogue.cylinder_standard}
+        sizes = _section(part, _CYLINDER[:2], catalogue.cylinder_standard)
+        sizes |= _section(part, _CYLINDER[2:], catalogue.cylinder_parts)
+        data["cylinders"][name] = {**sizes, **kept, "pressure": psi}
+    for table, module in zip(data["modules"], arm.modules, strict=True):
+        for field in table:
+            if field.endswith("_tube") or field == "cylinder":
+                table[field] = {"value": getattr(module, field), "label": "derived", "note": reason}
+    header = list(takewhile(lambda line: line.startswith("#") or not line.strip(), text.splitlines()))
     with replacing(target) as partial:
-        partial.write_text("\n".join(_toml_lines(data)) + "\n", encoding="utf-8")
+        partial.write_text("\n".join([*header, *_toml_lines(data)]) + "\n", encoding="utf-8")
+
+
+def _material(material: Material, catalogue: Catalogue) -> dict[str, dict[str, Any]]:
+    values = {
+        "density": f"{material.density:.6g} kg/m**3",
+        "youngs_modulus": f"{material.youngs_modulus / 1e9:.6g} GPa",
+        "yield_strength": f"{material.yield_strength / 1e6:.6g} MPa",
+    }
+    note = catalogue.material_standard
+    return {key: {"value": value, "label": "sourced", "note": note} for key, value in values.items()}
+
+
+def _section(section: Tube | Cylinder, keys: tuple[str, ...], note: str) -> dict[str, Any]:
+    """Sizes in inches, as stocked, and the material's name."""
+    sizes = {key: getattr(section, key) for key in keys}
+    return {key: _sized(value, note) for key, value in sizes.items() if value is not None} | {
+        "material": section.material
+    }
 
 
 def _sized(value: float, note: str) -> dict[str, str]:

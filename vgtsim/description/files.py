@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,8 +17,11 @@ from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.tank import Tank
 from vgtsim.description.tool_path import SHAPES, ToolPath
 from vgtsim.errors import DescriptionError
+from vgtsim.units import to_base
 
 _Model = TypeVar("_Model", bound=Description)
+
+_ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
 def load_manipulator(path: str | Path) -> Manipulator:
@@ -68,17 +72,19 @@ def load_tool_path(path: str | Path) -> ToolPath:
 def load_scene(path: str | Path) -> Scene:
     """Read a scene together with the arm and tank it names.
 
+    A scene may name another as its `base`: it then holds only what differs, table by table; lists count as one figure.
+
     Args:
-        path: TOML file of the scene; the arm's and tank's paths in it are relative to it.
+        path: TOML file of the scene; the paths in it are relative to it.
 
     Returns:
         The validated scene.
 
     Raises:
-        DescriptionError: One of the three files is missing, is not TOML, or is inconsistent.
+        DescriptionError: One of the files is missing, is not TOML, or is inconsistent.
     """
     file = Path(path)
-    written = _load(file, SceneFile)
+    written = _validate(file, SceneFile, _read_scene(file))
     manipulator = load_manipulator(file.parent / written.manipulator)
     tank = load_tank(file.parent / written.tank)
     return Scene(task=written, manipulator=manipulator, tank=tank, file=file)
@@ -122,7 +128,7 @@ def parse_scene(text: str) -> Scene:
 
 
 def is_scene(path: str | Path) -> bool:
-    """Tell a scene's file from an arm's: a scene names an arm.
+    """Tell a scene's file from an arm's: a scene names an arm, or a scene to start from.
 
     Args:
         path: TOML file.
@@ -133,17 +139,76 @@ def is_scene(path: str | Path) -> bool:
     Raises:
         DescriptionError: The file is missing or is not TOML.
     """
-    return "manipulator" in _read_toml(Path(path))
+    return not {"manipulator", "base"}.isdisjoint(_read_toml(Path(path)))
+
+
+def _read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
+    """Tables of a scene with those of its base under them; `above` are the files that led here."""
+    data = _read_toml(file)
+    base = data.pop("base", None)
+    if base is None:
+        return data
+    if not isinstance(base, str):
+        raise DescriptionError(file, "base", _short(base), "the path of a scene's file")
+    path = file.parent / base
+    if path.resolve() in (file.resolve(), *above):
+        raise DescriptionError(file, "base", base, "a scene that does not lead back here")
+    under = _read_scene(path, (*above, file.resolve()))
+    for name in ("manipulator", "tank"):
+        if isinstance(under.get(name), str):
+            under[name] = os.path.relpath(path.parent / under[name], file.parent)
+    return _overlay(under, data)
+
+
+def _overlay(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    """One set of tables over another; figures and lists replace what is under them."""
+    merged = dict(under)
+    for name, entry in over.items():
+        below = under.get(name)
+        if isinstance(entry, dict) and isinstance(below, dict) and "value" not in {*entry, *below}:
+            merged[name] = _overlay(below, entry)
+        else:
+            merged[name] = entry
+    return merged
 
 
 def _load(file: Path, kind: type[_Model]) -> _Model:
-    plain, provenance = _split_provenance(_read_toml(file), "", file)
+    return _validate(file, kind, _read_toml(file))
+
+
+def _validate(file: Path, kind: type[_Model], data: dict[str, Any]) -> _Model:
+    plain, provenance = _split_provenance(data, "", file)
     if "provenance" in kind.model_fields:
         plain["provenance"] = provenance
     try:
-        return kind.model_validate(plain)
+        model = kind.model_validate(plain)
     except ValidationError as error:
         raise _translate(error, file) from None
+    for key, label in provenance.items():
+        if label.range is not None:
+            _require_range(file, key, _find(plain, key), label.range)
+    return model
+
+
+def _find(plain: Any, key: str) -> Any:
+    for part in key.split("."):
+        plain = plain[int(part)] if isinstance(plain, list) else plain[part]
+    return plain
+
+
+def _require_range(file: Path, key: str, value: Any, limits: tuple[float | str, float | str]) -> None:
+    """Refuse a figure outside the range that its own file declares; of a vector, every figure has that range."""
+    entries = value if isinstance(value, list) else [value]
+    try:
+        low, high, *numbers = (to_base(item) for item in (*limits, *entries))
+    except ValueError as error:
+        raise DescriptionError(file, f"{key}.range", _short(list(limits)), str(error)) from None
+    for entry, (number, dimension) in zip(entries, numbers, strict=True):
+        if len({item for item in (dimension, low[1], high[1]) if item}) > 1:
+            raise DescriptionError(file, f"{key}.range", _short(list(limits)), f"the dimension of {_short(entry)}")
+        slack = _ROUNDING * max(abs(low[0]), abs(high[0]))
+        if not low[0] - slack <= number <= high[0] + slack:
+            raise DescriptionError(file, key, _short(entry), f"{limits[0]} to {limits[1]}, the range beside it")
 
 
 def _read_toml(file: Path) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import pi, sin, sqrt
 
 from pydantic import Field, model_validator
@@ -16,7 +17,7 @@ from vgtsim.description.modules import (
     face_sides,
 )
 from vgtsim.description.schema import Description, Name, Provenance, closest
-from vgtsim.description.sections import Cylinder, Material, Tube
+from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.units import Length
 
 _MATCH = 1e-6  # relative difference of two sides that is taken for rounding of the figures in a file
@@ -72,6 +73,7 @@ class Manipulator(Description):
         materials: By name.
         tubes: By name.
         cylinders: By name.
+        blocks: Joint blocks, by name; arms with a joint offset have them.
         modules: From the mast to the tool.
         provenance: Where the figures come from, by key path.
     """
@@ -85,6 +87,7 @@ class Manipulator(Description):
     materials: dict[Name, Material]
     tubes: dict[Name, Tube]
     cylinders: dict[Name, Cylinder]
+    blocks: dict[Name, Block] = Field(default_factory=dict)
     modules: tuple[Module, ...] = Field(min_length=1)
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
@@ -130,6 +133,24 @@ class Manipulator(Description):
         return self
 
     @model_validator(mode="after")
+    def _blocks_fit(self) -> Manipulator:
+        ball = 2 * self.hub.radius
+        for module in self.active:
+            if module.block is None:
+                continue
+            if module.joint_offset <= ball:
+                raise ValueError(
+                    f"module {module.name}: joint offset of {module.joint_offset:.4g} m keeps the balls at both ends of "
+                    f"{module.block} apart only above their diameter, {ball:.4g} m"
+                )
+            if self.blocks[module.block].diameter > ball:
+                raise ValueError(
+                    f"block {module.block}: post of {self.blocks[module.block].diameter:.4g} m at most as thick as its "
+                    f"balls, {ball:.4g} m"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _hinges_open(self) -> Manipulator:
         for module in self.modules:
             if isinstance(module, Tetrahedral):
@@ -171,21 +192,22 @@ class Manipulator(Description):
                 )
         return self
 
-    def _references(
-        self,
-    ) -> list[tuple[str, str, dict[Name, Material] | dict[Name, Tube] | dict[Name, Cylinder]]]:
-        found: list[tuple[str, str, dict[Name, Material] | dict[Name, Tube] | dict[Name, Cylinder]]] = [
+    def _references(self) -> list[tuple[str, str, Mapping[str, Description]]]:
+        found: list[tuple[str, str, Mapping[str, Description]]] = [
             ("hub.material", self.hub.material, self.materials),
             ("tip_plate.material", self.tip_plate.material, self.materials),
         ]
         found += [(f"tubes.{key}.material", tube.material, self.materials) for key, tube in self.tubes.items()]
         found += [(f"cylinders.{key}.material", item.material, self.materials) for key, item in self.cylinders.items()]
+        found += [(f"blocks.{key}.material", block.material, self.materials) for key, block in self.blocks.items()]
         for index, module in enumerate(self.modules):
             for field in type(module).model_fields:
                 if field.endswith("_tube"):
                     found.append((f"modules.{index}.{field}", getattr(module, field), self.tubes))
             if isinstance(module, DoubleOctahedral | Tetrahedral):
                 found.append((f"modules.{index}.cylinder", module.cylinder, self.cylinders))
+            if isinstance(module, DoubleOctahedral) and module.block is not None:
+                found.append((f"modules.{index}.block", module.block, self.blocks))
             if isinstance(module, Octahedral):
                 for leg, longeron in enumerate(module.longerons):
                     place = f"modules.{index}.longerons.{leg}"
@@ -201,6 +223,11 @@ class Manipulator(Description):
         return tuple(module for module in self.modules if isinstance(module, DoubleOctahedral))
 
     @property
+    def actuated(self) -> tuple[DoubleOctahedral | Octahedral | Tetrahedral, ...]:
+        """The modules with actuators, of every kind, from the mast to the tool."""
+        return tuple(item for item in self.modules if isinstance(item, DoubleOctahedral | Octahedral | Tetrahedral))
+
+    @property
     def stowed_length(self) -> float:
         """Length of the actuators of the double-octahedral modules in the stowed pose, m."""
         assert self.stowed is not None  # demanded of every arm that has such modules
@@ -208,8 +235,19 @@ class Manipulator(Description):
 
     @property
     def uniform(self) -> bool:
-        """Whether all actuated modules are double-octahedral: what planning and shape control are made for."""
-        return bool(self.active) and not any(isinstance(module, Tetrahedral | Octahedral) for module in self.modules)
+        """Whether planning and shape control are made for the arm.
+
+        All its actuated modules are double-octahedral, and all of them or none have a joint offset.
+        """
+        alike = len({bool(module.joint_offset) for module in self.active}) == 1
+        return alike and not any(isinstance(module, Tetrahedral | Octahedral) for module in self.modules)
+
+    def block_of(self, module: int) -> Block:
+        """Joint block of a module with a joint offset, given by its index."""
+        owner = self.modules[module]
+        assert isinstance(owner, DoubleOctahedral)
+        assert owner.block is not None  # demanded of every module that has an offset
+        return self.blocks[owner.block]
 
     @property
     def hub_mass(self) -> float:

@@ -14,6 +14,12 @@ Sides = tuple[float, float, float]
 _Sides = tuple[Length, Length, Length]
 
 
+def _pair_offset(module: str, offset: float, block: str | None) -> None:
+    if bool(offset) != (block is not None):
+        found = f"joint_offset of {offset:.4g} m with {'no block' if block is None else f'block {block!r}'}"
+        raise ValueError(f"module {module}: {found}; a joint offset and its block go together")
+
+
 class DoubleOctahedral(Description):
     """A symmetric batten-actuated double-octahedral module (sections 3.5.3 and 3.5.4).
 
@@ -21,6 +27,7 @@ class DoubleOctahedral(Description):
         name: Unique in the arm.
         longeron: Length of its twelve longerons, m.
         joint_offset: Ljo of equation 3.54, m: distance between the two mid-plane node triangles.
+        block: Joint block of its mid-plane nodes; one is given where there is an offset.
         longeron_tube: Tube of the longerons.
         batten_tube: Tube of the three battens of its top face.
         cylinder: Cylinder of its three mid-plane actuators.
@@ -31,10 +38,21 @@ class DoubleOctahedral(Description):
     name: Name
     longeron: Length = Field(gt=0)
     joint_offset: Length = Field(default=0.0, ge=0)
+    block: Name | None = None
     longeron_tube: Name
     batten_tube: Name
     cylinder: Name
     straight: Length = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _offset_has_blocks(self) -> DoubleOctahedral:
+        _pair_offset(self.name, self.joint_offset, self.block)
+        return self
+
+    @property
+    def freedom(self) -> int:
+        """Number of actuators."""
+        return 3
 
 
 class Tetrahedral(Description):
@@ -59,6 +77,11 @@ class Tetrahedral(Description):
     batten_tube: Name
     cylinder: Name
     straight: Angle = Field(gt=0, lt=pi)
+
+    @property
+    def freedom(self) -> int:
+        """Number of actuators."""
+        return 1
 
 
 class Longeron(Description):
@@ -100,6 +123,11 @@ class Octahedral(Description):
     longerons: tuple[Longeron, ...] = Field(min_length=6, max_length=6)
     batten_tube: Name
     straight: Length = Field(gt=0)
+
+    @property
+    def freedom(self) -> int:
+        """Number of actuators."""
+        return sum(longeron.cylinder is not None for longeron in self.longerons)
 
     @model_validator(mode="after")
     def _something_moves(self) -> Octahedral:
@@ -198,6 +226,11 @@ def face_sides(module: Module, default: float) -> tuple[Sides, Sides]:
         base = module.base or whole
         return base, module.top or base
     return whole, whole
+
+
+def joint_offset(module: Module) -> float:
+    """Ljo of a module, m: its mid-plane nodes are joint blocks where it is not zero."""
+    return module.joint_offset if isinstance(module, DoubleOctahedral) else 0.0
 
 
 def altitude(module: Tetrahedral, default: float) -> float:

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.resolution import Method, ObjectiveName, choose_coupling
 from vgtsim.description.schema import Description, Name, Provenance
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
@@ -23,6 +24,7 @@ from vgtsim.units import (
     Mass,
     Moment,
     Number,
+    Pressure,
     Speed,
     Time,
 )
@@ -39,12 +41,14 @@ class Mast(Description):
         outer_diameter: m.
         wall: m.
         density: Of its material, kg/m³.
+        riser_spare: Least distance that the stowed arm leaves of the riser's bore all round, m; absent for 1.5 in.
     """
 
     pivot_depth: Length = Field(gt=0)
     outer_diameter: Length = Field(gt=0)
     wall: Length = Field(gt=0)
     density: Density = Field(gt=0)
+    riser_spare: Length | None = Field(default=None, gt=0)
 
 
 class Payload(Description):
@@ -83,12 +87,14 @@ class Goal(Description):
 
 
 class Bend(Description):
-    """Shape of one active module: its mid-plane.
+    """Shape of one active module: bent symmetrically, the plane midway between its end faces inclined by half the angle.
 
     Attributes:
-        angle: Angle between its end faces, rad.
-        azimuth: Direction it bends to, from the x axis of its base frame, rad.
-        extension: 2d of equation 3.54, m; absent for the module's straight extension.
+        angle: Angle between its end faces, rad; of a hinge, what it opens beyond its straight pose.
+        azimuth: Direction it bends to, from the x axis of the arm's base frame while the arm is straight, rad; a hinge has
+            none.
+        extension: 2d of equation 3.54 of a double octahedron, distance between the centroids of an octahedron's faces,
+            m; absent for the module's straight extension.
     """
 
     angle: Angle = 0.0
@@ -101,6 +107,10 @@ class Motion(Description):
 
     Attributes:
         start: Shape of each active module at the start, from the mast to the tool.
+        method: How redundancy is resolved at the goals.
+        objective: What is made least there, by names with a weight or without: `NAME` or `NAME:WEIGHT`.
+        coupling: Modules that follow others, [follower, leader] each, with the coupled method; absent for the two
+            nearest the mast and the two nearest the tool.
         rate_fraction: Part of the cylinders' rated speed that the plan may use.
         acceleration: Greatest acceleration of a cylinder, m/s².
         stroke_margin: Distance that the plan keeps from the ends of the strokes, m.
@@ -112,6 +122,11 @@ class Motion(Description):
     """
 
     start: tuple[Bend, ...]
+    method: Method = Method.NULLSPACE
+    objective: tuple[ObjectiveName, ...] = Field(
+        default=("clearance", "stroke_barrier:0.01", "in_plane:10"), min_length=1
+    )
+    coupling: tuple[tuple[Name, Name], ...] | None = None
     rate_fraction: Number = Field(gt=0, le=1)
     acceleration: Acceleration = Field(gt=0)
     stroke_margin: Length = Field(ge=0)
@@ -128,6 +143,12 @@ class Motion(Description):
             raise ValueError(f"goal names must differ: {names}")
         return self
 
+    @model_validator(mode="after")
+    def _coupling_is_used(self) -> Motion:
+        if self.coupling is not None and self.method is not Method.COUPLED:
+            raise ValueError(f'coupling with method = "coupled" only, not {self.method.value!r}')
+        return self
+
 
 class Simulation(Description):
     """Settings of the step loop.
@@ -142,6 +163,8 @@ class Simulation(Description):
         servo_damping: Damping of the position servos, N·s/m.
         members: Whether members keep their lengths (`rigid`) or are springs along their axes (`elastic`); under the
             `rigid` drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
+        member_mass: Whether a member's mass is spread along it (`distributed`) or sits in its two hubs (`lumped`), which
+            leaves it a massless bar.
         damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture; proportional to
             stiffness, so faster modes are damped more. 0 for as little as the step can hold.
         valve_gain: Speed of a hydraulic cylinder per length error, 1/s.
@@ -156,9 +179,15 @@ class Simulation(Description):
     servo_stiffness: Annotated[float, Field(gt=0)] = 1e8
     servo_damping: Annotated[float, Field(gt=0)] = 1e6
     members: Literal["rigid", "elastic"] = "rigid"
+    member_mass: Literal["distributed", "lumped"] = "distributed"
     damping_ratio: Number = Field(default=0.02, ge=0, lt=1)
     valve_gain: Frequency = Field(default=1.0, gt=0)
     lock_band: Length = Field(default=5e-5, ge=0)
+
+    @property
+    def lumped(self) -> bool:
+        """Whether the members' mass sits in their hubs."""
+        return self.member_mass == "lumped"
 
     @model_validator(mode="after")
     def _oil_is_elastic(self) -> Simulation:
@@ -183,8 +212,10 @@ class LoadCase(Description):
         payload: Factor on the payload's weight.
         dynamic: Factor on all weight, for jerks and sudden stops.
         seismic: Static coefficients along x, y and z of frame G: parts of gravity that act on all masses besides.
+        shaking: The same along any horizontal direction, for each member the worst.
         force: On the tool in frame G, N.
         moment: On the tool in frame G, N·m.
+        reaction: Force on the tool in any direction, for each member the worst, N.
     """
 
     name: Name
@@ -192,8 +223,10 @@ class LoadCase(Description):
     payload: Number = Field(default=1.0, ge=0)
     dynamic: Number = Field(default=1.0, gt=0)
     seismic: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
+    shaking: Number = Field(default=0.0, ge=0)
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
+    reaction: Force = Field(default=0.0, ge=0)
 
 
 class Limits(Description):
@@ -206,6 +239,7 @@ class Limits(Description):
         tracking_angle: Tool direction from a settled goal, rad.
         end_moment: Moment at a member's end, N·m.
         excess_shear: Shear beyond the member's own weight and inertia, N.
+        lumped_shear: Shear of a member whose mass sits in its hubs, N.
         axial_force_settled: Error over the largest force, at rest.
         axial_force_moving: The same in motion.
         member_utilisation: Demand over capacity.
@@ -214,6 +248,7 @@ class Limits(Description):
         clearance: Least distance to anything, m.
         contacts: Number of logged contacts.
         safety_factor: On member strength, AISC 360 Omega.
+        chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above the tank's, Pa.
         saturation: Part of the records in which a cylinder may be at its force, pressure, flow or stroke limit.
     """
 
@@ -223,6 +258,7 @@ class Limits(Description):
     tracking_angle: Angle = Field(gt=0)
     end_moment: Moment = Field(gt=0)
     excess_shear: Force = Field(gt=0)
+    lumped_shear: Force = Field(default=1e-6, gt=0)
     axial_force_settled: Number = Field(gt=0)
     axial_force_moving: Number = Field(gt=0)
     member_utilisation: Number = Field(gt=0)
@@ -231,6 +267,7 @@ class Limits(Description):
     clearance: Length = Field(ge=0)
     contacts: int = Field(ge=0)
     safety_factor: Number = Field(ge=1)
+    chamber_pressure: Pressure = 0.0
     saturation: Number = Field(default=0.0, ge=0)
 
 
@@ -303,6 +340,13 @@ class SceneFile(Description):
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
+    @model_validator(mode="after")
+    def _cases_differ(self) -> SceneFile:
+        names = [case.name for case in self.loads]
+        if len(set(names)) != len(names):
+            raise ValueError(f"load case names must differ: {names}")
+        return self
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -338,23 +382,32 @@ class Scene:
                 f"{self.task.mast.outer_diameter:.4g} m",
                 f"less than the riser's bore, {self.tank.arm_riser.bore:.4g} m",
             )
-        if not self.manipulator.uniform:
-            raise self.error(
-                "manipulator",
-                f"{self.manipulator.name}, with tetrahedral or octahedral modules",
-                "an arm of double-octahedral modules, which planning is made for",
-            )
-        if len(self.task.motion.start) != len(self.manipulator.active):
+        if len(self.task.motion.start) != len(self.manipulator.actuated):
             raise self.error(
                 "motion.start",
                 f"{len(self.task.motion.start)} module shapes",
-                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.active)}",
+                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.actuated)}",
             )
+        if self.task.motion.method is Method.COUPLED:
+            self.coupled_modules()
 
     @property
     def pivot_height(self) -> float:
         """Height of the arm's base face above the lowest point of the floor, m."""
         return self.tank.shell.crown - self.task.mast.pivot_depth
+
+    def coupled_modules(self) -> tuple[tuple[int, int], ...]:
+        """For each pair of coupled modules the one that follows and the one it follows, counted from the mast.
+
+        Raises:
+            DescriptionError: The arm cannot be coupled so.
+        """
+        pairs = self.task.motion.coupling
+        try:
+            return choose_coupling(pairs, self.manipulator.actuated)
+        except ValueError as error:
+            key, found = ("method", "'coupled'") if pairs is None else ("coupling", str([list(pair) for pair in pairs]))
+            raise self.error(f"motion.{key}", found, str(error)) from None
 
     def error(self, key: str, found: str, allowed: str) -> DescriptionError:
         """Make an error that names this scene's file."""

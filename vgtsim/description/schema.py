@@ -48,7 +48,7 @@ class Provenance(Description):
     Attributes:
         label: `sourced`, `derived` or `assumed`.
         note: The source, the derivation or the reason.
-        range: For assumed figures, the least and greatest value that would be believed, in the units of the file.
+        range: For assumed figures, the least and greatest value that would be believed; a figure outside is refused.
     """
 
     label: Annotated[str, Field(pattern="^(sourced|derived|assumed)$")]

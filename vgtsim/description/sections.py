@@ -61,6 +61,24 @@ class Tube(Description):
         return sqrt(self.outer_diameter**2 + self.inner_diameter**2) / 4
 
 
+class Block(Description):
+    """The joint block of a mid-plane node with a joint offset: a round post with a joint ball at either end.
+
+    Lower longerons end at the ball of its foot, upper ones at that of its head; the actuators are pinned to the middle
+    of the post and turn about its axis.
+
+    Attributes:
+        diameter: Of the post, m.
+        material: Name of its material.
+        pin_damping: Torque over speed of a pin that turns on the post, N·m·s/rad: a greased bush. Nothing else holds
+            the block from turning about its own axis, and nothing loads it there.
+    """
+
+    diameter: Length = Field(gt=0)
+    material: Name
+    pin_damping: float = Field(default=0.05, gt=0)
+
+
 class Cylinder(Description):
     """A double-acting hydraulic cylinder used as an extensible member.
 

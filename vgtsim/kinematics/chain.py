@@ -13,6 +13,7 @@ arm.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -98,8 +99,8 @@ class Chain:
         ends = np.array([[item.retracted for item in cylinders], [item.extended for item in cylinders]])
         return ends.reshape(2, *self.length_shape)
 
-    def _row(self, q: ArrayLike) -> Array:
-        """Inputs in one row, shape (..., n)."""
+    def input_row(self, q: ArrayLike) -> Array:
+        """Inputs of shape (..., *q) in one row, shape (..., n)."""
         given = np.asarray(q, float)
         trailing = given.ndim - len(self.input_shape)
         if trailing < 0 or given.shape[trailing:] != self.input_shape:
@@ -140,7 +141,7 @@ class Chain:
             R, shape (..., K + 1, 3, 3), and P, shape (..., K + 1, 3), m, in frame G, for the mast flange and then the
             top face of each of the K modules.
         """
-        faces = self._faces(*self._place_bases(self._row(q)))
+        faces = self._faces(*self._place_bases(self.input_row(q)))
         return faces[..., :3, :3], faces[..., :3, 3]
 
     def nodes(self, q: ArrayLike) -> Array:
@@ -155,7 +156,7 @@ class Chain:
         Raises:
             AssemblyError: A mid-plane misses a longeron circle; the module is named.
         """
-        x = self._row(q)
+        x = self.input_row(q)
         return self._nodes(x, *self._place_bases(x))
 
     def _nodes(self, x: Array, base: Array, local: Array) -> Array:
@@ -178,7 +179,7 @@ class Chain:
         Returns:
             Position, shape (..., 3), m, and outward unit normal of the tip plate, shape (..., 3), in frame G.
         """
-        return self._tool(self._place_bases(self._row(q))[0])
+        return self._tool(self._place_bases(self.input_row(q))[0])
 
     def _tool(self, base: Array) -> tuple[Array, Array]:
         direction = base[..., -1, :3, 2]
@@ -197,7 +198,7 @@ class Chain:
             AssemblyError: A mid-plane misses a longeron circle, or a pose is outside the subspace that an octahedron's
                 static longerons leave; the module is named.
         """
-        x = self._row(q)
+        x = self.input_row(q)
         row = np.empty((*x.shape[:-1], self.layout.actuators))
         for place in self.layout.places:
             legs = place.modules.length_jacobian(place.take(x))[0]
@@ -217,7 +218,7 @@ class Chain:
         Raises:
             AssemblyError: As `lengths`.
         """
-        x = self._row(q)
+        x = self.input_row(q)
         if self.manipulator.uniform:
             (place,) = self.layout.places
             return place.modules.length_jacobian(place.take(x))
@@ -233,23 +234,28 @@ class Chain:
             J[..., _moving(place)[:, None], columns] = block[..., moving, :]
         return row, J
 
-    def input_rates(self, q: ArrayLike) -> Array:
+    def input_rates(self, q: ArrayLike, only: Collection[str] | None = None) -> Array:
         """Rates of the inputs q per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 
+        Args:
+            q: Inputs, shape (..., *q).
+            only: Names of the modules whose actuators move; absent for all.
+
         Returns:
-            dq/dl, shape (..., n, J).
+            dq/dl, shape (..., n, J), zero for the other modules.
 
         Raises:
             AssemblyError: As `lengths`.
             LinAlgError: A module is singular.
         """
-        x = self._row(q)
+        x = self.input_row(q)
         rates = np.zeros((*x.shape[:-1], self.layout.inputs, self.layout.actuators))
         for place in self.layout.places:
-            block = np.linalg.inv(place.modules.length_jacobian(place.take(x))[1])
-            module, leg = np.nonzero(place.modules.actuated)
+            chosen = [m for m, name in enumerate(place.modules.names) if only is None or name in only]
+            block = np.linalg.inv(place.modules.length_jacobian(place.take(x))[1][..., chosen, :, :])
+            module, leg = np.nonzero(place.modules.actuated[chosen])
             picked = np.moveaxis(block[..., module, :, leg], 0, -2)  # the picked legs come first
-            rates[..., place.columns[module], _moving(place)[:, None]] = picked
+            rates[..., place.columns[chosen][module], place.lengths[chosen][module, leg][:, None]] = picked
         return rates
 
     def inputs_from_lengths(self, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:
@@ -271,7 +277,7 @@ class Chain:
         given = np.asarray(actuators, float)
         batch = given.shape[: given.ndim - len(self.length_shape)]
         wanted = given.reshape(*batch, self.layout.actuators)
-        near = self._row(self.straight if start is None else start)
+        near = self.input_row(self.straight if start is None else start)
         row = np.empty((*batch, self.layout.inputs))
         for place in self.layout.places:
             begin = near[..., place.columns]
@@ -286,17 +292,6 @@ class Chain:
         legs[...] = place.modules.length_jacobian(place.straight)[0]
         legs[..., place.modules.actuated] = wanted[..., _moving(place)]
         return legs
-
-    def screws(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Velocity of everything beyond a module per unit rate of its inputs, shape (..., *q).
-
-        Returns:
-            Angular velocity and velocity of the point at the origin of G, each shape (..., *q, 3), in G.
-        """
-        x = self._row(q)
-        angular, linear, top = self._screws(x, *self._place_bases(x))
-        shape = (*x.shape[:-1], *self.input_shape, 3)
-        return angular.reshape(shape), (linear - _cross(angular, top)).reshape(shape)
 
     def _screws(self, x: Array, base: Array, local: Array) -> tuple[Array, Array, Array]:
         """Angular velocity, velocity of the module's top origin, and that origin, each shape (..., n, 3)."""
@@ -324,7 +319,7 @@ class Chain:
             Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, n), n = 3 A in a
             uniform chain: velocity of the tool point over angular velocity of the tip plate; all in frame G.
         """
-        x = self._row(q)
+        x = self.input_row(q)
         base, local = self._place_bases(x)
         angular, linear, top = self._screws(x, base, local)
         position, direction = self._tool(base)
@@ -354,7 +349,7 @@ class Chain:
         Returns:
             Nodes, shape (..., N, 3), m, and dn/dq, shape (..., N, 3, n), in frame G.
         """
-        x, layout = self._row(q), self.layout
+        x, layout = self.input_row(q), self.layout
         base, local = self._place_bases(x)
         nodes = self._nodes(x, base, local)
         angular, linear, top = self._screws(x, base, local)

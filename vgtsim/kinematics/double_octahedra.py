@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +11,12 @@ from numpy.typing import NDArray
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics import double_octahedron as double
 from vgtsim.kinematics.mode_following import follow, worst_direction
+from vgtsim.kinematics.module_sets import all_legs, find_short
 from vgtsim.kinematics.octahedral_closure import Circles, closure_coefficients
 
 Array = NDArray[np.float64]
 
-# given as the fraction covered when lengths were reached with a mid node on the wrong side of its circle
+# given as the fraction covered when lengths were reached with the mid-plane turned over, or past a mid node's circle
 _TURNED = 0.999
 
 
@@ -24,18 +26,26 @@ class DoubleOctahedra:
 
     Attributes:
         names: Of the modules.
-        geometry: With figures of shape (M,).
+        geometry: With figures of shape (M,); all of them or none have a joint offset.
     """
 
     names: tuple[str, ...]
     geometry: double.Geometry
     inputs = 3
-    inner_count = 3
+
+    @property
+    def inner_count(self) -> int:
+        """Three mid nodes; with a joint offset the feet, middles and heads of three joint blocks."""
+        return 9 if self._offset else 3
+
+    @cached_property
+    def _offset(self) -> bool:
+        return bool(np.any(np.asarray(self.geometry.joint_offset) > 0))
 
     @property
     def actuated(self) -> NDArray[np.bool_]:
         """All of them."""
-        return np.ones((len(self.names), 3), dtype=bool)
+        return all_legs(self.names, 3)
 
     def transform(self, x: Array) -> tuple[Array, Array]:
         """As `double_octahedron.transform`."""
@@ -56,26 +66,41 @@ class DoubleOctahedra:
         except AssemblyError as error:
             for place, name in enumerate(self.names):
                 try:
-                    double.angles(self._one(place), x[..., place, :])
+                    double.angles(self.one(place), x[..., place, :])
                 except AssemblyError as own:
                     raise AssemblyError(name, own.residual, "mid-plane too far") from None
             raise error from None
 
-    def _one(self, place: int) -> double.Geometry:
+    def one(self, place: int) -> double.Geometry:
+        """Dimensions of one module."""
         side, longeron, offset = self.geometry.face_side, self.geometry.longeron, self.geometry.joint_offset
         return double.Geometry(*(float(np.asarray(item)[place]) for item in (side, longeron, offset)))
 
     def inner(self, x: Array) -> Array:
-        """Mid nodes n4, n5, n6."""
-        return double.mid_nodes(self.geometry, self.angles(x))
+        """Mid nodes n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'."""
+        feet = double.mid_nodes(self.geometry, self.angles(x))
+        if not self._offset:
+            return feet
+        rise = np.asarray(self.geometry.joint_offset)[:, None, None] * double.normal(x)[..., None, :]
+        return np.concatenate([feet, feet + rise / 2, feet + rise], axis=-2)
 
     def inner_derivative(self, x: Array) -> Array:
-        """As `double_octahedron.mid_node_derivative`."""
-        return double.mid_node_derivative(self.geometry, x, self.angles(x))
+        """As `double_octahedron.mid_node_derivative`, for all inner nodes."""
+        feet = double.mid_node_derivative(self.geometry, x, self.angles(x))
+        if not self._offset:
+            return feet
+        rise = np.zeros((*x.shape[:-1], 1, 3, 3))
+        rise[..., 0, :, :2] = double.normal_derivative(double.normal(x))
+        rise *= np.asarray(self.geometry.joint_offset)[:, None, None, None]
+        return np.concatenate([feet, feet + rise / 2, feet + rise], axis=-3)
 
     def length_jacobian(self, x: Array) -> tuple[Array, Array]:
         """As `double_octahedron.length_jacobian`."""
         return double.length_jacobian(self.geometry, x, self.angles(x))
+
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`: there are no static legs."""
+        return self.length_jacobian(x)
 
     def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Conventional forward solution, each step proved to stay on the mode of the start.
@@ -90,22 +115,16 @@ class DoubleOctahedra:
         phi, reached = self._follow(lengths, start)
         x = double.midplane_from_angles(self.geometry, phi)
         outward = np.sum(double.tangents(self.geometry, phi) * double.normal(x)[..., None, :], axis=-1) < 0
-        return x, np.where(np.all(outward, axis=-1), reached, np.minimum(reached, _TURNED))
+        sound = np.all(outward, axis=-1) & double.upright(self.geometry, phi)
+        return x, np.where(sound, reached, np.minimum(reached, _TURNED))
 
     def _follow(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Angles, shape (..., M, 3), rad, and the fraction of the way covered, shape (..., M)."""
         begin = double.straight_angles(self.geometry, lengths) if start is None else self.angles(start)
         begin = np.broadcast_to(begin, lengths.shape)
-        apothem, radius = (
-            np.broadcast_to(item, lengths.shape[:-1]).ravel() for item in (self.geometry.apothem, self.geometry.height)
-        )
-        circles = Circles(
-            -apothem[:, None, None] * double.INWARD,
-            np.broadcast_to(double.INWARD, (len(apothem), 3, 3)),
-            np.repeat(radius[:, None], 3, axis=1),
-        )
-        first = double.actuator_lengths(double.mid_nodes(self.geometry, begin)).reshape(-1, 3)
-        C, change = closure_coefficients(circles, first), (first**2 - lengths.reshape(-1, 3) ** 2).T
+        first = double.actuator_lengths(double.mid_nodes(self.geometry, begin))
+        C = cell_closure(self.geometry, first).reshape(5, 3, -1)
+        change = (first**2 - lengths**2).reshape(-1, 3).T
 
         def path(t: Array, index: NDArray[np.intp]) -> Array:
             now = C[..., index]
@@ -135,9 +154,9 @@ class DoubleOctahedra:
             detail = f"actuators of {np.array2string(lengths[worst], precision=4)} m make no triangle"
             raise AssemblyError(self.names[worst[-1]], float(excess[worst]), detail)
         x, reached = self.attempt(lengths, start)
-        if reached.min(initial=1.0) < 1.0:
-            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
-            geometry, name = self._one(int(worst[-1])), self.names[worst[-1]]
+        worst = find_short(reached)
+        if worst is not None:
+            geometry, name = self.one(worst[-1]), self.names[worst[-1]]
             phi = self._follow(lengths, start)[0][worst]
             value, row = worst_direction(double.angle_jacobian(geometry, phi) / geometry.height)
             gap = np.abs(double.actuator_lengths(double.mid_nodes(geometry, phi)) - lengths[worst]).max()
@@ -148,3 +167,19 @@ class DoubleOctahedra:
         """dl/dphi over the altitude of the longeron triangles."""
         phi = self.angles(x)
         return double.angle_jacobian(self.geometry, phi) / self.geometry.height[..., None, None]
+
+
+def cell_closure(geometry: double.Geometry, actuators: Array) -> Array:
+    """Closure of the cell below the mid-plane, see `octahedral_closure`.
+
+    Args:
+        geometry: Fixed dimensions.
+        actuators: l1, l2, l3, shape (..., 3), m.
+
+    Returns:
+        C, shape (5, 3, ...), m².
+    """
+    shape = actuators.shape[:-1]
+    apothem, height = (np.broadcast_to(item, shape) for item in (geometry.apothem, geometry.height))
+    centre, inward = -apothem[..., None, None] * double.INWARD, np.broadcast_to(double.INWARD, (*shape, 3, 3))
+    return closure_coefficients(Circles(centre, inward, np.repeat(height[..., None], 3, axis=-1)), actuators)

@@ -207,9 +207,19 @@ def midplane_from_angles(geometry: Geometry, phi: ArrayLike) -> Array:
         (u_x, u_y, d), shape (..., 3).
     """
     n = mid_nodes(geometry, phi)
-    cross = np.cross(n[..., 1, :] - n[..., 0, :], n[..., 2, :] - n[..., 0, :])
+    cross = _area(n)
     U = cross / np.linalg.norm(cross, axis=-1, keepdims=True)
     return np.concatenate([U[..., :2], np.sum(U * n[..., 0, :], axis=-1, keepdims=True)], axis=-1)
+
+
+def upright(geometry: Geometry, phi: ArrayLike) -> NDArray[np.bool_]:
+    """Whether the mid-plane's normal has a positive z component, as (u_x, u_y, d) takes for granted, shape (...)."""
+    return _area(mid_nodes(geometry, phi))[..., 2] > 0
+
+
+def _area(n: Array) -> Array:
+    """Normal of the triangle n4 n5 n6, twice its area long, shape (..., 3)."""
+    return np.cross(n[..., 1, :] - n[..., 0, :], n[..., 2, :] - n[..., 0, :])
 
 
 def lengths(geometry: Geometry, midplane: ArrayLike) -> Array:

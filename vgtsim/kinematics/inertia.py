@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.modules import joint_offset
 from vgtsim.description.sections import Cylinder, Tube
+from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.truss import Truss
 
@@ -73,13 +75,16 @@ class PlateInertia:
         return y + z, x + z, x + y
 
 
-def make_member_inertia(manipulator: Manipulator, truss: Truss, *, split: bool = False) -> MemberInertia:
+def make_member_inertia(
+    manipulator: Manipulator, truss: Truss, *, split: bool = False, lumped: bool = False
+) -> MemberInertia:
     """Work out the segments of every member.
 
     Args:
         manipulator: The arm.
         truss: Its truss.
         split: Whether a tube is cut in the middle into a near and a far half, as an elastic one is.
+        lumped: Whether the members' mass sits in the hubs, see `make_hub_masses`: then they have none.
 
     Returns:
         Arrays over the members of the truss. A tube runs from hub to hub. A barrel is uniform between its eye
@@ -87,6 +92,8 @@ def make_member_inertia(manipulator: Manipulator, truss: Truss, *, split: bool =
         it.
     """
     segments = np.zeros((len(truss.members), 2, 4))
+    if lumped:
+        return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
     for row, member, length in zip(segments, truss.members, _straight_lengths(manipulator, truss), strict=True):
         if member.role == "actuator":
             row[:] = _cylinder_segments(manipulator, manipulator.cylinders[member.section])
@@ -95,6 +102,55 @@ def make_member_inertia(manipulator: Manipulator, truss: Truss, *, split: bool =
         else:
             row[0] = _tube_segment(manipulator, manipulator.tubes[member.section], float(length))
     return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
+
+
+def make_block_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia:
+    """Work out the posts of the joint blocks, which run from the middle of one ball to that of the other.
+
+    Args:
+        manipulator: The arm.
+        truss: Its truss.
+
+    Returns:
+        One near segment each, in the order of `Truss.rings`, shapes (3 R, 2): the balls' masses stand at the nodes,
+        their moments of inertia about themselves are the post's.
+    """
+    segments = np.zeros((truss.rings.shape[0] * 3, 2, 4))
+    owners = truss.node_module[truss.rings[:, :, 1].ravel()].tolist()
+    balls = 2 * 0.4 * manipulator.hub_mass * manipulator.hub.radius**2
+    for row, module in zip(segments, owners, strict=True):
+        block, height = manipulator.block_of(module), joint_offset(manipulator.modules[module])
+        mass = manipulator.materials[block.material].density * np.pi / 4 * block.diameter**2 * height
+        row[0] = _uniform_segment(mass, 0.0, height, block.diameter, 0.0)
+        row[0, 2:] += balls
+    return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
+
+
+def make_hub_masses(manipulator: Manipulator, truss: Truss, *, lumped: bool = False) -> Array:
+    """Work out what every node weighs.
+
+    Args:
+        manipulator: The arm.
+        truss: Its truss.
+        lumped: Whether the members' mass sits in their hubs: half of each tube in either, a barrel in the near one, a
+            rod in the far one.
+
+    Returns:
+        Shape (N,), kg; nothing at feet and heads of joint blocks, whose balls are the blocks'.
+
+    Raises:
+        DescriptionError: Mass is lumped in an arm with joint blocks.
+    """
+    if lumped and len(truss.rings):
+        modules = sorted({manipulator.modules[m].name for m in truss.node_module[truss.rings[:, 0, 1]]})
+        found = f"mass of members lumped, with joint offsets in {', '.join(modules)}"
+        raise DescriptionError(
+            None, "simulation.member_mass", found, "distributed: blocks and pinned cylinders have mass"
+        )
+    mass = manipulator.hub_mass * truss.hubs.astype(float)
+    if lumped:
+        np.add.at(mass, truss.ends, make_member_inertia(manipulator, truss, split=True).mass)
+    return mass
 
 
 def make_plate_inertia(manipulator: Manipulator) -> PlateInertia:

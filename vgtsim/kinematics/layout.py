@@ -16,6 +16,7 @@ from vgtsim.description.modules import (
     Section,
     Tetrahedral,
     face_sides,
+    joint_offset,
 )
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import double_octahedron as double
@@ -72,7 +73,7 @@ class Layout:
     """A chain's constants; A active modules, K modules, n inputs, J actuators, N nodes.
 
     Attributes:
-        places: One for each kind of active module.
+        places: One for each kind of active module, those with a joint offset apart.
         names: Of the active modules.
         inputs: n.
         actuators: J.
@@ -119,14 +120,14 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
     active = [k for k, module in enumerate(modules) if not isinstance(module, Prism | Section)]
     sizes = [_input_count(modules[k]) for k in active]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
-    kinds = (DoubleOctahedral, Tetrahedral, Octahedral)
+    alike = [(modules[k].kind, joint_offset(modules[k]) > 0) for k in active]
     places = []
-    for kind in kinds:
-        which = [a for a, k in enumerate(active) if isinstance(modules[k], kind)]
-        if which:
-            columns = np.array([np.arange(first[a], first[a + 1]) for a in which], dtype=int)
-            among = slice(None) if len(which) == len(active) else np.array(which)
-            places.append(_place(manipulator, truss, [active[a] for a in which], among, columns))
+    kinds = ("double_octahedral", "tetrahedral", "octahedral")
+    for key in ((kind, offset) for kind in kinds for offset in (False, True) if (kind, offset) in alike):
+        which = [a for a, own in enumerate(alike) if own == key]
+        columns = np.array([np.arange(first[a], first[a + 1]) for a in which], dtype=int)
+        among = slice(None) if len(which) == len(active) else np.array(which)
+        places.append(_place(manipulator, truss, [active[a] for a in which], among, columns))
     root, after, face_from, offset = _constants(manipulator, active)
     faces = [face_sides(modules[0], side)[0], *(face_sides(module, side)[1] for module in modules)]
     owner = np.repeat(np.arange(len(active)), sizes).astype(int)

@@ -136,6 +136,37 @@ def _certify(C: Array, middle: Array, end: Array, phi: Array) -> tuple[Array, Ar
     return radius, np.where(np.isfinite(quality) & (growth > 0), quality, np.inf)
 
 
+def certify_box(C: Array, half: ArrayLike, phi: Array) -> tuple[Array, Array]:
+    """As for a step, over all squared edges within a box: the Jacobian does not depend on them.
+
+    Args:
+        C: Closures at the boxes' centres, shape (5, 3, n), m².
+        half: Half edges of the boxes, shape (3,), m².
+        phi: Angles that close there, shape (n, 3), rad.
+
+    Returns:
+        Radius of the ball (in the greatest angle) that holds one assembly for each point of the box, rad, and eta
+        times the bound of J^-1 F'', each shape (n,): at most 1/2 where that is proved, infinite where J is singular.
+    """
+    angle = phi.T
+    cosine, sine = np.cos(angle), np.sin(angle)
+    p, q = closure_slopes(C, cosine, sine)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = np.abs(_inverse(p, q))
+        eta = np.einsum("ijn,j->in", inverse, np.asarray(half, float)).max(axis=0)
+        radius = 2 * eta + _ROUNDING
+        own, other, mixed = _second_derivatives(C, np.zeros(C.shape), cosine, sine, radius)
+        quality = np.einsum("ijn,jn->in", inverse, own + other + 2 * mixed).max(axis=0) * eta
+    return radius, np.where(np.isfinite(quality), quality, np.inf)
+
+
+def _inverse(p: Array, q: Array) -> Array:
+    """Inverse of the cyclic matrix with p on the diagonal and q beside it, shape (3, 3, n)."""
+    unit = np.broadcast_to(np.eye(3)[..., None], (3, *p.shape))
+    determinant = p[0] * p[1] * p[2] + q[0] * q[1] * q[2]
+    return np.stack([solve_cyclic(p, q, column, determinant) for column in unit], axis=1)
+
+
 def _size(rows: Array) -> Array:
     """Norm over the three rows, shape (n,)."""
     return np.sqrt(np.sum(rows**2, axis=0))
@@ -143,6 +174,14 @@ def _size(rows: Array) -> Array:
 
 def _curvature(C: Array, spread: Array, cosine: Array, sine: Array, radius: Array) -> Array:
     """Bound of the change of J per radian in a ball, for a closure within its spread, shape (n,)."""
+    own, other, mixed = _second_derivatives(C, spread, cosine, sine, radius)
+    return np.sqrt(np.sum(own**2 + other**2 + 2 * mixed**2, axis=0))
+
+
+def _second_derivatives(
+    C: Array, spread: Array, cosine: Array, sine: Array, radius: Array
+) -> tuple[Array, Array, Array]:
+    """Bounds of each row's second derivatives by its own angle, by the next, and by both, shapes (3, n)."""
     _, b, g, e, f = C
     c2, s2 = cosine[[1, 2, 0]], sine[[1, 2, 0]]
     bound = np.abs(C) + spread
@@ -150,7 +189,7 @@ def _curvature(C: Array, spread: Array, cosine: Array, sine: Array, radius: Arra
     own = np.abs(b * cosine + e * cosine * c2 + f * sine * s2) + spread[1] + spread[3] + spread[4]
     other = np.abs(g * c2 + e * cosine * c2 + f * sine * s2) + spread[2] + spread[3] + spread[4]
     mixed = np.abs(e * sine * s2 + f * cosine * c2) + spread[3] + spread[4]
-    return np.sqrt(np.sum((own + further) ** 2 + (other + further) ** 2 + 2 * (mixed + further) ** 2, axis=0))
+    return own + further, other + further, mixed + further
 
 
 def worst_direction(J: ArrayLike, scale: ArrayLike = 1.0) -> tuple[float, int]:

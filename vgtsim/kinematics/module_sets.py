@@ -20,11 +20,14 @@ class ModuleSet(Protocol):
 
     Attributes:
         inputs: Number of canonical inputs of a module.
-        inner_count: Number of nodes of a module that are on neither face.
     """
 
     inputs: int
-    inner_count: int
+
+    @property
+    def inner_count(self) -> int:
+        """Number of nodes of a module that are on neither face."""
+        ...
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -56,6 +59,10 @@ class ModuleSet(Protocol):
         """Leg lengths, shape (..., M, legs), m, and dl/dx, shape (..., M, legs, inputs)."""
         ...
 
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`, for any x: static legs too have the lengths of the pose."""
+        ...
+
     def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Follow leg lengths, shape (..., M, legs), from a start, shape (..., M, inputs), on its assembly mode.
 
@@ -76,6 +83,30 @@ class ModuleSet(Protocol):
     def conditioned(self, x: Array) -> Array:
         """Derivative of the legs' lengths in units that make it a pure number, shape (..., M, legs, legs)."""
         ...
+
+
+def all_legs(names: tuple[str, ...], legs: int) -> NDArray[np.bool_]:
+    """`actuated` of a set without static legs, shape (M, legs)."""
+    return np.ones((len(names), legs), dtype=bool)
+
+
+def no_inner(x: Array) -> tuple[Array, Array]:
+    """`inner` and `inner_derivative` of a set whose nodes are all on its faces, for x of shape (..., M, inputs)."""
+    return np.empty((*x.shape[:-1], 0, 3)), np.empty((*x.shape[:-1], 0, 3, x.shape[-1]))
+
+
+def find_short(reached: Array) -> tuple[int, ...] | None:
+    """Which member of a batch got least far on its way, as an index; None when all arrived.
+
+    Args:
+        reached: Fractions of the way covered, shape (..., M).
+
+    Returns:
+        Index, its last entry the module.
+    """
+    if reached.min(initial=1.0) == 1.0:
+        return None
+    return tuple(int(i) for i in np.unravel_index(int(np.argmin(reached)), reached.shape))
 
 
 def find_singular(module_set: ModuleSet, x: Array) -> tuple[Array, NDArray[np.intp]]:

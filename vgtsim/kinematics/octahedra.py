@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics import octahedron as single
+from vgtsim.kinematics.module_sets import find_short, no_inner
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, pose_twist
 
 Array = NDArray[np.float64]
@@ -62,11 +63,11 @@ class Octahedra:
 
     def inner(self, x: Array) -> Array:
         """None."""
-        return np.empty((*x.shape[:-1], 0, 3))
+        return no_inner(x)[0]
 
     def inner_derivative(self, x: Array) -> Array:
         """None."""
-        return np.empty((*x.shape[:-1], 0, 3, 6))
+        return no_inner(x)[1]
 
     def _legs(self, x: Array) -> tuple[Array, Array]:
         R, P = pose_transform(x)
@@ -79,7 +80,7 @@ class Octahedra:
         Raises:
             AssemblyError: A static longeron would need another length: the pose is outside the module's subspace.
         """
-        lengths, J = self._legs(x)
+        lengths, J = self.legs(x)
         error = np.abs(np.nan_to_num(lengths - self._static))
         if np.any(error > single.STATIC_TOLERANCE):
             worst = np.unravel_index(int(np.argmax(error)), error.shape)
@@ -87,6 +88,11 @@ class Octahedra:
             freedom = int(self.actuated[module].sum())
             detail = f"pose outside the {freedom}-dimensional subspace: static longeron l{leg + 1} would be"
             raise AssemblyError(self.names[module], float(error[worst]), f"{detail} {lengths[worst]:.6g} m")
+        return lengths, J
+
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`, for any pose: static longerons too have its lengths."""
+        lengths, J = self._legs(x)
         angular, linear = pose_twist(x)
         return lengths, J @ np.concatenate([linear, angular], axis=-2)
 
@@ -130,8 +136,8 @@ class Octahedra:
             except AssemblyError as error:
                 raise AssemblyError(name, error.residual, str(error)) from None
         x, reached = self.attempt(lengths, start)
-        if reached.min(initial=1.0) < 1.0:
-            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
+        worst = find_short(reached)
+        if worst is not None:
             geometry, name = self.geometries[worst[-1]], self.names[worst[-1]]
             R, P = pose_transform(x[worst])
             value, leg = single.singularity(geometry, R, P)

@@ -1,8 +1,6 @@
-"""Seeded random configurations of a chain, and whether its strokes hold a singularity."""
+"""Seeded random configurations of a chain, and how near each is to a singularity."""
 
 from __future__ import annotations
-
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +9,8 @@ from vgtsim.errors import SingularityError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.module_sets import find_singular
-from vgtsim.kinematics.octahedra import Octahedra
 
 Array = NDArray[np.float64]
-
-_MOST_CORNERS = 6  # actuators of a module: 64 corners of its strokes
 
 
 def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Array:
@@ -55,33 +50,6 @@ def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Arr
                     raise SingularityError(modules.names[m], 0.0, chain.truss.member_names[moving[0]], 0.0, 0.0)
             x[:, place.columns[m]] = rows[:count]
     return x.reshape(count, *chain.input_shape)
-
-
-def check_strokes(chain: Chain) -> None:
-    """Refuse octahedral modules whose strokes cross a singularity.
-
-    Every corner of the strokes must be reached from the straight pose without passing one. Double octahedra are left to
-    the forward solver, which refuses each way through a singularity, and tetrahedra to the description, whose strokes
-    end below the flat pose.
-
-    Args:
-        chain: The arm.
-
-    Raises:
-        AssemblyError: Two longerons do not meet over their edge at the ends of their strokes.
-        SingularityError: The module, the smallest singular value where the way ends, and the member.
-    """
-    least, greatest = chain.stroke.reshape(2, -1)
-    for place in chain.layout.places:
-        if not isinstance(place.modules, Octahedra):
-            continue
-        straight = place.modules.length_jacobian(place.straight)[0]
-        for m in range(len(place.modules.names)):
-            own = place.lengths[m][place.modules.actuated[m]]
-            corners = np.array(list(product((False, True), repeat=min(len(own), _MOST_CORNERS))))
-            legs = np.broadcast_to(straight, (len(corners), *straight.shape)).copy()
-            legs[:, m, place.modules.actuated[m]] = np.where(corners, greatest[own], least[own])
-            place.modules.solve(legs, place.straight)
 
 
 def singular_values(chain: Chain, q: Array) -> tuple[Array, Array]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import SingularityError
 from vgtsim.kinematics import tetrahedron as tetra
+from vgtsim.kinematics.module_sets import all_legs, find_short, no_inner
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ class Tetrahedra:
     @property
     def actuated(self) -> NDArray[np.bool_]:
         """All of them."""
-        return np.ones((len(self.names), 1), dtype=bool)
+        return all_legs(self.names, 1)
 
     def transform(self, x: Array) -> tuple[Array, Array]:
         """As `tetrahedron.transform`."""
@@ -42,17 +43,21 @@ class Tetrahedra:
 
     def inner(self, x: Array) -> Array:
         """None."""
-        return np.empty((*x.shape[:-1], 0, 3))
+        return no_inner(x)[0]
 
     def inner_derivative(self, x: Array) -> Array:
         """None."""
-        return np.empty((*x.shape[:-1], 0, 3, 1))
+        return no_inner(x)[1]
 
     def length_jacobian(self, x: Array) -> tuple[Array, Array]:
         """As `tetrahedron.inverse` and `length_derivative`."""
         theta = x[..., 0]
         slope = tetra.length_derivative(self.geometry, theta)
         return tetra.inverse(self.geometry, theta)[..., None], slope[..., None, None]
+
+    def legs(self, x: Array) -> tuple[Array, Array]:
+        """As `length_jacobian`: there are no static legs."""
+        return self.length_jacobian(x)
 
     def attempt(self, lengths: Array, start: Array | None) -> tuple[Array, Array]:
         """Closed form, on the side of the flat pose on which the start is.
@@ -84,8 +89,8 @@ class Tetrahedra:
             SingularityError: A length at or beyond the flat pose, or none; the module is named.
         """
         theta, reached = self.attempt(lengths, start)
-        if reached.min(initial=1.0) < 1.0:
-            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
+        worst = find_short(reached)
+        if worst is not None:
             name, longest = self.names[worst[-1]], 2 * float(self.geometry.height[worst[-1]])
             gap = abs(float(lengths[worst][0]) - longest)
             raise SingularityError(name, 0.0, f"{name}/actuator/1", gap, min(1.0, longest / float(lengths[worst][0])))

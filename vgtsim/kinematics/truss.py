@@ -2,6 +2,14 @@
 
 Node and member numbers within a module are the dissertation's (figures 3.10 and 3.11): n1 to n3 the base, n4 to n6 the
 mid-plane, n7 to n9 the top; longerons L1 to L12; actuators l1 to l3.
+
+With a joint offset each mid-plane node is a rigid block on the normal of the mid-plane with three nodes: its foot (n4 to
+n6), where the lower longerons end, its head (n4' to n6'), where the upper ones do, and the middle, to which the actuators
+are pinned. The pins are normal to the mid-plane and a rod turns freely in its barrel, so an actuator carries an axial
+force and bending in the plane that it spans with the blocks' axes, and neither torsion nor bending across that plane. As
+far as forces at feet and heads go, it is three bars: chords between the feet and between the heads and a diagonal from
+its first block's foot to its second's head; and a block is a bar from foot to head. A ring of three blocks and three
+actuators so is a braced prism of twelve bars: isostatic. `Truss.bars` are the bars of all that.
 """
 
 from __future__ import annotations
@@ -12,22 +20,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import DoubleOctahedral, Module, Octahedral, Tetrahedral
+from vgtsim.description.modules import DoubleOctahedral, Module, Octahedral, Tetrahedral, joint_offset
 
-# ends as (base | mid | top, corner); L1 to L12 of figure 3.10
+Index = NDArray[np.intp]
+
+# ends as (base | foot | head | top, corner); L1 to L12 of figure 3.10; without a joint offset foot and head are one
 _OCTAHEDRON_LONGERONS = (
-    (("base", 0), ("mid", 0)),
-    (("base", 1), ("mid", 1)),
-    (("base", 2), ("mid", 2)),
-    (("base", 2), ("mid", 0)),
-    (("base", 0), ("mid", 1)),
-    (("base", 1), ("mid", 2)),
-    (("mid", 1), ("top", 0)),
-    (("mid", 2), ("top", 1)),
-    (("mid", 0), ("top", 2)),
-    (("mid", 0), ("top", 0)),
-    (("mid", 1), ("top", 1)),
-    (("mid", 2), ("top", 2)),
+    (("base", 0), ("foot", 0)),
+    (("base", 1), ("foot", 1)),
+    (("base", 2), ("foot", 2)),
+    (("base", 2), ("foot", 0)),
+    (("base", 0), ("foot", 1)),
+    (("base", 1), ("foot", 2)),
+    (("head", 1), ("top", 0)),
+    (("head", 2), ("top", 1)),
+    (("head", 0), ("top", 2)),
+    (("head", 0), ("top", 0)),
+    (("head", 1), ("top", 1)),
+    (("head", 2), ("top", 2)),
 )
 _LEGS = ((0, 0), (1, 1), (2, 2), (2, 0), (0, 1), (1, 2))  # corners of base and top of l1 to l6 (3.27)
 _TRIANGLE = ((0, 1), (1, 2), (2, 0))
@@ -60,22 +70,32 @@ class Truss:
         nodes: Node names, the three of the mast flange first, the three of the tip plate last.
         node_module: Module of each node, shape (N,); -1 on the mast flange.
         members: In the order of the modules.
-        group: Number of each node's group, shape (N,): faces and mid-planes have three nodes each, the top of a
-            tetrahedral module adds one. Each group's members hold it on the groups before it.
+        group: Number of each node's group, shape (N,): faces and mid-planes have three nodes each, feet and heads of
+            joint blocks apart, the top of a tetrahedral module adds one. Each group's bars hold it on the groups before
+            it. -1 for the middles of blocks, whose loads feet and heads share.
+        rings: Nodes of the joint blocks: foot, middle and head of three blocks of each mid-plane with a joint offset,
+            shape (R, 3, 3). Actuator l1 joins the first block to the second, and so on round.
         ends: Node indices of each member, shape (M, 2).
         module: Module of each member, shape (M,).
         actuated: Indices of the actuators among the members, shape (J,).
         tip_edges: Node index pairs of the tip plate's edges, shape (3, 2).
+        ring_actuators: Indices of the actuators between joint blocks among the members, shape (R, 3).
+        bars: Node index pairs of the pin-jointed truss with the same equilibrium, shape (B, 2): the members, where the
+            chord of its feet stands for an actuator between blocks, the tip plate's edges, and then of all rings the
+            upper chords, the diagonals and the blocks, three each.
     """
 
     nodes: tuple[str, ...]
-    node_module: NDArray[np.intp]
+    node_module: Index
     members: tuple[Member, ...]
-    group: NDArray[np.intp]
-    ends: NDArray[np.intp] = field(init=False)
-    module: NDArray[np.intp] = field(init=False)
-    actuated: NDArray[np.intp] = field(init=False)
-    tip_edges: NDArray[np.intp] = field(init=False)
+    group: Index
+    rings: Index = field(default_factory=lambda: np.zeros((0, 3, 3), dtype=int))
+    ends: Index = field(init=False)
+    module: Index = field(init=False)
+    actuated: Index = field(init=False)
+    tip_edges: Index = field(init=False)
+    ring_actuators: Index = field(init=False)
+    bars: Index = field(init=False)
 
     def __post_init__(self) -> None:
         """Derive the arrays from the members, read-only."""
@@ -83,15 +103,39 @@ class Truss:
         arrays = {
             "node_module": self.node_module,
             "group": self.group,
+            "rings": self.rings,
             "ends": np.array([member.ends for member in self.members]),
             "module": np.array([member.module for member in self.members]),
             "actuated": np.array([i for i, member in enumerate(self.members) if member.role == "actuator"], dtype=int),
             "tip_edges": np.array([(tip + i, tip + j) for i, j in _TRIANGLE]),
         }
+        middles = set(self.rings[:, :, 1].ravel().tolist())
+        pinned = [i for i in arrays["actuated"].tolist() if self.members[i].ends[0] in middles]
+        arrays["ring_actuators"] = np.array(pinned, dtype=int).reshape(-1, 3)
+        arrays["bars"] = _equivalent_bars(arrays["ends"], arrays["tip_edges"], self.rings, arrays["ring_actuators"])
         for name, value in arrays.items():
             frozen = np.array(value)
             frozen.flags.writeable = False
             object.__setattr__(self, name, frozen)
+
+    @property
+    def free(self) -> Index:
+        """Nodes that are bodies of their own: hubs between flange and tip plate, and middles of joint blocks."""
+        between = np.arange(self.base.stop, self.tip.start)
+        return np.setdiff1d(between, self.rings[:, :, [0, 2]])
+
+    @property
+    def hubs(self) -> NDArray[np.bool_]:
+        """Nodes at which a joint ball is, shape (N,): all but the middles of joint blocks."""
+        return self.group >= 0
+
+    @property
+    def bar_names(self) -> tuple[str, ...]:
+        """Names of the bars."""
+        parts = [f"{self.nodes[block[1]]}/block" for ring in self.rings for block in ring]
+        pinned = [self.members[i].name for i in self.ring_actuators.ravel()]
+        edges = tuple(f"tip/edge/{corner + 1}" for corner in range(3))
+        return (*self.member_names, *edges, *pinned, *pinned, *parts)
 
     @property
     def member_names(self) -> tuple[str, ...]:
@@ -124,20 +168,43 @@ def make_truss(manipulator: Manipulator) -> Truss:
     nodes = [f"base/{corner + 1}" for corner in range(3)]
     owner, group = [-1] * 3, [0] * 3
     members: list[Member] = []
+    rings: list[list[list[int]]] = []
     face = [0, 1, 2]
     for index, module in enumerate(manipulator.modules):
         groups = {"base": face}
-        for name in ("mid", "top") if isinstance(module, DoubleOctahedral) else ("top",):
+        for name in _node_groups(module):
             corners = (1,) if isinstance(module, Tetrahedral) else (0, 1, 2)
             groups[name] = list(face)
+            carried = name == "mid" and "foot" in groups
+            number = -1 if carried else max(group) + 1
             for corner in corners:
                 groups[name][corner] = len(nodes)
                 nodes.append(f"{module.name}/{name}/{corner + 1}")
                 owner.append(index)
-                group.append(group[-1] + (corner == corners[0]))
+                group.append(number)
         members += _module_members(module, index, groups, closed=index == len(manipulator.modules) - 1)
+        if "foot" in groups:
+            rings.append([[groups[name][corner] for name in ("foot", "mid", "head")] for corner in range(3)])
         face = groups["top"]
-    return Truss(tuple(nodes), np.array(owner), tuple(members), np.array(group))
+    blocks = np.array(rings, dtype=int).reshape(-1, 3, 3)
+    return Truss(tuple(nodes), np.array(owner), tuple(members), np.array(group), blocks)
+
+
+def _node_groups(module: Module) -> tuple[str, ...]:
+    if joint_offset(module):
+        return ("foot", "mid", "head", "top")
+    return ("mid", "top") if isinstance(module, DoubleOctahedral) else ("top",)
+
+
+def _equivalent_bars(ends: Index, tip_edges: Index, rings: Index, actuators: Index) -> Index:
+    """Ends of `Truss.bars`."""
+    foot, head = rings[:, :, 0], rings[:, :, 2]
+    beyond = [1, 2, 0]  # the block that an actuator from each block leads to
+    members = ends.copy()
+    members[actuators] = np.stack([foot, foot[:, beyond]], axis=-1)
+    upper = np.stack([head, head[:, beyond]], axis=-1).reshape(-1, 2)
+    diagonal = np.stack([foot, head[:, beyond]], axis=-1).reshape(-1, 2)
+    return np.concatenate([members, tip_edges, upper, diagonal, np.stack([foot, head], axis=-1).reshape(-1, 2)])
 
 
 _Plan = list[tuple[str, str, int, int, int]]  # role, section, ends, number
@@ -147,9 +214,10 @@ def _module_members(module: Module, index: int, groups: dict[str, list[int]], cl
     base, top = groups["base"], groups["top"]
     plan: _Plan = []
     if isinstance(module, DoubleOctahedral):
-        for number, ((below, i), (above, j)) in enumerate(_OCTAHEDRON_LONGERONS, 1):
-            plan.append(("longeron", module.longeron_tube, groups[below][i], groups[above][j], number))
         mid = groups["mid"]
+        at = {"foot": mid, "head": mid, **groups}
+        for number, ((below, i), (above, j)) in enumerate(_OCTAHEDRON_LONGERONS, 1):
+            plan.append(("longeron", module.longeron_tube, at[below][i], at[above][j], number))
         plan += [("actuator", module.cylinder, mid[i], mid[j], n) for n, (i, j) in enumerate(_TRIANGLE, 1)]
     elif isinstance(module, Octahedral):
         for number, (longeron, (i, j)) in enumerate(zip(module.longerons, _LEGS, strict=True), 1):

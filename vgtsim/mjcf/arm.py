@@ -6,15 +6,22 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import DoubleOctahedral
 from vgtsim.description.sections import Cylinder
-from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, Member
-from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia
+from vgtsim.kinematics.inertia import MemberInertia, make_hub_masses, make_member_inertia
 from vgtsim.mjcf import names
-from vgtsim.mjcf.pose import quaternions_to
+from vgtsim.mjcf.pose import pinned_rotation, quaternions_to
 from vgtsim.mjcf.rigging import Rigging, part_bits
-from vgtsim.mjcf.rows import SERVO_GROUP, SOLIMP, SOLREF_RATIO, SOLREF_STEPS
+from vgtsim.mjcf.ring import Seat, add_blocks, pin_barrel, pin_rod
+from vgtsim.mjcf.rows import (
+    LEAST_INERTIA,
+    LEAST_MASS,
+    SERVO_GROUP,
+    SOLIMP,
+    SOLREF_RATIO,
+    SOLREF_STEPS,
+    hold_sites,
+)
 from vgtsim.mjcf.tip import add_tip
 
 Array = NDArray[np.float64]
@@ -42,26 +49,18 @@ def add_arm(spec: mujoco.MjSpec, chain: Chain, rigging: Rigging) -> None:
         spec: Changed in place.
         chain: The arm on its mount.
         rigging: What it hangs from and carries.
-
-    Raises:
-        DescriptionError: A module has a joint offset: its mid-plane joint blocks are not modelled yet.
     """
-    for place, module in enumerate(chain.manipulator.modules):
-        if isinstance(module, DoubleOctahedral) and module.joint_offset:
-            raise DescriptionError(
-                None,
-                f"modules.{place}.joint_offset",
-                f"{module.joint_offset:.4g} m on {module.name}",
-                "0 in a model",
-            )
     _add_defaults(spec)
     nodes = chain.nodes(rigging.reference)
     hubs = _add_mast(spec, chain, nodes, rigging)
     hubs |= _add_hubs(spec, chain, nodes)
+    _weigh_hubs(hubs, chain, rigging)
+    seats = {node: Seat(hub, np.zeros(3), np.eye(3)) for node, hub in hubs.items()}
+    seats |= add_blocks(spec, chain, nodes)
     add_tip(spec, chain, nodes, rigging)
-    inertia = make_member_inertia(chain.manipulator, chain.truss, split=rigging.elastic)
+    inertia = make_member_inertia(chain.manipulator, chain.truss, split=rigging.elastic, lumped=rigging.lumped)
     for index, member in enumerate(chain.truss.members):
-        _add_member(spec, chain, index, member, nodes, hubs, inertia, rigging)
+        _add_member(spec, chain, index, member, nodes, seats[member.ends[0]], inertia, rigging)
 
 
 def _add_defaults(spec: mujoco.MjSpec) -> None:
@@ -118,9 +117,6 @@ def _set_pipe_inertia(body: mujoco.MjsBody, radius: float, wall: float, length: 
 
 def _dress_hub(spec: mujoco.MjSpec, body: mujoco.MjsBody, chain: Chain, node: int) -> None:
     arm, name = chain.manipulator, chain.truss.nodes[node]
-    inertia = 0.4 * arm.hub_mass * arm.hub.radius**2
-    body.explicitinertial = True
-    body.mass, body.inertia = arm.hub_mass, [inertia] * 3
     bits = part_bits(chain, int(chain.truss.node_module[node]))
     body.add_geom(
         name=name,
@@ -132,10 +128,18 @@ def _dress_hub(spec: mujoco.MjSpec, body: mujoco.MjsBody, chain: Chain, node: in
     body.add_site(name=name)
 
 
+def _weigh_hubs(hubs: dict[int, mujoco.MjsBody], chain: Chain, rigging: Rigging) -> None:
+    arm = chain.manipulator
+    inertia = 0.4 * arm.hub_mass * arm.hub.radius**2
+    for node, mass in zip(hubs, make_hub_masses(arm, chain.truss, lumped=rigging.lumped)[list(hubs)], strict=True):
+        hubs[node].explicitinertial = True
+        hubs[node].mass, hubs[node].inertia = mass, [inertia] * 3
+
+
 def _add_hubs(spec: mujoco.MjSpec, chain: Chain, nodes: Array) -> dict[int, mujoco.MjsBody]:
     """Add the free hubs, point masses on three slides each; returns them by node."""
     hubs = {}
-    for node in range(chain.truss.base.stop, chain.truss.tip.start):
+    for node in np.setdiff1d(chain.truss.free, chain.truss.rings).tolist():
         name = chain.truss.nodes[node]
         hubs[node] = spec.worldbody.add_body(name=name, pos=nodes[node], info=name)
         for joint, axis in zip(names.slides(name), np.eye(3), strict=True):
@@ -150,33 +154,28 @@ def _add_member(
     index: int,
     member: Member,
     nodes: Array,
-    hubs: dict[int, mujoco.MjsBody],
+    seat: Seat,
     inertia: MemberInertia,
     rigging: Rigging,
 ) -> None:
     """Add one member, its closure and its sensors."""
     span = nodes[member.ends[1]] - nodes[member.ends[0]]
     length = float(np.linalg.norm(span))
-    body = hubs[member.ends[0]].add_body(
-        name=member.name, quat=quaternions_to(span[None] / length)[0], info=member.name
-    )
-    body.add_joint(name=member.name, type=mujoco.mjtJoint.mjJNT_BALL)
+    body = seat.body.add_body(name=member.name, pos=seat.place, info=member.name)
+    if index in chain.truss.ring_actuators:
+        mujoco.mju_mat2Quat(body.quat, pinned_rotation(seat.turn, span).ravel())
+        pin_barrel(body, chain, member)
+    else:
+        body.quat = quaternions_to((seat.turn.T @ span)[None] / length)[0]
+        body.add_joint(name=member.name, type=mujoco.mjtJoint.mjJNT_BALL)
     body.add_site(name=names.near(member.name))
     _set_inertia(body, inertia, (index, 0), outward=1.0)
     if member.role == "actuator":
         _add_cylinder(spec, chain, index, member, body, length, inertia, rigging)
     else:
         _add_tube(spec, chain, index, member, body, length, inertia, rigging)
-    spec.add_equality(
-        name=names.closure(member.name),
-        type=mujoco.mjtEq.mjEQ_CONNECT,
-        objtype=mujoco.mjtObj.mjOBJ_SITE,
-        name1=names.far(member.name),
-        name2=chain.truss.nodes[member.ends[1]],
-        solref=[SOLREF_STEPS * rigging.timestep, SOLREF_RATIO],
-        solimp=SOLIMP,
-        info=member.name,
-    )
+    far = chain.truss.nodes[member.ends[1]]
+    hold_sites(spec, names.closure(member.name), names.far(member.name), far, rigging.timestep, info=member.name)
     _add_force_sensors(spec, member.name, names.near(member.name))
 
 
@@ -212,9 +211,10 @@ def _add_tube(
 
 
 def _set_inertia(body: mujoco.MjsBody, inertia: MemberInertia, segment: tuple[int, int], outward: float) -> None:
-    transverse, axial = inertia.centroidal[segment]
+    transverse, axial = np.maximum(inertia.centroidal[segment], LEAST_INERTIA)
     body.explicitinertial = True
-    body.mass, body.ipos = inertia.mass[segment], [0, 0, outward * inertia.centre[segment]]
+    body.mass = max(inertia.mass[segment], LEAST_MASS)
+    body.ipos = [0, 0, outward * inertia.centre[segment]]
     body.inertia = [transverse, transverse, axial]
 
 
@@ -257,6 +257,8 @@ def _add_cylinder(
     )
     _set_inertia(rod, inertia, (index, 1), outward=-1.0)
     rod.add_site(name=names.far(member.name))
+    if index in chain.truss.ring_actuators:
+        pin_rod(spec, chain, member, rod, rigging)
     spec.add_numeric(name=f"{member.name}/retracted", data=[part.retracted])
     _add_joint_drives(spec, member.name, names.slide(member.name), rigging, force=(part.pull, part.push))
     add = spec.add_sensor

@@ -76,6 +76,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
         servo_stiffness=task.simulation.servo_stiffness,
         servo_damping=task.simulation.servo_damping,
         elastic=task.simulation.members == "elastic",
+        lumped=task.simulation.lumped,
     )
     spec = _start_spec(task.name, step, task.simulation.gravity, task.simulation.weight_scale)
     if rigging.elastic and task.simulation.drive != "servo":
@@ -88,12 +89,13 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
     return spec
 
 
-def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) -> mujoco.MjSpec:
+def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *, lumped: bool = False) -> mujoco.MjSpec:
     """Lay out an arm alone, hanging over an empty floor.
 
     Args:
         manipulator: The arm.
         timestep: s.
+        lumped: Whether the members' mass sits in their hubs.
 
     Returns:
         The specification, with keyframes `straight`, `reach` (see `reach_pose`) and, of an arm that stows, `stowed`.
@@ -116,6 +118,7 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP) ->
         timestep=timestep,
         servo_stiffness=1e8,
         servo_damping=1e6,
+        lumped=lumped,
     )
     spec = _start_spec(manipulator.name, timestep, gravity=9.80665, weight_scale=HOLDING_WEIGHTS)
     add_arm(spec, chain, rigging)
@@ -191,21 +194,25 @@ def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float
     """
     crown = scene.tank.shell.crown
     low = scene.tank.waste.level + scene.task.payload.radius + 1.0
-    q, height = np.array(chain.straight), low + scene.manipulator.tip_plate.tool_offset
-    active = len(q)
-    for module in reversed(scene.manipulator.modules):
+    q, height = np.array(chain.straight).ravel(), low + scene.manipulator.tip_plate.tool_offset
+    faces = chain.frames(chain.straight)[1]
+    active = len(chain.layout.names)
+    for k, module in reversed(list(enumerate(scene.manipulator.modules))):
         if isinstance(module, Prism | Section):
             height += float(make_static(module, scene.manipulator.face_side).P[2])
             continue
-        assert isinstance(module, DoubleOctahedral)  # a scene refuses arms with other kinds
         active -= 1
+        own = chain.layout.owner == active
+        if not isinstance(module, DoubleOctahedral):  # which has no other pose than the straight one to be stowed in
+            height += float(np.linalg.norm(faces[k + 1] - faces[k]))
+            continue
         if height + module.straight > crown - RISER_MOUTH:
-            q[active] = chain.stowed[active]
-        height += 2 * q[active, 2] + module.joint_offset
+            q[own] = chain.stowed.ravel()[own]
+        height += 2 * q[own][2] + module.joint_offset
     stowed_length = scene.pivot_height - chain.tool(chain.stowed)[0][2]
     return {
         "stowed": (chain.stowed, crown + stowed_length - scene.pivot_height),
-        "straight": (q, height - scene.pivot_height),
+        "straight": (q.reshape(chain.input_shape), height - scene.pivot_height),
     }
 
 
@@ -238,6 +245,7 @@ def _add_keyframes(spec: mujoco.MjSpec, chain: Chain, poses: Mapping[str, tuple[
     stiffen(model, HOLDING_WEIGHTS)
     select_drive(model, "rigid")
     model.jnt_stiffness *= STIFF_TUBES
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)  # weight is held, not what a pose leans on
     joints = model.actuator_trnid[:, 0]
     address, speed, stiffness = model.jnt_qposadr[joints], model.jnt_dofadr[joints], model.actuator_gainprm[:, 0]
     rest = _holding_forces(model, model.qpos0)[speed]
@@ -271,7 +279,8 @@ def _check_compiled(model: mujoco.MjModel, scene: Scene) -> None:
     truss = scene_chain(scene).truss
     closures = int(np.sum(model.eq_type == mujoco.mjtEq.mjEQ_CONNECT))
     balls = int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL))
-    if (closures, balls) != (len(truss.members), len(truss.members)):
+    members, blocks = len(truss.members), truss.ring_actuators.size  # a block and an actuator pinned to it, each a ball
+    if (closures, balls) != (members + blocks, members):
         raise VgtError(
-            f"compiled model has {balls} ball joints and {closures} closures for {len(truss.members)} members"
+            f"compiled model has {balls} ball joints and {closures} closures for {members} members and {blocks} blocks"
         )

@@ -21,6 +21,31 @@ def slides(node: str) -> tuple[str, str, str]:
     return f"{node}/x", f"{node}/y", f"{node}/z"
 
 
+def turn(block: str) -> str:
+    """Ball joint of a joint block."""
+    return f"{block}/turn"
+
+
+def pin(member: str) -> str:
+    """Hinge of a barrel on the joint block at its near end."""
+    return f"{member}/pin"
+
+
+def roll(member: str) -> str:
+    """Hinge of a rod in a barrel between joint blocks."""
+    return f"{member}/roll"
+
+
+def lug(member: str) -> str:
+    """Site on the pin of a rod, away from its far end."""
+    return f"{member}/lug"
+
+
+def alignment(member: str) -> str:
+    """Connect equality that aligns the pin of a rod with the joint block at its far end."""
+    return f"{member}/alignment"
+
+
 def near(member: str) -> str:
     """Site at the member's ball joint, z along the member."""
     return f"{member}/near"

@@ -19,10 +19,15 @@ class PoseMap:
     """Where each part's coordinates stand in qpos.
 
     Attributes:
-        slides: Of the free hubs' slides, shape (N - 6, 3).
-        hub_reference: Hub positions at zero slides, shape (N - 6, 3), m.
-        balls: First of the four coordinates of each member's ball joint, shape (M,).
-        ball_reference: Member orientations at zero rotation, shape (M, 4), w x y z.
+        slides: Of the slides of the F free hubs and joint blocks, shape (F, 3).
+        hub_reference: Their positions at zero slides, shape (F, 3), m.
+        turns: First of the four coordinates of each joint block's ball joint, shape (3 R,).
+        turn_reference: Their orientations at zero rotation, shape (3 R, 4), w x y z.
+        seat: Joint block that each member hangs from, shape (M,); 3 R, one past the last, for a hub.
+        hung: Indices of the members on ball joints, all but the actuators between joint blocks, shape (H,).
+        balls: First of the four coordinates of their ball joints, shape (H,).
+        orientation: Of each member in the frame of what it hangs from, at zero rotation, shape (M, 4), w x y z.
+        pins: Hinge of each actuator between joint blocks, in the order of the rings, shape (3 R,).
         cylinders: Slide of each actuator, shape (J,).
         retracted: Length of each actuator at zero slide, shape (J,), m.
         tubes: Indices of the members that are elastic tubes, shape (E,); none when members are rigid.
@@ -35,8 +40,13 @@ class PoseMap:
 
     slides: NDArray[np.intp]
     hub_reference: Array
+    turns: NDArray[np.intp]
+    turn_reference: Array
+    seat: NDArray[np.intp]
+    hung: NDArray[np.intp]
     balls: NDArray[np.intp]
-    ball_reference: Array
+    orientation: Array
+    pins: NDArray[np.intp]
     cylinders: NDArray[np.intp]
     retracted: Array
     tubes: NDArray[np.intp]
@@ -61,7 +71,11 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
     def address(joint: str) -> int:
         return int(model.joint(joint).qposadr[0])
 
-    hubs = truss.nodes[truss.base.stop : truss.tip.start]
+    hubs = [truss.nodes[i] for i in truss.free]
+    rings, pinned = truss.rings.reshape(-1, 3), truss.ring_actuators.ravel()
+    block_of = {int(node): row for row, block in enumerate(rings) for node in block}
+    middles = [truss.nodes[i] for i in rings[:, 1]]
+    hung = np.setdiff1d(np.arange(len(truss.members)), pinned)
     actuators = [truss.members[i].name for i in truss.actuated]
     bodies = {model.body(i).name for i in range(model.nbody)}
     tubes = [i for i, member in enumerate(truss.members) if names.half(member.name) in bodies]
@@ -69,8 +83,13 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
     return PoseMap(
         slides=np.array([[address(joint) for joint in names.slides(node)] for node in hubs], dtype=int).reshape(-1, 3),
         hub_reference=np.array([model.body(node).pos for node in hubs]).reshape(-1, 3),
-        balls=np.array([address(member.name) for member in truss.members]),
-        ball_reference=np.array([model.body(member.name).quat for member in truss.members]),
+        turns=np.array([address(names.turn(node)) for node in middles], dtype=int),
+        turn_reference=np.array([model.body(node).quat for node in middles]).reshape(-1, 4),
+        seat=np.array([block_of.get(member.ends[0], len(rings)) for member in truss.members]),
+        hung=hung,
+        balls=np.array([address(truss.members[i].name) for i in hung]),
+        orientation=np.array([model.body(member.name).quat for member in truss.members]),
+        pins=np.array([address(names.pin(truss.members[i].name)) for i in pinned], dtype=int),
         cylinders=np.array([address(names.slide(name)) for name in actuators], dtype=int),
         retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
         tubes=np.array(tubes, dtype=int),
@@ -109,11 +128,15 @@ def fill_qpos(pose: PoseMap, truss: Truss, nodes: Array, qpos: Array) -> Array:
     Returns:
         The same array.
     """
-    qpos[pose.slides] = nodes[truss.base.stop : truss.tip.start] - pose.hub_reference
+    qpos[pose.slides] = nodes[truss.free] - pose.hub_reference
     span = nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]]
     length = np.linalg.norm(span, axis=-1)
-    turned = quaternions_to(span / length[:, None])
-    qpos[pose.balls[:, None] + np.arange(4)] = _multiply(_conjugate(pose.ball_reference), turned)
+    blocks = np.append(_quaternions(block_rotations(truss, nodes).reshape(-1, 3, 3)), [[1.0, 0, 0, 0]], axis=0)
+    qpos[pose.turns[:, None] + np.arange(4)] = _multiply(_conjugate(pose.turn_reference), blocks[:-1])
+    turned = _multiply(_conjugate(blocks[pose.seat]), quaternions_to(span / length[:, None]))
+    since = _multiply(_conjugate(pose.orientation), turned)
+    qpos[pose.balls[:, None] + np.arange(4)] = since[pose.hung]
+    qpos[pose.pins] = _pin_angles(pose, truss, nodes)
     qpos[pose.cylinders] = length[truss.actuated] - pose.retracted
     qpos[pose.springs] = length[pose.tubes] - pose.unloaded
     qpos[pose.feed] = nodes[truss.base, 2].mean() - pose.feed_reference
@@ -125,6 +148,60 @@ def fill_qpos(pose: PoseMap, truss: Truss, nodes: Array, qpos: Array) -> Array:
     qpos[pose.tip : pose.tip + 3] = corner.mean(axis=0)
     mujoco.mju_mat2Quat(qpos[pose.tip + 3 : pose.tip + 7], R.ravel())
     return qpos
+
+
+def block_rotations(truss: Truss, nodes: Array) -> Array:
+    """Orientation of every joint block: Z from its foot to its head, X outward from the middle of its ring.
+
+    Args:
+        truss: Nodes.
+        nodes: Shape (N, 3), m.
+
+    Returns:
+        Shape (R, 3, 3, 3): rotations of three blocks of each ring.
+    """
+    foot, middle, head = (nodes[truss.rings[:, :, k]] for k in range(3))
+    z = (head - foot) / np.linalg.norm(head - foot, axis=-1, keepdims=True)
+    out = middle - middle.mean(axis=1, keepdims=True)
+    out -= np.sum(out * z, axis=-1, keepdims=True) * z
+    x = out / np.linalg.norm(out, axis=-1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def pinned_rotation(block: Array, span: Array) -> Array:
+    """Orientation of a barrel on a joint block: Z along the actuator, X along the block's Z, its pin.
+
+    Args:
+        block: Rotation of the block, shape (3, 3).
+        span: From the near to the far end, across the block's Z, shape (3,).
+
+    Returns:
+        In the frame of the block, shape (3, 3).
+    """
+    z = block.T @ span
+    z[2] = 0.0  # rounding
+    z /= np.linalg.norm(z)
+    x = np.array([0.0, 0.0, 1.0])
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _pin_angles(pose: PoseMap, truss: Truss, nodes: Array) -> Array:
+    """Turn of each barrel on its block since the reference pose, shape (3 R,), rad, from -pi to pi."""
+    pinned = truss.ring_actuators.ravel()
+    span = nodes[truss.ends[pinned, 1]] - nodes[truss.ends[pinned, 0]]
+    now = np.einsum("bji,bj->bi", block_rotations(truss, nodes).reshape(-1, 3, 3), span)
+    w, x, y, z = pose.orientation[pinned].T
+    begin = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x)])  # the barrel's Z in the block's frame
+    angle = np.arctan2(now[:, 1], now[:, 0]) - np.arctan2(begin[1], begin[0])
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def _quaternions(rotations: Array) -> Array:
+    """Quaternions of rotations of shape (B, 3, 3), shape (B, 4)."""
+    result = np.empty((len(rotations), 4))
+    for row, R in zip(result, rotations, strict=True):
+        mujoco.mju_mat2Quat(row, np.ascontiguousarray(R).ravel())
+    return result
 
 
 def quaternions_to(direction: Array) -> Array:

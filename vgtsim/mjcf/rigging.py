@@ -31,6 +31,7 @@ class Rigging:
         servo_stiffness: N/m.
         servo_damping: N·s/m.
         elastic: Whether each tube is two halves with a spring of stiffness EA/L between them.
+        lumped: Whether the members' mass sits in their hubs.
     """
 
     mast_diameter: float
@@ -45,6 +46,7 @@ class Rigging:
     servo_stiffness: float
     servo_damping: float
     elastic: bool = False
+    lumped: bool = False
 
 
 def part_bits(chain: Chain, module: int) -> dict[str, int]:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics import Chain
-from vgtsim.kinematics.inertia import make_plate_inertia
+from vgtsim.kinematics.inertia import make_hub_masses, make_plate_inertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.rigging import Rigging, part_bits
 
@@ -71,14 +71,17 @@ def add_tip(spec: mujoco.MjSpec, chain: Chain, nodes: Array, rigging: Rigging) -
             pos=reach,
             **bits,
         )
-    _set_tip_inertia(tip, arm, local, reach, rigging)
+    hubs = make_hub_masses(arm, chain.truss, lumped=rigging.lumped)[chain.truss.tip]
+    _set_tip_inertia(tip, arm, hubs, local, reach, rigging)
 
 
-def _set_tip_inertia(tip: mujoco.MjsBody, arm: Manipulator, corners: Array, reach: Array, rigging: Rigging) -> None:
-    """Plate, corner hubs and payload as one body."""
+def _set_tip_inertia(
+    tip: mujoco.MjsBody, arm: Manipulator, hubs: Array, corners: Array, reach: Array, rigging: Rigging
+) -> None:
+    """Plate, corner hubs of given masses and payload as one body."""
     plate = make_plate_inertia(arm)
     points = np.concatenate([np.zeros((1, 3)), corners, reach[None]])
-    masses = np.array([plate.mass, *[arm.hub_mass] * 3, rigging.payload_mass])
+    masses = np.array([plate.mass, *hubs, rigging.payload_mass])
     balls = 0.4 * (3 * arm.hub_mass * arm.hub.radius**2 + rigging.payload_mass * rigging.payload_radius**2)
     centre = masses @ points / masses.sum()
     offset = points - centre

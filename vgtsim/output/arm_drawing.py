@@ -74,8 +74,10 @@ def _draw(axes: Axes, chain: Chain, nodes: Array, view: Array, eye: Array, scale
         for width, colour in strokes:
             lines = LineCollection([flat[truss.ends[index]]], colors=colour, linewidths=width * unit, zorder=2)
             axes.add_collection(lines)
+    for block in truss.rings.reshape(-1, 3):
+        axes.plot(*flat[block[[0, 2]]].T, color=_BLACK, linewidth=4.0 * unit, zorder=3)
     axes.fill(*flat[truss.tip].T, color="#555555", linewidth=0, zorder=4)
-    axes.plot(*flat.T, "o", color=_BLACK, markersize=3.2 * unit, zorder=5)
+    axes.plot(*flat[truss.hubs].T, "o", color=_BLACK, markersize=3.2 * unit, zorder=5)
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
@@ -115,10 +117,16 @@ def make_solid(chain: Chain, nodes: Array) -> trimesh.Scene:
         mesh = trimesh.creation.cylinder(float(radius), segment=nodes[list(member.ends)], sections=16)
         mesh.visual = ColorVisuals(mesh, face_colors=(*_SOLID[member.role], 255))
         scene.add_geometry(mesh, geom_name=member.name, node_name=member.name)
-    for name, place in zip(truss.nodes, nodes, strict=True):
+    for node in np.flatnonzero(truss.hubs).tolist():
+        name, place = truss.nodes[node], nodes[node]
         ball = trimesh.creation.icosphere(subdivisions=1, radius=arm.hub.radius)
         ball.visual = ColorVisuals(ball, face_colors=(51, 56, 66, 255))
         scene.add_geometry(ball.apply_translation(place), geom_name=name, node_name=name)
+    for foot, middle, head in truss.rings.reshape(-1, 3).tolist():
+        radius = arm.block_of(int(truss.node_module[middle])).diameter / 2
+        post = trimesh.creation.cylinder(radius, segment=nodes[[foot, head]], sections=16)
+        post.visual = ColorVisuals(post, face_colors=(51, 56, 66, 255))
+        scene.add_geometry(post, geom_name=truss.nodes[middle], node_name=truss.nodes[middle])
     corners = nodes[truss.tip]
     normal = np.cross(corners[0] - corners[2], corners[1] - corners[2])
     half = arm.tip_plate.thickness / 2 * normal / np.linalg.norm(normal)

@@ -27,11 +27,12 @@ def write_capacity(found: CapacityMap, title: str, folder: Path) -> tuple[Path, 
     table, picture = folder / "capacity.csv", folder / "capacity.png"
     with replacing(table) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
-        bends = [f"bend_{i + 1}_deg" for i in range(found.bends.shape[1])]
+        bends = [f"{what}_{i + 1}_deg" for i in range(found.q.shape[1]) for what in ("bend", "azimuth")]
         sag = f"sag_with_{found.reference:.0f}_kg_m"
         writer.writerow(["radius_m", "depth_m", "payload_kg", "governing_member", "governing_limit", sag, *bends])
         for i in range(len(found.radius)):
-            angles = [f"{value:.2f}" for value in np.degrees(found.bends[i])]
+            shape = np.degrees(np.stack([found.bends[i], found.azimuths[i]], axis=1)).ravel()
+            angles = [f"{value:.2f}" for value in shape]
             place = [f"{found.radius[i]:.3f}", f"{found.depth[i]:.3f}", f"{found.payload[i]:.1f}"]
             writer.writerow([*place, found.member[i], found.limit[i], f"{found.sag[i]:.4f}", *angles])
     with styled(), replacing(picture) as partial:

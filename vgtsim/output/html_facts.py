@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-from vgtsim.description import Scene
+from vgtsim.description import Scene, Tank
+from vgtsim.geometry.profile import make_profile
 from vgtsim.kinematics import Truss
 from vgtsim.output.quantities import format_quantity
 from vgtsim.verification.report import Report
@@ -35,7 +36,7 @@ def list_settings(scene: Scene, truss: Truss) -> list[tuple[str, str]]:
     """
     task, arm = scene.task, scene.manipulator
     step, motion = task.simulation, task.motion
-    rate = max(arm.cylinders[module.cylinder].rate for module in arm.active)
+    rate = max(arm.cylinders[truss.members[i].section].rate for i in truss.actuated)
     return [
         ("scene", f"{task.name} ({scene.file.name})"),
         (
@@ -43,6 +44,7 @@ def list_settings(scene: Scene, truss: Truss) -> list[tuple[str, str]]:
             f"{arm.title}: {len(truss.actuated)} actuators, {len(truss.nodes)} nodes, {len(truss.members)} members",
         ),
         ("tank", scene.tank.title),
+        ("waste", describe_waste(scene.tank)),
         ("pivot", f"{format_quantity(scene.pivot_height, 'm')} above the lowest floor point"),
         ("payload", f"{task.payload.mass:.4g} kg"),
         ("time step", format_quantity(step.timestep * 1e3, "ms")),
@@ -57,6 +59,13 @@ def list_settings(scene: Scene, truss: Truss) -> list[tuple[str, str]]:
         ("settled below", f"{format_quantity(motion.settle_speed, 'm')}/s at every node"),
         ("safety factor on member strength", f"{task.limits.safety_factor:.4g}"),
     ]
+
+
+def describe_waste(tank: Tank) -> str:
+    """What is left in a tank, how much of it, and how high it stands."""
+    waste, volume = tank.waste, make_profile(tank.shell).volume(tank.waste.level)
+    tonnes = waste.density * volume / 1000
+    return f"{waste.kind}, {volume:.3g} m³, {tonnes:.3g} t, standing at {format_quantity(waste.level, 'm')}"
 
 
 def list_costs(report: Report) -> list[tuple[str, str]]:

@@ -17,7 +17,7 @@ from vgtsim.kinematics import Truss
 from vgtsim.output import html_facts as facts
 from vgtsim.output import html_tables as tables
 from vgtsim.output.figure import styled, to_svg
-from vgtsim.output.html_loads import member_rows, reaction_rows
+from vgtsim.output.html_loads import member_rows, reaction_rows, riser_reaction
 from vgtsim.output.member_plots import (
     plot_actuator_forces,
     plot_actuator_lengths,
@@ -25,7 +25,7 @@ from vgtsim.output.member_plots import (
     plot_utilisation,
 )
 from vgtsim.output.quantities import format_quantity
-from vgtsim.output.run_plots import plot_clearance, plot_closure, plot_mast_reaction, plot_tool_error
+from vgtsim.output.run_plots import plot_clearance, plot_closure, plot_reaction, plot_tool_error
 from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
@@ -120,9 +120,16 @@ def list_sections(scene: Scene, log: RunLog, report: Report, truss: Truss) -> li
         Section(
             "mast",
             "Mast reaction",
-            "Force and moment of the mast on the arm at the pivot, in frame G: what the dome must not carry.",
+            "Force and moment of the mast on the arm at the pivot, in frame G.",
             (),
-            lambda: plot_mast_reaction(scene, log),
+            lambda: plot_reaction(scene, log, log.mast_reaction),
+        ),
+        Section(
+            "riser",
+            "Load on the riser",
+            "Force and moment of arm and mast on the riser at the crown, in frame G: what the dome must not carry.",
+            (),
+            lambda: plot_reaction(scene, log, riser_reaction(scene, log)),
         ),
         Section(
             "closure",

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vgtsim.description import Scene
+from vgtsim.description.sections import Cylinder
 from vgtsim.kinematics import Truss
 from vgtsim.output.colours import LIMIT, LINES, REST
 from vgtsim.output.figure import draw_limit, finish, panels
@@ -31,7 +32,7 @@ def plot_actuator_lengths(scene: Scene, log: RunLog, truss: Truss) -> Figure:
     Returns:
         The figure.
     """
-    cylinders = [scene.manipulator.cylinders[module.cylinder] for module in scene.manipulator.active]
+    cylinders = _cylinders(scene, truss)
     limits = [(part.retracted, part.extended) for part in cylinders]
     return _draw_modules(scene, log, truss, log.actual, limits, "length, m")
 
@@ -47,27 +48,34 @@ def plot_actuator_forces(scene: Scene, log: RunLog, truss: Truss) -> Figure:
     Returns:
         The figure.
     """
-    cylinders = [scene.manipulator.cylinders[module.cylinder] for module in scene.manipulator.active]
+    cylinders = _cylinders(scene, truss)
     limits = [(-part.push / 1e3, part.pull / 1e3) for part in cylinders]
     return _draw_modules(scene, log, truss, log.actuator_force / 1e3, limits, "force, kN")
+
+
+def _cylinders(scene: Scene, truss: Truss) -> list[Cylinder]:
+    """The first cylinder of every active module."""
+    owner = truss.module[truss.actuated]
+    first = [truss.actuated[owner == scene.manipulator.modules.index(m)][0] for m in scene.manipulator.actuated]
+    return [scene.manipulator.cylinders[truss.members[i].section] for i in first]
 
 
 def _draw_modules(
     scene: Scene, log: RunLog, truss: Truss, values: Array, limits: list[tuple[float, float]], label: str
 ) -> Figure:
-    """Draw one panel for each active module; values (T, J), limits of each module's cylinders."""
+    """Draw one panel for each active module; values (T, J), limits of each module's first cylinder."""
     columns = 3 if len(limits) > 2 else len(limits)
     rows = -(-len(limits) // columns)
     figure, panel = panels(rows, columns, 0.5 + 1.75 * rows)
     owner = truss.module[truss.actuated]
-    for index, (module, ends) in enumerate(zip(scene.manipulator.active, limits, strict=True)):
+    for index, (module, ends) in enumerate(zip(scene.manipulator.actuated, limits, strict=True)):
         axes = panel[index]
         own = owner == scene.manipulator.modules.index(module)
         for line, (colour, value) in enumerate(zip(LINES, values[:, own].T, strict=False)):
             axes.plot(log.time, value, color=colour, linewidth=1.1, label=f"actuator {line + 1}")
         for end in ends:
             axes.axhline(end, color=LIMIT, linewidth=1.1, linestyle=(0, (5, 2)))
-        axes.set_title(f"{module.name} ({module.cylinder})")
+        axes.set_title(f"{module.name} ({truss.members[truss.actuated[own][0]].section})")
         if index % columns == 0:
             axes.set_ylabel(label)
         finish(axes, scene, log, abscissa=index + columns >= len(limits))

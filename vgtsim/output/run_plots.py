@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from vgtsim.description import Scene
 from vgtsim.output.colours import HOLD, LINES, REST
 from vgtsim.output.figure import draw_limit, finish, panels
 from vgtsim.runlog import RunLog
 from vgtsim.verification.report import Report
+
+Array = NDArray[np.float64]
 
 _LEAST_GAP = 1e-15  # m; a logarithmic axis has no zero
 
@@ -85,30 +88,25 @@ def plot_clearance(scene: Scene, log: RunLog, report: Report) -> Figure:
     return figure
 
 
-def plot_mast_reaction(scene: Scene, log: RunLog) -> Figure:
-    """Draw what the mast must carry at the pivot.
+def plot_reaction(scene: Scene, log: RunLog, wrench: Array) -> Figure:
+    """Draw the history of a support's force and moment.
 
     Args:
         scene: The scene.
         log: The run.
+        wrench: In frame G, shape (T, 6), N and N·m.
 
     Returns:
         The figure.
     """
     figure, (force, moment) = panels(2, 1, 3.9)
     for axes, first, label in ((force, 0, "force, kN"), (moment, 3, "moment, kN·m")):
-        part = log.mast_reaction[:, first : first + 3] / 1e3
+        part = wrench[:, first : first + 3] / 1e3
         for axis, name in enumerate("xyz"):
             axes.plot(log.time, part[:, axis], color=LINES[axis], label=name)
-        axes.plot(
-            log.time,
-            np.linalg.norm(part, axis=-1),
-            color=REST,
-            linewidth=0.9,
-            linestyle=":",
-            label="magnitude",
-        )
+        size = np.linalg.norm(part, axis=-1)
+        axes.plot(log.time, size, color=REST, linewidth=0.9, linestyle=":", label="magnitude")
         axes.set_ylabel(label)
         finish(axes, scene, log, named=axes is force, abscissa=axes is moment)
-    force.legend(loc="center right", ncols=4)
+    force.legend(loc="center right", bbox_to_anchor=(1.0, 0.28), ncols=4)  # clear of zero and of the weight
     return figure

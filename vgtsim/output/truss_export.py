@@ -65,7 +65,8 @@ def describe_truss(scene: Scene, log: RunLog, chain: Chain, time: float | None =
     axial = log.axial(truss.ends)
     record = int(np.argmax(np.abs(axial).max(axis=1))) if time is None else int(np.argmin(np.abs(log.time - time)))
     nodes = log.nodes[record]
-    model = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    simulation = scene.task.simulation
+    model = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
     motion = motion_from_log(log.time, log.nodes)
     speed, change = motion.velocity[record], motion.acceleration[record]
     now = Motion(speed, change) if np.isfinite(change).all() else None

@@ -44,7 +44,7 @@ def anchor_successively(
 
     Args:
         problem: One goal; its own reduction is replaced.
-        start: Inputs inside the strokes, shape (A, 3).
+        start: Inputs inside the strokes, shape (*q).
         free: Active modules that are free at a time.
         settings: Of each stage.
         fall: Least fall of the objective in a whole cycle that still counts, of 1 + |objective|.
@@ -59,9 +59,11 @@ def anchor_successively(
 
     Source: section 7.2.1.
     """
-    rows, count = len(problem.goal.names), len(problem.chain.straight)
-    if not rows < 3 * free <= 3 * count:
-        raise GoalError(problem.goal.names, 0.0, f"{rows} goal rows for {3 * free} free inputs of {3 * count}")
+    rows, owner = len(problem.tolerance), problem.chain.layout.owner
+    count = int(owner.max()) + 1
+    fewest = min(int(np.isin(owner, (k + np.arange(free)) % count).sum()) for k in range(count))
+    if not rows < fewest or free > count:
+        raise GoalError(problem.goal.names, 0.0, f"{rows} goal rows for {fewest} free inputs of {len(owner)}")
     how = settings or NewtonSettings()
     whole = replace(problem, reduction=None)
     feasible = solve(whole, start, replace(how, optimality=np.inf))  # any solution will do to begin with
@@ -69,8 +71,7 @@ def anchor_successively(
         raise GoalError(problem.goal.names, float(np.abs(feasible.error).max()), "not met even with all inputs free")
     q, values, converged = feasible.q[0], [float(feasible.value[0])], False
     for stage in range(most):
-        fixed = np.ones((count, 3), bool)
-        fixed[(stage + np.arange(free)) % count] = False
+        fixed = ~np.isin(owner, (stage + np.arange(free)) % count)
         found = solve(replace(problem, reduction=anchor(q, fixed)), q, how)
         if found.met[0] and found.value[0] < values[-1]:
             q = found.q[0]

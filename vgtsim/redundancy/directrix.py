@@ -88,13 +88,21 @@ def arc_length(curve: Directrix, u: ArrayLike) -> Array:
         u: Shape (k,), in [0, 1].
 
     Returns:
-        Shape (k,), m, by Gauss and Legendre's rule on 64 pieces up to each u.
+        Shape (k,), m, by Gauss and Legendre's rule on 64 pieces of the curve and on the last one up to each u.
     """
-    node, weight = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
-    piece = (np.arange(_PIECES)[:, None] + node).ravel() / _PIECES
     at = np.asarray(u, float)
-    speed = np.linalg.norm(curve.tangent((at[:, None] * piece).ravel()), axis=-1).reshape(len(at), -1)
-    return at * (speed @ np.tile(weight, _PIECES)) / _PIECES
+    begin = np.minimum(np.floor(at * _PIECES), _PIECES - 1) / _PIECES
+    whole = _lengths_between(curve, np.arange(_PIECES) / _PIECES, np.full(_PIECES, 1 / _PIECES))
+    before = np.concatenate([[0.0], np.cumsum(whole)])[np.rint(begin * _PIECES).astype(int)]
+    return before + _lengths_between(curve, begin, at - begin)
+
+
+def _lengths_between(curve: Directrix, begin: Array, step: Array) -> Array:
+    """Length of each piece, shape (k,), m, that begins at some u and goes on by a step, shape (k,) each."""
+    node, weight = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
+    at = begin[:, None] + step[:, None] * node
+    speed = np.linalg.norm(curve.tangent(at.ravel()), axis=-1).reshape(at.shape)
+    return step * (speed @ weight)
 
 
 def regular_partition(count: int) -> Array:

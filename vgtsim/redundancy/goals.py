@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.manipulator import DoubleOctahedral
 from vgtsim.errors import GoalError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.kernel import Kernel, State, cross
@@ -164,23 +163,24 @@ def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index | None = 
 
     Returns:
         Reached less desired, shape (b, m), m and rad, directions and turns as 2 tan(theta/2); and the Jacobian, shape
-        (b, m, 3 A).
+        (b, m, n).
     """
-    R, P, angular, linear = state.R, state.P, state.angular, state.linear
-    take = np.arange(len(P)) if which is None else which
+    kernel = Kernel(chain)
+    take = np.arange(len(state.q)) if which is None else which
     errors, slopes = [], []
     for part in goal.parts:
         target = _for_goals(part, take)
-        face, active = _place(chain, part)
+        face, inputs = _place(chain, part)
+        frame = kernel.face(state, face)
         if isinstance(part, Position):
-            error, J = _position_rows(chain, part, target, (R[:, face], P[:, face]), (angular, linear))
+            error, J = _position_rows(chain, part, target, frame, (state.angular, state.linear))
         elif isinstance(part, Direction):
-            error, J = _direction_rows(target, R[:, face, :, 2], angular)
+            error, J = _direction_rows(target, frame[0][..., 2], state.angular)
         else:
-            error, J = _orientation_rows(target, R[:, face], angular)
-        J[:, :, active:] = 0.0
+            error, J = _orientation_rows(target, frame[0], state.angular)
+        J[:, :, inputs:] = 0.0
         errors.append(error)
-        slopes.append(J.reshape(*J.shape[:2], -1))
+        slopes.append(J)
     return np.concatenate(errors, axis=1), np.concatenate(slopes, axis=1)
 
 
@@ -190,7 +190,7 @@ def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tupl
     Args:
         chain: The arm.
         goal: Rows.
-        q: Inputs, shape (A, 3).
+        q: Inputs, shape (*q).
         which: The goal.
 
     Returns:
@@ -217,7 +217,7 @@ class Pull:
 
     Attributes:
         face: Of the chain.
-        active: Number of active modules before it.
+        inputs: Number of inputs that move it, the first ones.
         offset: Of the point from the face along its normal, m.
         point: On the velocity of the point, shape (b, 3).
         direction: On the rate of the normal, shape (b, 3).
@@ -225,41 +225,41 @@ class Pull:
     """
 
     face: int
-    active: int
+    inputs: int
     offset: float
     point: Array
     direction: Array
     turn: Array
 
 
-def pulls(chain: Chain, goal: GoalSpace, q: Array, which: Index, multipliers: Array) -> tuple[Pull, ...]:
+def pulls(chain: Chain, goal: GoalSpace, state: State, which: Index, multipliers: Array) -> tuple[Pull, ...]:
     """Multipliers of the rows as linear forms on the motion of faces, for rows that are met.
 
     Args:
         chain: The arm.
         goal: Rows.
-        q: Inputs, shape (b, A, 3).
+        state: Kinematics of b configurations.
         which: Goal of each, shape (b,).
         multipliers: Shape (b, m).
 
     Returns:
         One for each part of the goal space.
     """
-    found, row, none = [], 0, np.zeros((len(q), 3))
+    found, row, none = [], 0, np.zeros((len(state.q), 3))
     for part in goal.parts:
         mine = multipliers[:, row : row + len(part.names)]
         row += len(part.names)
-        face, active = _place(chain, part)
+        face, inputs = _place(chain, part)
         target = _for_goals(part, which)
         if isinstance(part, Position):
             offset = chain.manipulator.tip_plate.tool_offset if part.module is None else 0.0
-            force = np.zeros((len(q), 3))
+            force = np.zeros(none.shape)
             force[:, [_AXES.index(axis) for axis in part.axes]] = mine
-            found.append(Pull(face, active, offset, force, none, none))
+            found.append(Pull(face, inputs, offset, force, none, none))
         elif isinstance(part, Direction):
-            found.append(Pull(face, active, 0.0, none, (mine[:, None] @ _across(target))[:, 0], none))
+            found.append(Pull(face, inputs, 0.0, none, (mine[:, None] @ _across(target))[:, 0], none))
         else:
-            found.append(Pull(face, active, 0.0, none, none, mine))
+            found.append(Pull(face, inputs, 0.0, none, none, mine))
     return tuple(found)
 
 
@@ -283,15 +283,15 @@ def _for_goals(part: Rows, take: Index) -> Array:
 
 
 def _place(chain: Chain, part: Rows) -> tuple[int, int]:
-    """Face a row is about, and the number of active modules before it."""
-    modules = chain.manipulator.modules
+    """Face a row is about, and the number of inputs of the active modules before it."""
+    modules, layout = chain.manipulator.modules, chain.layout
     if part.module is None:
-        return len(modules), len(chain.manipulator.active)
+        return len(modules), layout.inputs
     names = [module.name for module in modules]
     if part.module not in names:
         raise GoalError(part.names, 0.0, f"no module {part.module!r}; modules: {', '.join(names)}")
     face = names.index(part.module) + 1
-    return face, sum(isinstance(module, DoubleOctahedral) for module in modules[:face])
+    return face, int(np.searchsorted(layout.owner, layout.face_from[face]))
 
 
 def _position_rows(
@@ -301,8 +301,8 @@ def _position_rows(
     offset = chain.manipulator.tip_plate.tool_offset if part.module is None else 0.0
     point = P + offset * R[..., 2]
     rows = [_AXES.index(axis) for axis in part.axes]
-    velocity = screw[1] + cross(screw[0], point[:, None, None])
-    return (point - target)[:, rows], np.moveaxis(velocity[..., rows], -1, 1)
+    velocity = screw[1] + cross(screw[0], point[:, None])
+    return (point - target)[:, rows], np.swapaxes(velocity[..., rows], 1, 2)
 
 
 def _direction_rows(target: Array, direction: Array, angular: Array) -> tuple[Array, Array]:
@@ -311,10 +311,7 @@ def _direction_rows(target: Array, direction: Array, angular: Array) -> tuple[Ar
     turn = 2 * (axes @ direction[..., None])[..., 0] / along
     rates = (2 * axes - turn[..., None] * target[:, None]) / along[..., None]
     # rate of the direction is omega x direction, so its part along a row is omega . (direction x row)
-    levers = cross(direction[:, None], rates)
-    shape = angular.shape[1:3]
-    J = levers @ np.swapaxes(angular.reshape(len(angular), -1, 3), 1, 2)
-    return turn, J.reshape(len(angular), -1, *shape)
+    return turn, cross(direction[:, None], rates) @ np.swapaxes(angular, 1, 2)
 
 
 def _orientation_rows(target: Array, R: Array, angular: Array) -> tuple[Array, Array]:
@@ -322,6 +319,6 @@ def _orientation_rows(target: Array, R: Array, angular: Array) -> tuple[Array, A
     scale = np.maximum(1 + np.trace(off, axis1=-2, axis2=-1), 1e-6)[:, None]
     skew = off - np.swapaxes(off, -1, -2)
     gibbs = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1) / scale
-    rates = angular + np.sum(angular * gibbs[:, None, None], axis=-1, keepdims=True) * gibbs[:, None, None]
-    rates = rates - cross(gibbs[:, None, None], angular)
-    return 2 * gibbs, np.moveaxis(rates, -1, 1)
+    rates = angular + np.sum(angular * gibbs[:, None], axis=-1, keepdims=True) * gibbs[:, None]
+    rates = rates - cross(gibbs[:, None], angular)
+    return 2 * gibbs, np.swapaxes(rates, 1, 2)

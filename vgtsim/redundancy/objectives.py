@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import ObjectiveError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.redundancy.kernel import Blocks, Kernel, State
 from vgtsim.redundancy.strokes import StrokeBox
 from vgtsim.redundancy.surroundings import Surroundings
 
@@ -23,20 +23,26 @@ class Configurations:
     """A batch of configurations inside the strokes, with what objectives need of them.
 
     Attributes:
-        chain: The arm.
+        kernel: The arm.
         box: Strokes allowed.
-        q: Inputs, shape (b, A, 3).
-        length: Actuator lengths, shape (b, A, 3), m.
-        blocks: dl/dq, shape (b, A, 3, 3).
+        state: Kinematics of b configurations.
         which: Goal of each, shape (b,).
     """
 
-    chain: Chain
+    kernel: Kernel
     box: StrokeBox
-    q: Array
-    length: Array
-    blocks: Array
+    state: State
     which: Index
+
+    @property
+    def q(self) -> Array:
+        """Inputs, shape (b, *q)."""
+        return self.state.q.reshape(-1, *self.kernel.chain.input_shape)
+
+    @property
+    def length(self) -> Array:
+        """Actuator lengths, shape (b, J), m."""
+        return self.state.legs[:, : self.kernel.chain.layout.actuators]
 
 
 @dataclass(frozen=True)
@@ -46,15 +52,15 @@ class Terms:
     Attributes:
         value: Shape (b,).
         slope: By the inputs, shape (b, n).
-        blocks: Curvature by modules, shape (b, A, 3, 3), or absent.
+        blocks: Curvature by modules, for each kind of shape (b, M, inputs, inputs), or absent.
         dense: Curvature of all inputs, shape (b, n, n), or absent.
         rough: The part of the slope whose curvature is not known and has to be learned, shape (b, n), or absent.
-        by_length: Derivative by the actuator lengths, shape (b, A, 3), of what depends on them; absent if nothing does.
+        by_length: Derivative by the actuator lengths, shape (b, J), of what depends on them; absent if nothing does.
     """
 
     value: Array
     slope: Array
-    blocks: Array | None = None
+    blocks: Blocks | None = None
     dense: Array | None = None
     rough: Array | None = None
     by_length: Array | None = None
@@ -81,8 +87,9 @@ class StrokeBarrier:
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        first, second = at.box.slopes(at.length)
-        return _of_lengths(at, at.box.barrier(at.length), first, second)
+        box = at.box.row
+        first, second = box.slopes(at.length)
+        return _of_lengths(at, box.barrier(at.length), first, second)
 
 
 @dataclass(frozen=True)
@@ -93,9 +100,10 @@ class MidStroke:
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        half = (at.box.greatest - at.box.least) / 2
-        away = (at.length - at.box.least) / half - 1
-        value = 0.5 * np.sum(away**2, axis=(1, 2))
+        box = at.box.row
+        half = (box.greatest - box.least) / 2
+        away = (at.length - box.least) / half - 1
+        value = 0.5 * np.sum(away**2, axis=1)
         return _of_lengths(at, value, away / half, np.broadcast_to(1 / half**2, away.shape))
 
 
@@ -112,24 +120,21 @@ class LengthVariation:
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form; curvature by reweighted squares, which bounds it from above."""
-        count = at.length[0].size
-        away = (at.length - at.length.mean(axis=(1, 2), keepdims=True)).reshape(-1, count)
+        away = at.length - at.length.mean(axis=1, keepdims=True)
         size = np.hypot(away, self.softness)
         rate = away / size
         first = rate - rate.mean(axis=1, keepdims=True)
         weight = np.sqrt(1 / size)
-        full = block_diagonal(at.blocks)
+        full = at.kernel.dense(at.state.blocks)[:, : away.shape[1]]
         spread = weight[:, :, None] * (full - full.mean(axis=1, keepdims=True))
-        by_length = first.reshape(at.length.shape)
-        slope = np.einsum("baij,bai->baj", at.blocks, by_length).reshape(-1, count)
-        return Terms(
-            np.sum(size - self.softness, axis=1), slope, dense=np.swapaxes(spread, 1, 2) @ spread, by_length=by_length
-        )
+        slope = at.kernel.pull(at.state.blocks, first)
+        curve = np.swapaxes(spread, 1, 2) @ spread
+        return Terms(np.sum(size - self.softness, axis=1), slope, dense=curve, by_length=first)
 
     @staticmethod
-    def exact(length: Array) -> Array:
-        """Equation 8.8 as printed, shape (...), m, for lengths of shape (..., A, 3)."""
-        return np.sum(np.abs(length - length.mean(axis=(-2, -1), keepdims=True)), axis=(-2, -1))
+    def exact(length: Array) -> float:
+        """Equation 8.8 as printed, m, for the lengths of one configuration, shape (*l)."""
+        return float(np.sum(np.abs(length - np.mean(length))))
 
 
 @dataclass(frozen=True)
@@ -137,7 +142,7 @@ class Nearness:
     """Half the sum of squares of the way of every actuator from a previous configuration, in half strokes.
 
     Attributes:
-        previous: Actuator lengths before, shape (B, A, 3) or (A, 3), m.
+        previous: Actuator lengths before, of every goal, shape (B, *l), or of all, shape (*l), m.
     """
 
     previous: Array
@@ -145,10 +150,11 @@ class Nearness:
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        half = (at.box.greatest - at.box.least) / 2
-        before = self.previous[at.which] if self.previous.ndim == 3 else self.previous
-        away = (at.length - before) / half
-        value = 0.5 * np.sum(away**2, axis=(1, 2))
+        box = at.box.row
+        half = (box.greatest - box.least) / 2
+        before = self.previous.reshape(-1, at.length.shape[1])
+        away = (at.length - (before[at.which] if len(before) > 1 else before)) / half
+        value = 0.5 * np.sum(away**2, axis=1)
         return _of_lengths(at, value, away / half, np.broadcast_to(1 / half**2, away.shape))
 
 
@@ -160,20 +166,22 @@ class Clearance:
         surroundings: What to keep clear of.
         wanted: Clearance at which a hinge is 1, m.
         softness: Distance beyond it at which a hinge begins, m.
+        payload: Whether the payload's distance from what stands counts; where goal rows hold the tool it is constant.
     """
 
     surroundings: Surroundings
     wanted: float = 0.12
     softness: float = 0.10
+    payload: bool = True
     name: str = "clearance"
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form, Gauss and Newton's curvature."""
-        rows = self.surroundings.rows(at.q, self.wanted + self.softness)
-        count = at.q[0].size
+        rows = self.surroundings.rows(at.q, self.wanted + self.softness, payload=self.payload)
+        count = at.state.q.shape[1]
         rise = (self.wanted - rows.gap) / self.softness + 1
-        value, slope = np.zeros(len(at.q)), np.zeros((len(at.q), count))
-        dense = np.zeros((len(at.q), count, count))
+        value, slope = np.zeros(len(at.which)), np.zeros((len(at.which), count))
+        dense = np.zeros((len(at.which), count, count))
         np.add.at(value, rows.config, 0.5 * rise**2)
         for b in np.unique(rows.config):
             mine = rows.config == b
@@ -188,7 +196,7 @@ class Differences:
 
     Attributes:
         name: For reports and errors.
-        function: From inputs, shape (b, A, 3), to values, shape (b,), finite inside the strokes.
+        function: From inputs, shape (b, *q), to values, shape (b,), finite inside the strokes.
         step: Of the differences, in units of the inputs.
     """
 
@@ -198,14 +206,15 @@ class Differences:
 
     def terms(self, at: Configurations) -> Terms:
         """By 2 n + 1 values for each configuration."""
-        count, shape = at.q[0].size, at.q.shape[1:]
+        q, shape = at.q, at.kernel.chain.input_shape
+        count = at.state.q.shape[1]
         shift = self.step * np.eye(count).reshape(count, *shape)
-        near = np.concatenate([at.q[:, None], at.q[:, None] + shift, at.q[:, None] - shift], axis=1)
+        near = np.concatenate([q[:, None], q[:, None] + shift, q[:, None] - shift], axis=1)
         value = np.asarray(self.function(near.reshape(-1, *shape)), float)
         if value.shape != (near.shape[0] * near.shape[1],) or not np.all(np.isfinite(value)):
             bad = int(np.sum(~np.isfinite(value))) if value.ndim == 1 else value.size
             raise ObjectiveError(self.name, bad, f"values of shape {value.shape} for inputs of shape {near.shape}")
-        value = value.reshape(len(at.q), -1)
+        value = value.reshape(len(q), -1)
         slope = (value[:, 1 : count + 1] - value[:, count + 1 :]) / (2 * self.step)
         return Terms(value[:, 0], slope, rough=slope)
 
@@ -229,30 +238,41 @@ class WeightedSum:
         """Weighted sums of everything."""
         found = [(weight, part.terms(at)) for weight, part in self.parts]
         return Terms(
-            sum((w * t.value for w, t in found), np.zeros(len(at.q))),
-            sum((w * t.slope for w, t in found), np.zeros((len(at.q), at.q[0].size))),
-            _sum([w * t.blocks for w, t in found if t.blocks is not None]),
+            sum((w * t.value for w, t in found), np.zeros(len(at.which))),
+            sum((w * t.slope for w, t in found), np.zeros(at.state.q.shape)),
+            _sum_blocks([tuple(w * b for b in t.blocks) for w, t in found if t.blocks is not None]),
             _sum([w * t.dense for w, t in found if t.dense is not None]),
             _sum([w * t.rough for w, t in found if t.rough is not None]),
             _sum([w * t.by_length for w, t in found if t.by_length is not None]),
         )
 
 
-def block_diagonal(blocks: Array) -> Array:
-    """Matrices with the modules' blocks on the diagonal, shape (b, 3 A, 3 A), of blocks of shape (b, A, 3, 3)."""
-    batch, count = blocks.shape[:2]
-    full = np.zeros((batch, count, 3, count, 3))
-    place = np.arange(count)
-    full[:, place, :, place, :] = np.moveaxis(blocks, 1, 0)
-    return full.reshape(batch, 3 * count, 3 * count)
+def values(objective: Objective, at: Configurations) -> Array:
+    """Values alone, without the differences that a slope may take.
+
+    Args:
+        objective: Any.
+        at: Configurations.
+
+    Returns:
+        Shape (b,).
+    """
+    if isinstance(objective, WeightedSum):
+        return sum((weight * values(part, at) for weight, part in objective.parts), np.zeros(len(at.which)))
+    if isinstance(objective, Differences):
+        return np.asarray(objective.function(at.q), float)
+    return objective.terms(at).value
 
 
 def _sum(parts: list[Array]) -> Array | None:
     return sum(parts[1:], parts[0]) if parts else None
 
 
+def _sum_blocks(parts: list[Blocks]) -> Blocks | None:
+    return tuple(np.sum(same, axis=0) for same in zip(*parts, strict=True)) if parts else None
+
+
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
     """Terms of a sum of functions of one length each."""
-    slope = np.einsum("baij,bai->baj", at.blocks, first).reshape(len(at.q), -1)
-    curve = np.swapaxes(at.blocks, 2, 3) @ (second[..., None] * at.blocks)
-    return Terms(value, slope, curve, by_length=first)
+    blocks = at.state.blocks
+    return Terms(value, at.kernel.pull(blocks, first), at.kernel.curve(blocks, second), by_length=first)

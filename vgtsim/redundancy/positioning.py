@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,17 +12,19 @@ from vgtsim.errors import GoalError, ObjectiveError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.curvature import lagrangian_curvature
 from vgtsim.redundancy.goals import GoalSpace, evaluate
-from vgtsim.redundancy.kernel import Kernel, State
+from vgtsim.redundancy.hinges import hinge_curvature
+from vgtsim.redundancy.kernel import Kernel
 from vgtsim.redundancy.newton import Found, Local, NewtonSettings, minimise
-from vgtsim.redundancy.objectives import Configurations, Objective, StrokeBarrier, WeightedSum, block_diagonal
+from vgtsim.redundancy.objectives import Configurations, Objective, StrokeBarrier, WeightedSum
 from vgtsim.redundancy.reduction import Reduction
-from vgtsim.redundancy.strokes import StrokeBox, centre
+from vgtsim.redundancy.strokes import StrokeBox, centre, inside
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first
 _CLOSE = 1e-3  # error, m and rad, to which it is gone
+_STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain allows
 _CACHED = 2**18  # numbers in the curvatures of the goals that are solved at a time: they stay in cache
 _CHUNK = 256  # and the most goals
 
@@ -49,39 +50,59 @@ class Positioning:
     reduction: Reduction | None = None
 
     def inputs(self, z: Array) -> Array:
-        """Inputs, shape (..., A, 3), of variables, shape (..., k)."""
-        q = z if self.reduction is None else self.reduction.inputs(z)
-        return q.reshape(*q.shape[:-1], -1, 3)
+        """Inputs, shape (..., *q), of variables, shape (..., k)."""
+        row = self._row(z)
+        return row.reshape(*row.shape[:-1], *self.chain.input_shape)
+
+    def _row(self, z: Array) -> Array:
+        """Inputs in one row, shape (..., n)."""
+        return z if self.reduction is None else self.reduction.inputs(z)
 
     def variables(self, q: Array) -> Array:
-        """Variables, shape (..., k), of inputs, shape (..., A, 3)."""
-        flat = q.reshape(*q.shape[:-2], -1)
-        return flat if self.reduction is None else self.reduction.variables(flat)
+        """Variables, shape (..., k), of inputs, shape (..., *q)."""
+        row = q.reshape(*q.shape[: q.ndim - len(self.chain.input_shape)], -1)
+        return row if self.reduction is None else self.reduction.variables(row)
+
+    @property
+    def tolerance(self) -> Array:
+        """Of all rows, those of the goal and then one for each static leg, shape (m + S,), m and rad."""
+        return np.concatenate([self.goal.tolerance, np.full(len(self.kernel.static), _STATIC)])
 
     def local(self, z: Array, which: Index) -> Local:
         """Rows and objective about a batch of variables, shape (b, k), for goals of shape (b,)."""
-        q = self.inputs(z)
-        state = self.kernel.state(q)
-        inside = state.assembles & (np.min(self.box.spare(state.length), axis=(1, 2)) > 0)
-        if not np.all(inside):  # what stands in for the others is never looked at
-            safe = self.kernel.state(self.middle[None])
-            state = _either(inside, state, safe)
+        state = self.kernel.state(self._row(z))
+        count = self.chain.layout.actuators
+        spare = np.min(self.box.row.spare(state.legs[:, :count]), axis=1)
+        good = state.assembles & (spare > 0)
+        if not np.all(good):  # what stands in for the others is never looked at
+            state = self.kernel.state(np.where(good[:, None], state.q, self.middle.ravel()))
         error, J = evaluate(self.chain, self.goal, state, which)
-        terms = self.guarded.terms(Configurations(self.chain, self.box, state.q, state.length, state.blocks, which))
+        terms = self.guarded.terms(Configurations(self.kernel, self.box, state, which))
         if not np.all(np.isfinite(terms.value)):
             raise ObjectiveError(self.objective.name, int(np.sum(~np.isfinite(terms.value))), "its value")
-        curve = terms.dense if terms.blocks is None else block_diagonal(terms.blocks)
+        curve = terms.dense if terms.blocks is None else self.kernel.spread(terms.blocks)
         if curve is None:
-            curve = np.zeros((len(q), q[0].size, q[0].size))
+            curve = np.zeros((*state.q.shape, state.q.shape[1]))
         elif terms.blocks is not None and terms.dense is not None:
             curve += terms.dense
+        if len(self.kernel.static):
+            rows = self.kernel.dense(state.blocks)[:, count:]
+            error = np.concatenate([error, state.legs[:, count:] - self.kernel.static], axis=1)
+            J = np.concatenate([J, rows], axis=1)
+            # changes no step that keeps static legs their length, and without it nothing would curve across them
+            curve = curve + self._stiff * np.swapaxes(rows, 1, 2) @ rows
         if self.reduction is None:
-            return Local(inside, error, J, terms.value, terms.slope, curve, terms.rough, terms.by_length)
+            return Local(good, error, J, terms.value, terms.slope, curve, terms.rough, terms.by_length)
         T = self.reduction.slope(z)
         Tt = np.swapaxes(T, 1, 2)
         rough = None if terms.rough is None else (Tt @ terms.rough[..., None])[..., 0]
         slope = (Tt @ terms.slope[..., None])[..., 0]
-        return Local(inside, error, J @ T, terms.value, slope, Tt @ curve @ T, rough, terms.by_length)
+        return Local(good, error, J @ T, terms.value, slope, Tt @ curve @ T, rough, terms.by_length)
+
+    @property
+    def _stiff(self) -> float:
+        """Curvature of the stroke barrier at mid-stroke, 1/m²."""
+        return float(np.mean(8 / (self.box.greatest - self.box.least) ** 2))
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -90,7 +111,7 @@ class Positioning:
 
     @cached_property
     def middle(self) -> Array:
-        """Inputs with every actuator at mid-stroke, shape (A, 3)."""
+        """Inputs with every actuator at mid-stroke, shape (*q)."""
         return centre(self.chain, self.box)
 
     @cached_property
@@ -102,9 +123,12 @@ class Positioning:
 
     def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
         """Curvature that the local model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""
-        state = self.kernel.state(self.inputs(z))
-        weights = np.zeros_like(state.q) if by_length is None else by_length
-        found = lagrangian_curvature(self.kernel, self.goal, state, which, multipliers, weights)
+        state = self.kernel.state(self._row(z))
+        rows = len(self.goal.names)
+        weights = np.zeros((len(z), self.chain.layout.actuators)) if by_length is None else by_length
+        weights = np.concatenate([weights, multipliers[:, rows:]], axis=1)
+        found = lagrangian_curvature(self.kernel, self.goal, state, which, multipliers[:, :rows], weights)
+        found += hinge_curvature(self.objective, Configurations(self.kernel, self.box, state, which))
         if self.reduction is None:
             return found
         T = self.reduction.slope(z)
@@ -116,7 +140,7 @@ class Positions:
     """Solutions of a batch of goals.
 
     Attributes:
-        q: Inputs, shape (B, A, 3).
+        q: Inputs, shape (B, *q).
         error: Goal rows, shape (B, m), m and rad.
         value: Objective with the barrier, shape (B,).
         iterations: Shape (B,).
@@ -144,7 +168,7 @@ def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | Non
 
     Args:
         problem: Goals, limits, objective.
-        start: Inputs inside the strokes, shape (A, 3) for all goals or (B, A, 3).
+        start: Inputs inside the strokes, shape (*q) for all goals or (B, *q).
         settings: How; the tolerance is that of the goal rows.
 
     Returns:
@@ -161,11 +185,11 @@ def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | Non
     count = problem.goal.count
     q = np.broadcast_to(np.asarray(start, float), (count, *problem.chain.straight.shape))
     z = problem.variables(q)
-    rows = len(problem.goal.names)
-    if rows > z.shape[1]:
-        detail = f"{rows} goal rows for {z.shape[1]} inputs that are left"
+    rows, free = len(problem.goal.names), z.shape[1] - len(problem.kernel.static)
+    if rows > free:
+        detail = f"{rows} goal rows for {free} inputs that are left"
         raise GoalError(problem.goal.names, 0.0, detail)
-    how = NewtonSettings(problem.goal.tolerance, how.optimality, how.most, how.turn, how.limit)
+    how = NewtonSettings(problem.tolerance, how.optimality, how.most, how.turn, how.limit)
     if not isinstance(problem.objective, StrokeBarrier):
         z = _come_near(problem, z, how)
     parts: list[Found] = []
@@ -186,7 +210,7 @@ def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | Non
 
     return Positions(
         problem.inputs(joined("z")),
-        np.concatenate([part.local.error for part in parts]),
+        np.concatenate([part.local.error[:, :rows] for part in parts]),
         np.concatenate([part.local.value for part in parts]),
         np.concatenate([part.iterations for part in parts]),
         np.concatenate([part.met for part in parts]),
@@ -209,13 +233,5 @@ def _come_near(problem: Positioning, z: Array, how: NewtonSettings) -> Array:
 
 
 def assembles(chain: Chain, box: StrokeBox, q: Array) -> NDArray[np.bool_]:
-    """Which configurations assemble inside the box, shape (b,), of inputs of shape (b, A, 3)."""
-    state = Kernel(chain).state(q)
-    return state.assembles & (np.min(box.spare(state.length), axis=(1, 2)) > 0)
-
-
-def _either(inside: NDArray[np.bool_], state: State, other: State) -> State:
-    """The one where a configuration is inside, the other elsewhere."""
-    pairs = [(getattr(state, item.name), getattr(other, item.name)) for item in fields(State)]
-    values: list[Any] = [np.where(inside.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in pairs]
-    return State(*values)
+    """Which configurations assemble inside the box, shape (b,), of inputs of shape (b, *q)."""
+    return inside(Kernel(chain), box, q)

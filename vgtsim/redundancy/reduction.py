@@ -83,8 +83,8 @@ def anchor(inputs: ArrayLike, fixed: ArrayLike) -> Reduction:
     """Hold some inputs where they are (section 7.2).
 
     Args:
-        inputs: Present inputs, shape (A, 3).
-        fixed: Which are held, bool, shape (A, 3).
+        inputs: Present inputs, shape (*q).
+        fixed: Which are held, bool, of the same shape.
 
     Returns:
         The reduction.
@@ -93,19 +93,25 @@ def anchor(inputs: ArrayLike, fixed: ArrayLike) -> Reduction:
     return Reduction(np.eye(len(now))[:, ~held], np.where(held, now, 0.0))
 
 
-def couple(reference: ArrayLike, pairs: tuple[tuple[int, int], ...], ratio: float | None = 1.0) -> Reduction:
+def couple(
+    reference: ArrayLike,
+    pairs: tuple[tuple[int, int], ...],
+    ratio: float | None = 1.0,
+    owner: NDArray[np.intp] | None = None,
+) -> Reduction:
     """Tie active modules together: tau_first = k tau_second (section 7.3).
 
     Args:
-        reference: Inputs that count as zero, shape (A, 3); zeros for the printed form.
+        reference: Inputs that count as zero, shape (A, 3), or (n,) with `owner`; zeros for the printed form.
         pairs: For each pair the module that follows and the module it follows, counted from 0.
         ratio: k, or absent for a free ratio of each pair, which becomes a variable.
+        owner: Active module of each input, shape (n,); absent for three inputs each.
 
     Returns:
-        The reduction: 3 inputs fewer for each pair, and one more for each free ratio.
+        The reduction: the inputs of a module fewer for each pair, and one more for each free ratio.
 
     Raises:
-        ValueError: A module follows twice, follows itself or leads and follows.
+        ValueError: A module follows twice, follows itself or leads and follows, or the two have unlike inputs.
 
     Source: section 7.3 and equation 8.7. Differs: ratios are of the deviation from a reference, because a ratio of
     mid-plane distances would change the arm's length.
@@ -114,17 +120,21 @@ def couple(reference: ArrayLike, pairs: tuple[tuple[int, int], ...], ratio: floa
     followers, leaders = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
     if len(set(followers)) < len(followers) or set(followers) & set(leaders):
         raise ValueError(f"pairs {pairs}: a module may follow once, and may not lead as well")
+    module = np.repeat(np.arange(zero.size // 3), 3) if owner is None else owner
+    own = [np.flatnonzero(module == a) for a in range(int(module.max()) + 1)]
+    if any(len(own[follower]) != len(own[leader]) for follower, leader in pairs):
+        raise ValueError(f"pairs {pairs}: modules of different kinds cannot be coupled")
     count = zero.size
     C = np.eye(count)
     free = []
     for follower, leader in pairs:
-        lead, follow = np.arange(3) + 3 * leader, np.arange(3) + 3 * follower
+        lead, follow = own[leader], own[follower]
         C[follow] = 0.0
         if ratio is None:
             free.append(np.array([follow, lead]))
         else:
             C[follow, lead] = ratio
-    keep = np.setdiff1d(np.arange(count), [3 * f + i for f in followers for i in range(3)])
+    keep = np.flatnonzero(~np.isin(module, followers))
     # q - reference = C (z - reference of z): z are inputs of the leading and the uncoupled modules
     matrix = C[:, keep]
     if ratio is None:

@@ -8,16 +8,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError, GoalError
+from vgtsim.kinematics.bending import bend_all, can_swing, swing
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.redundancy.goals import Direction, GoalSpace, Orientation, Position, evaluate
+from vgtsim.redundancy.kernel import Kernel
 from vgtsim.redundancy.newton import NewtonSettings
 from vgtsim.redundancy.positioning import Positioning, Positions, assembles, solve
-from vgtsim.redundancy.seeds import swing
-from vgtsim.redundancy.strokes import StrokeBox, bring_inside
+from vgtsim.redundancy.strokes import StrokeBox, bring_inside, inside
 
 Array = NDArray[np.float64]
 
 _SEED = 1993
+_MOST_BEND = np.radians(40.0)  # of a module in the postures
+_PART = 0.88  # of the strokes that postures use
 _DEPENDENT = 1e-9  # least singular value over the greatest at which rows count as dependent
 
 
@@ -26,7 +30,7 @@ class Postures:
     """Configurations inside the strokes and where they put the tool.
 
     Attributes:
-        q: Inputs, shape (N, A, 3).
+        q: Inputs, shape (N, *q).
         position: Of the tool in B_1, shape (N, 3), m.
         direction: Of the tool in B_1, shape (N, 3).
     """
@@ -48,20 +52,45 @@ def make_postures(chain: Chain, box: StrokeBox, count: int = 600) -> Postures:
         The same table for the same arm and box.
     """
     rng = np.random.default_rng(_SEED)
-    shape = box.least.shape
-    part = 0.06 + 0.88 * rng.random((count, *shape))
-    stations = np.linspace(0, 1, shape[0])
-    bend = rng.uniform(-1, 1, (count // 2, 3, 2))
-    curve = np.stack([np.interp(stations, [0, 0.5, 1], row) for pair in bend for row in pair.T])
-    curve = 0.45 * curve.reshape(count // 2, 2, -1).swapaxes(1, 2)
-    wave = 2 * np.pi / 3 * np.arange(3)
-    lean = curve[..., :1] * np.cos(wave) + curve[..., 1:] * np.sin(wave)
-    part[: count // 2] = np.clip(0.5 * rng.uniform(0.4, 1.4, (count // 2, 1, 1)) + lean, 0.06, 0.94)
-    lengths = box.least + part * (box.greatest - box.least)
-    q = _assemble(chain, lengths)
+    if chain.manipulator.uniform:
+        q = _double_octahedral(chain, box, count, rng)
+    elif len(Kernel(chain).static):  # which a bend would not leave their lengths
+        q = sample_inputs(chain, count, _SEED, _PART)
+    else:
+        q = np.concatenate([_bent(chain, box, count // 2, rng), sample_inputs(chain, count - count // 2, _SEED, _PART)])
     position, direction = chain.tool(q)
     R = chain.mount[:3, :3]
     return Postures(q, (position - chain.mount[:3, 3]) @ R, direction @ R)
+
+
+def _double_octahedral(chain: Chain, box: StrokeBox, count: int, rng: np.random.Generator) -> Array:
+    """Postures of an arm of double octahedra, by lengths: three equal ones lean as the bend says."""
+    shape = box.least.shape
+    part = 0.06 + 0.88 * rng.random((count, *shape))
+    curve = _curves(shape[0], count // 2, rng)
+    wave = 2 * np.pi / 3 * np.arange(3)
+    lean = 0.45 * (curve[..., :1] * np.cos(wave) + curve[..., 1:] * np.sin(wave))
+    part[: count // 2] = np.clip(0.5 * rng.uniform(0.4, 1.4, (count // 2, 1, 1)) + lean, 0.06, 0.94)
+    lengths = box.least + part * (box.greatest - box.least)
+    return _assemble(chain, lengths)
+
+
+def _curves(count: int, number: int, rng: np.random.Generator) -> Array:
+    """Bends along arms of `count` modules in two planes, between -1 and 1, shape (number, count, 2)."""
+    stations = np.linspace(0, 1, count)
+    bend = rng.uniform(-1, 1, (number, 3, 2))
+    curve = np.stack([np.interp(stations, [0, 0.5, 1], row) for pair in bend for row in pair.T])
+    return curve.reshape(number, 2, -1).swapaxes(1, 2)
+
+
+def _bent(chain: Chain, box: StrokeBox, count: int, rng: np.random.Generator) -> Array:
+    """Symmetric bends of all modules, those that leave the strokes drawn towards their middle, shape (count, *q)."""
+    curve = _curves(len(chain.layout.names), count, rng)
+    angle = _MOST_BEND * np.linalg.norm(curve, axis=-1)
+    q = bend_all(chain, angle, np.arctan2(curve[..., 1], curve[..., 0]))
+    good = inside(Kernel(chain), box, q)
+    q[~good] = bring_inside(chain, box, q[~good])
+    return q[inside(Kernel(chain), box, q)]
 
 
 def solve_anywhere(
@@ -75,7 +104,7 @@ def solve_anywhere(
 
     Args:
         problem: Goals, limits, objective.
-        start: Inputs, shape (A, 3) or (B, A, 3); moved inside the strokes where they are not.
+        start: Inputs, shape (*q) or (B, *q); moved inside the strokes where they are not.
         settings: How.
         postures: Table to restart from; made when absent.
         tries: Greatest number of restarts of a goal.
@@ -88,10 +117,9 @@ def solve_anywhere(
     """
     chain, box = problem.chain, problem.box
     begin = np.asarray(start, float)
-    if not np.all(assembles(chain, box, begin.reshape(-1, *begin.shape[-2:]))):
-        begin = np.array([bring_inside(chain, box, q) for q in begin.reshape(-1, *begin.shape[-2:])]).reshape(
-            begin.shape
-        )
+    rows = begin.reshape(-1, *chain.input_shape)
+    if not np.all(assembles(chain, box, rows)):
+        begin = bring_inside(chain, box, begin)
     found = solve(problem, begin, settings)
     left = np.flatnonzero(~found.met)
     if not len(left):
@@ -99,7 +127,7 @@ def solve_anywhere(
     _refuse_contradictions(problem, found, left)
     table = postures or make_postures(chain, box)
     for attempt in range(tries):
-        seeds = _seeds(problem, table, left, attempt)
+        seeds = choose_postures(problem, table, left, attempt)
         part = replace(problem, goal=_choose(problem.goal, left))
         again = solve(part, seeds, settings)
         found.iterations[left] += again.iterations
@@ -113,8 +141,8 @@ def solve_anywhere(
     return found
 
 
-def _seeds(problem: Positioning, table: Postures, left: NDArray[np.intp], attempt: int) -> Array:
-    """One posture for each goal, swung to it, shape (b, A, 3)."""
+def choose_postures(problem: Positioning, table: Postures, left: NDArray[np.intp], attempt: int) -> Array:
+    """One posture for each goal, swung to it, shape (b, *q)."""
     chain = problem.chain
     wanted = _tool_targets(problem.goal, chain, left)
     if wanted is None:
@@ -122,12 +150,13 @@ def _seeds(problem: Positioning, table: Postures, left: NDArray[np.intp], attemp
     position, direction = wanted
     out = []
     there, here = np.arctan2(position[:, 1], position[:, 0]), np.arctan2(table.position[:, 1], table.position[:, 0])
+    follows = can_swing(chain)
     for p, d, angle in zip(position, direction, there, strict=True):
-        turn = angle - here
+        turn = (angle - here) * follows
         away = _swung(table.position, turn) - p
         cost = np.sum(away**2, axis=1) + 4 * np.sum((_swung(table.direction, turn) - d) ** 2, axis=1)
         order = np.argsort(cost)[: 6 * (attempt + 1) + 24]
-        swung = swing(table.q[order], turn[order])
+        swung = swing(chain, table.q[order], turn[order])
         usable = np.flatnonzero(assembles(chain, problem.box, swung))
         out.append(swung[usable[attempt]] if len(usable) > attempt else table.q[order[attempt]])
     return np.array(out)
@@ -155,8 +184,7 @@ def _refuse_contradictions(problem: Positioning, found: Positions, left: NDArray
     """Raise when unmet rows depend on each other at several unrelated configurations and disagree."""
     chain = problem.chain
     rng = np.random.default_rng(_SEED)
-    middle = chain.inputs_from_lengths((problem.box.least + problem.box.greatest) / 2)
-    q = middle + 0.05 * rng.standard_normal((3, *middle.shape))
+    q = problem.middle + 0.05 * rng.standard_normal((3, *problem.middle.shape))
     J = evaluate(chain, problem.goal, problem.kernel.state(q), np.full(3, left[0]))[1]
     U, values, _ = np.linalg.svd(J)
     ratio = values / values[:, :1]
@@ -182,7 +210,7 @@ def _choose(goal: GoalSpace, which: NDArray[np.intp]) -> GoalSpace:
 
 
 def _assemble(chain: Chain, lengths: Array) -> Array:
-    """Inputs of those lengths, shape (N, A, 3), that assemble; a batch that fails is halved."""
+    """Inputs of those lengths, shape (N, *q), that assemble; a batch that fails is halved."""
     try:
         return chain.inputs_from_lengths(lengths)
     except AssemblyError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -37,7 +38,7 @@ class Rows:
     Attributes:
         config: Configuration of each pair, shape (R,).
         gap: Distance between the surfaces, shape (R,), m.
-        gradient: Derivative of the gap by that configuration's inputs, shape (R, 3 A); no columns when not
+        gradient: Derivative of the gap by that configuration's inputs, shape (R, n); no columns when not
             asked for.
     """
 
@@ -55,12 +56,15 @@ class Surroundings:
         tank: The tank.
         payload_radius: Of the ball about the tool point, m.
         mast_radius: Of the pipe above the arm's base, m.
+        sag: Displacements of the points of poses under load, from their nodes; absent for an arm that does not give.
+            Slopes are those of the unloaded arm: a bend moves the points by metres where it changes their sag by millimetres.
     """
 
     chain: Chain
     tank: Tank
     payload_radius: float
     mast_radius: float
+    sag: Callable[[Array], Array] | None = None
 
     @cached_property
     def profile(self) -> Profile:
@@ -85,27 +89,31 @@ class Surroundings:
         return np.stack([foot, head]), np.flatnonzero(self.capsules.module >= 1)
 
     def points(self, q: Array) -> Array:
-        """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, A, 3)."""
-        return np.concatenate([self.chain.nodes(q), self.chain.tool(q)[0][..., None, :]], axis=-2)
+        """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, *q)."""
+        nodes = self.chain.nodes(q)
+        points = np.concatenate([nodes, self.chain.tool(q)[0][..., None, :]], axis=-2)
+        return points if self.sag is None else points + self.sag(nodes)
 
-    def rows(self, q: Array, reach: float, slopes: bool = True) -> Rows:
+    def rows(self, q: Array, reach: float, slopes: bool = True, payload: bool = True) -> Rows:
         """Pairs nearer than a reach.
 
         Args:
-            q: Inputs, shape (W, A, 3).
+            q: Inputs, shape (W, *q).
             reach: m.
             slopes: Whether the gradients are wanted.
+            payload: Whether the payload's distance from what stands counts; from the arm it always does.
 
         Returns:
             One row for each pair, in a fixed order.
         """
         points = self.points(q)
-        every = np.arange(len(self.capsules.ends))
-        parts = [self._shell(points, reach), self._waste(points, reach), self._own(points, reach)]
+        last = None if payload else -1
+        every = np.arange(len(self.capsules.ends))[:last]
+        parts = [self._shell(points[:, :last], reach), self._waste(points[:, :last], reach), self._own(points, reach)]
         for axis, radius in zip(self.obstacles.axes, self.obstacles.radii, strict=True):
             parts.append(self._cylinder(points, reach, axis, float(radius), every))
         axis, mine = self._mast
-        parts.append(self._cylinder(points, reach, axis, self.mast_radius, mine))
+        parts.append(self._cylinder(points, reach, axis, self.mast_radius, mine[:last]))
         config = np.concatenate([part[0] for part in parts])
         gap = np.concatenate([part[1] for part in parts])
         if not slopes or not len(gap):
@@ -121,19 +129,19 @@ class Surroundings:
         return Rows(config, gap, np.concatenate(gradient))
 
     def _slopes(self, q: Array) -> Array:
-        """Derivative of the points by the inputs, shape (W, N + 1, 3, 3 A)."""
+        """Derivative of the points by the inputs, shape (W, N + 1, 3, n)."""
         tool = self.chain.jacobian(q)[..., None, :3, :]
         return np.concatenate([self.chain.node_jacobian(q)[1], tool], axis=-3)
 
     def _shell(self, points: Array, reach: float) -> _Part:
         """The tank is convex, so a capsule is nearest to it at an end; the mast flange does not move."""
         distance, inward = enclosure_distance(self.tank, self.profile, points[:, 3:])
-        gap = distance - self.capsules.point_radii[3:]
+        gap = distance - self.capsules.point_radii[3 : points.shape[1]]
         config, point = np.nonzero(gap < reach)
         return config, gap[config, point], point[:, None] + 3, inward[config, point][:, None, :]
 
     def _waste(self, points: Array, reach: float) -> _Part:
-        gap = points[..., 2] - self.obstacles.waste_level - self.capsules.point_radii
+        gap = points[..., 2] - self.obstacles.waste_level - self.capsules.point_radii[: points.shape[1]]
         config, point = np.nonzero(gap < reach)
         up = np.broadcast_to([0.0, 0.0, 1.0], (len(point), 1, 3))
         return config, gap[config, point], point[:, None], up
@@ -176,7 +184,7 @@ class Surroundings:
         """Least clearance of every configuration, from everything and of the arm from itself.
 
         Args:
-            q: Inputs, shape (W, A, 3).
+            q: Inputs, shape (W, *q).
 
         Returns:
             Shape (W,), m, and what is that near in each.
@@ -197,7 +205,9 @@ class Surroundings:
         axis, mine = self._mast
         a, b = points[:, capsules.ends[mine, 0]], points[:, capsules.ends[mine, 1]]
         mast = segment_distance(a, b, axis[0], axis[1])[0] - capsules.radii[mine] - self.mast_radius
-        columns = np.concatenate([found.distance, own[:, None], mast.min(axis=1, keepdims=True)], axis=1)
+        columns = np.concatenate(
+            [found.distance, own[:, None], mast.min(axis=1, keepdims=True, initial=np.inf)], axis=1
+        )
         names = (*found.places, "the arm itself", "mast")
         return columns.min(axis=1), [names[k] for k in columns.argmin(axis=1)]
 
@@ -205,7 +215,7 @@ class Surroundings:
         """Least clearance of one configuration, m, and what is that near.
 
         Args:
-            q: Inputs, shape (A, 3).
+            q: Inputs, shape (*q).
 
         Returns:
             Clearance and place.

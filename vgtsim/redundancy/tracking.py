@@ -10,7 +10,6 @@ from scipy.interpolate import make_interp_spline
 
 from vgtsim.errors import RateError, ReachError
 from vgtsim.redundancy.goals import tool_goal
-from vgtsim.redundancy.kernel import Kernel
 from vgtsim.redundancy.objectives import Configurations, Nearness, StrokeBarrier, WeightedSum
 from vgtsim.redundancy.positioning import Positioning, solve
 from vgtsim.redundancy.strokes import binding_actuators
@@ -221,8 +220,7 @@ def _motion(way: Array, most: float) -> Array:
 
 def _values(problem: Positioning, q: Array) -> Array:
     """Objective with its barrier, shape (b,), of inputs of shape (b, A, 3)."""
-    state = Kernel(problem.chain).state(q)
-    at = Configurations(problem.chain, problem.box, q, state.length, state.blocks, np.zeros(len(q), int))
+    at = Configurations(problem.kernel, problem.box, problem.kernel.state(q), np.zeros(len(q), int))
     return problem.guarded.terms(at).value
 
 

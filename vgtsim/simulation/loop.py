@@ -13,66 +13,27 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.control.hydraulics import PRESSURE, Hydraulics, make_hydraulics, require_pressure
+from vgtsim.control.hydraulics import require_pressure
 from vgtsim.control.program import LengthProgram
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DivergenceError
-from vgtsim.mjcf import names, scene_chain
+from vgtsim.kinematics import Chain
+from vgtsim.mjcf import scene_chain
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.runlog import RunLog
+from vgtsim.simulation.drives import Drive, HydraulicDrive, find_drive
 from vgtsim.simulation.progress import show_progress
 from vgtsim.simulation.recorder import Recorder, find_addresses
 from vgtsim.simulation.springs import Springs, fit_springs
 from vgtsim.simulation.watch import check_state, list_contacts, list_warnings
+from vgtsim.statics.elasticity import hold_cylinders
 from vgtsim.statics.settling import settle
 
 Array = NDArray[np.float64]
 
 PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")
+_PRESSURE_POSES = 0.25  # s of motion between poses in which the supply pressure must hold the dead load
 _MAX_CONTACTS = 1000  # of one run; a collision under rigid drives ends it long before
-
-
-@dataclass
-class _Drive:
-    """The one active set of drives, and how a length becomes its command."""
-
-    model: mujoco.MjModel
-    data: mujoco.MjData
-    rigid: bool
-    rows: NDArray[np.intp]
-    zero: Array
-    springs: Springs | None = None
-    hydraulics: Hydraulics | None = None
-    saturation: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    _last: Array | None = None
-
-    def command(self, lengths: Array) -> None:
-        if self.hydraulics is not None and self.springs is not None:
-            self._open_valves(self.hydraulics, self.springs, lengths)
-        elif self.rigid and self.springs is not None:
-            self.springs.command(lengths)
-        elif self.rigid:
-            self.model.eq_data[self.rows, 0] = lengths - self.zero
-        else:
-            self.data.ctrl[self.rows] = lengths - self.zero
-            limit = self.model.actuator_forcerange[self.rows]
-            force = self.data.actuator_force[self.rows]
-            self.saturation |= PRESSURE * ((force <= limit[:, 0]) | (force >= limit[:, 1]))
-
-    def _open_valves(self, hydraulics: Hydraulics, springs: Springs, lengths: Array) -> None:
-        speed = (lengths - (lengths if self._last is None else self._last)) / hydraulics.timestep
-        self._last = np.array(lengths)
-        unloaded = lengths if not np.any(springs.stiffness) else springs.unloaded
-        length = springs.retracted + self.data.qpos[self.model.jnt_qposadr[springs.joints]]
-        stiffness = springs.elastic.stiffness(unloaded)[springs.elastic.truss.actuated]
-        moved, saturated = hydraulics.advance(unloaded, lengths, speed, length, stiffness)
-        self.saturation |= saturated
-        springs.command(moved)
-
-    def take_saturation(self) -> NDArray[np.int64]:
-        """What has saturated since last asked."""
-        taken, self.saturation = self.saturation, np.zeros_like(self.saturation)
-        return taken
 
 
 @dataclass
@@ -105,14 +66,15 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
     nodes = chain.nodes(program.start)
     springs = None
     if scene.task.simulation.drive == "hydraulic":
-        require_pressure(scene, chain, program.start)
+        _require_pressure(scene, chain, program)
     if scene.task.simulation.members == "elastic":
         springs = fit_springs(model, data, chain, scene, nodes)
-        nodes = settle(springs.elastic, nodes)
+        nodes = settle(hold_cylinders(springs.elastic, scene.task.simulation), nodes)
     data.qpos[:] = qpos_from_nodes(model, chain.truss, nodes)
     recorder = Recorder(find_addresses(model, chain.truss))
-    drive = _find_drive(model, data, chain.truss.member_names, chain.truss.actuated, scene, springs)
-    _find_equilibrium(drive, program, scene, recorder.at.hub_speeds)
+    drive = find_drive(model, data, chain, scene, springs, nodes)
+    _find_equilibrium(model, data, drive, program, scene, recorder.at.hub_speeds)
+    rigid, hit = scene.task.simulation.drive != "servo", np.zeros(len(chain.truss.actuated), dtype=np.int64)
     contacts, stopped = _Contacts(), ""
     every = round(1 / (scene.task.simulation.log_rate * model.opt.timestep))
     sensor_bit = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -124,7 +86,7 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
         logged = count % every == 0
         model.opt.disableflags = model.opt.disableflags & ~sensor_bit if logged else model.opt.disableflags | sensor_bit
         rates = data.qvel[recorder.at.slide]
-        drive.command(wanted)
+        hit |= drive.command(wanted)
         mujoco.mj_step(model, data)
         count += 1
         try:
@@ -135,9 +97,12 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
         if logged:
             recorder.record(data, previous, rates, goal, settled)
             recorder.records.setdefault("time", []).append((count - 1) * model.opt.timestep)
-            recorder.records.setdefault("saturation", []).append(drive.take_saturation())
+            recorder.records.setdefault("saturation", []).append(hit.copy())
+            hit[:] = 0
+            if isinstance(drive, HydraulicDrive):
+                recorder.records.setdefault("pressure", []).append(drive.pressure)
         previous = wanted
-        if data.ncon and (stopped := _note_contacts(model, data, contacts, drive.rigid)):
+        if data.ncon and (stopped := _note_contacts(model, data, contacts, rigid)):
             break
     log = _make_log(model, data, recorder, contacts, count, time.perf_counter() - begin, stopped or str(fault or ""))
     if fault is not None:
@@ -145,18 +110,30 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
     return log
 
 
-def _find_equilibrium(drive: _Drive, program: LengthProgram, scene: Scene, hub_speeds: NDArray[np.intp]) -> None:
+def _require_pressure(scene: Scene, chain: Chain, program: LengthProgram) -> None:
+    """Hold the dead load against the supply pressure at poses all along the tour."""
+    lengths = np.concatenate([leg.lengths for leg in program.legs])
+    every = max(round(_PRESSURE_POSES / program.timestep), 1)
+    time = np.arange(0.0, len(lengths), every) * program.timestep
+    require_pressure(scene, chain, time, lengths[::every])
+
+
+def _find_equilibrium(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    drive: Drive,
+    program: LengthProgram,
+    scene: Scene,
+    hub_speeds: NDArray[np.intp],
+) -> None:
     """Let the constraints take up the weight before time zero: kinematics give the start pose, but not its forces."""
-    drive.command(program.legs[0].lengths[0])
     for _ in range(round(scene.task.motion.patience / scene.task.simulation.timestep)):
-        if drive.hydraulics is not None:
-            drive.command(program.legs[0].lengths[0])
-        mujoco.mj_step(drive.model, drive.data)
-        check_state(drive.model, drive.data)
-        if np.max(np.abs(drive.data.qvel[hub_speeds])) < scene.task.motion.settle_speed:
+        drive.command(program.legs[0].lengths[0])
+        mujoco.mj_step(model, data)
+        check_state(model, data)
+        if np.max(np.abs(data.qvel[hub_speeds])) < scene.task.motion.settle_speed:
             break
-    drive.data.time = 0.0
-    drive.take_saturation()
+    data.time = 0.0
 
 
 def _commands(
@@ -187,27 +164,6 @@ def _commands(
             continue
         for _ in range(round(motion.hold / step)):
             yield leg.lengths[-1], leg.goal, True
-
-
-def _find_drive(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    members: tuple[str, ...],
-    actuated: NDArray[np.intp],
-    scene: Scene,
-    springs: Springs | None,
-) -> _Drive:
-    actuators = [members[i] for i in actuated]
-    kind = scene.task.simulation.drive
-    rigid, none = kind != "servo", np.zeros(len(actuators), dtype=np.int64)
-    retracted = np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators])
-    reference = np.array([model.qpos0[model.joint(names.slide(name)).qposadr[0]] for name in actuators])
-    if not rigid:
-        rows = np.array([model.actuator(names.servo(name)).id for name in actuators])
-        return _Drive(model, data, rigid, rows, retracted + reference, saturation=none)
-    rows = np.array([model.equality(names.drive(name)).id for name in actuators])
-    hydraulics = make_hydraulics(scene, scene_chain(scene)) if kind == "hydraulic" else None
-    return _Drive(model, data, rigid, rows, retracted + reference, springs, hydraulics, none)
 
 
 def _note_contacts(model: mujoco.MjModel, data: mujoco.MjData, contacts: _Contacts, rigid: bool) -> str:

@@ -32,7 +32,7 @@ class Addresses:
         flange_force: First sensor value of its force; the torque follows.
         tool: Site of the tool point.
         tip: Body of the tip plate.
-        hub_speeds: Degrees of freedom of the free hubs, shape (3 (N - 6),).
+        hub_speeds: Degrees of freedom of the free hubs and the middles of joint blocks, shape (3 F,).
     """
 
     nodes: NDArray[np.intp]
@@ -70,7 +70,7 @@ def find_addresses(model: mujoco.MjModel, truss: Truss) -> Addresses:
 
     members = list(truss.member_names)
     actuators = [members[i] for i in truss.actuated]
-    hubs = truss.nodes[truss.base.stop : truss.tip.start]
+    hubs = [truss.nodes[i] for i in truss.free]
     return Addresses(
         nodes=sites(list(truss.nodes)),
         near=sites([names.near(name) for name in members]),

@@ -42,23 +42,22 @@ class Springs:
     excess: float
     period: float
 
-    @property
-    def stiffness(self) -> Array:
-        """Present stiffness of the cylinders, shape (J,), N/m."""
-        return self.model.jnt_stiffness[self.joints]
+    def command(self, lengths: Array, rate: Array) -> None:
+        """Set the unloaded lengths of the cylinders, shape (J,), m, and their rates, m/s."""
+        self.hold(self.elastic.stiffness(lengths)[self.elastic.truss.actuated], lengths, rate)
 
-    @property
-    def unloaded(self) -> Array:
-        """Present unloaded lengths of the cylinders, shape (J,), m."""
-        return self.retracted + self.model.qpos_spring[self.model.jnt_qposadr[self.joints]]
+    def hold(self, stiffness: Array, lengths: Array, rate: Array) -> None:
+        """Set the cylinders' springs; their dampers resist stretching, not the stroke.
 
-    def command(self, lengths: Array) -> None:
-        """Set the unloaded lengths of the cylinders, shape (J,), m."""
-        stiffness = self.elastic.stiffness(lengths)[self.elastic.truss.actuated]
+        Args:
+            stiffness: Shape (J,), N/m.
+            lengths: Unloaded, at the end of the step, shape (J,), m.
+            rate: At which those move, shape (J,), m/s.
+        """
         model = self.model
         model.jnt_stiffness[self.joints] = stiffness
         model.dof_damping[model.jnt_dofadr[self.joints]] = self.excess * stiffness
-        model.qpos_spring[model.jnt_qposadr[self.joints]] = lengths - self.retracted
+        model.qpos_spring[model.jnt_qposadr[self.joints]] = lengths + self.excess * rate - self.retracted
 
 
 def find_damping_time(elastic: ElasticModel, nodes: Array, scene: Scene) -> float:
@@ -107,7 +106,7 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, scene:
         DescriptionError: The damping ratio is below what the step can hold.
     """
     task, truss = scene.task, chain.truss
-    elastic = make_elastic_model(chain, task.payload, task.simulation.gravity)
+    elastic = make_elastic_model(chain, task.payload, task.simulation.gravity, lumped=task.simulation.lumped)
     excess = find_damping_time(elastic, nodes, scene) - task.simulation.timestep
     actuators = [truss.members[i].name for i in truss.actuated]
     tubes = [member.name for member in truss.members if member.role != "actuator"]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.scene import Payload
-from vgtsim.errors import TrussError
+from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.statics.elasticity import make_elastic_model
+from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import MemberForces, solve
 from vgtsim.statics.loads import make_load_model
 from vgtsim.statics.rating import MODES, make_sections, rate
@@ -19,6 +19,7 @@ from vgtsim.statics.stiffness import deflect
 Array = NDArray[np.float64]
 
 LIMITS = (*MODES[:3], "oil pressure", MODES[3])
+PAYLOAD_RADIUS = 0.15  # m
 _UNIT = 1000.0  # payload of the second load, kg
 _GREATEST_BEND = np.pi / 4  # of a module, rad
 _ROUND = 2000  # shapes solved at a time
@@ -42,16 +43,16 @@ class Allowance:
 
 @dataclass(frozen=True)
 class CapacityMap:
-    """Best posture found in each cell of the vertical plane; C cells that can be reached.
+    """One posture in each cell of the vertical plane; C cells that can be reached.
 
     Attributes:
-        radius: Of the tool from the mast's axis, shape (C,), m.
-        depth: Of the tool below the pivot, shape (C,), m.
+        radius: Of the cell's middle from the mast's axis, shape (C,), m.
+        depth: Of the cell's middle below the pivot, shape (C,), m.
         payload: Allowable, shape (C,), kg.
         sag: Displacement of the tool under the reference payload, shape (C,), m.
         member: Name of the governing member, per cell.
         limit: What governs, per cell.
-        bends: Angle of each active module in the plane, shape (C, A), rad.
+        q: Inputs of the posture, shape (C, A, 3).
         reference: Payload of the sag, kg.
     """
 
@@ -61,8 +62,18 @@ class CapacityMap:
     sag: Array
     member: tuple[str, ...]
     limit: tuple[str, ...]
-    bends: Array
+    q: Array
     reference: float
+
+    @property
+    def bends(self) -> Array:
+        """Angle between the end faces of each active module, shape (C, A), rad."""
+        return 2 * np.arcsin(np.minimum(np.hypot(self.q[..., 0], self.q[..., 1]), 1.0))
+
+    @property
+    def azimuths(self) -> Array:
+        """Direction each active module bends to, from the x axis of its base frame, shape (C, A), rad."""
+        return np.arctan2(self.q[..., 1], self.q[..., 0])
 
 
 def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor: float, radius: float) -> Allowance:
@@ -81,8 +92,10 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
         The allowances.
 
     Raises:
+        DescriptionError: A module has a joint offset: use in bending is not linear in the payload.
         TrussError: The arm is a mechanism in one of the poses.
     """
+    require_no_offset(chain, "an allowable payload is asked for")
     n = np.asarray(nodes, float)
     empty, loaded = (
         solve(make_load_model(chain, Payload(mass=mass, radius=radius), gravity), n) for mass in (0.0, _UNIT)
@@ -116,35 +129,26 @@ def _room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) -> Arra
     return np.min((bound - np.sign(growth) * force) / rate_of, axis=0)
 
 
-def map_capacity(
-    chain: Chain,
-    gravity: float = 9.80665,
-    safety_factor: float = 1.67,
-    reference: float = 453.59237,
-    cell: float = 0.5,
-    shapes: int = 20000,
-    seed: int = 1,
-) -> CapacityMap:
-    """Map the allowable payload over the vertical plane through the mast.
+def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
+    """Draw shapes in the vertical plane of azimuth zero.
 
-    Shapes are drawn at random, each module bent in the plane of azimuth zero by up to 45 degrees at its straight
-    extension; those outside a stroke are dropped, and in each cell the posture that carries most is kept.
+    Each module is bent in the plane by up to 45 degrees at its straight extension; shapes outside a stroke are dropped.
 
     Args:
-        chain: The arm, hanging; depth counts from its base face.
-        gravity: Downward, m/s².
-        safety_factor: Omega of AISC 360.
-        reference: Payload of the sag, kg.
-        cell: Side of a cell, m.
+        chain: The arm.
         shapes: Shapes drawn.
         seed: Of the draw.
 
     Returns:
-        The map.
+        Inputs, shape (K, A, 3).
 
     Raises:
+        DescriptionError: The arm has other active modules than double octahedra.
         TrussError: No shape is within the strokes.
     """
+    if not chain.manipulator.uniform:
+        found = f"{chain.manipulator.name}, whose active modules are {', '.join(chain.layout.names)}"
+        raise DescriptionError(None, "modules", found, "double octahedra alone: they bend in a plane by their inputs")
     rng = np.random.default_rng(seed)
     active = len(chain.straight)
     # evenly curved arms as well as free ones: the former reach far, the latter fill the plane
@@ -158,31 +162,62 @@ def map_capacity(
     kept = np.all((length >= low) & (length <= high), axis=(1, 2))
     if not kept.any():
         raise TrussError(0, (), f"none of {shapes} shapes is within the strokes")
-    q, bend = q[kept], bend[kept]
-    tool, _ = chain.tool(q)
-    radius = np.linalg.norm(tool[:, :2] - chain.mount[:2, 3], axis=1)
-    depth = chain.mount[2, 3] - tool[:, 2]
+    return q[kept]
+
+
+def map_capacity(
+    chain: Chain,
+    q: ArrayLike,
+    gravity: float = 9.80665,
+    safety_factor: float = 1.67,
+    reference: float = 453.59237,
+    cell: float = 0.5,
+) -> CapacityMap:
+    """Map the allowable payload over radius and depth: of the postures in each cell, the one that carries most.
+
+    Args:
+        chain: The arm, hanging; depth counts from its base face.
+        q: Inputs of the postures, shape (K, A, 3).
+        gravity: Downward, m/s².
+        safety_factor: Omega of AISC 360.
+        reference: Payload of the sag, kg.
+        cell: Side of a cell, m.
+
+    Returns:
+        The map.
+
+    Raises:
+        TrussError: The arm is a mechanism in one of the postures.
+    """
+    postures = np.asarray(q, float)
+    column, row = np.floor(place_tool(chain, postures) / cell)
     parts = [
-        find_allowance(chain, chain.nodes(q[i : i + _ROUND]), gravity, safety_factor, 0.15)
-        for i in range(0, len(q), _ROUND)
+        find_allowance(chain, chain.nodes(postures[i : i + _ROUND]), gravity, safety_factor, PAYLOAD_RADIUS)
+        for i in range(0, len(postures), _ROUND)
     ]
     payload, member, limit = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("payload", "member", "limit")
     )
-    best = _best_in_cells(np.floor(radius / cell), np.floor(depth / cell), payload)
-    elastic = make_elastic_model(chain, Payload(mass=reference, radius=0.15), gravity)
-    sag = np.linalg.norm(deflect(elastic, chain.nodes(q[best])).tool[:, :3], axis=1)
+    best = _best_in_cells(column, row, payload)
+    elastic = make_elastic_model(chain, Payload(mass=reference, radius=PAYLOAD_RADIUS), gravity)
+    sag = np.linalg.norm(deflect(elastic, chain.nodes(postures[best])).tool[:, :3], axis=1)
     names = chain.truss.member_names
     return CapacityMap(
-        (np.floor(radius[best] / cell) + 0.5) * cell,
-        (np.floor(depth[best] / cell) + 0.5) * cell,
+        (column[best] + 0.5) * cell,
+        (row[best] + 0.5) * cell,
         payload[best],
         sag,
         tuple(names[i] for i in member[best]),
         tuple(LIMITS[i] for i in limit[best]),
-        bend[best],
+        postures[best],
         reference,
     )
+
+
+def place_tool(chain: Chain, q: Array) -> Array:
+    """Radius and depth of the tool point, shape (2, K), m, for inputs of shape (K, A, 3)."""
+    tool, _ = chain.tool(q)
+    return np.stack([np.linalg.norm(tool[:, :2] - chain.mount[:2, 3], axis=1), chain.mount[2, 3] - tool[:, 2]])
 
 
 def _best_in_cells(column: Array, row: Array, payload: Array) -> NDArray[np.intp]:

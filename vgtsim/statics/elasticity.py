@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.scene import Payload
-from vgtsim.errors import TrussError
+from vgtsim.description.modules import joint_offset
+from vgtsim.description.scene import Payload, Simulation
+from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.loads import LoadModel, make_load_model
 
 Array = NDArray[np.float64]
 
+_HELD = 1e12  # N/m, of a member that keeps its length: 0.1 micrometre under 1e5 N
 TRAPPED = 0.005  # oil left beside the piston at either end of the stroke, m: ports and cushions
 
 
@@ -74,7 +76,7 @@ class ElasticModel:
         return self.stiffness(np.linalg.norm(n[..., ends[:, 1], :] - n[..., ends[:, 0], :], axis=-1))
 
 
-def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> ElasticModel:
+def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped: bool = False) -> ElasticModel:
     """Collect stiffnesses and masses from the description.
 
     A tube is EA/L from hub to hub. A cylinder is its oil, trapped on both sides of the piston by lock valves, in series
@@ -84,16 +86,19 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
         chain: The arm.
         payload: What it carries.
         gravity: Downward, along -z of frame G, m/s².
+        lumped: Whether the members' mass sits in their hubs.
 
     Returns:
         The model.
 
     Raises:
+        DescriptionError: A module has a joint offset: bending of its actuators is not in the stiffness.
         TrussError: A member has no area or no stiffness.
 
     Source: oil column, H. E. Merritt, Hydraulic Control Systems (1967), equation 6-43, for unequal areas.
     """
     arm, truss = chain.manipulator, chain.truss
+    require_no_offset(chain, "members are elastic")
     spring, rods, oil, stroke = np.zeros(len(truss.members)), [], [], []
     nodes = chain.nodes(chain.straight)
     length = np.linalg.norm(nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]], axis=-1)
@@ -107,7 +112,7 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
         else:
             spring[index] = _tube_stiffness(arm, member.section, float(length[index]))
     model = ElasticModel(
-        make_load_model(chain, payload, gravity, split=True),
+        make_load_model(chain, payload, gravity, split=True, lumped=lumped),
         spring,
         np.array(rods),
         np.array(oil).reshape(-1, 2).T,
@@ -115,6 +120,42 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float) -> Elasti
     )
     _require_stiffness(model)
     return model
+
+
+def require_no_offset(chain: Chain, where: str) -> None:
+    """Refuse an arm with a joint offset where bending of its actuators is not worked out.
+
+    Args:
+        chain: The arm.
+        where: Ends the message, for example "members are elastic".
+
+    Raises:
+        DescriptionError: A module has a joint offset.
+    """
+    for place, module in enumerate(chain.manipulator.modules):
+        if offset := joint_offset(module):
+            raise DescriptionError(
+                None, f"modules.{place}.joint_offset", f"{offset:.4g} m on {module.name}", f"0 where {where}"
+            )
+
+
+def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
+    """The same arm as its drives hold it at rest, with tubes as good as rigid where members are.
+
+    Args:
+        model: Masses and stiffnesses.
+        simulation: Says what drives the cylinders.
+
+    Returns:
+        The model with cylinders whose stiffness is that of their drive: oil and rod under imposed unloaded lengths, the
+        servo's, or as good as rigid where valves make up for what the oil gives.
+    """
+    if simulation.members == "rigid":
+        model = replace(model, spring=np.where(model.spring > 0, _HELD, 0.0))
+    if simulation.drive == "rigid":
+        return model
+    stiffness = simulation.servo_stiffness if simulation.drive == "servo" else _HELD
+    return replace(model, rod=np.full(model.rod.shape, stiffness), oil=np.full(model.oil.shape, np.inf))
 
 
 def _tube_stiffness(arm: Manipulator, section: str, length: float) -> float:

@@ -4,7 +4,8 @@ Every group of three nodes (a face, or the mid-plane of a double octahedron) has
 unknowns: the three members among its nodes and the six that join it to the groups below. The one new node of a
 tetrahedral module has three: the two sides of its top and its actuator. The rigid tip plate counts as three
 bars among its corners, which does not change the force in any member. So the equilibrium matrix of the arm is
-block triangular, and the groups are solved one after the other from the tip.
+block triangular, and the groups are solved one after the other from the tip. Feet and heads of joint blocks are such
+groups too, with the bars that stand for blocks and actuators between them; see `rings`.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.truss import Truss
-from vgtsim.statics.loads import LoadModel, hub_loads, member_loads
+from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import Motion
 from vgtsim.statics.rank import diagnose
+from vgtsim.statics.rings import find_ring_forces
 
 Array = NDArray[np.float64]
 
@@ -35,8 +37,12 @@ class MemberForces:
             actuator, the force at the far end of a tube.
         near_axial: Axial force at the near ball joint, shape (..., M), N.
         far_axial: Axial force at the far hub, shape (..., M), N.
-        near_transverse: Shear that the member's weight and inertia put on its near hub, shape (..., M, 3), N.
+        near_transverse: Shear on the near hub, shape (..., M, 3), N: that of the member's weight and inertia, and of
+            the bending of an actuator between joint blocks.
         direction: Unit vector of each member from near to far hub, shape (..., M, 3).
+        near_moment: Moment of each member on its near hub, shape (..., M, 3), N·m: the bending of an actuator between
+            joint blocks, zero for any other.
+        far_moment: The same at the far hub.
         reaction: Force and moment of the mast flange on the arm, flange hubs included, about the pivot, shape
             (..., 6), N and N·m.
     """
@@ -46,6 +52,8 @@ class MemberForces:
     far_axial: Array
     near_transverse: Array
     direction: Array
+    near_moment: Array
+    far_moment: Array
     reaction: Array
 
     @property
@@ -111,20 +119,35 @@ def _solve_chunk(
     force += _selection(truss.ends[:, 1], nodes.shape[1]) @ loads.far
     if extra is not None:
         force += extra
-    edges = nodes[:, truss.tip_edges[:, 1]] - nodes[:, truss.tip_edges[:, 0]]
-    edges /= np.linalg.norm(edges, axis=-1, keepdims=True)
-    bar, left = _back_substitute(truss, np.concatenate([loads.direction, edges], axis=1), force, nodes)
-    bar = bar[:, : len(truss.members)]
+    _load_blocks(model, nodes, motion, force)
+    span = nodes[:, truss.bars[:, 1]] - nodes[:, truss.bars[:, 0]]
+    tension, left = _back_substitute(truss, span / np.linalg.norm(span, axis=-1, keepdims=True), force, nodes)
+    rings = find_ring_forces(truss, nodes, tension)
+    bar = tension[:, : len(truss.members)].copy()
+    bar[:, rings.member] = rings.axial
+    bent = np.zeros((3, *loads.near.shape))
+    bent[:, :, rings.member] = rings.shear, rings.near_moment, rings.far_moment
     near, far = (np.sum(share * loads.direction, axis=-1) for share in (loads.near, loads.far))
     moment = np.cross(nodes[:, truss.base] - pivot[:, None], -left).sum(axis=1)
     return (
         bar,
         bar + near,
         bar - far,
-        loads.near - near[..., None] * loads.direction,
+        loads.near - near[..., None] * loads.direction + bent[0],
         loads.direction,
+        bent[1],
+        bent[2],
         np.concatenate([-left.sum(axis=1), moment], axis=-1),
     )
+
+
+def _load_blocks(model: LoadModel, nodes: Array, motion: Motion | None, force: Array) -> None:
+    """Put the posts' loads on feet and heads, and pass on to these what acts at the middles."""
+    rings = model.truss.rings.reshape(-1, 3)
+    posts = block_loads(model, nodes, motion)
+    for end, own in ((0, posts.near), (2, posts.far)):
+        force[:, rings[:, end]] += own + force[:, rings[:, 1]] / 2
+    force[:, rings[:, 1]] = 0.0
 
 
 def _selection(node: NDArray[np.intp], count: int) -> Array:
@@ -133,8 +156,8 @@ def _selection(node: NDArray[np.intp], count: int) -> Array:
 
 
 def _back_substitute(truss: Truss, unit: Array, force: Array, nodes: Array) -> tuple[Array, Array]:
-    """Bar forces, shape (T, M + 3), and what is left at the flange's nodes, shape (T, 3, 3)."""
-    ends = np.concatenate([truss.ends, truss.tip_edges])
+    """Tensions of all bars, shape (T, B), and what is left at the flange's nodes, shape (T, 3, 3)."""
+    ends = truss.bars
     own = truss.group[ends].max(axis=1)
     bars = [np.flatnonzero(own == g) for g in range(1, int(truss.group[-1]) + 1)]
     hubs = [np.flatnonzero(truss.group == g) for g in range(1, int(truss.group[-1]) + 1)]

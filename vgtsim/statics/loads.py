@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.inertia import MemberInertia, PlateInertia, make_member_inertia, make_plate_inertia
+from vgtsim.kinematics.inertia import (
+    MemberInertia,
+    PlateInertia,
+    make_block_inertia,
+    make_hub_masses,
+    make_member_inertia,
+    make_plate_inertia,
+)
 from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.motion import Motion
 
@@ -30,28 +37,33 @@ class LoadModel:
     Attributes:
         truss: Nodes and members.
         members: Mass distribution of the members.
+        blocks: That of the joint blocks' posts.
         plate: The tip plate.
         face_side: Side b of the tip plate, m.
         tool_offset: Distance of the payload's centre from the last face along its normal, m.
-        hub_mass: Of each node, kg.
+        hub_mass: Of the nodes, with the members' mass where it is lumped, shape (N,), kg.
         payload: The ball at the tool point.
         gravity: Acceleration of gravity in frame G, shape (3,), m/s².
     """
 
     truss: Truss
     members: MemberInertia
+    blocks: MemberInertia
     plate: PlateInertia
     face_side: float
     tool_offset: float
-    hub_mass: float
+    hub_mass: Array
     payload: Payload
     gravity: Array
 
     @property
     def mass(self) -> float:
         """Mass of the arm with hubs and payload, kg."""
-        hubs = self.hub_mass * len(self.truss.nodes)
-        return float(self.members.mass.sum()) + hubs + self.plate.mass + self.payload.mass
+        return (
+            float(self.members.mass.sum() + self.blocks.mass.sum() + self.hub_mass.sum())
+            + self.plate.mass
+            + self.payload.mass
+        )
 
 
 @dataclass(frozen=True)
@@ -69,7 +81,9 @@ class MemberLoads:
     far: Array
 
 
-def make_load_model(chain: Chain, payload: Payload, gravity: float, *, split: bool = False) -> LoadModel:
+def make_load_model(
+    chain: Chain, payload: Payload, gravity: float, *, split: bool = False, lumped: bool = False
+) -> LoadModel:
     """Collect masses from the description.
 
     Args:
@@ -77,20 +91,22 @@ def make_load_model(chain: Chain, payload: Payload, gravity: float, *, split: bo
         payload: What it carries.
         gravity: Downward, along -z of frame G, m/s².
         split: Whether each tube is two halves that move with their own hubs along it, as elastic members do.
+        lumped: Whether the members' mass sits in their hubs: then a member carries one axial force and nothing else.
 
     Returns:
         The load model.
     """
     arm = chain.manipulator
-    down = np.array([0.0, 0.0, -gravity])
-    down.flags.writeable = False
+    down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(arm, chain.truss, lumped=lumped)
+    down.flags.writeable = hubs.flags.writeable = False
     return LoadModel(
         truss=chain.truss,
-        members=make_member_inertia(arm, chain.truss, split=split),
+        members=make_member_inertia(arm, chain.truss, split=split, lumped=lumped),
+        blocks=make_block_inertia(arm, chain.truss),
         plate=make_plate_inertia(arm),
         face_side=arm.face_side,
         tool_offset=arm.tip_plate.tool_offset,
-        hub_mass=arm.hub_mass,
+        hub_mass=hubs,
         payload=payload,
         gravity=down,
     )
@@ -114,20 +130,30 @@ def member_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -
 
     Source: moment equilibrium of each segment about the member's ends; no counterpart in the dissertation.
     """
-    first, second = model.truss.ends.T
+    return _share(model.members, model.truss.ends, model.gravity, nodes, motion)
+
+
+def block_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> MemberLoads:
+    """As `member_loads` for the posts of the joint blocks, between feet and heads."""
+    return _share(model.blocks, model.truss.rings[:, :, [0, 2]].reshape(-1, 2), model.gravity, nodes, motion)
+
+
+def _share(
+    inertia: MemberInertia, ends: NDArray[np.intp], gravity: Array, nodes: Array, motion: Motion | None
+) -> MemberLoads:
+    first, second = ends.T
     span = nodes[..., second, :] - nodes[..., first, :]
     length = np.linalg.norm(span, axis=-1, keepdims=True)
     unit = span / length
     if motion is None:
-        pull1 = pull2 = np.broadcast_to(model.gravity, unit.shape)
+        pull1 = pull2 = np.broadcast_to(gravity, unit.shape)
         turn = np.zeros(3)
     else:
-        pull1 = model.gravity - motion.acceleration[..., first, :]
-        pull2 = model.gravity - motion.acceleration[..., second, :]
-        turn = direction_acceleration(model.truss, unit, length, motion)
+        pull1 = gravity - motion.acceleration[..., first, :]
+        pull2 = gravity - motion.acceleration[..., second, :]
+        turn = direction_acceleration(ends, unit, length, motion)
     mass, first_moment, about_end = (
-        np.moveaxis(value, -1, 0)[..., None]
-        for value in (model.members.mass, model.members.first_moment, model.members.about_end)
+        np.moveaxis(value, -1, 0)[..., None] for value in (inertia.mass, inertia.first_moment, inertia.about_end)
     )
     total1 = mass[0] * pull1 - first_moment[0] * turn
     total2 = mass[1] * pull2 + first_moment[1] * turn
@@ -164,11 +190,11 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
     return total
 
 
-def direction_acceleration(truss: Truss, unit: Array, length: Array, motion: Motion) -> Array:
+def direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: Motion) -> Array:
     """Second time derivative of the members' unit vectors.
 
     Args:
-        truss: Members.
+        ends: Node indices of each member, shape (M, 2).
         unit: Shape (..., M, 3).
         length: Shape (..., M, 1), m.
         motion: Of the nodes.
@@ -176,7 +202,7 @@ def direction_acceleration(truss: Truss, unit: Array, length: Array, motion: Mot
     Returns:
         Shape (..., M, 3), 1/s².
     """
-    first, second = truss.ends.T
+    first, second = ends.T
     rate = motion.velocity[..., second, :] - motion.velocity[..., first, :]
     second_rate = motion.acceleration[..., second, :] - motion.acceleration[..., first, :]
     stretch = np.sum(rate * unit, axis=-1, keepdims=True)
@@ -198,7 +224,7 @@ def hub_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> A
         forces that are equivalent to it.
     """
     acceleration = np.zeros(nodes.shape) if motion is None else motion.acceleration
-    force = model.hub_mass * (model.gravity - acceleration)
+    force = model.hub_mass[:, None] * (model.gravity - acceleration)
     force[..., model.truss.tip, :] += _tip_forces(model, nodes, motion)
     return force
 

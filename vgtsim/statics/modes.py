@@ -141,7 +141,7 @@ def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
         blocks += mixed + np.swapaxes(mixed, 1, 2)
     total = _assemble(model, blocks)
     free = len(total) - 6
-    total[np.arange(free), np.arange(free)] += model.loads.hub_mass
+    total[np.arange(free), np.arange(free)] += np.repeat(model.loads.hub_mass[truss.base.stop : truss.tip.start], 3)
     total[-6:, -6:] += _tip_inertia(model, n)
     return total
 
@@ -171,12 +171,15 @@ def _assemble(model: ElasticModel, blocks: Array) -> Array:
 
 
 def _tip_mass(model: ElasticModel) -> float:
-    return model.loads.plate.mass + model.loads.payload.mass + 3 * model.loads.hub_mass
+    corners = model.loads.hub_mass[model.truss.tip].sum()
+    return model.loads.plate.mass + model.loads.payload.mass + float(corners)
 
 
 def _tip_centre(model: ElasticModel, nodes: Array) -> Array:
     """Centre of mass of tip plate, corner hubs and payload from the tip's centroid, shape (3,), m."""
-    return _tip_axes(model, nodes)[2] * model.loads.tool_offset * model.loads.payload.mass / _tip_mass(model)
+    lever = nodes[model.truss.tip] - nodes[model.truss.tip].mean(axis=0)
+    payload = _tip_axes(model, nodes)[2] * model.loads.tool_offset * model.loads.payload.mass
+    return (payload + model.loads.hub_mass[model.truss.tip] @ lever) / _tip_mass(model)
 
 
 def _tip_axes(model: ElasticModel, nodes: Array) -> Array:
@@ -196,7 +199,7 @@ def _tip_inertia(model: ElasticModel, nodes: Array) -> Array:
     tool = loads.tool_offset * axes[2]
     spread += loads.payload.mass * np.outer(tool, tool)
     lever = nodes[model.truss.tip] - nodes[model.truss.tip].mean(axis=0)
-    spread += loads.hub_mass * lever.T @ lever
+    spread += (loads.hub_mass[model.truss.tip, None] * lever).T @ lever
     total = np.zeros((6, 6))
     mass, centre = _tip_mass(model), _tip_centre(model, nodes)
     total[:3, :3] = mass * np.eye(3)

@@ -22,18 +22,18 @@ def equilibrium_matrix(truss: Truss, nodes: ArrayLike) -> Array:
         nodes: Shape (N, 3), m.
 
     Returns:
-        Shape (3 (N - 3), M + 3): rows by node and axis, the mast flange's nodes left out; columns the members
-        and then the three edges of the rigid tip plate.
+        Shape (3 F, B): rows by node and axis, the mast flange's nodes and the middles of joint blocks left out;
+        columns the bars of the truss.
     """
     n = np.asarray(nodes, float)
-    ends = np.concatenate([truss.ends, truss.tip_edges])
+    ends = truss.bars
     span = n[ends[:, 1]] - n[ends[:, 0]]
     unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
     matrix = np.zeros((*n.shape, len(ends)))
     column = np.arange(len(ends))
     matrix[ends[:, 0], :, column] += unit
     matrix[ends[:, 1], :, column] -= unit
-    return matrix[3:].reshape(-1, len(ends))
+    return matrix[truss.group > 0].reshape(-1, len(ends))
 
 
 def diagnose(truss: Truss, nodes: ArrayLike) -> float:
@@ -57,12 +57,12 @@ def diagnose(truss: Truss, nodes: ArrayLike) -> float:
     left, size, right = np.linalg.svd(matrix)
     rank = int(np.count_nonzero(size > _SINGULAR))
     rows, columns = matrix.shape
-    names = (*truss.member_names, "tip/edge/1", "tip/edge/2", "tip/edge/3")
+    names, free = truss.bar_names, np.flatnonzero(truss.group > 0)
     found = []
     members: list[str] = []
     if rank < rows:
         moving = np.linalg.norm(left[:, -1].reshape(-1, 3), axis=-1)
-        nodes_moving = set((np.flatnonzero(moving > _SHARE * moving.max()) + 3).tolist())
+        nodes_moving = set(free[moving > _SHARE * moving.max()].tolist())
         members += [member.name for member in truss.members if nodes_moving & set(member.ends)]
         at = ", ".join(truss.nodes[i] for i in sorted(nodes_moving)[:3])
         found.append(f"{rows - rank} mechanism{'s' if rows - rank > 1 else ''}, which move {at}")

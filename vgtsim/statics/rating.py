@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.bending import amplify, greatest_moments, interact, rod_bending_strength, tube_bending_strength
 from vgtsim.statics.equilibrium import MemberForces
 
 Array = NDArray[np.float64]
 
 SLENDERNESS_ADVICE = 200.0  # AISC 360-22 E2, user note: KL/r preferably not above
-MODES = ("yield", "column", "rod buckling", "pin shear")
+MODES = ("yield", "column", "rod buckling", "pin shear", "axial force with bending")
 ROD_FACTOR = 3.0  # on the Euler load of a cylinder's rod: makers ask for 3 to 5
 
 
@@ -36,6 +37,9 @@ class Section:
         pull: Tension that the supply pressure holds, shape (M,), N; infinite for tubes.
         actuator: Whether the member is an actuator, shape (M,).
         pin: Nominal shear strength of the pins at its ends, shape (M,), N; absent or infinite where none is given.
+        barrel_length: From the near end to the barrel's mouth, shape (M,), m; zero for tubes.
+        barrel_moment: Nominal strength of the barrel in bending, shape (M,), N·m; infinite for tubes.
+        rod_moment: Nominal strength of the rod in bending, shape (M,), N·m; infinite for tubes.
     """
 
     area: Array
@@ -46,6 +50,9 @@ class Section:
     pull: Array
     actuator: NDArray[np.bool_]
     pin: Array | None = None
+    barrel_length: Array | float = 0.0
+    barrel_moment: Array | float = np.inf
+    rod_moment: Array | float = np.inf
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,9 @@ class Ratings:
         pull: Tension that the cylinder's supply pressure holds, shape (..., M); infinite for tubes.
         slenderness: KL/r with K = 1, shape (..., M); at most `SLENDERNESS_ADVICE` is advised.
         pin: Shear of the pins at the ends, shape (..., M); infinite where none is given.
+        mouth: Of an actuator's barrel, in parts of the length, shape (..., M); zero for tubes.
+        barrel_moment: Bending of the barrel, shape (..., M), N·m; infinite for tubes.
+        rod_moment: Bending of the rod, shape (..., M), N·m; infinite for tubes.
     """
 
     tension: Array
@@ -69,6 +79,9 @@ class Ratings:
     pull: Array
     slenderness: Array
     pin: Array
+    mouth: Array
+    barrel_moment: Array
+    rod_moment: Array
 
 
 @dataclass(frozen=True)
@@ -81,6 +94,8 @@ class Utilisation:
         rod: Greatest compression over the allowable of the rod; zero for tubes.
         pressure: Drive force over what the supply pressure holds; zero for tubes.
         pin: Greatest force, pulled or pushed, over the pins' shear strength; zero where none is given.
+        bent: Axial force and bending together, of the rod or of the barrel, whichever is used more; zero for members
+            that do not bend.
     """
 
     tension: Array
@@ -88,16 +103,17 @@ class Utilisation:
     rod: Array
     pressure: Array
     pin: Array
+    bent: Array
 
     @property
     def strength(self) -> Array:
-        """Worst of tension, column, rod and pin: everything but the oil, shape (..., M)."""
+        """Worst of tension, column, rod, pin and bending: everything but the oil, shape (..., M)."""
         return self.by_mode.max(axis=0)
 
     @property
     def by_mode(self) -> Array:
-        """Utilisation in each of `MODES`, shape (4, ..., M)."""
-        return np.stack([self.tension, self.compression, self.rod, self.pin])
+        """Utilisation in each of `MODES`, shape (5, ..., M)."""
+        return np.stack([self.tension, self.compression, self.rod, self.pin, self.bent])
 
 
 def tension_yield(area: ArrayLike, yield_strength: ArrayLike) -> Array:
@@ -180,23 +196,35 @@ def make_sections(manipulator: Manipulator, truss: Truss) -> Section:
     Returns:
         Arrays over the members.
     """
-    rows, pins = [], []
+    rows, pins, bends = [], [], []
     for member in truss.members:
         if member.role == "actuator":
             cylinder = manipulator.cylinders[member.section]
             material = manipulator.materials[cylinder.material]
             shape = (pi / 4 * cylinder.rod**2, cylinder.rod / 4)
             oil, pin = (cylinder.push, cylinder.pull), cylinder.pin
+            barrel = tube_bending_strength(cylinder.barrel_diameter, cylinder.bore, material.yield_strength)
+            rod = rod_bending_strength(cylinder.rod, material.yield_strength)
+            bends.append((cylinder.barrel_length, float(barrel), float(rod)))
         else:
             tube = manipulator.tubes[member.section]
             material = manipulator.materials[tube.material]
             shape = (tube.area, tube.gyration_radius)
             oil, pin = (np.inf, np.inf), tube.pin
+            bends.append((0.0, np.inf, np.inf))
         rows.append((*shape, material.yield_strength, material.youngs_modulus, *oil))
         pins.append(np.inf if pin is None else float(pin_shear(pin, material.yield_strength)))
     actuator = np.zeros(len(rows), dtype=bool)
     actuator[truss.actuated] = True
-    return Section(*np.array(rows).T, actuator=actuator, pin=np.array(pins))
+    length, barrel, rod = np.array(bends).T
+    return Section(
+        *np.array(rows).T,
+        actuator=actuator,
+        pin=np.array(pins),
+        barrel_length=length,
+        barrel_moment=barrel,
+        rod_moment=rod,
+    )
 
 
 def rate(section: Section, lengths: ArrayLike, safety_factor: float) -> Ratings:
@@ -210,7 +238,7 @@ def rate(section: Section, lengths: ArrayLike, safety_factor: float) -> Ratings:
     Returns:
         Allowable forces.
 
-    Source: AISC 360-22 D2, E3 with K = 1 and J4.2; `rod_buckling` for actuators.
+    Source: AISC 360-22 D2, E3 with K = 1, F8, F11 and J4.2; `rod_buckling` for actuators.
     """
     length = np.asarray(lengths, float)
     slenderness = length / section.gyration_radius
@@ -221,7 +249,11 @@ def rate(section: Section, lengths: ArrayLike, safety_factor: float) -> Ratings:
     tension, push, pull = spread
     rod = np.where(section.actuator, euler / ROD_FACTOR, np.inf)
     pin = np.broadcast_to(np.inf if section.pin is None else section.pin / safety_factor, length.shape)
-    return Ratings(tension, column / safety_factor, rod, push, pull, slenderness, pin)
+    bending = (
+        np.broadcast_to(part / safety_factor, length.shape) for part in (section.barrel_moment, section.rod_moment)
+    )
+    mouth = section.barrel_length / length
+    return Ratings(tension, column / safety_factor, rod, push, pull, slenderness, pin, mouth, *bending)
 
 
 def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
@@ -241,4 +273,14 @@ def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
     pull, push = np.maximum(along.max(axis=0), 0.0), np.maximum(-along.min(axis=0), 0.0)
     drive = np.where(forces.bar > 0, forces.bar / ratings.pull, -forces.bar / ratings.push)
     sheared = np.maximum(pull, push) / ratings.pin
-    return Utilisation(pull / ratings.tension, push / ratings.compression, push / ratings.rod, drive, sheared)
+    tension, compression = pull / ratings.tension, push / ratings.compression
+    bent = _use_bent(ratings, forces, np.maximum(tension, compression), push)
+    return Utilisation(tension, compression, push / ratings.rod, drive, sheared, bent)
+
+
+def _use_bent(ratings: Ratings, forces: MemberForces, axial: Array, push: Array) -> Array:
+    """Axial force and bending together, shape (..., M); the barrel's axial part counts as the rod's, on the safe side."""
+    barrel, rod = greatest_moments(forces.near_moment, forces.far_moment, ratings.mouth)
+    moment = np.maximum(barrel / ratings.barrel_moment, rod / ratings.rod_moment)
+    carried = np.where(moment > 0, amplify(push, ROD_FACTOR * ratings.rod), 1.0) * moment
+    return np.where(moment > 0, interact(axial, carried), 0.0)

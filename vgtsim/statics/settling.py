@@ -13,6 +13,7 @@ from vgtsim.statics.stiffness import band_matrix, elongations, gather, make_patt
 
 Array = NDArray[np.float64]
 
+_CHUNK = 256  # poses settled at a time: keeps the work arrays in cache
 _PASSES = 40
 _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
@@ -37,41 +38,59 @@ def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, 
     n = np.asarray(nodes, float)
     flat = n.reshape(-1, *n.shape[-2:])
     settled = np.empty(flat.shape)
-    for index, pose in enumerate(flat):
-        now = None
+    for start in range(0, len(flat), _CHUNK):
+        part, now = slice(start, start + _CHUNK), None
         if motion is not None:
-            parts = (part.reshape(flat.shape)[index : index + 1] for part in (motion.velocity, motion.acceleration))
-            now = Motion(*parts)
-        settled[index] = _settle_one(model, pose[None], now, damping_time)[0]
+            now = Motion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
+        settled[part] = _settle_chunk(model, flat[part], now, damping_time)
     return settled.reshape(n.shape)
 
 
-def _settle_one(model: ElasticModel, unloaded: Array, motion: Motion | None, damping_time: float) -> Array:
-    """As `settle`, for one pose of shape (1, N, 3)."""
-    truss, pattern = model.truss, make_pattern(model.truss)
+def _settle_chunk(model: ElasticModel, unloaded: Array, motion: Motion | None, damping_time: float) -> Array:
+    """As `settle`, for poses of shape (T, N, 3); those that have settled are left alone."""
     rest, spring = _lengths(model, unloaded), model.stiffness_at(unloaded)
-    nodes, shift = unloaded.copy(), np.full(unloaded.shape, np.inf)
+    nodes, left, step = unloaded.copy(), np.arange(len(unloaded)), 0.0
     for _ in range(_PASSES):
-        bar = spring * (_lengths(model, nodes) - rest)
-        if motion is not None:
-            bar = bar + damping_time * spring * _stretching(model, nodes, motion.velocity)
-        load = gather(truss, nodes, node_loads(model, nodes, motion))[0]
-        pulls = bar[0, :, None] * elongations(truss, nodes)[0]
-        load -= np.bincount(np.where(pattern.dof < 0, pattern.size, pattern.dof).ravel(), pulls.ravel())[:-1]
-        moved = solve_band(model, nodes[0], band_matrix(model, nodes, spring)[0][0], load)
-        shift = scatter(truss, nodes, moved[None])
-        centre = nodes[:, truss.tip].mean(axis=1, keepdims=True)
-        turned = (nodes[0, truss.tip] - centre[0]) @ Rotation.from_rotvec(moved[-3:]).as_matrix().T
-        tip = centre + moved[-6:-3] + turned
-        nodes = nodes + shift
-        nodes[:, truss.tip] = tip  # the plate turns without growing
-        if np.abs(shift).max() < _CLOSE:
+        now = None if motion is None else Motion(motion.velocity[left], motion.acceleration[left])
+        pose = nodes[left]
+        bar = spring[left] * (_lengths(model, pose) - rest[left])
+        if now is not None:
+            bar = bar + damping_time * spring[left] * _stretching(model, pose, now.velocity)
+        nodes[left], shift = _correct(model, pose, spring[left], _residual(model, pose, bar, now))
+        step = np.abs(shift).max(axis=(1, 2))
+        left = left[~(step < _CLOSE)]  # NaN has not settled
+        if not len(left):
             return nodes
-    raise TrussError(pattern.size, (), f"does not settle: {np.abs(shift).max():.3g} m in pass {_PASSES}")
+    size = make_pattern(model.truss).size
+    raise TrussError(size, (), f"does not settle: {np.max(step):.3g} m in pass {_PASSES}")
+
+
+def _residual(model: ElasticModel, nodes: Array, bar: Array, motion: Motion | None) -> Array:
+    """Loads on the unknowns that member forces, shape (T, M), do not yet carry, shape (T, n), N and N·m."""
+    pattern = make_pattern(model.truss)
+    load = gather(model.truss, nodes, node_loads(model, nodes, motion))
+    pulls = bar[..., None] * elongations(model.truss, nodes)
+    width = pattern.size + 1  # what acts on fixed nodes lands in a column of its own
+    place = np.where(pattern.dof < 0, pattern.size, pattern.dof) + width * np.arange(len(nodes))[:, None, None]
+    carried = np.bincount(place.ravel(), pulls.ravel(), width * len(nodes)).reshape(len(nodes), width)
+    return load - carried[:, :-1]
+
+
+def _correct(model: ElasticModel, nodes: Array, spring: Array, load: Array) -> tuple[Array, Array]:
+    """Nodes after a step of Newton's method, shape (T, N, 3), and how far they moved; the plate turns without growing."""
+    truss = model.truss
+    matrices = band_matrix(model, nodes, spring)[0]
+    moved = np.stack([solve_band(model, *item) for item in zip(nodes, matrices, load, strict=True)])
+    shift = scatter(truss, nodes, moved)
+    centre = nodes[:, truss.tip].mean(axis=1, keepdims=True)
+    turn = np.swapaxes(Rotation.from_rotvec(moved[:, -3:]).as_matrix(), 1, 2)
+    after = nodes + shift
+    after[:, truss.tip] = centre + moved[:, None, -6:-3] + (nodes[:, truss.tip] - centre) @ turn
+    return after, shift
 
 
 def _stretching(model: ElasticModel, nodes: Array, velocity: Array) -> Array:
-    """Rates of the members' lengths, shape (1, M), m/s."""
+    """Rates of the members' lengths, shape (T, M), m/s."""
     first, second = model.truss.ends.T
     span, rate = nodes[:, second] - nodes[:, first], velocity[:, second] - velocity[:, first]
     return np.sum(span * rate, axis=-1) / np.linalg.norm(span, axis=-1)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.scene import Scene
-from vgtsim.kinematics import Chain
+from vgtsim.kinematics import Chain, Truss
 from vgtsim.runlog import RunLog
 from vgtsim.statics.cases import find_envelope
 from vgtsim.statics.equilibrium import MemberForces, solve
@@ -28,8 +28,9 @@ from vgtsim.verification.findings import Finding, worst_of
 Array = NDArray[np.float64]
 
 LEAST_FORCE = 1.0  # N; errors are relative to this where an arm without weight carries less
+LEAST_MOMENT = 1.0  # N·m; the same of bending
 
-_SATURATIONS = {1: "flow", 2: "force or pressure", 4: "stroke"}
+_BESIDE = 2  # records on either side of one that its acceleration is made of, see `motion_from_log`
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
@@ -40,7 +41,7 @@ class Loads:
     Attributes:
         axial: Measured at the near ends, tension positive, shape (T, M), N.
         shear: Measured across the members at the near ends, shape (T, M, 3), N.
-        moment: Measured at the near ends, shape (T, M), N·m.
+        moment: Measured at the near ends, shape (T, M, 3), N·m.
         moving: Expected with inertia, from the method of joints; NaN where the motion is unknown.
         settled: Records at rest, shape (S,).
         resting: Expected for the settled records alone: at rest, or with the inertia of an elastic arm's ringing.
@@ -66,16 +67,24 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
         Both.
     """
     simulation = scene.task.simulation
-    model = make_load_model(chain, scene.task.payload, simulation.gravity, split=simulation.members == "elastic")
+    model = make_load_model(
+        chain,
+        scene.task.payload,
+        simulation.gravity,
+        split=simulation.members == "elastic",
+        lumped=simulation.lumped,
+    )
     motion = motion_from_log(log.time, log.nodes)
     settled = np.flatnonzero(log.settled)
     # an elastic arm still rings a little when it counts as settled
     ringing = simulation.members == "elastic"
+    if ringing:  # accelerations beside a record that is not settled are partly those of the motion to or from it
+        settled = settled[np.isin(settled - _BESIDE, settled) & np.isin(settled + _BESIDE, settled)]
     at_rest = Motion(motion.velocity[settled], motion.acceleration[settled]) if ringing else None
     return Loads(
         axial=log.axial(chain.truss.ends),
-        shear=log.shear(chain.truss.ends),
-        moment=np.linalg.norm(log.member_moment, axis=-1),
+        shear=log.shear(),
+        moment=log.member_moment,
         moving=solve(model, log.nodes, motion),
         settled=settled,
         resting=solve(model, log.nodes[settled], at_rest),
@@ -83,14 +92,55 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
 
 
 def check_moment(log: RunLog, chain: Chain, loads: Loads) -> Finding:
-    """Greatest moment at a member's end, N·m."""
-    return worst_of(loads.moment, log.time, chain.truss.member_names)
+    """Greatest moment at the end of a member that has a ball there, N·m."""
+    straight, names = _unbent(chain.truss)
+    return worst_of(np.linalg.norm(loads.moment[:, straight], axis=-1), log.time, names)
 
 
 def check_shear(log: RunLog, chain: Chain, loads: Loads) -> Finding:
-    """Greatest shear at a member's end beyond its share of the member's own weight and inertia, N."""
-    excess = np.linalg.norm(loads.shear - loads.moving.near_transverse, axis=-1)
-    return worst_of(excess, log.time, chain.truss.member_names)
+    """Greatest shear at a member's end beyond its share of the member's own weight and inertia, N.
+
+    Actuators between joint blocks are left to `check_bending`.
+    """
+    straight, names = _unbent(chain.truss)
+    excess = (loads.shear - loads.moving.near_transverse)[:, straight]
+    return worst_of(np.linalg.norm(excess, axis=-1), log.time, names)
+
+
+def _unbent(truss: Truss) -> tuple[NDArray[np.intp], list[str]]:
+    """Members that a joint offset does not bend, and their names."""
+    straight = np.setdiff1d(np.arange(len(truss.members)), truss.ring_actuators)
+    return straight, [truss.member_names[i] for i in straight]
+
+
+def check_bending(log: RunLog, chain: Chain, loads: Loads, *, settled: bool) -> Finding:
+    """Greatest error of what bends an actuator between joint blocks, over the greatest bending moment of the run.
+
+    At the near pin the moment and, times the length, the shear; torsion and moments about the pin are errors.
+
+    Args:
+        log: The run.
+        chain: The arm, with a joint offset.
+        loads: Measured and expected forces.
+        settled: Whether to look at the records at rest alone, or at all of them.
+
+    Returns:
+        The finding; its detail has the greatest moment itself.
+    """
+    pinned, rows = chain.truss.ring_actuators.ravel(), loads.settled if settled else np.arange(len(log.time))
+    expected = loads.resting if settled else loads.moving
+    if not len(rows):
+        return Finding(float("nan"), "none", float("nan"), "the arm never settled")
+    names, ends = [chain.truss.member_names[i] for i in pinned], chain.truss.ends[pinned]
+    length = np.linalg.norm(log.nodes[rows][:, ends[:, 1]] - log.nodes[rows][:, ends[:, 0]], axis=-1)
+    moment = loads.moment[rows][:, pinned]
+    turned = np.linalg.norm(moment - expected.near_moment[:, pinned], axis=-1)
+    pushed = np.linalg.norm(loads.shear[rows][:, pinned] - expected.near_transverse[:, pinned], axis=-1)
+    size = np.linalg.norm(np.stack([expected.near_moment, expected.far_moment])[:, :, pinned], axis=-1).max(axis=0)
+    greatest = worst_of(np.nan_to_num(size), log.time[rows], names)
+    error = np.maximum(turned, pushed * length) / max(greatest.value, LEAST_MOMENT)
+    detail = f"bending moment up to {greatest.value:.4g} N*m in {greatest.where} at {greatest.when:.2f} s"
+    return replace(worst_of(error, log.time[rows], names), detail=detail)
 
 
 def check_axial_settled(log: RunLog, chain: Chain, loads: Loads) -> Finding:
@@ -134,8 +184,16 @@ def find_utilisation(log: RunLog, chain: Chain, scene: Scene, loads: Loads) -> t
         Each mode's, shapes (T, M), and the allowable forces.
     """
     off = loads.axial - loads.moving.near_axial
-    expected = loads.moving
-    forces = replace(expected, bar=expected.bar + off, near_axial=loads.axial, far_axial=expected.far_axial + off)
+    expected, pinned = loads.moving, chain.truss.ring_actuators.ravel()
+    moment = expected.near_moment.copy()
+    moment[:, pinned] = loads.moment[:, pinned]
+    forces = replace(
+        expected,
+        bar=expected.bar + off,
+        near_axial=loads.axial,
+        far_axial=expected.far_axial + off,
+        near_moment=moment,
+    )
     span = log.nodes[:, chain.truss.ends[:, 1]] - log.nodes[:, chain.truss.ends[:, 0]]
     section = make_sections(chain.manipulator, chain.truss)
     ratings = rate(section, np.linalg.norm(span, axis=-1), scene.task.limits.safety_factor)
@@ -150,7 +208,7 @@ def check_utilisation(log: RunLog, chain: Chain, use: Utilisation, ratings: Rati
     record, member = np.unravel_index(np.nanargmax(use.strength), use.strength.shape)
     mode = MODES[int(np.argmax(use.by_mode[:, record, member]))]
     slender = ratings.slenderness[record, member]
-    text = f"governed by {mode}, KL/r {slender:.0f}, margin {1 / found.value - 1:.3g}"
+    text = f"governed by {mode}, KL/r {slender:.0f}, margin {_margin(found.value):.3g}"
     most = float(np.nanmax(ratings.slenderness))
     if most > SLENDERNESS_ADVICE:
         name = chain.truss.member_names[int(np.nanargmax(np.nanmax(ratings.slenderness, axis=0)))]
@@ -158,19 +216,25 @@ def check_utilisation(log: RunLog, chain: Chain, use: Utilisation, ratings: Rati
     return replace(found, detail=text)
 
 
+def _margin(used: float) -> float:
+    """Part by which a demand could grow."""
+    return 1 / used - 1 if used else float("inf")
+
+
 def check_cases(log: RunLog, chain: Chain, scene: Scene) -> tuple[Finding, Finding] | None:
     """Worst strength and drive capacity used in any load case at any recorded pose; None without cases."""
     if not scene.task.loads:
         return None
     picked = np.unique(np.linspace(0, len(log.time) - 1, min(len(log.time), _CASE_POSES)).astype(int))
-    model = make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    simulation = scene.task.simulation
+    model = make_load_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
     section = make_sections(chain.manipulator, chain.truss)
     worst = find_envelope(model, section, log.nodes[picked], scene.task.loads, scene.task.limits.safety_factor)
     found = []
     for used in (worst.strength, worst.pressure):
         case, *_ = np.unravel_index(np.argmax(used), used.shape)
         finding = worst_of(used[case], log.time[picked], chain.truss.member_names)
-        found.append(replace(finding, detail=f"case {worst.cases[int(case)]}, margin {1 / finding.value - 1:.3g}"))
+        found.append(replace(finding, detail=f"case {worst.cases[int(case)]}, margin {_margin(finding.value):.3g}"))
     return found[0], found[1]
 
 
@@ -188,26 +252,3 @@ def check_reaction(log: RunLog, loads: Loads) -> Finding:
     lever = np.maximum(moment, np.nanmax(force, initial=LEAST_FORCE))  # a metre's lever where the arm hangs straight
     relative = error / np.concatenate([np.repeat(np.maximum(force, LEAST_FORCE), 3, 1), np.repeat(lever, 3, 1)], axis=1)
     return worst_of(relative, log.time, ("mast force x", "y", "z", "mast moment x", "y", "z"))
-
-
-def check_saturation(log: RunLog, chain: Chain) -> Finding:
-    """Part of the records in which some cylinder had reached its force, pressure, flow or stroke limit."""
-    if not log.saturation.size:
-        return Finding(float("nan"), "none", float("nan"), "the log does not say what saturated")
-    hit = log.saturation != 0
-    share = float(hit.any(axis=1).mean())
-    if share == 0:
-        return Finding(0.0, "none", float("nan"))
-    worst = int(np.argmax(hit.sum(axis=0)))
-    words = [f"{word} in {np.mean((log.saturation & bit).any(axis=1)):.1%}" for bit, word in _SATURATIONS.items()]
-    name = chain.truss.members[chain.truss.actuated[worst]].name
-    return Finding(share, name, float(log.time[np.argmax(hit[:, worst])]), f"of the records: {', '.join(words)}")
-
-
-def check_actuators(log: RunLog, chain: Chain) -> Finding:
-    """Greatest drive force over what the supply pressure holds."""
-    members = [chain.truss.members[i] for i in chain.truss.actuated]
-    cylinders = [chain.manipulator.cylinders[member.section] for member in members]
-    pull, push = np.array([item.pull for item in cylinders]), np.array([item.push for item in cylinders])
-    used = np.where(log.actuator_force > 0, log.actuator_force / pull, -log.actuator_force / push)
-    return worst_of(used, log.time, [member.name for member in members])

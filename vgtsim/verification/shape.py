@@ -46,7 +46,7 @@ def check_closure(log: RunLog, chain: Chain) -> Finding:
 def check_kinematics(log: RunLog, chain: Chain) -> Finding:
     """Greatest distance of a node from the forward kinematics of the actual lengths, m."""
     try:
-        q = chain.inputs_from_lengths(log.actual.reshape(len(log.time), -1, 3))
+        q = chain.inputs_from_lengths(log.actual.reshape(-1, *chain.length_shape))
     except AssemblyError as error:
         return Finding(float("nan"), error.module, float("nan"), str(error))
     apart = np.linalg.norm(log.nodes - chain.nodes(q), axis=-1)
@@ -65,7 +65,8 @@ def check_settled_shape(log: RunLog, chain: Chain, scene: Scene) -> Finding:
         return Finding(float("nan"), "none", float("nan"), "the arm never settled: no instant to compare")
     picked = np.unique(settled[np.linspace(0, len(settled) - 1, min(len(settled), _SETTLED)).astype(int)])
     motion = motion_from_log(log.time, log.nodes)
-    elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    simulation = scene.task.simulation
+    elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
     velocity, acceleration = motion.velocity[picked], motion.acceleration[picked]
     try:
         known = np.isfinite(acceleration)
@@ -77,8 +78,8 @@ def check_settled_shape(log: RunLog, chain: Chain, scene: Scene) -> Finding:
             lengths = log.actual[picked]
             for _ in range(_OIL_PASSES):
                 lengths = log.actual[picked] - (bar / elastic.stiffness(lengths))[:, chain.truss.actuated]
-        unloaded = chain.nodes(chain.inputs_from_lengths(lengths.reshape(len(picked), -1, 3)))
-        start = chain.nodes(chain.inputs_from_lengths(log.commanded[0].reshape(-1, 3)))
+        unloaded = chain.nodes(chain.inputs_from_lengths(lengths.reshape(-1, *chain.length_shape)))
+        start = chain.nodes(chain.inputs_from_lengths(log.commanded[0].reshape(chain.length_shape)))
         beta = damping_time(elastic, start, scene.task.simulation.damping_ratio)
         apart = np.linalg.norm(log.nodes[picked] - settle(elastic, unloaded, left, beta), axis=-1)
     except (AssemblyError, TrussError) as error:

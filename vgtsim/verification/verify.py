@@ -10,7 +10,7 @@ import numpy as np
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.runlog import RunLog
-from vgtsim.verification import loads, shape, space
+from vgtsim.verification import drives, loads, shape, space
 from vgtsim.verification.findings import Finding
 from vgtsim.verification.report import Check, Report
 
@@ -32,6 +32,9 @@ _POSITION = _Row("tracking_position", "tracking", "tool position at a settled go
 _ANGLE = _Row("tracking_angle", "tracking", "tool direction at a settled goal", "rad")
 _MOMENT = _Row("end_moment", "axial_purity", "moment at a member's end", "N*m")
 _SHEAR = _Row("excess_shear", "axial_purity", "shear beyond own weight and inertia", "N")
+_BENT_AT_REST = _Row("axial_force_settled", "axial_purity", "bending error at rest over largest bending", "1")
+_BENT_MOVING = _Row("axial_force_moving", "axial_purity", "bending error in motion over largest bending", "1")
+_PURE = _Row("lumped_shear", "axial_purity", "shear at a member's end, mass in the hubs", "N")
 _AT_REST = _Row("axial_force_settled", "axial_force", "error at rest over largest force", "1")
 _MOVING = _Row("axial_force_moving", "axial_force", "error in motion over largest force", "1")
 _STROKE = _Row("actuator_stroke", "actuator_stroke", "distance to the end of a stroke", "m", "at least")
@@ -41,7 +44,10 @@ _REACTION = _Row("axial_force_moving", "axial_force", "mast reaction error over 
 _TOOL = _Row("kinematics_agreement", "kinematics_agreement", "logged tool to its nodes", "m")
 _COMMAND = _Row("tracking_position", "tracking", "cylinder length to its command", "m")
 _FAULTS = _Row("contacts", "contacts", "warnings and early ends", "1")
-_SATURATION = _Row("saturation", "actuator_force", "records with a cylinder saturated", "1")
+_SATURATION = _Row("saturation", "actuator_force", "records with a cylinder", "1")
+_HIGHEST = _Row("actuator_force", "actuator_force", "chamber pressure over supply", "1")
+_LOWEST = _Row("chamber_pressure", "actuator_force", "least chamber pressure above the tank's", "Pa", "at least")
+_OIL = _Row("axial_force_moving", "axial_force", "chamber pressures against drive force", "1")
 _STRENGTH = _Row("member_utilisation", "member_utilisation", "force over strength", "1")
 _CLEARANCE = _Row("clearance", "clearance", "least distance to anything", "m", "at least")
 _CONTACTS = _Row("contacts", "contacts", "logged contacts", "1")
@@ -79,13 +85,14 @@ def verify(scene: Scene, log: RunLog) -> Report:
         (_ANGLE, shape.check_tracking(log, angle, scene)),
         *_command_rows(scene, log, chain),
         (_MOMENT, loads.check_moment(log, chain, forces)),
-        (_SHEAR, loads.check_shear(log, chain, forces)),
+        (_PURE if scene.task.simulation.lumped else _SHEAR, loads.check_shear(log, chain, forces)),
+        *_bending_rows(log, chain, forces),
         (_AT_REST, loads.check_axial_settled(log, chain, forces)),
         (_MOVING, loads.check_axial_moving(log, chain, forces)),
         (_DRIVE_AGREEMENT, loads.check_drives(log, chain, forces)),
         (_REACTION, loads.check_reaction(log, forces)),
         (_STROKE, shape.check_strokes(log, chain)),
-        (_DRIVE, loads.check_actuators(log, chain)),
+        (_DRIVE, drives.check_actuators(log, chain)),
         (_STRENGTH, loads.check_utilisation(log, chain, use, ratings)),
         *_drive_rows(scene, log, chain),
         *_case_rows(scene, log, chain),
@@ -123,10 +130,28 @@ def _command_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, F
     return [(_COMMAND, shape.check_command(log, chain))]
 
 
-def _drive_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
-    if scene.task.simulation.drive == "rigid":
+def _bending_rows(log: RunLog, chain: Chain, forces: loads.Loads) -> list[tuple[_Row, Finding]]:
+    """Only a joint offset bends members."""
+    if not len(chain.truss.rings):
         return []
-    return [(_SATURATION, loads.check_saturation(log, chain))]
+    both = ((_BENT_AT_REST, True), (_BENT_MOVING, False))
+    return [(row, loads.check_bending(log, chain, forces, settled=settled)) for row, settled in both]
+
+
+def _drive_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:
+    """What a drive can run into, and whether the pressures in the log make up its forces."""
+    drive = scene.task.simulation.drive
+    rows = [
+        (replace(_SATURATION, quantity=f"{_SATURATION.quantity} {words}"), drives.check_saturation(log, chain, bit))
+        for bit, words in drives.SATURATIONS[drive].items()
+    ]
+    if drive != "hydraulic":
+        return rows
+    if log.pressure.shape[:2] != log.actual.shape:
+        missing = Finding(float("nan"), "none", float("nan"), "the log has no pressures of the cylinders")
+        return [*rows, (_HIGHEST, missing), (_LOWEST, missing), (_OIL, missing)]
+    rows += [(_HIGHEST, drives.check_highest_pressure(log, chain)), (_LOWEST, drives.check_lowest_pressure(log, chain))]
+    return [*rows, (_OIL, drives.check_pressure_force(log, chain))]
 
 
 def _case_rows(scene: Scene, log: RunLog, chain: Chain) -> list[tuple[_Row, Finding]]:

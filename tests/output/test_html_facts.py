@@ -1,0 +1,26 @@
+"""Facts of the report."""
+
+from __future__ import annotations
+
+import math
+
+from scipy.optimize import brentq
+
+from vgtsim.output.html_facts import describe_waste
+
+
+def test_waste_in_the_dish_is_a_spherical_cap(scene):
+    """A cap of a sphere that is tangent to the knuckle: V = pi h² (3 R - h) / 3."""
+    shell = scene.tank.shell
+    # the dish meets the knuckle's arc tangentially at the dish depth: both centres and the joint are on one line
+    inner, knuckle, depth = shell.inner_diameter / 2, shell.knuckle_radius, shell.dish_depth
+
+    def sag(radius):
+        return radius - math.sqrt(radius**2 - (radius * (inner - knuckle) / (radius - knuckle)) ** 2) - depth
+
+    radius = brentq(sag, 1.001 * inner, 1e5)
+    waste = scene.tank.waste
+    assert waste.level < depth
+    volume = math.pi * waste.level**2 * (3 * radius - waste.level) / 3
+    said = describe_waste(scene.tank)
+    assert f"{waste.kind}, {volume:.3g} m³, {waste.density * volume / 1000:.3g} t, " in said

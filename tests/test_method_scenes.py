@@ -1,0 +1,69 @@
+"""Scenes whose goals are met by the dissertation's methods: planned whole, and their first leg run and judged."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vgtsim.control.program import make_program, solve_first_goal
+from vgtsim.description import load_scene
+from vgtsim.description.resolution import Method
+from vgtsim.mjcf import build_model, scene_chain
+from vgtsim.simulation import run
+from vgtsim.verification import verify
+
+ROOT = Path(__file__).parents[1]
+SCENES = ("arm9_nullspace", "arm15_coupled")
+GOAL = 2e-9  # each row is met to 1e-9 m and rad
+ROUNDING = 1e-12
+
+
+def with_motion(scene, **updates):
+    motion = scene.task.motion.model_copy(update=updates)
+    return dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
+
+
+@pytest.fixture(scope="module", params=SCENES)
+def scene(request):
+    return load_scene(ROOT / f"scenes/{request.param}.toml")
+
+
+@pytest.fixture(scope="module")
+def program(scene):
+    return make_program(scene, scene_chain(scene))
+
+
+def test_every_goal_is_met_and_every_leg_is_clear(scene, program):
+    chain, motion = scene_chain(scene), scene.task.motion
+    for leg, goal in zip(program.legs, motion.goals, strict=True):
+        position, direction = chain.tool(leg.q)
+        assert np.linalg.norm(position - goal.position) < GOAL
+        assert np.linalg.norm(np.cross(direction, goal.direction)) < GOAL
+        assert leg.clearance >= motion.clearance
+
+
+def test_coupled_goals_are_met_by_coupled_modules(scene, program):
+    pairs = scene.coupled_modules() if scene.task.motion.method is Method.COUPLED else ()
+    apart = [np.ptp(leg.q[list(pair)], axis=0).max() for leg in program.legs for pair in pairs]
+    assert len(apart) == (6 if scene.task.name == "arm15_coupled" else 0)
+    assert all(gap < ROUNDING for gap in apart)
+
+
+@pytest.mark.slow
+def test_first_leg_passes_every_check(scene, program):
+    first = with_motion(scene, goals=scene.task.motion.goals[:1])
+    part = dataclasses.replace(program, legs=program.legs[:1])
+    report = verify(first, run(build_model(first), part, first))
+    assert report.passed, [check for check in report.checks if not check.passed]
+
+
+@pytest.mark.parametrize("method", ["anchored", "shape"])
+def test_other_methods_find_the_first_goal_of_a_scene(method):
+    scene = load_scene(ROOT / "scenes/arm15_coupled.toml")
+    scene = with_motion(scene, method=Method(method), coupling=None)
+    q, goal = solve_first_goal(scene, scene_chain(scene)), scene.task.motion.goals[0]
+    assert np.linalg.norm(scene_chain(scene).tool(q)[0] - goal.position) < GOAL
+    assert np.abs(q[0] - q[1]).max() > 0.01  # not coupled

@@ -1,0 +1,117 @@
+"""Bends: the arm bent in a vertical plane and swung about its mast, for modules of every kind.
+
+A module is bent symmetrically when the plane midway between its end faces is inclined by half the angle between them,
+which is how a double octahedron moves. For an octahedron it is one pose of many: the top face turns by the angle about
+the horizontal axis across the bend, and its centroid stands in the direction halfway, at the straight pose's distance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.octahedra import Octahedra
+from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform
+
+Array = NDArray[np.float64]
+
+_PARALLEL = 1 - 1e-12  # cosine of the angle between a section's end faces
+
+
+def azimuth(chain: Chain, point: Array) -> float:
+    """Direction of a point from the mast's axis.
+
+    Args:
+        chain: The arm.
+        point: In frame G, shape (3,), m.
+
+    Returns:
+        Angle about Z of B_1 from X of B_1, rad; zero for a point on the axis.
+    """
+    local = chain.mount[:3, :3].T @ (point - chain.mount[:3, 3])
+    return float(np.arctan2(local[1], local[0])) if np.hypot(local[0], local[1]) > 1e-6 else 0.0
+
+
+def can_swing(chain: Chain) -> bool:
+    """Whether every module follows a swing: no hinges, no static longerons, no sections with inclined faces."""
+    for place in chain.layout.places:
+        if not isinstance(place.modules, DoubleOctahedra | Octahedra) or not np.all(place.modules.actuated):
+            return False
+    return bool(np.all(chain.layout.after[:, 2, 2] > _PARALLEL))
+
+
+def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
+    """Swing the arm's centre line about the mast's axis.
+
+    Turning every module's transform about Z turns the arm, because sections with parallel faces commute with it: a
+    mid-plane's normal turns, and so do the position and the axis of the turn of an octahedron's top. Static longerons
+    and the hinges of tetrahedra do not follow: of an arm that has them the swing is only a first guess.
+
+    Args:
+        chain: The arm.
+        q: Inputs, shape (..., *q).
+        angle: About Z of B_1, scalar or shape (...), rad.
+
+    Returns:
+        Inputs, shape (..., *q).
+    """
+    cos, sin = np.broadcast_arrays(np.cos(angle), np.sin(angle))
+    batch = q.shape[: q.ndim - len(chain.input_shape)]
+    shape = np.broadcast_shapes(batch, cos.shape)
+    x = np.broadcast_to(q.reshape(*batch, -1), (*shape, chain.layout.inputs)).copy()
+    turn = np.zeros((*cos.shape, 1, 3, 3))
+    turn[..., 0, 0, 0] = turn[..., 0, 1, 1] = cos
+    turn[..., 0, 1, 0], turn[..., 0, 0, 1] = sin, -sin
+    turn[..., 0, 2, 2] = 1.0
+    for place in chain.layout.places:
+        own = x[..., place.columns]
+        if isinstance(place.modules, DoubleOctahedra):
+            own[..., :2] = (turn[..., :2, :2] @ own[..., :2, None])[..., 0]
+        elif isinstance(place.modules, Octahedra):
+            R, P = pose_transform(own)
+            own = pose_parameters(turn @ R @ np.swapaxes(turn, -1, -2), (turn @ P[..., None])[..., 0])
+        x[..., place.columns] = own
+    return x.reshape(*shape, *chain.input_shape)
+
+
+def straight_yaws(chain: Chain) -> Array:
+    """Turn about Z of the base of each active module of the straight arm, in B_1, shape (A,), rad.
+
+    Octahedra turn what follows them by 60 degrees, and twisted sections by their twist.
+    """
+    R = chain.mount[:3, :3].T @ chain.frames(chain.straight)[0]
+    which = [chain.manipulator.modules.index(module) for module in chain.manipulator.actuated]
+    return np.arctan2(R[which, 1, 0], R[which, 0, 0])
+
+
+def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
+    """Bend the modules, each symmetrically, at their straight extension.
+
+    Args:
+        chain: The arm.
+        angles: Between the end faces of each active module, shape (..., A), rad; positive away from the mast.
+        directions: Azimuth that each bends to, from X of B_1 in the straight arm, shape (..., A) or what broadcasts to
+            it, rad.
+
+    Returns:
+        Inputs, shape (..., *q). Static longerons are left aside, and a tetrahedron's hinge opens by its angle.
+    """
+    angle, direction = np.broadcast_arrays(np.asarray(angles, float), np.asarray(directions, float))
+    direction = direction - straight_yaws(chain)
+    x = np.broadcast_to(chain.straight.ravel(), (*angle.shape[:-1], chain.layout.inputs)).copy()
+    for place in chain.layout.places:
+        bend, to, own = angle[..., place.active], direction[..., place.active], x[..., place.columns]
+        half = np.stack([np.sin(bend / 2) * np.cos(to), np.sin(bend / 2) * np.sin(to), np.cos(bend / 2)], axis=-1)
+        if isinstance(place.modules, DoubleOctahedra):
+            own[..., :2] = half[..., :2]
+        elif isinstance(place.modules, Octahedra):
+            R, P = pose_transform(place.straight)
+            mirror = np.eye(3) - 2 * half[..., :, None] * half[..., None, :]
+            mirror[..., 2] *= -1
+            own = pose_parameters(mirror @ R, np.linalg.norm(P, axis=-1)[:, None] * half)
+        else:
+            own = own + bend[..., None]
+        x[..., place.columns] = own
+    return x.reshape(*angle.shape[:-1], *chain.input_shape)

@@ -1,0 +1,215 @@
+"""Chains whose modules take conventional inputs (actuator lengths) or canonical ones, each as it pleases (chapter 4).
+
+A row y has the inputs of the active modules from the mast to the tool: of a conventional module the lengths of its
+actuators in the order of its legs, of any other its canonical inputs, see `chain`. Leading dimensions are batches. All
+derivatives by lengths are the canonical ones by the chain rule of section 3.2; static longerons keep their lengths.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.description.schema import closest
+from vgtsim.errors import DescriptionError
+from vgtsim.kinematics.chain import Chain
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one active module has of the rows that a chain works with.
+
+    Attributes:
+        name: Of the module.
+        inputs: Its canonical inputs among the chain's n.
+        actuators: Its actuators among the chain's J, in the order of its legs.
+        own: Its inputs in the mixed row y.
+        conventional: Whether those are its actuator lengths.
+    """
+
+    name: str
+    inputs: Index
+    actuators: Index
+    own: slice
+    conventional: bool
+
+
+@dataclass(frozen=True)
+class MixedInputs:
+    """Kinematics of a chain by inputs of either kind; w inputs in all. Made by `mix_inputs`.
+
+    Attributes:
+        chain: The arm.
+        conventional: Names of the modules whose inputs are actuator lengths.
+    """
+
+    chain: Chain
+    conventional: frozenset[str]
+
+    @cached_property
+    def shares(self) -> tuple[Share, ...]:
+        """One for each active module, from the mast to the tool."""
+        layout, found, start = self.chain.layout, {}, 0
+        for place in layout.places:
+            for m, a in enumerate(np.arange(len(layout.names))[place.active]):
+                found[int(a)] = (place.columns[m], place.lengths[m][place.modules.actuated[m]])
+        shares = []
+        for a, name in enumerate(layout.names):
+            inputs, actuators = found[a]
+            chosen = name in self.conventional
+            stop = start + len(actuators if chosen else inputs)
+            shares.append(Share(name, inputs, actuators, slice(start, stop), chosen))
+            start = stop
+        return tuple(shares)
+
+    @property
+    def size(self) -> int:
+        """Number of inputs w."""
+        return self.shares[-1].own.stop if self.shares else 0
+
+    def from_canonical(self, q: ArrayLike) -> Array:
+        """Row y of canonical inputs.
+
+        Args:
+            q: Shape (..., *q) of the chain.
+
+        Returns:
+            Shape (..., w).
+
+        Raises:
+            AssemblyError: As `Chain.lengths`.
+        """
+        x = self.chain.input_row(q)
+        y = np.empty((*x.shape[:-1], self.size))
+        lengths = self.chain.lengths(q).reshape(*x.shape[:-1], -1) if self.conventional else None
+        for share in self.shares:
+            source, columns = (lengths, share.actuators) if share.conventional else (x, share.inputs)
+            assert source is not None
+            y[..., share.own] = source[..., columns]
+        return y
+
+    def canonical(self, y: ArrayLike, start: ArrayLike | None = None) -> Array:
+        """Canonical inputs of a row y.
+
+        Conventional modules stay on the assembly mode of their start, with proof; canonical ones have none to leave.
+
+        Args:
+            y: Shape (..., w).
+            start: Canonical inputs on the wanted modes, shape (..., *q); absent for those of the straight pose. What it
+                says of canonical modules is not looked at.
+
+        Returns:
+            q, shape (..., *q).
+
+        Raises:
+            AssemblyError: A module does not assemble; it is named.
+            SingularityError: A module would have to pass a singularity on the way.
+        """
+        chain, row = self.chain, np.asarray(y, float)
+        if row.shape[-1:] != (self.size,):
+            raise ValueError(f"inputs of shape {row.shape}; {chain.manipulator.name} so mixed takes (..., {self.size})")
+        batch, held = row.shape[:-1], chain.input_row(chain.straight)
+        lengths = np.broadcast_to(chain.lengths(chain.straight).ravel(), (*batch, chain.layout.actuators)).copy()
+        near = None if start is None else np.array(chain.input_row(start))
+        for share in self.shares:
+            if share.conventional:
+                lengths[..., share.actuators] = row[..., share.own]
+            elif near is not None:  # held at the straight pose while the others are followed
+                near[..., share.inputs] = held[share.inputs]
+        if near is not None:
+            near = near.reshape(*near.shape[:-1], *chain.input_shape)
+        q = np.array(chain.inputs_from_lengths(lengths.reshape(*batch, *chain.length_shape), near))
+        x = q.reshape(*batch, chain.layout.inputs)
+        for share in self.shares:
+            if not share.conventional:
+                x[..., share.inputs] = row[..., share.own]
+        return x.reshape(q.shape)
+
+    def rates(self, q: ArrayLike) -> Array:
+        """Rates of the canonical inputs per unit rate of each mixed one.
+
+        Args:
+            q: Canonical inputs, shape (..., *q).
+
+        Returns:
+            dq/dy, shape (..., n, w).
+
+        Raises:
+            AssemblyError: As `Chain.lengths`.
+            LinAlgError: A conventional module is singular.
+        """
+        chain = self.chain
+        x = chain.input_row(q)
+        rates = np.zeros((*x.shape[:-1], chain.layout.inputs, self.size))
+        by_length = chain.input_rates(q, self.conventional) if self.conventional else None
+        for share in self.shares:
+            columns = np.arange(self.size)[share.own]
+            if share.conventional and by_length is not None:
+                rates[..., columns] = by_length[..., share.actuators]
+            else:
+                rates[..., share.inputs, columns] = 1.0
+        return rates
+
+    def tool(self, y: ArrayLike, start: ArrayLike | None = None) -> tuple[Array, Array, Array]:
+        """Tool and its geometric Jacobian by the mixed inputs.
+
+        Args:
+            y: Shape (..., w).
+            start: As in `canonical`.
+
+        Returns:
+            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, w): velocity of the
+            tool point over angular velocity of the tip plate; all in frame G.
+
+        Raises:
+            AssemblyError: As `canonical`.
+            LinAlgError: A conventional module is singular.
+        """
+        q = self.canonical(y, start)
+        position, direction, J = self.chain.tool_jacobian(q)
+        return position, direction, J @ self.rates(q)
+
+    def nodes(self, y: ArrayLike, start: ArrayLike | None = None) -> tuple[Array, Array]:
+        """Positions of all nodes and their derivatives by the mixed inputs.
+
+        Args:
+            y: Shape (..., w).
+            start: As in `canonical`.
+
+        Returns:
+            Nodes, shape (..., N, 3), m, and dn/dy, shape (..., N, 3, w), in frame G.
+
+        Raises:
+            AssemblyError: As `canonical`.
+            LinAlgError: A conventional module is singular.
+        """
+        q = self.canonical(y, start)
+        nodes, J = self.chain.node_jacobian(q)
+        return nodes, J @ self.rates(q)[..., None, :, :]
+
+
+def mix_inputs(chain: Chain, conventional: Collection[str]) -> MixedInputs:
+    """Say which modules of a chain take actuator lengths.
+
+    Args:
+        chain: The arm.
+        conventional: Names of active modules; all others take canonical inputs.
+
+    Returns:
+        The chain with mixed inputs.
+
+    Raises:
+        DescriptionError: A name is of no active module.
+    """
+    for name in conventional:
+        if name not in chain.layout.names:
+            active = f"an active module of {chain.manipulator.name}{closest(name, chain.layout.names)}"
+            raise DescriptionError(None, "conventional inputs", repr(name), active)
+    return MixedInputs(chain, frozenset(conventional))

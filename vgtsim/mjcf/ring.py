@@ -1,0 +1,132 @@
+"""Joint blocks in MJCF, and how an actuator is pinned between two of them.
+
+A block is one body on three slides and a ball, its middle at the origin and Z from its foot to its head. A barrel is a
+child of its first block on a hinge about that axis, the pin; a rod turns in its barrel. At its far end the pin of the rod
+is held to the second block at its middle and at its head, which leaves it to turn about the block's axis alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.kinematics import Chain, Member
+from vgtsim.kinematics.inertia import MemberInertia, make_block_inertia
+from vgtsim.mjcf import names
+from vgtsim.mjcf.pose import block_rotations
+from vgtsim.mjcf.rigging import Rigging, part_bits
+from vgtsim.mjcf.rows import hold_sites
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Seat:
+    """Where members hang from a node.
+
+    Attributes:
+        body: The hub's, or that of the block that the node is on.
+        place: Of the node in the body's frame, shape (3,), m.
+        turn: Rotation of the body's frame in the reference pose, shape (3, 3).
+    """
+
+    body: mujoco.MjsBody
+    place: Array
+    turn: Array
+
+
+def add_blocks(spec: mujoco.MjSpec, chain: Chain, nodes: Array) -> dict[int, Seat]:
+    """Add the joint blocks.
+
+    Args:
+        spec: Changed in place.
+        chain: The arm.
+        nodes: Of the reference pose, shape (N, 3), m, in frame G.
+
+    Returns:
+        Seats of their nodes.
+    """
+    truss, inertia = chain.truss, make_block_inertia(chain.manipulator, chain.truss)
+    rings = truss.rings.reshape(-1, 3)
+    turns = block_rotations(truss, nodes).reshape(-1, 3, 3)
+    seats = {}
+    for row, (block, turn) in enumerate(zip(rings, turns, strict=True)):
+        middle = truss.nodes[block[1]]
+        body = spec.worldbody.add_body(name=middle, pos=nodes[block[1]], info=middle)
+        mujoco.mju_mat2Quat(body.quat, turn.ravel())
+        for joint, axis in zip(names.slides(middle), turn, strict=True):  # along x, y and z of G
+            body.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        body.add_joint(name=names.turn(middle), type=mujoco.mjtJoint.mjJNT_BALL)
+        for node in block:
+            place = turn.T @ (nodes[node] - nodes[block[1]])
+            body.add_site(name=truss.nodes[node], pos=place)
+            seats[int(node)] = Seat(body, place, turn)
+        _dress_block(spec, body, chain, block, inertia, row)
+    return seats
+
+
+def _dress_block(
+    spec: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    chain: Chain,
+    block: NDArray[np.intp],
+    inertia: MemberInertia,
+    row: int,
+) -> None:
+    """Post and two balls; the masses of the balls stand at half the height."""
+    arm, truss = chain.manipulator, chain.truss
+    module = int(truss.node_module[block[1]])
+    bits = part_bits(chain, module)
+    half = float(inertia.centre[row, 0])
+    transverse, axial = inertia.centroidal[row, 0]
+    body.explicitinertial = True
+    body.mass, body.ipos = inertia.mass[row, 0] + 2 * arm.hub_mass, [0, 0, 0]
+    body.inertia = [transverse + 2 * arm.hub_mass * half**2] * 2 + [axial]
+    for node, height in ((block[0], -half), (block[2], half)):
+        body.add_geom(
+            name=truss.nodes[node],
+            default=spec.find_default("hub"),
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[arm.hub.radius, 0, 0],
+            pos=[0, 0, height],
+            **bits,
+        )
+    post = arm.block_of(module).diameter / 2
+    name = truss.nodes[block[1]]
+    body.add_geom(
+        name=name, default=spec.find_default("hub"), fromto=[0, 0, -half, 0, 0, half], size=[post, 0, 0], **bits
+    )
+
+
+def pin_barrel(barrel: mujoco.MjsBody, chain: Chain, member: Member) -> None:
+    """Let a barrel turn about the axis of its block, X of its own frame, against a little friction.
+
+    Args:
+        barrel: Child of the block.
+        chain: The arm.
+        member: The actuator.
+    """
+    damping = chain.manipulator.block_of(member.module).pin_damping
+    barrel.add_joint(name=names.pin(member.name), type=mujoco.mjtJoint.mjJNT_HINGE, axis=[1, 0, 0], damping=damping)
+
+
+def pin_rod(spec: mujoco.MjSpec, chain: Chain, member: Member, rod: mujoco.MjsBody, rigging: Rigging) -> None:
+    """Let a rod turn in its barrel and align its pin with the block at its far end.
+
+    Args:
+        spec: Changed in place.
+        chain: The arm.
+        member: The actuator.
+        rod: Its origin at the far end, which is closed on the block's middle elsewhere.
+        rigging: Gives the time step.
+    """
+    truss = chain.truss
+    _, middle, head = next(block for block in truss.rings.reshape(-1, 3) if block[1] == member.ends[1])
+    nodes = chain.nodes(rigging.reference)
+    lever = float(np.linalg.norm(nodes[head] - nodes[middle]))
+    rod.add_joint(name=names.roll(member.name), type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
+    rod.add_site(name=names.lug(member.name), pos=[lever, 0, 0])
+    hold_sites(spec, names.alignment(member.name), names.lug(member.name), truss.nodes[head], rigging.timestep)
