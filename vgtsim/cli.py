@@ -395,8 +395,7 @@ def track(
         table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
     _out.print(table)
     folder = prepare_folder(out or Path("out") / path.name)
-    for file in write_track(chain, followed, facts, folder / path.name):
-        _out.print(str(file), soft_wrap=True)
+    _list(*write_track(chain, followed, facts, folder / path.name))
     wanted = scene.task.motion.clearance if scene else 0.0
     clear, spare = (
         float(facts.get("least clearance, m", wanted)),

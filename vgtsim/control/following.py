@@ -17,6 +17,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.control.checks import surroundings_of
 from vgtsim.control.objectives import make_objective
+from vgtsim.control.resolution import stroke_box
 from vgtsim.control.stretches import Stretch, make_stretches
 from vgtsim.control.timing import SpeedLimits, make_limits, time_lengths
 from vgtsim.description.scene import Scene
@@ -28,11 +29,11 @@ from vgtsim.redundancy.goals import tool_goal
 from vgtsim.redundancy.newton import NewtonSettings
 from vgtsim.redundancy.positioning import Positioning, Positions, assembles, solve
 from vgtsim.redundancy.restarts import solve_anywhere
-from vgtsim.redundancy.strokes import binding_actuators, make_box
+from vgtsim.redundancy.strokes import binding_actuators
 
 Array = NDArray[np.float64]
 
-_MARGIN, _TIMESTEP = 0.005, 0.01  # of strokes, m, and of the clock, s, when no scene says
+_TIMESTEP = 0.01  # of the clock when no scene says, s
 _FIRST = 17  # goals of a piece that are solved one after the other
 _MOST = 2049  # goals after which a piece that still leaves the path is given up
 _BETWEEN = 8  # places between two goals at which the deviation is measured
@@ -104,7 +105,7 @@ def follow_request(chain: Chain, path: ToolPath, objectives: tuple[str, ...], sc
         found = f"{chain.manipulator.name}, with tetrahedral or octahedral modules"
         raise DescriptionError(None, "modules", found, "an arm of double octahedra and prisms")
     goal = tool_goal(path.start, path.direction)
-    box = make_box(chain, scene.task.motion.stroke_margin if scene else _MARGIN)
+    box = stroke_box(chain, scene)
     problem = Positioning(chain, box, goal, make_objective(chain, goal, objectives, scene))
     start = start_inputs(scene, chain) if scene else chain.straight
     return follow(chain, problem, path, start, scene.task.simulation.timestep if scene else _TIMESTEP)
