@@ -1,0 +1,181 @@
+"""What is asked of an arm alone."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from vgtsim.cli.application import (
+    ERR,
+    OUT,
+    ArmFile,
+    OutFolder,
+    app,
+    list_files,
+)
+from vgtsim.description import load_manipulator, load_scene
+from vgtsim.errors import DescriptionError
+
+MODELS = Path(__file__).parents[2] / "models"
+_LISTED_SAMPLE = 500  # configurations that the listed reach is the greatest of
+
+
+@app.command(epilog="Example: vgtsim models")
+def models(
+    folder: Annotated[Path, typer.Argument(help="Folder of arms, NAME/NAME.toml each.")] = MODELS,
+) -> None:
+    """List the shipped arms with degrees of freedom, reach and mass."""
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.workspace import sample_workspace
+    from vgtsim.statics.loads import weigh
+
+    table = Table("name", "degrees of freedom", "modules", "reach/m", "mass/kg", "what it is")
+    files = sorted(folder.glob("*/*.toml"))
+    if not files:
+        raise DescriptionError(folder, "", "no arms", "a folder with NAME/NAME.toml files")
+    for file in files:
+        arm = load_manipulator(file)
+        chain = Chain(arm, hanging_mount(0.0))
+        reach = sample_workspace(chain, _LISTED_SAMPLE, seed=0).reach
+        figures = (str(chain.layout.actuators), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}")
+        table.add_row(arm.name, *figures, arm.title)
+    OUT.print(table)
+
+
+@app.command(epilog="Example: vgtsim show models/mixed/mixed.toml --lengths 'm1=36 in,1.0,38 in' --inputs 'h1=60 deg'")
+def show(
+    arm_file: ArmFile,
+    out: OutFolder = None,
+    lengths: Annotated[list[str] | None, typer.Option(help="MODULE=l1,l2,...: actuator lengths; repeatable.")] = None,
+    inputs: Annotated[list[str] | None, typer.Option(help="MODULE=x1,...: canonical inputs; repeatable.")] = None,
+) -> None:
+    """Draw an arm, straight and bent or in a given pose, as PNG and SVG line drawing; export it as GLB and STL."""
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.given_pose import read_pose
+    from vgtsim.mjcf.build import reach_pose
+    from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
+    from vgtsim.output.write import prepare_folder
+
+    arm = load_manipulator(arm_file)
+    chain = Chain(arm, hanging_mount(0.0))
+    given = bool(lengths or inputs)
+    q = read_pose(chain, lengths or (), inputs or ()) if given else reach_pose(chain)
+    stem = prepare_folder(out or Path("out") / arm.name) / arm.name
+    files = write_drawing(draw_arm(chain, {"straight": chain.straight, "given" if given else "bent": q}), stem)
+    list_files(*files, *write_solid(make_solid(chain, chain.nodes(q)), stem))
+    point, axis = (" ".join(f"{value:.6f}" for value in item) for item in chain.tool(q))
+    OUT.print(f"tool at {point} m, direction {axis}; base face at the origin, hanging", soft_wrap=True)
+
+
+@app.command(epilog="Example: vgtsim workspace models/arm15/arm15.toml --samples 20000")
+def workspace(
+    arm_file: ArmFile,
+    out: OutFolder = None,
+    samples: Annotated[int, typer.Option(min=10, help="Number of configurations.")] = 5000,
+    seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
+) -> None:
+    """Sample what an arm reaches: volume, tilt range, dexterity and singular regions, drawn and in figures."""
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.stroke_boxes import check_strokes
+    from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
+    from vgtsim.output.arm_drawing import write_drawing
+    from vgtsim.output.workspace_plot import plot_workspace
+    from vgtsim.output.write import prepare_folder
+
+    arm = load_manipulator(arm_file)
+    chain = Chain(arm, hanging_mount(0.0))
+    check_strokes(chain)
+    found = sample_workspace(chain, samples, seed)
+    table = Table("quantity", "value", title=f"{arm.name}: {samples} configurations, seed {seed}")
+    table.add_row("reach", f"{found.reach:.3f} m")
+    table.add_row("reachable volume, at least", f"{found.volume:.3g} m³ in cells of {found.cell:.3g} m")
+    table.add_row("greatest tilt of the tool", f"{math.degrees(float(found.tilt.max())):.1f} degrees")
+    table.add_row("directions the tool can move in", str(found.mobility))
+    table.add_row("dexterity, least to greatest", f"{found.dexterity.min():.3g} to {found.dexterity.max():.3g}")
+    table.add_row("least singular value of a module", f"{float(found.singular.min()):.3g}")
+    table.add_row(f"configurations with one below {NEAR_SINGULAR}", f"{100 * found.near_singular:.2g} %")
+    OUT.print(table)
+    stem = prepare_folder(out or Path("out") / arm.name) / "workspace"
+    list_files(*write_drawing(plot_workspace(found, arm.title), stem))
+
+
+@app.command(epilog="Example: vgtsim capacity models/arm15/arm15.toml")
+def capacity(
+    arm_file: ArmFile,
+    out: OutFolder = None,
+    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = 453.59237,
+    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = 1.67,
+    resolve: Annotated[
+        bool, typer.Option("--resolve/--plane-only", help="Use redundancy to unload what governs in every cell.")
+    ] = True,
+) -> None:
+    """Map what an arm may carry over radius and depth, what governs, and how far the tip sags."""
+    import numpy as np
+
+    from vgtsim.control.capacity import unload
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.output.capacity_map import write_capacity
+    from vgtsim.output.write import prepare_folder
+    from vgtsim.statics.capacity import draw_shapes, map_capacity
+
+    arm, gravity = load_manipulator(arm_file), 9.80665
+    chain = Chain(arm, hanging_mount(0.0))
+    with ERR.status("solving shapes"):
+        plane = map_capacity(chain, draw_shapes(chain), gravity, safety_factor, payload)
+    found = plane
+    if resolve:
+        with ERR.status("unloading postures"):
+            moved = unload(chain, plane.q, payload, gravity, safety_factor)
+            found = map_capacity(chain, np.concatenate([plane.q, moved]), gravity, safety_factor, payload)
+    list_files(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
+    far, least = int(found.radius.argmax()), int(found.payload.argmin())
+    for words, i in (("at full reach", far), ("least", least)):
+        OUT.print(
+            f"{words}: {found.payload[i]:.0f} kg at radius {found.radius[i]:.2f} m, depth {found.depth[i]:.2f} m, "
+            f"by {found.limit[i]} of {found.member[i]}; sag {found.sag[i]:.3f} m with {found.reference:.0f} kg"
+        )
+    if resolve:
+        gain = found.payload / plane.payload - 1
+        OUT.print(
+            f"postures out of the plane carry {np.median(gain):.0%} more in the median of {len(gain)} cells, "
+            f"{gain.max():.0%} at most; {np.mean(gain > 0.01):.0%} of the cells gain"
+        )
+
+
+@app.command(epilog="Example: vgtsim size models/arm15/arm15.toml --task scenes/type_ii_reach.toml --out sized.toml")
+def size(
+    model_file: ArmFile,
+    task: Annotated[Path, typer.Option("--task", help="Scene whose tour and load cases it must stand.")],
+    out: Annotated[Path, typer.Option("--out", help="File of the sized arm.")] = Path("sized.toml"),
+    reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.05,
+    catalogue_file: Annotated[Path | None, typer.Option("--catalogue", help="TOML file [default: built in].")] = None,
+    anywhere: Annotated[
+        bool,
+        typer.Option("--anywhere/--tour-only", help="Stand the load cases in any posture too, full reach all round."),
+    ] = True,
+) -> None:
+    """Choose tubes and cylinders from a catalogue so that nothing is overloaded over a scene's tour and load cases."""
+    import dataclasses
+
+    from vgtsim.control.design import design_arm
+    from vgtsim.description.catalogue import load_catalogue, write_sized_arm
+
+    catalogue = load_catalogue(catalogue_file)
+    scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))
+    with ERR.status("planning tours and choosing sizes"):
+        design = design_arm(scene, catalogue, 1 - reserve, anywhere=anywhere)
+    found, (tour, beside) = design.sizing, design.poses
+    reach = " and in any posture" if anywhere else ""
+    reason = f"{reserve:.0%} in reserve over the tour of {scene.task.name}{reach}, cases {', '.join(design.cases)}"
+    write_sized_arm(model_file, out, found.manipulator, catalogue, reason)
+    title = f"{scene.manipulator.name}: {tour} poses of the tour, {beside} beside it; {found.passes} passes"
+    table = Table("module", "member", "section", "used", title=title)
+    for place, section in found.chosen.items():
+        used = found.utilisation.get(place)
+        table.add_row(*place, section, "tip plate" if used is None else f"{used:.2f}")
+    OUT.print(table)
+    OUT.print(f"arm of {found.mass[0]:.0f} kg, now {found.mass[1]:.0f} kg; {out}", soft_wrap=True)

@@ -1,0 +1,91 @@
+"""Where to put the actuators: one goal, or a path."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from vgtsim.cli.application import (
+    ERR,
+    OUT,
+    OutFolder,
+    app,
+    finish,
+    list_files,
+)
+from vgtsim.description import load_manipulator, load_scene
+from vgtsim.description.files import is_scene
+from vgtsim.description.resolution import Method
+
+
+@app.command(epilog="Example: vgtsim ik scenes/type_ii_reach.toml --position 8 2 1 --direction 1 0 0 --plot ik.svg")
+def ik(
+    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    position: Annotated[tuple[float, float, float], typer.Option(help="Tool point in the tank's frame, m.")],
+    direction: Annotated[tuple[float, float, float], typer.Option(help="Tool direction in the tank's frame.")],
+    method: Annotated[Method, typer.Option(help="How redundancy is resolved.")] = Method.NULLSPACE,
+    objective: Annotated[list[str] | None, typer.Option(help="NAME or NAME:WEIGHT; may be repeated.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Draw the posture to this .svg or .png file.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the solution to this file.")] = None,
+) -> None:
+    """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
+    from vgtsim.control.inverse import Request, answer_as_json, solve_request
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.mjcf import scene_chain
+
+    scene = load_scene(description) if is_scene(description) else None
+    chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))
+    answer = solve_request(chain, Request(position, direction, method, tuple(objective or ("mid_stroke",))), scene)
+    table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
+    for row in answer.rows:
+        wanted = ["" if value is None else f"{value:.6f}" for value in (row.desired, row.reached)]
+        table.add_row(row.name, *wanted, f"{row.residual:.2e}")
+    OUT.print(table)
+    for name, value in answer.facts.items():
+        OUT.print(f"{name}: {value}", soft_wrap=True)
+    if json_file is not None:
+        json_file.write_text(answer_as_json(answer), encoding="utf-8")
+    if plot is not None:
+        from vgtsim.output.posture_plot import draw_posture
+
+        draw_posture(chain, answer.q, position, plot)
+
+
+@app.command(epilog="Example: vgtsim track scenes/type_ii_reach.toml --path scenes/paths/waste_raster.toml")
+def track(
+    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    path_file: Annotated[Path, typer.Option("--path", help="TOML file of a path of the tool.")],
+    out: OutFolder = None,
+    objective: Annotated[list[str] | None, typer.Option(help="NAME or NAME:WEIGHT; may be repeated.")] = None,
+) -> None:
+    """Follow a path with the tool: lengths over time inside the cylinders' rates and accelerations, CSV and drawing."""
+    from vgtsim.control.following import follow_request, report
+    from vgtsim.description import load_tool_path
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.output.track_files import write_track
+    from vgtsim.output.write import prepare_folder
+
+    scene = load_scene(description) if is_scene(description) else None
+    chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))
+    path = load_tool_path(path_file)
+    with ERR.status("solving the path"):
+        followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), scene)
+    facts = report(chain, followed, scene)
+    table = Table("quantity", "value", title=f"{chain.manipulator.name} on {path.name}")
+    for name, value in facts.items():
+        table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
+    OUT.print(table)
+    folder = prepare_folder(out or Path("out") / path.name)
+    list_files(*write_track(chain, followed, facts, folder / path.name))
+    wanted = scene.task.motion.clearance if scene else 0.0
+    clear, spare = (
+        float(facts.get("least clearance, m", wanted)),
+        float(facts["least distance to the end of a stroke, m"]),
+    )
+    if clear < wanted or spare < 0:
+        ERR.print(f"[bold red]clearance {clear:.3f} m, wanted {wanted:.3f} m; stroke to spare {spare:.4f} m[/]")
+    finish(clear >= wanted and spare >= 0, None)

@@ -1,0 +1,146 @@
+"""What is done with a scene and with what its run left."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vgtsim.cli.application import (
+    ERR,
+    OutFolder,
+    RunFolder,
+    SceneFile,
+    app,
+    finish,
+    list_files,
+    show_report,
+)
+from vgtsim.description import load_manipulator, load_scene
+from vgtsim.description.files import is_scene
+from vgtsim.errors import DivergenceError, MissingLibraryError
+from vgtsim.runlog import RunLog, load_run
+
+
+@app.command(epilog="Example: vgtsim run scenes/type_ii_reach.toml --video")
+def run(
+    scene_file: SceneFile,
+    out: OutFolder = None,
+    video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
+) -> None:
+    """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
+    from vgtsim.control.program import check_scene, make_program
+    from vgtsim.mjcf import build_model, scene_chain
+    from vgtsim.mjcf.files import write_scene_files
+    from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
+    from vgtsim.simulation import run as simulate
+    from vgtsim.verification import verify as judge
+
+    scene = load_scene(scene_file)
+    chain = scene_chain(scene)
+    check_scene(scene, chain)
+    folder = out or Path("out") / scene.task.name
+    with ERR.status("planning the tour"):
+        program = make_program(scene, chain)
+    clear_folder(prepare_folder(folder))
+    first_goal = program.legs[0].q
+    write_scene_files(scene, first_goal, folder)
+    model = build_model(scene, {"first_goal": first_goal})
+    try:
+        log = simulate(model, program, scene)
+    except DivergenceError as error:
+        if isinstance(error.log, RunLog):
+            save_log(scene, error.log, folder)
+        raise
+    with ERR.status("verifying"):
+        report = judge(scene, log)
+    missing = write_outputs(scene, log, report, chain, folder, video=video)
+    show_report(report, folder)
+    finish(report.passed, missing)
+
+
+@app.command(epilog="Example: vgtsim build scenes/type_ii_reach.toml --out out/model")
+def build(
+    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    out: OutFolder = None,
+) -> None:
+    """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
+    from vgtsim.control.program import check_scene, solve_first_goal
+    from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.stroke_boxes import check_strokes
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.mjcf.files import write_arm_files, write_scene_files
+    from vgtsim.output.write import prepare_folder
+
+    if is_scene(description):
+        scene = load_scene(description)
+        chain = scene_chain(scene)
+        check_scene(scene, chain)
+        folder = prepare_folder(out or Path("out") / scene.task.name)
+        files = write_scene_files(scene, solve_first_goal(scene, chain), folder)
+    else:
+        manipulator = load_manipulator(description)
+        check_strokes(Chain(manipulator, hanging_mount(0.0)))
+        files = write_arm_files(manipulator, prepare_folder(out or description.parent) / manipulator.name)
+    list_files(*files)
+
+
+@app.command(epilog="Example: vgtsim verify out/type_ii_reach")
+def verify(folder: RunFolder) -> None:
+    """Make every check again from a folder's log, and write its report anew."""
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.output.write import prepare_folder, write_reports
+    from vgtsim.verification import verify as judge
+
+    scene, log = load_run(folder / "run.npz")
+    report = judge(scene, log)
+    write_reports(scene, log, report, scene_chain(scene), prepare_folder(folder))
+    show_report(report, folder)
+    finish(report.passed, None)
+
+
+@app.command(epilog="Example: vgtsim render out/type_ii_reach --camera tool")
+def render(
+    folder: RunFolder,
+    camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
+) -> None:
+    """Film a folder's log."""
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.output.write import film
+    from vgtsim.verification import verify as judge
+
+    scene, log = load_run(folder / "run.npz")
+    path = film(scene, log, judge(scene, log), scene_chain(scene), folder, camera)
+    list_files(path)
+
+
+@app.command(epilog="Example: vgtsim export out/type_ii_reach --time 12.5")
+def export(
+    folder: RunFolder,
+    time: Annotated[float | None, typer.Option(help="Simulated time, s [default: of the greatest force].")] = None,
+    vtk: Annotated[bool, typer.Option("--vtk/--no-vtk", help="Also write truss.vtu, for ParaView.")] = True,
+) -> None:
+    """Write the truss of one instant with loads and forces, for other tools: JSON, PyNiteFEA, VTK."""
+    from vgtsim.mjcf import scene_chain
+    from vgtsim.output.truss_export import write_truss
+    from vgtsim.output.write import prepare_folder
+
+    scene, log = load_run(folder / "run.npz")
+    list_files(*write_truss(scene, log, scene_chain(scene), prepare_folder(folder), time, vtk=vtk))
+
+
+@app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
+def view(
+    model_file: Annotated[Path, typer.Argument(help="Generated .xml or .mjb.", show_default=False)],
+) -> None:
+    """Open a generated model in MuJoCo's viewer with its scaled weights."""
+    from vgtsim.mjcf import load_model
+
+    model = load_model(model_file)
+    try:
+        import mujoco.viewer
+
+        mujoco.viewer.launch(model)
+    except (ImportError, RuntimeError) as error:
+        raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
