@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.kernel import Kernel
 
@@ -76,26 +75,6 @@ def make_box(chain: Chain, margin: float) -> StrokeBox:
     """
     least, greatest = chain.stroke
     return StrokeBox(least + margin, greatest - margin)
-
-
-def lengths_inside(chain: Chain, box: StrokeBox, q: Array) -> Array | None:
-    """Actuator lengths of a configuration that assembles inside the box.
-
-    Args:
-        chain: The arm.
-        box: Lengths allowed.
-        q: Inputs, shape (A, 3).
-
-    Returns:
-        Shape (A, 3), m; None when a module does not assemble or a length leaves the box.
-    """
-    if np.any(q[..., 0] ** 2 + q[..., 1] ** 2 >= 1):
-        return None
-    try:
-        length = chain.lengths(q)
-    except AssemblyError:
-        return None
-    return length if np.min(box.spare(length)) > 0 else None
 
 
 def room(kernel: Kernel, box: StrokeBox, q: Array) -> Array:
