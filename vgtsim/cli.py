@@ -150,7 +150,7 @@ def render(
 
 @app.command(epilog="Example: vgtsim capacity models/arm15/arm15.toml")
 def capacity(
-    model_file: ArmFile,
+    arm_file: ArmFile,
     out: OutFolder = None,
     payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = 453.59237,
     safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = 1.67,
@@ -167,7 +167,7 @@ def capacity(
     from vgtsim.output.write import prepare_folder
     from vgtsim.statics.capacity import draw_shapes, map_capacity
 
-    arm, gravity = load_manipulator(model_file), 9.80665
+    arm, gravity = load_manipulator(arm_file), 9.80665
     chain = Chain(arm, hanging_mount(0.0))
     with _err.status("solving shapes"):
         plane = map_capacity(chain, draw_shapes(chain), gravity, safety_factor, payload)
@@ -274,14 +274,12 @@ def models(
         arm = load_manipulator(file)
         chain = Chain(arm, hanging_mount(0.0))
         reach = sample_workspace(chain, _LISTED_SAMPLE, seed=0).reach
-        freedom = chain.layout.actuators
-        table.add_row(arm.name, str(freedom), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}", arm.title)
+        figures = (str(chain.layout.actuators), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}")
+        table.add_row(arm.name, *figures, arm.title)
     _out.print(table)
 
 
-@app.command(
-    epilog="Example: vgtsim show models/mixed/mixed.toml --lengths 'm1=36 in,40 in,38 in' --inputs 'h1=60 deg'"
-)
+@app.command(epilog="Example: vgtsim show models/mixed/mixed.toml --lengths 'm1=36 in,1.0,38 in' --inputs 'h1=60 deg'")
 def show(
     arm_file: ArmFile,
     out: OutFolder = None,
@@ -325,13 +323,12 @@ def workspace(
     chain = Chain(arm, hanging_mount(0.0))
     check_strokes(chain)
     found = sample_workspace(chain, samples, seed)
-    least, most = (float(value) for value in (found.dexterity.min(), found.dexterity.max()))
     table = Table("quantity", "value", title=f"{arm.name}: {samples} configurations, seed {seed}")
     table.add_row("reach", f"{found.reach:.3f} m")
     table.add_row("reachable volume, at least", f"{found.volume:.3g} m³ in cells of {found.cell:.3g} m")
     table.add_row("greatest tilt of the tool", f"{math.degrees(float(found.tilt.max())):.1f} degrees")
     table.add_row("directions the tool can move in", str(found.mobility))
-    table.add_row("dexterity, least to greatest", f"{least:.3g} to {most:.3g}")
+    table.add_row("dexterity, least to greatest", f"{found.dexterity.min():.3g} to {found.dexterity.max():.3g}")
     table.add_row("least singular value of a module", f"{float(found.singular.min()):.3g}")
     table.add_row(f"configurations with one below {NEAR_SINGULAR}", f"{100 * found.near_singular:.2g} %")
     _out.print(table)

@@ -264,3 +264,32 @@ def test_a_coupled_scene_couples_the_modules_at_both_ends(tmp_path):
     assert scene.coupled_modules() == ((0, 1), (4, 3))
     scene = load_scene(changed(tmp_path, SCENE, METHOD, 'method = "coupled"\ncoupling = [["m5", "m1"]]'))
     assert scene.coupled_modules() == ((4, 0),)
+
+
+def test_a_scene_over_another_differs_where_it_says_so_and_nowhere_else():
+    reach, elastic = (load_scene(ROOT / f"scenes/type_ii_{name}.toml") for name in ("reach", "elastic"))
+    assert (elastic.task.simulation.members, elastic.task.name) == ("elastic", "type_ii_elastic")
+    assert elastic.task.motion.goals == reach.task.motion.goals
+    assert elastic.task.limits == reach.task.limits
+    assert elastic.manipulator == reach.manipulator
+    assert elastic.task.provenance["payload.mass"] == reach.task.provenance["payload.mass"]
+    assert elastic.task.simulation.log_rate == reach.task.simulation.log_rate
+
+
+def test_a_scene_over_one_in_another_folder_finds_its_arm(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(f'base = "{SCENE}"\nname = "mine"\n[payload]\nmass = "10 kg"\n')
+    scene = load_scene(file)
+    assert scene.manipulator.name == "arm15"
+    assert (scene.task.payload.mass, scene.task.payload.radius) == (10.0, 0.15)
+
+
+def test_a_base_that_leads_back_is_named(tmp_path):
+    first, second = tmp_path / "first.toml", tmp_path / "second.toml"
+    first.write_text('base = "second.toml"\n')
+    second.write_text('base = "first.toml"\n')
+    with pytest.raises(DescriptionError, match=r"base: found first\.toml; allowed: a scene that does not lead back"):
+        load_scene(first)
+    first.write_text("base = 3\n")
+    with pytest.raises(DescriptionError, match="the path of a scene's file"):
+        load_scene(first)

@@ -41,7 +41,8 @@ def q(chain):
 
 
 def test_every_shipped_kind_is_here():
-    kinds = {"tetra4", "stewart", "octahedron_double", "octahedron_offset", "arm9", "arm15", "arm30", "arm60", "mixed"}
+    kinds = {"tetra4", "stewart", "octahedron_double", "octahedron_offset", "octahedron_general", "mixed"}
+    kinds |= {"arm9", "arm15", "arm30", "arm60"}
     assert kinds <= set(NAMES)
 
 
@@ -138,6 +139,7 @@ def test_every_assembly_stays_itself():
         ("tetra4", [0.6, 1.4, 0.6, 0.6], "h2/actuator/1"),
         ("stewart", [0.6, 1.5, 0.6, 1.5, 0.6, 1.5], "p/"),
         ("octahedron_double", [[1.0, 1.0, 1.9]], "m/actuator"),
+        ("octahedron_general", [1.5, 1.5, 0.8], "m/longeron/7"),
     ],
 )
 def test_lengths_beyond_a_singularity_are_refused_with_value_and_member(name, lengths, member):
@@ -169,6 +171,15 @@ def changed(name: str, *edits: tuple[int, dict]) -> Manipulator:
         ("stewart", (0, {"longerons": [{"tube": "t200x188", "length": 1.0}] * 6}), "one to six longerons"),
         ("stewart", (0, {"longerons": [{"tube": "t200x188"}] * 6}), "a tube and its length"),
         ("tetra4", (0, {"transform": np.eye(4).tolist()}), "either a length or a measured transform"),
+        (
+            "octahedron_general",
+            (0, {"top": [0.7, 0.8, 0.75]}),
+            "faces do not match: the tip plate .* top of m 0.7, 0.8",
+        ),
+        ("octahedron_general", (0, {"base": [0.7, 0.8, 1.6]}), "module m: a face with sides 0.7, 0.8, 1.6 m does not"),
+        ("octahedron_general", (0, {"longerons": [0.8] * 11}), "at least 12"),
+        ("octahedron_general", (0, {"longerons": [0.8] * 11 + [0.0]}), "module m: longeron L12 of 0 m"),
+        ("octahedron_general", (0, {"straight": 0.5}), "module m: straight length 0.5 m outside the stroke of c400"),
         ("octahedron_offset", (0, {"block": None}), "module m: joint_offset of 0.127 m with no block; .* go together"),
         ("octahedron_double", (0, {"block": "b250"}), "module m: joint_offset of 0 m with block 'b250'"),
         ("octahedron_offset", (0, {"block": "b25"}), "modules.0.block = 'b25': no such name; did you mean 'b250'"),
@@ -265,3 +276,30 @@ def test_least_singular_value_of_a_hinge_is_the_cosine_of_half_its_angle():
     value, leg = singular_values(chain, q)
     assert np.allclose(value, np.cos(q / 2))
     assert not leg.any()
+
+
+def test_a_general_module_of_symmetric_dimensions_is_the_symmetric_one():
+    """In a chain: every node, the tool's Jacobian by lengths, and the truss itself."""
+    plain = load("octahedron_offset")
+    data = plain.model_dump()
+    module, side = data["modules"][0], plain.face_side
+    kept = {
+        name: module[name] for name in ("name", "joint_offset", "block", "longeron_tube", "batten_tube", "cylinder")
+    }
+    kept |= {"kind": "double_octahedral_general", "longerons": [module["longeron"]] * 12, "straight": 1.08}
+    general = Manipulator.model_validate(data | {"modules": [kept | {"base": [side] * 3}]})
+    one, other = (Chain(arm, hanging_mount(9.0)) for arm in (plain, general))
+    assert one.truss.members == other.truss.members
+    q = sample_inputs(one, 20, seed=11)
+    lengths = one.lengths(q)
+    phi = other.inputs_from_lengths(lengths.reshape(20, 3))
+    assert np.allclose(other.nodes(phi), one.nodes(q), rtol=0, atol=1e-9)
+    assert np.allclose(other.conventional_jacobian(phi), one.conventional_jacobian(q), rtol=0, atol=1e-8)
+
+
+def test_longerons_that_do_not_meet_are_named():
+    arm = changed("octahedron_general", (0, {"longerons": [0.3] * 6 + [0.8] * 6}))
+    with pytest.raises(AssemblyError, match=r"m does not assemble.*longerons 2 and 5.*over an edge of 0.8382"):
+        _ = Chain(arm, hanging_mount(9.0)).layout
+    with pytest.raises(AssemblyError, match=r"^m does not assemble.*face triangle"):
+        Chain(load("octahedron_general"), hanging_mount(9.0)).inputs_from_lengths([0.8, 0.8, 1.7])

@@ -42,6 +42,7 @@ ARMS = {
     "alone": (load("octahedron_offset"), POSES),
     "two in a row": (first_two(load("arm15")), 40),
     "among other kinds": (with_offset(load("mixed")), 10),
+    "general": (load("octahedron_general"), POSES),
 }
 
 

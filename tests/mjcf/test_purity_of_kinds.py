@@ -28,11 +28,26 @@ def part(name: str, *modules: str):
     return arm.model_copy(update={"modules": kept})
 
 
+def general():
+    """Two general modules of the shipped one's longerons about a symmetric one, prisms between; no joint offset."""
+    arm, one = (
+        load_manipulator(ROOT / "arm15/arm15.toml"),
+        load_manipulator(ROOT / "octahedron_general/octahedron_general.toml"),
+    )
+    shape = one.modules[0].model_dump() | {"joint_offset": 0.0, "block": None}
+    shape |= {name: getattr(arm.modules[0], name) for name in ("longeron_tube", "batten_tube", "cylinder")}
+    first, last = shape | {"name": "g1", "base": None}, shape | {"name": "g2", "base": None}
+    last["longerons"] = last["longerons"][::-1]
+    modules = [first, *(module.model_dump() for module in arm.modules[1:4]), last]
+    return arm.model_validate(arm.model_dump() | {"modules": modules})
+
+
 ARMS = {
     "tetrahedral": part("tetra4", "s1", "h1", "s5"),
     "octahedral": part("stewart"),
     "double_octahedral": part("octahedron_double"),
     "mixed, static longerons": part("mixed"),
+    "double_octahedral_general": general(),
 }
 
 

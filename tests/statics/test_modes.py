@@ -10,7 +10,7 @@ import pytest
 from vgtsim.description.scene import Payload
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import damping_time, find_modes, mass_matrix, stiffness_matrix
-from vgtsim.statics.stiffness import deflect, make_pattern, scatter, tip_compliance, tool_point
+from vgtsim.statics.stiffness import deflect, pattern_of, scatter, tip_compliance, tool_point
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def bent(hanging_arm):
 def test_arm_moved_bodily_has_its_mass(model, bent):
     """Moved along an axis as one, everything but what stands on the flange counts: hubs, members' shares, tip."""
     mass = mass_matrix(model, bent)
-    size = make_pattern(model.truss).size
+    size = pattern_of(model.truss).size
     along = np.zeros(size)
     along[2 : size - 3 : 3] = 1.0
     fixed = set(range(3))
@@ -112,7 +112,7 @@ def test_lumped_members_add_the_kinetic_energy_of_points_at_the_nodes(hanging_ar
     added = lumped.loads.hub_mass - hub
     steel = make_elastic_model(hanging_arm, payload, 9.80665).loads.members.mass
     assert added.sum() == pytest.approx(steel.sum(), rel=1e-12)
-    for v in rng.normal(size=(5, make_pattern(lumped.truss).size)):
+    for v in rng.normal(size=(5, pattern_of(lumped.truss).size)):
         moved = scatter(lumped.truss, bent[None], v[None])[0]
         energy = v @ (mass_matrix(lumped, bent) - mass_matrix(bare, bent)) @ v
         assert energy == pytest.approx(added @ np.sum(moved**2, axis=-1), rel=1e-10)

@@ -17,7 +17,7 @@ from vgtsim.statics.elasticity import TRAPPED
 Array = NDArray[np.float64]
 
 VAPOUR = -0.1013e6  # Pa above the tank's: an atmosphere less, where oil leaves a cavity
-_PASSES, _CLOSE = 20, 1e-9  # of the piston's position; last correction, m
+_PASSES, _CLOSE = 20, 1e-7  # for the piston's position; last correction, m: the next would be its square over 5 mm
 _SLACK = 1e3  # N/m: stiffness told of a cylinder with cavities on both sides
 
 
@@ -64,7 +64,7 @@ class Cylinders:
         Returns:
             Shape (2, J), m³.
         """
-        return self.area * (np.stack([piston, self.stroke - piston]) + TRAPPED)
+        return self.area * (np.array([piston, self.stroke - piston]) + TRAPPED)
 
 
 @dataclass(frozen=True)
@@ -175,14 +175,13 @@ def find_state(cylinders: Cylinders, oil: Oil, length: Array) -> State:
     reach, x = length - cylinders.retracted, oil.piston
     pressure, columns, force = _squeeze(cylinders, oil, x)
     for _ in range(_PASSES):
-        shift = (force - cylinders.rod * (reach - x)) / (columns.sum(axis=0) + cylinders.rod)
+        shift = (force - cylinders.rod * (reach - x)) / (columns[0] + columns[1] + cylinders.rod)
         x = x - shift
         pressure, columns, force = _squeeze(cylinders, oil, x)
         if np.abs(shift).max() < _CLOSE:
             break
     stopped = (x < 0) | (x > cylinders.stroke)
-    x = np.clip(x, 0.0, cylinders.stroke)
-    column = np.maximum(columns.sum(axis=0), _SLACK)
+    x, column = np.clip(x, 0.0, cylinders.stroke), np.maximum(columns[0] + columns[1], _SLACK)
     return State(
         piston=x,
         pressure=pressure,
@@ -195,7 +194,7 @@ def find_state(cylinders: Cylinders, oil: Oil, length: Array) -> State:
 
 def _squeeze(cylinders: Cylinders, oil: Oil, piston: Array) -> tuple[Array, Array, Array]:
     """Pressures and stiffness of either column, shape (2, J), and tension, shape (J,), for pistons between the ends."""
-    volume = cylinders.volumes(np.clip(piston, 0.0, cylinders.stroke))
+    volume = cylinders.volumes(np.minimum(np.maximum(piston, 0.0), cylinders.stroke))
     pressure = pressures(cylinders, oil.free, volume)
     columns = np.where(pressure > VAPOUR, cylinders.modulus * cylinders.area**2 / volume, 0.0)
     return pressure, columns, pressure[1] * cylinders.area[1] - pressure[0] * cylinders.area[0]

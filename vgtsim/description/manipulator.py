@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from vgtsim.description.modules import (
     DoubleOctahedral,
+    GeneralDoubleOctahedral,
     Module,
     Octahedral,
     Sides,
@@ -135,8 +136,8 @@ class Manipulator(Description):
     @model_validator(mode="after")
     def _blocks_fit(self) -> Manipulator:
         ball = 2 * self.hub.radius
-        for module in self.active:
-            if module.block is None:
+        for module in self.modules:
+            if not isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral) or module.block is None:
                 continue
             if module.joint_offset <= ball:
                 raise ValueError(
@@ -164,6 +165,13 @@ class Manipulator(Description):
                     raise ValueError(
                         f"module {module.name}: straight pose needs {flat * sin(module.straight / 2):.4g} m of "
                         f"{module.cylinder}, which has {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
+                    )
+            if isinstance(module, GeneralDoubleOctahedral):
+                cylinder = self.cylinders[module.cylinder]
+                if not cylinder.retracted <= module.straight <= cylinder.extended:
+                    raise ValueError(
+                        f"module {module.name}: straight length {module.straight:.4g} m outside the stroke of "
+                        f"{module.cylinder}, {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
                     )
             if isinstance(module, Octahedral):
                 for longeron in module.longerons:
@@ -204,9 +212,9 @@ class Manipulator(Description):
             for field in type(module).model_fields:
                 if field.endswith("_tube"):
                     found.append((f"modules.{index}.{field}", getattr(module, field), self.tubes))
-            if isinstance(module, DoubleOctahedral | Tetrahedral):
+            if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral):
                 found.append((f"modules.{index}.cylinder", module.cylinder, self.cylinders))
-            if isinstance(module, DoubleOctahedral) and module.block is not None:
+            if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral) and module.block is not None:
                 found.append((f"modules.{index}.block", module.block, self.blocks))
             if isinstance(module, Octahedral):
                 for leg, longeron in enumerate(module.longerons):
@@ -240,12 +248,13 @@ class Manipulator(Description):
         All its actuated modules are double-octahedral, and all of them or none have a joint offset.
         """
         alike = len({bool(module.joint_offset) for module in self.active}) == 1
-        return alike and not any(isinstance(module, Tetrahedral | Octahedral) for module in self.modules)
+        others = Tetrahedral | Octahedral | GeneralDoubleOctahedral
+        return alike and not any(isinstance(module, others) for module in self.modules)
 
     def block_of(self, module: int) -> Block:
         """Joint block of a module with a joint offset, given by its index."""
         owner = self.modules[module]
-        assert isinstance(owner, DoubleOctahedral)
+        assert isinstance(owner, DoubleOctahedral | GeneralDoubleOctahedral)
         assert owner.block is not None  # demanded of every module that has an offset
         return self.blocks[owner.block]
 

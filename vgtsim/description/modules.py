@@ -55,6 +55,44 @@ class DoubleOctahedral(Description):
         return 3
 
 
+class GeneralDoubleOctahedral(Description):
+    """A batten-actuated double-octahedral module whose longerons and faces may all differ (sections 3.5.1 and 3.5.2).
+
+    Attributes:
+        name: Unique in the arm.
+        base: Sides n1 n2, n2 n3, n3 n1 of its base, m; absent for the arm's face side.
+        top: Sides n7 n8, n8 n9, n9 n7 of its top, m; absent for the arm's face side.
+        longerons: Lengths of L1 to L12 = n1 n4, n2 n5, n3 n6, n3 n4, n1 n5, n2 n6, n5' n7, n6' n8, n4' n9, n4' n7,
+            n5' n8, n6' n9, m; without a joint offset n4' is n4, and so on.
+        joint_offset: Ljo, m: distance between the two mid-plane node triangles.
+        block: Joint block of its mid-plane nodes; one is given where there is an offset.
+        longeron_tube: Tube of the longerons.
+        batten_tube: Tube of the three battens of its top face.
+        cylinder: Cylinder of its three mid-plane actuators.
+        straight: Length of the three actuators in the straight working pose, m.
+    """
+
+    kind: Literal["double_octahedral_general"]
+    name: Name
+    base: _Sides | None = None
+    top: _Sides | None = None
+    longerons: tuple[Length, ...] = Field(min_length=12, max_length=12)
+    joint_offset: Length = Field(default=0.0, ge=0)
+    block: Name | None = None
+    longeron_tube: Name
+    batten_tube: Name
+    cylinder: Name
+    straight: Length = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _lengths_are_lengths(self) -> GeneralDoubleOctahedral:
+        _pair_offset(self.name, self.joint_offset, self.block)
+        for number, length in enumerate(self.longerons, 1):
+            if length <= 0:
+                raise ValueError(f"module {self.name}: longeron L{number} of {length:.4g} m, must be longer than 0")
+        return self
+
+
 class Tetrahedral(Description):
     """A hinge of two static triangles about the third side of its base (section 3.3).
 
@@ -202,8 +240,11 @@ class Section(Description):
         return self
 
 
-Module = Annotated[DoubleOctahedral | Tetrahedral | Octahedral | Prism | Section, Field(discriminator="kind")]
-KINDS = ("double_octahedral", "tetrahedral", "octahedral", "prism", "section")
+Module = Annotated[
+    DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral | Prism | Section,
+    Field(discriminator="kind"),
+]
+KINDS = ("double_octahedral", "double_octahedral_general", "tetrahedral", "octahedral", "prism", "section")
 
 
 def face_sides(module: Module, default: float) -> tuple[Sides, Sides]:
@@ -220,7 +261,7 @@ def face_sides(module: Module, default: float) -> tuple[Sides, Sides]:
     if isinstance(module, Tetrahedral):
         side, hinge = module.side or default, module.hinge or default
         return (side, side, hinge), (side, side, hinge)
-    if isinstance(module, Octahedral):
+    if isinstance(module, Octahedral | GeneralDoubleOctahedral):
         return module.base or whole, module.top or whole
     if isinstance(module, Section):
         base = module.base or whole
@@ -230,7 +271,7 @@ def face_sides(module: Module, default: float) -> tuple[Sides, Sides]:
 
 def joint_offset(module: Module) -> float:
     """Ljo of a module, m: its mid-plane nodes are joint blocks where it is not zero."""
-    return module.joint_offset if isinstance(module, DoubleOctahedral) else 0.0
+    return module.joint_offset if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral) else 0.0
 
 
 def altitude(module: Tetrahedral, default: float) -> float:

@@ -3,9 +3,9 @@
 Inputs q are canonical. A chain whose active modules are all double-octahedral (a uniform one) takes q of shape
 (..., A, 3): for each of the A modules its mid-plane (u_x, u_y, d), see `double_octahedron`; its actuator lengths have
 that shape too. Any other chain takes the inputs of all modules in one row, shape (..., n): for a double octahedron its
-mid-plane, for a tetrahedron its hinge angle theta, for an octahedron its pose (x, y, z, roll, pitch, yaw); its lengths
-have shape (..., J) in the order of the truss's actuators. Below, (..., *q) stands for either. Leading dimensions are
-batches. Positions are in frame G, the frame that the mount maps B_1 into.
+mid-plane, for a general one its angles phi_1 to phi_3, for a tetrahedron its hinge angle theta, for an octahedron its
+pose (x, y, z, roll, pitch, yaw); its lengths have shape (..., J) in the order of the truss's actuators. Below, (..., *q)
+stands for either. Leading dimensions are batches. Positions are in frame G, the frame that the mount maps B_1 into.
 
 All modules of a kind are solved in one call, static modules are absorbed into constants, and one product runs along the
 arm.

@@ -272,6 +272,26 @@ def forward_lengths(geometry: Geometry, actuators: ArrayLike, start: ArrayLike |
     return np.concatenate([lower.phi, upper.phi], axis=-1).reshape(*batch, 6)
 
 
+def advance_lengths(geometry: Geometry, actuators: ArrayLike, start: ArrayLike) -> tuple[Array, Array]:
+    """As `forward_lengths`, but reports how far it got where it met a singularity or impossible lengths.
+
+    Args:
+        geometry: Fixed dimensions.
+        actuators: l1, l2, l3, shape (..., 3), m.
+        start: States, broadcast to shape (..., 6), rad.
+
+    Returns:
+        States, shape (..., 6), rad, and fractions of the way covered, shape (...).
+    """
+    goal = np.asarray(actuators, float)
+    state = np.broadcast_to(np.asarray(start, float), (*goal.shape[:-1], 6)).reshape(-1, 6)
+    length = actuator_lengths(geometry, state)
+    lower = _along_edges(geometry.circles, state[:, :3], length, goal.reshape(-1, 3))
+    upper = _upper(geometry, length, actuator_lengths(geometry, lower.phi), state[:, 3:])
+    found = np.concatenate([lower.phi, upper.phi], axis=-1).reshape(*goal.shape[:-1], 6)
+    return found, np.minimum(lower.reached, upper.reached).reshape(goal.shape[:-1])
+
+
 def _distances(triangle: Array) -> Array:
     return np.linalg.norm(triangle[..., [1, 2, 0], :] - triangle, axis=-1)
 

@@ -16,6 +16,7 @@ from vgtsim.kinematics.double_octahedron_general import (
     Geometry,
     actuator_lengths,
     angle_jacobian,
+    mid_nodes,
     nodes,
 )
 from vgtsim.kinematics.mode_following import worst_direction
@@ -42,7 +43,7 @@ def jacobian(geometry: Geometry, state: ArrayLike) -> Array:
     """
     angles = np.asarray(state, float)
     points = nodes(geometry, angles)
-    velocity = _primed_velocity(geometry, angles, points)[..., UPPER_LEGS[:, 0], :, :]
+    velocity = mid_velocities(geometry, angles)[..., 3 + UPPER_LEGS[:, 0], :, :]
     length, J = upper_jacobian(points)
     unit = (points[..., 6 + UPPER_LEGS[:, 1], :] - points[..., 3 + UPPER_LEGS[:, 0], :]) / length[..., None]
     try:
@@ -64,8 +65,18 @@ def upper_jacobian(points: Array) -> tuple[Array, Array]:
     return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)
 
 
-def _primed_velocity(geometry: Geometry, angles: Array, points: Array) -> Array:
-    """Derivative of n4', n5', n6' per canonical input, shape (..., 3 nodes, 3 coordinates, 3 inputs)."""
+def mid_velocities(geometry: Geometry, phi: ArrayLike) -> Array:
+    """Derivative of the mid-plane's nodes with respect to the canonical input.
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
+
+    Returns:
+        Of n4, n5, n6, n4', n5', n6' in frame B, shape (..., 6 nodes, 3 coordinates, 3 inputs), m/rad.
+    """
+    angles = np.asarray(phi, float)
+    points = mid_nodes(geometry, angles)
     tangent = circle_tangents(geometry.circles, angles[..., :3])
     moves = tangent[..., :, :, None] * np.eye(3)[:, None, :]
     first, second = points[..., 1, :] - points[..., 0, :], points[..., 2, :] - points[..., 0, :]
@@ -75,7 +86,7 @@ def _primed_velocity(geometry: Geometry, angles: Array, points: Array) -> Array:
     rate = rate + np.cross(first[..., None], moves[..., 2, :, :] - moves[..., 0, :, :], axis=-2)
     w = cross[..., None] / size
     turn = (rate - w * np.sum(w * rate, axis=-2, keepdims=True)) / size
-    return moves + geometry.joint_offset * turn[..., None, :, :]
+    return np.concatenate([moves, moves + geometry.joint_offset * turn[..., None, :, :]], axis=-3)
 
 
 def length_jacobian(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import (
     DoubleOctahedral,
+    GeneralDoubleOctahedral,
     Module,
     Octahedral,
     Prism,
@@ -20,9 +21,11 @@ from vgtsim.description.modules import (
 )
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import double_octahedron as double
+from vgtsim.kinematics import double_octahedron_general as general
 from vgtsim.kinematics import octahedron as single
 from vgtsim.kinematics import tetrahedron as tetra
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.general_double_octahedra import GeneralDoubleOctahedra, straight_states
 from vgtsim.kinematics.module_sets import ModuleSet
 from vgtsim.kinematics.octahedra import Octahedra, straight_pose
 from vgtsim.kinematics.static_section import StaticSection, make_section, section_from_transform
@@ -122,7 +125,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
     alike = [(modules[k].kind, joint_offset(modules[k]) > 0) for k in active]
     places = []
-    kinds = ("double_octahedral", "tetrahedral", "octahedral")
+    kinds = ("double_octahedral", "double_octahedral_general", "tetrahedral", "octahedral")
     for key in ((kind, offset) for kind in kinds for offset in (False, True) if (kind, offset) in alike):
         which = [a for a, own in enumerate(alike) if own == key]
         columns = np.array([np.arange(first[a], first[a + 1]) for a in which], dtype=int)
@@ -190,8 +193,22 @@ def octahedron_geometry(module: Octahedral, side: float) -> single.Geometry:
     return single.Geometry(base, top, tuple(longeron.length for longeron in module.longerons))
 
 
+def general_geometry(module: GeneralDoubleOctahedral, side: float) -> general.Geometry:
+    """Fixed dimensions of a general double-octahedral module.
+
+    Args:
+        module: The description.
+        side: The arm's face side, m.
+
+    Returns:
+        The geometry.
+    """
+    base, top = face_sides(module, side)
+    return general.Geometry(base, top, module.longerons, module.joint_offset)
+
+
 def _input_count(module: Module) -> int:
-    return {"tetrahedral": 1, "double_octahedral": 3, "octahedral": 6}[module.kind]
+    return {"tetrahedral": 1, "octahedral": 6}.get(module.kind, 3)
 
 
 def _place(manipulator: Manipulator, truss: Truss, which: list[int], active: Index | slice, columns: Index) -> Place:
@@ -215,6 +232,11 @@ def _module_set(picked: list[Module], side: float) -> tuple[ModuleSet, Array]:
         zero = np.zeros(len(doubles))
         geometry = double.Geometry(np.full(len(doubles), side), longeron, offset)
         return DoubleOctahedra(names, geometry), np.stack([zero, zero, (reach - offset) / 2], axis=-1)
+    generals = [module for module in picked if isinstance(module, GeneralDoubleOctahedral)]
+    if generals:
+        shapes = tuple(general_geometry(module, side) for module in generals)
+        begins = straight_states(names, shapes, [module.straight for module in generals])
+        return GeneralDoubleOctahedra(names, shapes, begins), begins[:, :3]
     hinges = [module for module in picked if isinstance(module, Tetrahedral)]
     if hinges:
         faces = np.array([face_sides(module, side)[0] for module in hinges])

@@ -2,7 +2,8 @@
 
 A set has M modules with the same number of inputs (canonical, see the module's own file) and of legs (the members whose
 lengths can change). Inputs are x, shape (..., M, inputs); leading dimensions are batches. All methods are in the frames
-B of the modules. The sets are `DoubleOctahedra`, `Octahedra` and `Tetrahedra`.
+B of the modules. The sets are `DoubleOctahedra`, `GeneralDoubleOctahedra`, `Octahedra` and
+`Tetrahedra`.
 """
 
 from __future__ import annotations

@@ -20,7 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import DoubleOctahedral, Module, Octahedral, Tetrahedral, joint_offset
+from vgtsim.description.modules import (
+    DoubleOctahedral,
+    GeneralDoubleOctahedral,
+    Module,
+    Octahedral,
+    Tetrahedral,
+    joint_offset,
+)
 
 Index = NDArray[np.intp]
 
@@ -193,7 +200,7 @@ def make_truss(manipulator: Manipulator) -> Truss:
 def _node_groups(module: Module) -> tuple[str, ...]:
     if joint_offset(module):
         return ("foot", "mid", "head", "top")
-    return ("mid", "top") if isinstance(module, DoubleOctahedral) else ("top",)
+    return ("mid", "top") if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral) else ("top",)
 
 
 def _equivalent_bars(ends: Index, tip_edges: Index, rings: Index, actuators: Index) -> Index:
@@ -213,7 +220,7 @@ _Plan = list[tuple[str, str, int, int, int]]  # role, section, ends, number
 def _module_members(module: Module, index: int, groups: dict[str, list[int]], closed: bool) -> list[Member]:
     base, top = groups["base"], groups["top"]
     plan: _Plan = []
-    if isinstance(module, DoubleOctahedral):
+    if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral):
         mid = groups["mid"]
         at = {"foot": mid, "head": mid, **groups}
         for number, ((below, i), (above, j)) in enumerate(_OCTAHEDRON_LONGERONS, 1):

@@ -21,11 +21,11 @@ from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.layout import Place
 from vgtsim.kinematics.octahedra import Octahedra
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, rotation
-from vgtsim.redundancy.directrix import Directrix
+from vgtsim.redundancy.directrix import Directrix, arc_length, regular_partition
 
 Array = NDArray[np.float64]
 
-_TABLE = np.linspace(0.0, 1.0, 801)  # of the curve's parameter: arc lengths by the trapezoid rule, to 1e-6 of the curve
+_TABLE = regular_partition(400)  # of the curve's parameter, between which places are interpolated
 _LEAST = 0.1  # of the straight modules' length that the modules have on a curve too short for the static sections
 _STRAIGHT = 1e-9  # m: a section whose top stands this far beside its base's axis is inclined
 
@@ -116,8 +116,7 @@ def _place_of(chain: Chain, active: int) -> tuple[Place, int]:
 def _lay_out(chain: Chain, curve: Directrix) -> _Chords:
     """Chords of the static sections on a curve."""
     static = chain.layout.after[:, 2, 3]
-    speed = np.linalg.norm(curve.tangent(_TABLE), axis=-1)
-    arc = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2)]) * _TABLE[1]
+    arc = arc_length(curve, _TABLE)
     modules = _straight_lengths(chain)
     share = modules / modules.sum() * max(arc[-1] - static.sum(), _LEAST * modules.sum())
     end = np.cumsum(share + static)

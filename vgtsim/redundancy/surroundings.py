@@ -26,6 +26,7 @@ from vgtsim.redundancy.capsules import Capsules, make_capsules, near_pairs
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+_STEP = 1e-6  # of the differences of the sag, in units of the inputs
 _Part = tuple[
     Index, Array, Index, Array
 ]  # configuration, gap, points (R, k) and the gap's derivative by them (R, k, 3)
@@ -57,7 +58,6 @@ class Surroundings:
         payload_radius: Of the ball about the tool point, m.
         mast_radius: Of the pipe above the arm's base, m.
         sag: Displacements of the points of poses under load, from their nodes; absent for an arm that does not give.
-            Slopes are those of the unloaded arm: a bend moves the points by metres where it changes their sag by millimetres.
     """
 
     chain: Chain
@@ -131,7 +131,14 @@ class Surroundings:
     def _slopes(self, q: Array) -> Array:
         """Derivative of the points by the inputs, shape (W, N + 1, 3, n)."""
         tool = self.chain.jacobian(q)[..., None, :3, :]
-        return np.concatenate([self.chain.node_jacobian(q)[1], tool], axis=-3)
+        J = np.concatenate([self.chain.node_jacobian(q)[1], tool], axis=-3)
+        return J if self.sag is None else J + self._sag_slopes(self.sag, q)
+
+    def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
+        """By differences: a solver does not come to rest on slopes that leave the sag out."""
+        near = q[:, None] + _STEP * np.eye(q[0].size).reshape(-1, *q.shape[1:])
+        change = sag(self.chain.nodes(near)) - sag(self.chain.nodes(q))[:, None]
+        return np.moveaxis(change / _STEP, 1, -1)
 
     def _shell(self, points: Array, reach: float) -> _Part:
         """The tank is convex, so a capsule is nearest to it at an end; the mast flange does not move."""

@@ -15,16 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.errors import TrussError
-from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.framework import framework_of
+from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import Motion
-from vgtsim.statics.rank import diagnose
 from vgtsim.statics.rings import find_ring_forces
 
 Array = NDArray[np.float64]
 
-_WORST = 1e9  # entry of an inverse block of unit vectors beyond which no sound digit of a force is left
 _CHUNK = 512  # instants solved at a time: keeps the work arrays in cache
 
 
@@ -120,8 +118,9 @@ def _solve_chunk(
     if extra is not None:
         force += extra
     _load_blocks(model, nodes, motion, force)
-    span = nodes[:, truss.bars[:, 1]] - nodes[:, truss.bars[:, 0]]
-    tension, left = _back_substitute(truss, span / np.linalg.norm(span, axis=-1, keepdims=True), force, nodes)
+    frame = framework_of(truss)
+    tension, total = substitute_back(frame, frame.directions(nodes), force, nodes)
+    left = total[:, truss.base]
     rings = find_ring_forces(truss, nodes, tension)
     bar = tension[:, : len(truss.members)].copy()
     bar[:, rings.member] = rings.axial
@@ -153,58 +152,3 @@ def _load_blocks(model: LoadModel, nodes: Array, motion: Motion | None, force: A
 def _selection(node: NDArray[np.intp], count: int) -> Array:
     """Matrix that adds up values of members at their nodes, shape (N, M)."""
     return (np.arange(count)[:, None] == node).astype(float)
-
-
-def _back_substitute(truss: Truss, unit: Array, force: Array, nodes: Array) -> tuple[Array, Array]:
-    """Tensions of all bars, shape (T, B), and what is left at the flange's nodes, shape (T, 3, 3)."""
-    ends = truss.bars
-    own = truss.group[ends].max(axis=1)
-    bars = [np.flatnonzero(own == g) for g in range(1, int(truss.group[-1]) + 1)]
-    hubs = [np.flatnonzero(truss.group == g) for g in range(1, int(truss.group[-1]) + 1)]
-    if any(len(members) != 3 * len(group) for members, group in zip(bars, hubs, strict=True)):
-        diagnose(truss, nodes[0])
-        raise TrussError(len(ends), (), "isostatic, but not group by group of nodes")
-    incidence = _selection(ends[:, 0], len(truss.nodes)) - _selection(ends[:, 1], len(truss.nodes))
-    inverse = _invert(truss, hubs, bars, incidence, unit, nodes)
-    total, found = force.copy(), np.empty(unit.shape[:-1])
-    for group, members, block in zip(hubs[::-1], bars[::-1], inverse[::-1], strict=True):
-        rest = total[:, group].reshape(len(total), 3 * len(group), 1)
-        pull = -(block @ rest)
-        found[:, members] = pull[..., 0]
-        total += incidence[:, members] @ (pull * unit[:, members])
-    return found, total[:, :3]
-
-
-def _invert(
-    truss: Truss,
-    hubs: list[NDArray[np.intp]],
-    bars: list[NDArray[np.intp]],
-    incidence: Array,
-    unit: Array,
-    nodes: Array,
-) -> list[Array]:
-    """Inverses of the groups' equilibrium matrices, each shape (T, 9, 9) or (T, 3, 3)."""
-    inverse = [np.empty(0)] * len(bars)
-    for size in {len(group) for group in hubs}:
-        alike = [g for g, group in enumerate(hubs) if len(group) == size]
-        picked = np.array([bars[g] for g in alike])
-        rows = np.stack([incidence[hubs[g][:, None], bars[g]] for g in alike])
-        matrix = np.einsum("gib,tgbx->tgixb", rows, unit[:, picked])
-        blocks = _invert_blocks(truss, matrix.reshape(-1, len(alike), 3 * size, 3 * size), nodes)
-        for place, g in enumerate(alike):
-            inverse[g] = blocks[:, place]
-    return inverse
-
-
-def _invert_blocks(truss: Truss, matrix: Array, nodes: Array) -> Array:
-    """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
-    try:
-        inverse = np.asarray(np.linalg.inv(matrix), float)
-    except np.linalg.LinAlgError:
-        inverse = np.full(matrix.shape, np.inf)
-    size = np.abs(inverse).max(axis=(1, 2, 3), initial=0.0)
-    if np.any(size > _WORST):
-        worst = int(np.argmax(size > _WORST))
-        diagnose(truss, nodes[worst])
-        raise TrussError(truss.ends.size, (), f"instant {worst}: so near a mechanism that forces have no digits")
-    return inverse

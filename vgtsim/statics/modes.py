@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
+from vgtsim.statics.band import add_blocks, geometric_blocks, unfold
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads
-from vgtsim.statics.stiffness import band_matrix, deflect, make_pattern, node_loads, scatter
+from vgtsim.statics.stiffness import band_matrix, deflect, node_loads, pattern_of, scatter
 
 Array = NDArray[np.float64]
 
@@ -74,13 +75,7 @@ def damping_time(model: ElasticModel, nodes: ArrayLike, ratio: float) -> float:
 
 def stiffness_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
     """Stiffness matrix of the unknowns, shape (n, n), N/m, N and N·m, for nodes of shape (N, 3)."""
-    upper = band_matrix(model, np.asarray(nodes, float)[None])[0][0]
-    size, band = upper.shape[1], upper.shape[0] - 1
-    full = np.zeros((size, size))
-    for above in range(band + 1):
-        i = np.arange(size - above)
-        full[i, i + above] = full[i + above, i] = upper[band - above, above:]
-    return full
+    return unfold(band_matrix(model, np.asarray(nodes, float)[None])[0][0])
 
 
 def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
@@ -101,10 +96,8 @@ def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
     span = n[truss.ends[:, 1]] - n[truss.ends[:, 0]]
     length = np.linalg.norm(span, axis=-1)
     unit = span / length[:, None]
-    across = np.eye(3) - unit[:, :, None] * unit[:, None, :]
-    difference = _moves(model, n, 1) - _moves(model, n, 0)
-    blocks = np.einsum("mki,mkl,mlj->mij", difference, across * (bar / length)[:, None, None], difference)
-    total = _assemble(model, blocks)
+    blocks = geometric_blocks(span, bar, _moves(model, n, 1) - _moves(model, n, 0))
+    total = add_blocks(pattern_of(truss), blocks)
     pull = np.zeros(n.shape)
     np.add.at(pull, truss.ends[:, 0], bar[:, None] * unit)
     np.add.at(pull, truss.ends[:, 1], -bar[:, None] * unit)
@@ -139,7 +132,7 @@ def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
         blocks += _weighed(part.mass[:, side], end, end)
         mixed = sign * _weighed(part.first_moment[:, side], end, turn)
         blocks += mixed + np.swapaxes(mixed, 1, 2)
-    total = _assemble(model, blocks)
+    total = add_blocks(pattern_of(truss), blocks)
     free = len(total) - 6
     total[np.arange(free), np.arange(free)] += np.repeat(model.loads.hub_mass[truss.base.stop : truss.tip.start], 3)
     total[-6:, -6:] += _tip_inertia(model, n)
@@ -159,15 +152,6 @@ def _moves(model: ElasticModel, nodes: Array, side: int) -> Array:
     moves[:, :, start : start + 3] = np.eye(3)
     moves[:, :, start + 3 : start + 6] = np.swapaxes(np.cross(np.eye(3)[None], lever[:, None]), 1, 2)
     return moves
-
-
-def _assemble(model: ElasticModel, blocks: Array) -> Array:
-    """Add blocks of the members, shape (M, 12, 12), into a matrix of the unknowns, shape (n, n)."""
-    pattern = make_pattern(model.truss)
-    dof = np.where(pattern.dof < 0, pattern.size, pattern.dof)
-    total = np.zeros((pattern.size + 1, pattern.size + 1))
-    np.add.at(total, (dof[:, :, None], dof[:, None, :]), blocks)
-    return total[:-1, :-1]
 
 
 def _tip_mass(model: ElasticModel) -> float:

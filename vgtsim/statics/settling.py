@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from vgtsim.errors import TrussError
+from vgtsim.statics.band import solve_band
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.motion import Motion
-from vgtsim.statics.stiffness import band_matrix, elongations, gather, make_pattern, node_loads, scatter, solve_band
+from vgtsim.statics.stiffness import band_matrix, elongations, gather, node_loads, pattern_of, scatter
 
 Array = NDArray[np.float64]
 
@@ -61,13 +62,13 @@ def _settle_chunk(model: ElasticModel, unloaded: Array, motion: Motion | None, d
         left = left[~(step < _CLOSE)]  # NaN has not settled
         if not len(left):
             return nodes
-    size = make_pattern(model.truss).size
+    size = pattern_of(model.truss).size
     raise TrussError(size, (), f"does not settle: {np.max(step):.3g} m in pass {_PASSES}")
 
 
 def _residual(model: ElasticModel, nodes: Array, bar: Array, motion: Motion | None) -> Array:
     """Loads on the unknowns that member forces, shape (T, M), do not yet carry, shape (T, n), N and N·m."""
-    pattern = make_pattern(model.truss)
+    pattern = pattern_of(model.truss)
     load = gather(model.truss, nodes, node_loads(model, nodes, motion))
     pulls = bar[..., None] * elongations(model.truss, nodes)
     width = pattern.size + 1  # what acts on fixed nodes lands in a column of its own
@@ -80,7 +81,7 @@ def _correct(model: ElasticModel, nodes: Array, spring: Array, load: Array) -> t
     """Nodes after a step of Newton's method, shape (T, N, 3), and how far they moved; the plate turns without growing."""
     truss = model.truss
     matrices = band_matrix(model, nodes, spring)[0]
-    moved = np.stack([solve_band(model, *item) for item in zip(nodes, matrices, load, strict=True)])
+    moved = np.stack([solve_band(truss, *item) for item in zip(nodes, matrices, load, strict=True)])
     shift = scatter(truss, nodes, moved)
     centre = nodes[:, truss.tip].mean(axis=1, keepdims=True)
     turn = np.swapaxes(Rotation.from_rotvec(moved[:, -3:]).as_matrix(), 1, 2)

@@ -1,8 +1,8 @@
 """Direct stiffness of a whole arm: displacements, member forces and tip compliance over any batch of poses.
 
 Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of
-its centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow: it
-is assembled straight into band storage through index tables made once, and factored by banded Cholesky.
+its centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow, see
+`band`.
 """
 
 from __future__ import annotations
@@ -12,17 +12,14 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
-from vgtsim.errors import TrussError
 from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.band import Pattern, assemble, elongate, make_pattern, solve_band
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads, member_loads, tool_point
 from vgtsim.statics.motion import Motion
-from vgtsim.statics.rank import diagnose
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 _CHUNK = 256  # poses assembled at a time: keeps the work arrays in cache
 
@@ -42,52 +39,22 @@ class Deflection:
     bar: Array
 
 
-@dataclass(frozen=True)
-class Pattern:
-    """Where each member's stiffness goes in the banded matrix; made once for a truss.
-
-    Attributes:
-        size: Number of unknowns.
-        band: Number of diagonals above the main one.
-        dof: Unknowns that the two ends of each member depend on, shape (M, 12); -1 where there is none.
-        pairs: Pairs of the twelve that land in the upper triangle, rows member, first and second, shape (3, P).
-        place: Where in flattened band storage each pair goes, shape (P,).
-    """
-
-    size: int
-    band: int
-    dof: Indices
-    pairs: Indices
-    place: Indices
-
-
 @lru_cache(maxsize=16)
 def _pattern(nodes: int, ends: tuple[tuple[int, int], ...]) -> Pattern:
-    free = nodes - 6
-    size = 3 * free + 6
-    dof = np.full((len(ends), 12), -1, dtype=np.intp)
-    for row, member in zip(dof, ends, strict=True):
-        for side, node in enumerate(member):
-            start = 6 * side
-            if 3 <= node < nodes - 3:
-                row[start : start + 3] = 3 * (node - 3) + np.arange(3)
-            elif node >= nodes - 3:
-                row[start : start + 6] = 3 * free + np.arange(6)
-    first, second = dof[:, :, None], dof[:, None, :]
-    pairs = np.array(np.nonzero((first >= 0) & (second >= 0) & (first <= second)), dtype=np.intp)
-    i, j = dof[pairs[0], pairs[1]], dof[pairs[0], pairs[2]]
-    band = int((j - i).max(initial=0))
-    return Pattern(size, band, dof, pairs, (band + i - j) * size + j)
+    free = 3 * (nodes - 6)
+    none, plate = (-1,) * 6, tuple(range(free, free + 6))
+    own = [(*range(3 * i, 3 * i + 3), -1, -1, -1) for i in range(nodes - 6)]
+    return make_pattern((*[none] * 3, *own, *[plate] * 3), ends)
 
 
-def make_pattern(truss: Truss) -> Pattern:
-    """Look the pattern of a truss up, or make it.
+def pattern_of(truss: Truss) -> Pattern:
+    """Look the pattern of an arm up, or make it.
 
     Args:
         truss: Nodes and members.
 
     Returns:
-        Its pattern.
+        Its pattern, with six unknowns of a node: of a free hub its displacement, of a tip node those of the plate.
     """
     return _pattern(len(truss.nodes), tuple(map(tuple, truss.ends.tolist())))
 
@@ -168,7 +135,7 @@ def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
     """
     n = np.asarray(nodes, float)
     flat = n.reshape(-1, *n.shape[-2:])
-    load = np.zeros((len(flat), make_pattern(model.truss).size, 6))
+    load = np.zeros((len(flat), pattern_of(model.truss).size, 6))
     wrench = np.broadcast_to(np.eye(6), (len(flat), 6, 6))
     lever = tool_point(model.loads, flat) - flat[:, model.truss.tip].mean(axis=1)
     load[:, -6:] = np.swapaxes(wrench, 1, 2)
@@ -215,40 +182,23 @@ def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) 
     Returns:
         The matrices, shape (T, band + 1, n); elongations, shape (T, M, 12); stiffnesses, shape (T, M), N/m.
     """
-    pattern = make_pattern(model.truss)
     grow = elongations(model.truss, nodes)
     spring = model.stiffness_at(nodes) if spring is None else spring
-    member, first, second = pattern.pairs
-    value = (spring[..., None] * grow)[:, member, first] * grow[:, member, second]
-    room = (pattern.band + 1) * pattern.size
-    place = pattern.place + room * np.arange(len(nodes))[:, None]
-    matrix = np.asarray(np.bincount(place.ravel(), value.ravel(), room * len(nodes)), float)
-    return matrix.reshape(len(nodes), pattern.band + 1, pattern.size), grow, spring
+    return assemble(pattern_of(model.truss), grow, spring), grow, spring
 
 
 def _solve(model: ElasticModel, nodes: Array, load: Array) -> tuple[Array, Array]:
     """Unknowns, shape (T, n, R), and bar forces, shape (T, M, R), of loads, shape (T, n, R)."""
-    pattern = make_pattern(model.truss)
+    pattern = pattern_of(model.truss)
     moved = np.empty(load.shape)
     bar = np.empty((len(nodes), len(model.truss.members), load.shape[-1]))
     for start in range(0, len(nodes), _CHUNK):
         part = slice(start, start + _CHUNK)
         matrix, grow, spring = band_matrix(model, nodes[part])
         for offset, upper in enumerate(matrix):
-            moved[start + offset] = solve_band(model, nodes[start + offset], upper, load[start + offset])
-        taken = np.where(pattern.dof[..., None] >= 0, moved[part][:, pattern.dof], 0.0)
-        bar[part] = spring[..., None] * np.einsum("tmk,tmkr->tmr", grow, taken)
+            moved[start + offset] = solve_band(model.truss, nodes[start + offset], upper, load[start + offset])
+        bar[part] = spring[..., None] * elongate(pattern, grow, moved[part])
     return moved, bar
-
-
-def solve_band(model: ElasticModel, nodes: Array, upper: Array, load: Array) -> Array:
-    """Unknowns, shape (n, ...), of one pose from its banded matrix and loads, shape (n, ...)."""
-    try:
-        factor = cholesky_banded(upper, overwrite_ab=False, check_finite=False)
-    except LinAlgError:
-        diagnose(model.truss, nodes)
-        raise TrussError(len(load), (), "stiffness matrix is not positive definite") from None
-    return cho_solve_banded((factor, False), load, check_finite=False)
 
 
 def _at_centroid(model: ElasticModel, nodes: Array, wrench: Array) -> Array:

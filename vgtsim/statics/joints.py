@@ -1,0 +1,99 @@
+"""The method of joints for any statically determinate framework, group by group of nodes, over a batch of instants."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import TrussError
+from vgtsim.statics.framework import Framework
+from vgtsim.statics.rank import diagnose
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+_WORST = 1e9  # entry of an inverse block of unit vectors beyond which no sound digit of a force is left
+
+
+def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
+    """Find the force in every bar and at every support.
+
+    Args:
+        frame: The framework.
+        nodes: Shape (..., N, 3), m.
+        force: Loads on the nodes, broadcast to shape (..., N, 3), N.
+
+    Returns:
+        Bar forces, tension positive, shape (..., B), N, and forces of the supports on the nodes, zero where a node is
+        free, shape (..., N, 3), N.
+
+    Raises:
+        TrussError: A mechanism, or a self-stress; bars are named.
+    """
+    n = np.asarray(nodes, float)
+    flat = n.reshape(-1, *n.shape[-2:])
+    load = np.broadcast_to(force, n.shape).reshape(flat.shape)
+    bar, left = substitute_back(frame, frame.directions(flat), load, flat)
+    return bar.reshape(*n.shape[:-2], -1), np.where(frame.free, 0.0, -left).reshape(n.shape)
+
+
+def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array) -> tuple[Array, Array]:
+    """Solve the groups one after the other, the last one first.
+
+    Args:
+        frame: The framework.
+        unit: Directions of the bars, shape (T, B, 3).
+        force: Loads on the nodes, shape (T, N, 3), N.
+        nodes: Shape (T, N, 3), m, to name what is wrong.
+
+    Returns:
+        Bar forces, shape (T, B), N, and what is left at the nodes, shape (T, N, 3), N: for the supports.
+
+    Raises:
+        TrussError: A mechanism, or a self-stress; bars are named.
+    """
+    own, (node, axis) = frame.group[frame.ends].max(axis=1), frame.equations
+    numbers = np.unique(frame.group[node])
+    bars = [np.flatnonzero(own == g) for g in numbers]
+    rows = [np.flatnonzero(frame.group[node] == g) for g in numbers]
+    if len(own) != len(node) or any(len(a) != len(b) for a, b in zip(bars, rows, strict=True)):
+        diagnose(frame, nodes[0])
+        raise TrussError(len(own), (), "isostatic, but not group by group of nodes")
+    incidence = frame.incidence
+    inverse = _invert(frame, rows, bars, incidence, unit, nodes)
+    total, found = force.copy(), np.empty(unit.shape[:-1])
+    for group, members, block in zip(rows[::-1], bars[::-1], inverse[::-1], strict=True):
+        pull = -(block @ total[:, node[group], axis[group], None])
+        found[:, members] = pull[..., 0]
+        total += incidence[:, members] @ (pull * unit[:, members])
+    return found, total
+
+
+def _invert(
+    frame: Framework, rows: list[Indices], bars: list[Indices], incidence: Array, unit: Array, nodes: Array
+) -> list[Array]:
+    """Inverses of the groups' equilibrium matrices, each shape (T, k, k)."""
+    node, axis = frame.equations
+    inverse = [np.empty(0)] * len(bars)
+    for size in {len(group) for group in rows}:
+        alike = [g for g, group in enumerate(rows) if len(group) == size]
+        row, bar = np.array([rows[g] for g in alike])[:, :, None], np.array([bars[g] for g in alike])[:, None, :]
+        matrix = incidence[node[row], bar] * unit[:, bar, axis[row]]
+        blocks = _invert_blocks(frame, matrix, nodes)
+        for place, g in enumerate(alike):
+            inverse[g] = blocks[:, place]
+    return inverse
+
+
+def _invert_blocks(frame: Framework, matrix: Array, nodes: Array) -> Array:
+    """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
+    try:
+        inverse = np.asarray(np.linalg.inv(matrix), float)
+    except np.linalg.LinAlgError:
+        inverse = np.full(matrix.shape, np.inf)
+    size = np.abs(inverse).max(axis=(1, 2, 3), initial=0.0)
+    if np.any(size > _WORST):
+        worst = int(np.argmax(size > _WORST))
+        diagnose(frame, nodes[worst])
+        raise TrussError(frame.ends.size, (), f"instant {worst}: so near a mechanism that forces have no digits")
+    return inverse
