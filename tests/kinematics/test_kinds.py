@@ -245,7 +245,9 @@ def test_a_scene_of_a_mixed_arm_is_refused(tmp_path):
     text = (scenes / "type_ii_reach.toml").read_text()
     text = text.replace("../models/arm15/arm15.toml", str(ROOT / "mixed/mixed.toml"))
     (tmp_path / "scene.toml").write_text(text.replace("tanks/type_ii.toml", str(scenes / "tanks/type_ii.toml")))
-    with pytest.raises(DescriptionError, match="an arm of double-octahedral modules, which planning is made for"):
+    with pytest.raises(
+        DescriptionError, match="an arm of symmetric double-octahedral modules, which planning is made for"
+    ):
         load_scene(tmp_path / "scene.toml")
 
 

@@ -2,13 +2,21 @@
 
 from vgtsim.description.files import load_manipulator, load_scene, load_tank, load_tool_path
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import DoubleOctahedral, Octahedral, Prism, Section, Tetrahedral
+from vgtsim.description.modules import (
+    DoubleOctahedral,
+    GeneralDoubleOctahedral,
+    Octahedral,
+    Prism,
+    Section,
+    Tetrahedral,
+)
 from vgtsim.description.scene import Scene
 from vgtsim.description.tank import Tank
 from vgtsim.description.tool_path import ToolPath
 
 __all__ = [
     "DoubleOctahedral",
+    "GeneralDoubleOctahedral",
     "Manipulator",
     "Octahedral",
     "Prism",

@@ -126,7 +126,8 @@ def minimise(
         step, size = _bounded(step, how.turn), np.linalg.norm(multipliers, axis=1)
         moved, shift = _escape(evaluate, batch, active, now, equations, how), np.zeros_like(step)
         go = ~done & ~moved
-        long = go & (penalty > 0) & (np.max(np.abs(step), axis=1) > _FULL)
+        near = np.linalg.norm(now.error, axis=1) < _NEAR
+        long = go & near & (np.max(np.abs(step), axis=1) > _FULL)
         for which, restore in ((go & ~long, None), (long, restoring(equations, long))):
             moved[which], shift[which] = _search(
                 evaluate, batch, active[which], step[which], size[which], restore=restore
