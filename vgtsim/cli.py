@@ -155,9 +155,7 @@ def capacity(
     out: OutFolder = None,
     payload: Annotated[float, typer.Option(help="Payload of the sag, kg.")] = 453.59237,
     safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.")] = 1.67,
-    resolve: Annotated[
-        bool, typer.Option("--resolve/--plane-only", help="Use redundancy to unload what governs in every cell.")
-    ] = True,
+    resolve: Annotated[bool, typer.Option("--resolve/--plane-only", help="Unload what governs by redundancy.")] = True,
 ) -> None:
     """Map what an arm may carry over radius and depth, what governs, and how far the tip sags."""
     import numpy as np
@@ -172,11 +170,8 @@ def capacity(
     chain = Chain(arm, hanging_mount(0.0))
     with _err.status("solving shapes"):
         plane = map_capacity(chain, draw_shapes(chain), gravity, safety_factor, payload)
-    found = plane
-    if resolve:
-        with _err.status("unloading postures"):
-            moved = unload(chain, plane.q, payload, gravity, safety_factor)
-            found = map_capacity(chain, np.concatenate([plane.q, moved]), gravity, safety_factor, payload)
+        moved = unload(chain, plane.q, payload, gravity, safety_factor) if resolve else plane.q[:0]
+        found = map_capacity(chain, np.concatenate([plane.q, moved]), gravity, safety_factor, payload)
     for file in write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)):
         _out.print(str(file), soft_wrap=True)
     far, least = int(found.radius.argmax()), int(found.payload.argmin())
@@ -200,10 +195,7 @@ def size(
     out: Annotated[Path, typer.Option("--out", help="File of the sized arm.")] = Path("sized.toml"),
     reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.05,
     catalogue_file: Annotated[Path | None, typer.Option("--catalogue", help="TOML file [default: built in].")] = None,
-    anywhere: Annotated[
-        bool,
-        typer.Option("--anywhere/--tour-only", help="Stand the load cases in any posture too, full reach all round."),
-    ] = True,
+    anywhere: Annotated[bool, typer.Option("--anywhere/--tour-only", help="Any posture beside the tour too.")] = True,
 ) -> None:
     """Choose tubes and cylinders from a catalogue so that nothing is overloaded over a scene's tour and load cases."""
     import dataclasses
