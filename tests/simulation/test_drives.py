@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT
 from playing import bend, change, play, shorten
 
 from vgtsim.control.hydraulics import CAVITY, PRESSURE, STROKE
@@ -20,6 +20,7 @@ from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
 from vgtsim.verification import drives, shape, verify
 
+ROOT = Path(__file__).parents[2]
 SETTLED = 1e-6  # m
 
 
