@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vgtsim.control.program import make_program
-from vgtsim.control.riser import RISER_SPARE, riser_fit
+from vgtsim.control.riser import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.control.sampling import sample_motion, sample_postures
 from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
 from vgtsim.description.scene import LoadCase, Scene
@@ -58,7 +58,7 @@ def design_arm(scene: Scene, catalogue: Catalogue, target: float = 1.0, *, anywh
     """
     mount = hanging_mount(scene.pivot_height)
     first = Chain(scene.manipulator, mount)
-    catalogue = passing_sizes(first, catalogue, scene.tank.arm_riser.bore)
+    catalogue = passing_sizes(first, catalogue, scene.tank.arm_riser.bore, asked_spare(scene))
     beside = sample_postures(first) if anywhere else np.empty((0, len(first.truss.nodes), 3))
     still = np.zeros(beside.shape)
     task = scene.task
@@ -86,13 +86,14 @@ def design_arm(scene: Scene, catalogue: Catalogue, target: float = 1.0, *, anywh
     )
 
 
-def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float) -> Catalogue:
+def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float = RISER_SPARE) -> Catalogue:
     """Leave out sizes with which the stowed arm does not pass a bore.
 
     Args:
         chain: The arm.
         catalogue: What may be chosen.
         bore: Inner diameter of the riser, m.
+        spare: What the stowed arm must leave of it all round, m.
 
     Returns:
         The catalogue without them.
@@ -102,15 +103,15 @@ def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float) -> Catalogue:
     """
     thin = min(catalogue.tubes, key=lambda size: size.outer_diameter)
     slim = min(catalogue.cylinders, key=lambda size: size.bore)
-    tubes = tuple(size for size in catalogue.tubes if _spare(chain, size, slim, bore) >= RISER_SPARE)
-    cylinders = tuple(size for size in catalogue.cylinders if _spare(chain, thin, size, bore) >= RISER_SPARE)
+    tubes = tuple(size for size in catalogue.tubes if _spare(chain, size, slim, bore) >= spare)
+    cylinders = tuple(size for size in catalogue.cylinders if _spare(chain, thin, size, bore) >= spare)
     if not tubes or not cylinders:
         kind = "cylinders" if tubes else "tubes"
         fit = riser_fit(chain, bore)
         raise DescriptionError(
             None,
             kind,
-            f"none that leaves the stowed arm {RISER_SPARE:.4g} m",
+            f"none that leaves the stowed arm {spare:.4g} m",
             f"smaller ones; the arm's own leave {fit.spare:.4g} m",
         )
     return catalogue.model_copy(update={"tubes": tubes, "cylinders": cylinders})

@@ -65,6 +65,11 @@ def riser_fit(chain: Chain, bore: float) -> RiserFit:
     return RiserFit(bore / 2 - widest, place)
 
 
+def asked_spare(scene: Scene) -> float:
+    """What the stowed arm must leave of a scene's riser all round, m."""
+    return scene.task.mast.riser_spare or RISER_SPARE
+
+
 def check_riser(scene: Scene, chain: Chain) -> None:
     """Refuse an arm that does not pass the riser with the spare it is meant to have.
 
@@ -87,7 +92,7 @@ def check_riser(scene: Scene, chain: Chain) -> None:
         )
     riser = scene.tank.arm_riser
     fit = riser_fit(chain, riser.bore)
-    asked = scene.task.mast.riser_spare or RISER_SPARE
+    asked = asked_spare(scene)
     if fit.spare < asked:
         raise scene.error(
             "manipulator.stowed",
