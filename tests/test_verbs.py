@@ -13,6 +13,7 @@ from playing import bend, change, play, shorten
 from typer.testing import CliRunner
 
 from vgtsim import cli
+from vgtsim.control.program import solve_first_goal
 from vgtsim.description import load_manipulator
 from vgtsim.description.files import load_scene
 from vgtsim.errors import VgtError
@@ -25,6 +26,7 @@ from vgtsim.statics.loads import make_load_model, weigh
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
 SINGLE = MODELS / "octahedron_double/octahedron_double.toml"
+NINE = MODELS / "arm9/arm9.toml"
 HALF_CELL = 0.26  # m: cells of 0.5 m, bends written to 0.01 degrees
 
 
@@ -114,25 +116,21 @@ def test_export_without_vtk_leaves_it_out(folder, tmp_path):
 
 
 def small_task(tmp_path, mass):
-    """One module on a tour of one goal, in its own files."""
-    text = (ROOT / "scenes/type_ii_reach.toml").read_text()
-    text = text.replace("../models/arm15/arm15.toml", str(SINGLE))
+    """The nine-actuator arm on a tour of one goal, in its own files."""
+    text = (ROOT / "scenes/arm9_nullspace.toml").read_text()
+    text = text.replace("../models/arm9/arm9.toml", str(NINE))
     text = text.replace("tanks/type_ii.toml", str(ROOT / "scenes/tanks/type_ii.toml"))
     text = text.replace('mass = { value = "1000 lb"', f'mass = {{ value = "{mass}"')
-    first, last = text.index("[[motion.start]]"), text.index("[limits]")
-    chain = Chain(load_manipulator(SINGLE), hanging_mount(7.32))
-    q = np.array(chain.straight)
-    q[0, 0] = 0.2
-    position, direction = chain.tool(q)
-    goal = f'[[motion.goals]]\nname = "out"\nposition = {position.tolist()}\ndirection = {direction.tolist()}\n\n'
-    (tmp_path / "task.toml").write_text(f"{text[:first]}[[motion.start]]\n\n{goal}{text[last:]}")
+    goals = text.split("[[motion.goals]]")
+    last = goals[-1][goals[-1].index("\n[") :]
+    (tmp_path / "task.toml").write_text("[[motion.goals]]".join(goals[:2]) + last)
     return tmp_path / "task.toml"
 
 
 def test_size_writes_an_arm_that_stands_its_task(tmp_path):
-    arm, sized = SINGLE, tmp_path / "sized.toml"
-    task = small_task(tmp_path, "3000 kg")
-    result = invoke("size", arm, "--task", task, "--out", sized, "--reserve", "0.1")
+    arm, sized = NINE, tmp_path / "sized.toml"
+    task = small_task(tmp_path, "500 kg")
+    result = invoke("size", arm, "--task", task, "--out", sized, "--reserve", "0.1", "--tour-only")
     assert result.exit_code == 0, result.output
     said = re.search(r"arm of (\d+) kg, now (\d+) kg", result.output)
     assert said is not None
@@ -144,10 +142,8 @@ def test_size_writes_an_arm_that_stands_its_task(tmp_path):
     assert max(used) <= 0.9
     scene = load_scene(task)
     chain = Chain(load_manipulator(sized), scene_chain(scene).mount)
-    goal = scene.task.motion.goals[0]
-    q = np.array(chain.straight)
-    q[0, 0] = 0.2
-    assert np.allclose(chain.tool(q)[0], goal.position)
+    q = solve_first_goal(scene, chain)
+    assert np.allclose(chain.tool(q)[0], scene.task.motion.goals[0].position)
     bar = solve(make_load_model(chain, scene.task.payload, scene.task.simulation.gravity), chain.nodes(q)).bar
     for member, force in zip(chain.truss.members, bar, strict=True):
         if member.role == "actuator":
@@ -159,8 +155,8 @@ def test_size_writes_an_arm_that_stands_its_task(tmp_path):
 
 
 def test_size_refuses_a_load_beyond_the_catalogue(tmp_path):
-    said = refusal("size", SINGLE, "--task", small_task(tmp_path, "90000 kg"), "--out", tmp_path / "sized.toml")
-    assert re.search(r"modules\.m\.\w+: found [\d.]+ kN of pull and [\d.]+ kN of push", said)
+    said = refusal("size", NINE, "--task", small_task(tmp_path, "90000 kg"), "--out", tmp_path / "sized.toml")
+    assert re.search(r"modules\.\w+\.\w+: found [\d.]+ kN of pull and [\d.]+ kN of push", said)
     assert not (tmp_path / "sized.toml").exists()
 
 
@@ -180,15 +176,26 @@ def test_size_refuses_a_load_beyond_the_catalogue(tmp_path):
         ),
         (
             ("size", MODELS / "mixed/mixed.toml", "--task", ROOT / "scenes/type_ii_reach.toml"),
-            r"mixed, with tetrahedral or octahedral modules",
+            r"5 module shapes; allowed: .*mixed, 4",
         ),
         (("export", "nowhere"), r"nowhere/run\.npz"),
         (("models", ROOT / "docs"), r"docs: file: found no arms"),
         (("show", MODELS / "arm9/arm9.toml", "--lengths", "m1=1,1"), r"--lengths m1: found 2 values"),
         (("workspace", "none.toml"), r"none\.toml: file"),
         (
-            ("ik", MODELS / "mixed/mixed.toml", "--position", 0, 0, -5, "--direction", 0, 0, -1),
-            r"an arm of double octahedra and prisms",
+            (
+                "ik",
+                MODELS / "octahedron_general/octahedron_general.toml",
+                "--position",
+                0,
+                0,
+                -5,
+                "--direction",
+                0,
+                0,
+                -1,
+            ),
+            r"general double octahedra are not positioned",
         ),
     ],
 )

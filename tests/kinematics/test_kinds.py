@@ -9,7 +9,7 @@ import pytest
 from pydantic import ValidationError
 from scipy.linalg import block_diag
 
-from vgtsim.description import Manipulator, load_manipulator, load_scene
+from vgtsim.description import Manipulator, load_manipulator
 from vgtsim.errors import AssemblyError, DescriptionError, SingularityError, TrussError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.assembly_modes import octahedron_assemblies
@@ -238,17 +238,6 @@ def test_a_bad_module_names_file_and_key(tmp_path):
     with pytest.raises(DescriptionError, match="octahedral") as caught:
         load_manipulator(tmp_path / "bad.toml")
     assert caught.value.key == "modules.7"
-
-
-def test_a_scene_of_a_mixed_arm_is_refused(tmp_path):
-    scenes = ROOT.parent / "scenes"
-    text = (scenes / "type_ii_reach.toml").read_text()
-    text = text.replace("../models/arm15/arm15.toml", str(ROOT / "mixed/mixed.toml"))
-    (tmp_path / "scene.toml").write_text(text.replace("tanks/type_ii.toml", str(scenes / "tanks/type_ii.toml")))
-    with pytest.raises(
-        DescriptionError, match="an arm of symmetric double-octahedral modules, which planning is made for"
-    ):
-        load_scene(tmp_path / "scene.toml")
 
 
 def test_uniform_and_general_chains_agree():

@@ -58,7 +58,10 @@ def test_kernel_agrees_with_the_chain(chain):
         np.testing.assert_allclose(ours[0], R[:, face], atol=ROUNDING)
         np.testing.assert_allclose(ours[1], P[:, face], atol=ROUNDING)
     length, slope = chain.length_jacobian(q)
-    theirs = (*chain.screws(q), length, slope)
+    tool, _, J = chain.tool_jacobian(q)
+    linear, angular = (np.swapaxes(half, -1, -2) for half in (J[:, :3], J[:, 3:]))
+    at_origin = linear - np.cross(angular, tool[:, None])  # the kernel's velocities are of the point at the origin of G
+    theirs = (angular, at_origin, length, slope)
     count = chain.layout.actuators
     found = (state.angular, state.linear, state.legs[:, :count], kernel.dense(state.blocks)[:, :count])
     for ours, other in zip(found, theirs, strict=True):

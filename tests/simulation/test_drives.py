@@ -103,7 +103,7 @@ def hydraulic(scene, **settings):
 def test_valve_at_its_flow_limit_fails_its_row_and_the_slow_one_passes(module):
     scene = hydraulic(module)
     start, end = bend(scene, [0.2], [0.0]), bend(scene, [0.6], [0.8])
-    fast, slow = (rows(scene, play(scene, start, end, time, out_of_the_tank)) for time in (1.0, 8.0))
+    fast, slow = (rows(scene, play(scene, start, end, time, out_of_the_tank)) for time in (1.0, 12.0))
     assert not fast["at its flow limit"].passed
     assert slow["at its flow limit"].passed
     assert slow["chamber pressures against drive force"].passed

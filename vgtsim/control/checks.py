@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.control.riser import check_riser
-from vgtsim.description.modules import Octahedral
+from vgtsim.description.modules import GeneralDoubleOctahedral, Octahedral
 from vgtsim.description.scene import Scene
-from vgtsim.errors import AssemblyError
+from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import start_inputs
@@ -69,14 +69,31 @@ def check_scene(scene: Scene, chain: Chain) -> None:
             the start is outside a stroke or too near something; a goal is outside the tank or too near
             something.
     """
-    _check_kinds(scene)
+    _check_kinds(scene, chain)
     check_assembly(scene, chain)
     check_riser(scene, chain)
     _check_start(scene, chain)
     _check_goals(scene, chain)
 
 
-def _check_kinds(scene: Scene) -> None:
+def require_positionable(chain: Chain) -> None:
+    """Refuse arms with modules that cannot be positioned.
+
+    Args:
+        chain: The arm.
+
+    Raises:
+        DescriptionError: It has general double octahedra: their upper cell is found by following it from the straight
+            pose, which no batch of trial steps can be asked to do.
+    """
+    general = [item.name for item in chain.manipulator.modules if isinstance(item, GeneralDoubleOctahedral)]
+    if general:
+        allowed = "symmetric double octahedra, octahedra and tetrahedra: general double octahedra are not positioned"
+        raise DescriptionError(None, "modules", f"{', '.join(general)} of {chain.manipulator.name}", allowed)
+
+
+def _check_kinds(scene: Scene, chain: Chain) -> None:
+    require_positionable(chain)
     for module in scene.manipulator.actuated:
         if isinstance(module, Octahedral) and module.freedom < 6:
             raise scene.error(
@@ -102,8 +119,10 @@ def check_assembly(scene: Scene, chain: Chain) -> None:
         place = next(item for item in chain.layout.places if error.module in item.modules.names)
         m = place.modules.names.index(error.module)
         low, high = chain.stroke.reshape(2, -1)[:, place.lengths[m][place.modules.actuated[m]]]
+        module = next(item for item in scene.manipulator.actuated if item.name == error.module)
+        key = "longerons" if isinstance(module, Octahedral) else "cylinder"
         raise scene.error(
-            f"manipulator.modules.{error.module}",
+            f"manipulator.modules.{error.module}.{key}",
             f"strokes from {low.min():.4f} to {high.max():.4f} m: {error}",
             f"strokes over whose whole range {error.module} assembles",
         ) from None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from vgtsim.control.checks import require_positionable
 from vgtsim.control.objectives import make_objective
 from vgtsim.description.resolution import Method, choose_coupling
 from vgtsim.description.scene import Scene
@@ -96,10 +97,11 @@ def resolve_goal(
         The configuration.
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene.
+        DescriptionError: An objective is not known, or needs a scene; or the arm cannot be positioned.
         GoalError: The goal is no goal.
         ReachError: It cannot be met, or not clear of the surroundings.
     """
+    require_positionable(chain)
     rows = tool_goal(*goal)
     objective = make_objective(chain, rows, how.objective, scene)
     reduction = couple(chain.straight.ravel(), how.coupling, owner=chain.layout.owner) if how.coupling else None

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import double_octahedron as double
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
-from vgtsim.kinematics.general_double_octahedra import GeneralDoubleOctahedra
 from vgtsim.kinematics.layout import Place
 from vgtsim.kinematics.octahedra import Octahedra
 
@@ -57,15 +55,8 @@ def solver(place: Place) -> Callable[[Array], Part]:
 
     Returns:
         The function.
-
-    Raises:
-        DescriptionError: The set is of general double octahedra: their upper cell is found by following it from the
-            straight pose, which no batch of trial steps can be asked to do.
     """
     modules, straight = place.modules, place.straight
-    if isinstance(modules, GeneralDoubleOctahedra):
-        allowed = "symmetric double octahedra, octahedra and tetrahedra: general double octahedra are not positioned"
-        raise DescriptionError(None, "modules", ", ".join(modules.names), allowed)
     if isinstance(modules, DoubleOctahedra):
         mirror = _mirror(modules, straight)
         return mirror.part

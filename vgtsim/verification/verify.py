@@ -12,7 +12,7 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.runlog import RunLog
 from vgtsim.verification import drives, loads, shape, space
 from vgtsim.verification.findings import Finding
-from vgtsim.verification.report import Check, Report
+from vgtsim.verification.report import CHECK_NAMES, Check, Report
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,8 @@ def verify(scene: Scene, log: RunLog) -> Report:
         "clearance_time": clearance_time,
         "clearance": clearance,
     }
-    checks = tuple(_judge(scene, row, found) for row, found in rows)
+    judged = (_judge(scene, row, found) for row, found in rows)
+    checks = tuple(sorted(judged, key=lambda check: CHECK_NAMES.index(check.name)))
     return Report(scene.task.name, checks, log.performance, log.versions, series)
 
 
