@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vgtsim.description import load_scene
     from vgtsim.mjcf import build_model, load_model
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 __all__ = ["__version__", "build_model", "load_model", "load_scene"]
 
 
