@@ -35,6 +35,16 @@ def test_the_xml_is_what_its_description_gives(folder):
     assert np.allclose(numbers, expected, rtol=SIX_DIGITS, atol=NOISE)
 
 
+@pytest.mark.parametrize("folder", MODELS, ids=lambda folder: folder.name)
+def test_the_xml_loses_no_mass(folder):
+    """What plain MuJoCo reads back weighs what the description gives."""
+    read = mujoco.MjModel.from_xml_path(str(folder / f"{folder.name}.xml"))
+    model = build_arm_spec(load_manipulator(folder / f"{folder.name}.toml")).compile()
+    assert np.allclose(read.body_mass, model.body_mass, rtol=SIX_DIGITS)
+    assert np.allclose(read.body_inertia, model.body_inertia, rtol=1e-4, atol=1e-9)
+    assert np.allclose(read.body_ipos, model.body_ipos, atol=NOISE)
+
+
 def split_numbers(xml: str) -> tuple[str, np.ndarray]:
     """Text with its numbers taken out, and the numbers: the last digits are another processor's to round."""
     return NUMBER.sub("#", xml), np.array([float(number) for number in NUMBER.findall(xml)])

@@ -133,6 +133,7 @@ def _weigh_hubs(hubs: dict[int, mujoco.MjsBody], chain: Chain, rigging: Rigging)
     inertia = 0.4 * arm.hub_mass * arm.hub.radius**2
     for node, mass in zip(hubs, make_hub_masses(arm, chain.truss, lumped=rigging.lumped)[list(hubs)], strict=True):
         hubs[node].explicitinertial = True
+        hubs[node].ipos = [0, 0, 0]  # without a place MuJoCo writes no inertia into the XML
         hubs[node].mass, hubs[node].inertia = mass, [inertia] * 3
 
 
