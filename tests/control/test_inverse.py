@@ -61,6 +61,11 @@ def test_scene_and_command_find_the_same_configuration_by_the_same_words(reach_s
     assert answer.facts["objective"] == "clearance + stroke_barrier:0.01 + in_plane:10"
 
 
+def test_a_posture_asked_for_in_a_scene_is_clear_of_it(reach_scene):
+    answer = solve_request(scene_chain(reach_scene), Request((8.0, 2.0, 1.0), (1.0, 0.0, 0.0)), reach_scene)
+    assert answer.facts["clearance, m"] >= reach_scene.task.motion.clearance
+
+
 def test_arm_with_too_few_modules_to_couple_is_named(arm15):
     short = Chain(arm15.model_copy(update={"modules": arm15.modules[:2]}), hanging_mount(0.0))
     with pytest.raises(DescriptionError, match=r"coupled.*at least one pair"):

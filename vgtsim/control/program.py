@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.control.checks import check_scene, elastic_model_of, surroundings_of
+from vgtsim.control.checks import check_scene, elastic_model_of, sags, surroundings_of
 from vgtsim.control.objectives import MARGIN
 from vgtsim.control.path import PathSettings, plan_path
-from vgtsim.control.resolution import resolve_goal, scene_resolution
+from vgtsim.control.resolution import goal_keep, resolve_goal, scene_resolution
 from vgtsim.control.timing import make_limits, time_lengths
 from vgtsim.description.scene import Goal, Scene
 from vgtsim.kinematics.chain import Chain
@@ -89,8 +89,8 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
     Raises:
         ReachError: The goal cannot be met.
     """
-    keep = _keep(scene, replace(surroundings_of(scene, chain), sag=None), MARGIN)
-    return _configuration(scene, chain, scene.task.motion.goals[0], start_inputs(scene, chain), keep)
+    goal, start = scene.task.motion.goals[0], start_inputs(scene, chain)
+    return _configuration(scene, chain, goal, start, goal_keep(scene, chain))
 
 
 def _configuration(
@@ -115,13 +115,9 @@ def _aim_above(
         if np.abs(left).max() < _AIMED:
             break
         aim += left
-        keep = _keep(scene, surroundings, MARGIN / 2)
+        keep = Keep(surroundings, scene.task.motion.clearance + MARGIN / 2)
         q = _configuration(scene, chain, goal, q, keep, (aim[0], aim[1]))
     return q
-
-
-def _keep(scene: Scene, surroundings: Surroundings, margin: float) -> Keep:
-    return Keep(surroundings, scene.task.motion.clearance + margin)
 
 
 def make_program(scene: Scene, chain: Chain) -> LengthProgram:
@@ -147,10 +143,8 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     timestep = scene.task.simulation.timestep
     start = start_inputs(scene, chain)
     shapes = [start]
-    elastic = None
-    if scene.task.simulation.members == "elastic" or scene.task.simulation.drive == "servo":
-        elastic = elastic_model_of(scene, chain)
-    stiff = _keep(scene, replace(surroundings, sag=None), MARGIN)
+    elastic = elastic_model_of(scene, chain) if sags(scene) else None
+    stiff = goal_keep(scene, chain)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
         q = _configuration(scene, chain, goal, shapes[-1], stiff)
         if elastic is not None:

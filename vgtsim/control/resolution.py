@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
-from vgtsim.control.checks import require_positionable
-from vgtsim.control.objectives import make_objective
+from vgtsim.control.checks import require_positionable, surroundings_of
+from vgtsim.control.objectives import MARGIN, make_objective
 from vgtsim.description.resolution import Method, choose_coupling
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
@@ -66,6 +66,11 @@ def usual_resolution(chain: Chain, method: Method, objective: tuple[str, ...]) -
         return Resolution(method, objective, choose_coupling(None, chain.manipulator.actuated))
     except ValueError as error:
         raise DescriptionError(None, "method", f"'coupled' for {chain.manipulator.name}", str(error)) from None
+
+
+def goal_keep(scene: Scene, chain: Chain) -> Keep:
+    """Clearance that postures at goals keep: the path's and a margin, of the unloaded shape, whose sag comes after."""
+    return Keep(replace(surroundings_of(scene, chain), sag=None), scene.task.motion.clearance + MARGIN)
 
 
 def stroke_box(chain: Chain, scene: Scene | None) -> StrokeBox:
