@@ -66,6 +66,15 @@ def test_tool_is_on_the_path_at_every_instant(hanging_arm, followed, path):
     np.testing.assert_allclose(tool[[0, -1]], [START, corners[3]], atol=1e-8)
 
 
+def test_a_raster_goes_to_and_fro_over_a_parallelogram():
+    piece = {"shape": "raster", "width": [1.0, 0.0, 0.0], "depth": [0.0, 2.0, 0.0], "rows": 3}
+    stretches = make_stretches(make_path(start=[0.0, 0.0, 0.0], pieces=[piece]))
+    ends = [stretch.points(2) for stretch in stretches]
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 2, 0], [1, 2, 0]]
+    np.testing.assert_allclose([ends[0][0], *(end[1] for end in ends)], corners, atol=1e-12)
+    np.testing.assert_allclose([end[0] for end in ends[1:]], corners[1:-1], atol=1e-12)
+
+
 def test_arm_rests_where_stretches_meet(followed):
     changes = np.flatnonzero(np.diff(followed.stretch))
     assert len(changes) == len(followed.names) - 1

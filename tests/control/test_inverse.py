@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
@@ -10,6 +11,7 @@ from vgtsim.cli import app
 from vgtsim.control.inverse import Request, answer_as_json, solve_request
 from vgtsim.control.objectives import make_objective
 from vgtsim.control.program import solve_first_goal
+from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.resolution import Method
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
@@ -18,6 +20,7 @@ from vgtsim.redundancy.goals import tool_goal
 from vgtsim.redundancy.kernel import Kernel
 from vgtsim.redundancy.objectives import Configurations
 from vgtsim.redundancy.strokes import make_box
+from vgtsim.statics import make_load_model, solve
 
 GOAL = 1e-9
 REACHABLE = ((7.0, 2.0, -9.5), (0.8, 0.1, -0.6))
@@ -59,6 +62,53 @@ def test_scene_and_command_find_the_same_configuration_by_the_same_words(reach_s
     assert answer.q.tobytes() == solve_first_goal(reach_scene, chain).tobytes()
     assert answer.facts["clearance, m"] >= motion.clearance
     assert answer.facts["objective"] == "clearance + stroke_barrier:0.01 + in_plane:10"
+
+
+def test_a_posture_asked_for_in_a_scene_is_clear_of_it(reach_scene):
+    answer = solve_request(scene_chain(reach_scene), Request((8.0, 2.0, 1.0), (1.0, 0.0, 0.0)), reach_scene)
+    assert answer.facts["clearance, m"] >= reach_scene.task.motion.clearance
+
+
+def test_coupling_of_a_scene_is_that_of_the_command(pytestconfig):
+    scene = load_scene(pytestconfig.rootpath / "scenes/arm15_coupled.toml")
+    motion = scene.task.motion.model_copy(update={"coupling": (("m2", "m3"),)})
+    scene = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
+    goal = motion.goals[0]
+    q = solve_request(scene_chain(scene), Request(goal.position, goal.direction, Method.COUPLED), scene).q
+    np.testing.assert_allclose(q[1], q[2], atol=1e-12)
+    assert np.abs(q[0] - q[1]).max() > 0.01
+    assert np.abs(q[4] - q[3]).max() > 0.01
+
+
+def test_modules_turned_to_each_other_are_not_coupled(pytestconfig):
+    octahedra = Chain(load_manipulator(pytestconfig.rootpath / "models/arm30/arm30.toml"), hanging_mount(0.0))
+    with pytest.raises(DescriptionError, match=r"turned by 60 degrees"):
+        solve_request(octahedra, Request((0.0, 0.0, -9.0), (0.0, 0.0, -1.0), Method.COUPLED))
+
+
+def test_loads_of_an_objective_are_those_of_the_scene(reach_scene):
+    chain = scene_chain(reach_scene)
+    q = solve_first_goal(reach_scene, chain)
+
+    def value(name, simulation=None, limits=None):
+        task = reach_scene.task
+        simulation = task.simulation.model_copy(update=simulation or {})
+        limits = task.limits.model_copy(update=limits or {})
+        task = task.model_copy(update={"simulation": simulation, "limits": limits})
+        scene = dataclasses.replace(reach_scene, task=task)
+        objective = make_objective(chain, tool_goal(*REACHABLE), (name,), scene)
+        kernel = Kernel(chain)
+        at = Configurations(kernel, make_box(chain, 0.0), kernel.state(q.reshape(1, -1)), np.zeros(1, int))
+        return float(objective.terms(at).value[0])
+
+    moon = {"gravity": 1.62}
+    whole = value("actuator_force")
+    assert value("actuator_force", moon) == pytest.approx(whole * 1.62 / reach_scene.task.simulation.gravity)
+    assert value("utilisation", limits={"safety_factor": 4.0}) > 1.5 * value("utilisation")
+    lumped = make_load_model(chain, reach_scene.task.payload, reach_scene.task.simulation.gravity, lumped=True)
+    force = np.abs(solve(lumped, chain.nodes(q)).bar[chain.truss.actuated]) / 1e5
+    assert value("actuator_force", {"member_mass": "lumped"}) == pytest.approx(np.sum(force**12) ** (1 / 12))
+    assert value("actuator_force", {"member_mass": "lumped"}) != pytest.approx(whole, rel=1e-6)
 
 
 def test_arm_with_too_few_modules_to_couple_is_named(arm15):

@@ -9,7 +9,7 @@ from vgtsim.redundancy.objectives import MidStroke
 from vgtsim.redundancy.positioning import Positioning, solve
 from vgtsim.redundancy.restarts import make_postures, solve_anywhere
 from vgtsim.redundancy.strokes import make_box
-from vgtsim.redundancy.tracking import arc, line, raster, resolve_globally, sheets, spline, track
+from vgtsim.redundancy.tracking import arc, line, resolve_globally, sheets, spline, track
 
 GOAL = 1e-9
 MOST = 0.05  # m of actuator motion between two goals
@@ -31,8 +31,6 @@ def test_points_of_paths():
     np.testing.assert_allclose(line([0, 0, 0], [2, 0, 4], 3), [[0, 0, 0], [1, 0, 2], [2, 0, 4]])
     ring = arc([1, 1, 1], [3, 1, 2], [0, 0, 1], np.pi, 3)
     np.testing.assert_allclose(ring, [[3, 1, 2], [1, 3, 2], [-1, 1, 2]], atol=1e-12)
-    grid = raster([0, 0, 0], [1, 0, 0], [0, 2, 0], 3, 2)
-    np.testing.assert_allclose(grid, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 2, 0], [1, 2, 0]])
 
 
 def test_spline_goes_through_its_way_points_and_is_straight_through_two():

@@ -23,6 +23,12 @@ from vgtsim.statics.stiffness import deflect
 Array = NDArray[np.float64]
 
 
+def sags(scene: Scene) -> bool:
+    """Whether the arm of a scene gives under its load: by its members and oil, or by its servos."""
+    simulation = scene.task.simulation
+    return simulation.members == "elastic" or simulation.drive == "servo"
+
+
 def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
     """What the arm of a scene must keep clear of.
 
@@ -31,10 +37,10 @@ def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
         chain: Its arm on its mast.
 
     Returns:
-        Tank, equipment, waste, mast and the arm itself with its payload; of an elastic arm where it sags to.
+        Tank, equipment, waste, mast and the arm itself with its payload; of an arm that gives where it sags to.
     """
     task, sag = scene.task, None
-    if task.simulation.members == "elastic":
+    if sags(scene):
         sag = _sagging(elastic_model_of(scene, chain))
     return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2, sag)
 

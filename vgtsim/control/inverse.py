@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.control.checks import surroundings_of
-from vgtsim.control.resolution import resolve_goal, stroke_box, usual_resolution
+from vgtsim.control.resolution import asked_resolution, goal_keep, resolve_goal, stroke_box
 from vgtsim.description.resolution import Method
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics.chain import Chain
@@ -65,7 +65,7 @@ def solve_request(chain: Chain, request: Request, scene: Scene | None = None) ->
     Args:
         chain: The arm.
         request: What is asked.
-        scene: Gives start, payload, stroke margin and surroundings; without one the arm starts straight.
+        scene: Gives start, payload, stroke margin and the surroundings to keep clear of; without one the arm starts straight.
 
     Returns:
         The answer.
@@ -73,11 +73,12 @@ def solve_request(chain: Chain, request: Request, scene: Scene | None = None) ->
     Raises:
         DescriptionError: An objective is not known, or needs a scene.
         GoalError: The goal is no goal.
-        ReachError: It is not met.
+        ReachError: It is not met, or not clear of the surroundings.
     """
-    how = usual_resolution(chain, request.method, request.objectives)
+    how = asked_resolution(chain, request.method, request.objectives, scene)
     start = start_inputs(scene, chain) if scene else chain.straight
-    found = resolve_goal(chain, how, "ik", (request.position, request.direction), start, scene)
+    keep = goal_keep(scene, chain) if scene else None
+    found = resolve_goal(chain, how, "ik", (request.position, request.direction), start, scene, keep)
     goal, box = tool_goal(request.position, request.direction), stroke_box(chain, scene)
     facts = _facts(chain, box, goal, found, request.objectives)
     if scene:

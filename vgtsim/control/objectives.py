@@ -31,8 +31,8 @@ from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
 Array = NDArray[np.float64]
 
 MARGIN = 0.02  # kept at the goals beyond the path's clearance, so that a path can leave them, m
-_GRAVITY = 9.80665
-_SAFETY = 1.67  # AISC 360, allowable strength
+_GRAVITY = 9.80665  # when no scene says, m/s²
+_SAFETY = 1.67  # AISC 360, allowable strength, when no scene says
 _POWER = 12  # of the mean that stands for a greatest value: smooth, and above a tenth of 132 equal ones
 
 
@@ -43,7 +43,7 @@ def make_objective(chain: Chain, goal: GoalSpace, names: tuple[str, ...], scene:
         chain: The arm.
         goal: A tool goal: its rows are those whose condition number is meant, its position gives the plane.
         names: At least one.
-        scene: For payload and surroundings.
+        scene: For payload, gravity, masses, safety factor and surroundings.
 
     Returns:
         One objective or their weighted sum.
@@ -87,8 +87,13 @@ def _condition(chain: Chain, goal: GoalSpace, q: Array) -> Array:
 
 def _forces(chain: Chain, scene: Scene | None, utilisation: bool) -> Callable[[Array], Array]:
     """Smooth stand-in for the greatest actuator force, 100 kN, or utilisation of any member, at rest."""
-    payload = scene.task.payload if scene else Payload(mass=0.0, radius=1e-3)
-    model, sections = make_load_model(chain, payload, _GRAVITY), make_sections(chain.manipulator, chain.truss)
+    safety, sections = _SAFETY, make_sections(chain.manipulator, chain.truss)
+    if scene is None:
+        model = make_load_model(chain, Payload(mass=0.0, radius=1e-3), _GRAVITY)
+    else:
+        task, safety = scene.task, scene.task.limits.safety_factor
+        split, lumped = task.simulation.members == "elastic", task.simulation.lumped
+        model = make_load_model(chain, task.payload, task.simulation.gravity, split=split, lumped=lumped)
 
     def value(q: Array) -> Array:
         nodes = chain.nodes(q)
@@ -96,7 +101,7 @@ def _forces(chain: Chain, scene: Scene | None, utilisation: bool) -> Callable[[A
         if utilisation:
             ends = chain.truss.ends
             lengths = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
-            used = utilise(rate(sections, lengths, _SAFETY), forces)
+            used = utilise(rate(sections, lengths, safety), forces)
             size = np.maximum(used.strength, used.pressure)
         else:
             size = np.abs(forces.bar[:, chain.truss.actuated]) / 1e5

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.control.checks import check_scene, elastic_model_of, surroundings_of
+from vgtsim.control.checks import check_scene, elastic_model_of, sags, surroundings_of
 from vgtsim.control.objectives import MARGIN
 from vgtsim.control.path import PathSettings, plan_path
-from vgtsim.control.resolution import resolve_goal, scene_resolution
+from vgtsim.control.resolution import goal_keep, resolve_goal, scene_resolution
 from vgtsim.control.timing import make_limits, time_lengths
 from vgtsim.description.scene import Goal, Scene
+from vgtsim.errors import ReachError, TrussError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import start_inputs
 from vgtsim.redundancy.solver import Keep
@@ -89,8 +90,8 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
     Raises:
         ReachError: The goal cannot be met.
     """
-    keep = _keep(scene, replace(surroundings_of(scene, chain), sag=None), MARGIN)
-    return _configuration(scene, chain, scene.task.motion.goals[0], start_inputs(scene, chain), keep)
+    goal, start = scene.task.motion.goals[0], start_inputs(scene, chain)
+    return _configuration(scene, chain, goal, start, goal_keep(scene, chain))
 
 
 def _configuration(
@@ -105,23 +106,34 @@ def _aim_above(
     scene: Scene, chain: Chain, elastic: ElasticModel, goal: Goal, q: Array, surroundings: Surroundings
 ) -> Array:
     """Inputs with which an arm that gives, sagging, holds its tool at a goal: the aim is moved by what is left over."""
-    wanted = np.array([goal.position, goal.direction])
-    aim = wanted.copy()
+    keep = Keep(surroundings, scene.task.motion.clearance + MARGIN / 2)
+    left = _left_over(chain, elastic, goal, q)
+    aim = np.array([goal.position, goal.direction])
     for _ in range(_AIMS):
-        nodes = settle(elastic, chain.nodes(q))
-        corner = nodes[chain.truss.tip]
-        normal = np.cross(corner[0] - corner[2], corner[1] - corner[2])
-        left = wanted - [tool_point(elastic.loads, nodes), normal / np.linalg.norm(normal)]
         if np.abs(left).max() < _AIMED:
-            break
+            return q
         aim += left
-        keep = _keep(scene, surroundings, MARGIN / 2)
         q = _configuration(scene, chain, goal, q, keep, (aim[0], aim[1]))
-    return q
+        left = _left_over(chain, elastic, goal, q)
+    if np.abs(left).max() < _AIMED:
+        return q
+    short, turn = np.linalg.norm(left, axis=1)
+    detail = f"sagging, after {_AIMS} corrections of the aim; direction off by {np.degrees(turn):.3g} degrees"
+    raise ReachError(goal.name, float(short), (), detail)
 
 
-def _keep(scene: Scene, surroundings: Surroundings, margin: float) -> Keep:
-    return Keep(surroundings, scene.task.motion.clearance + margin)
+def _left_over(chain: Chain, elastic: ElasticModel, goal: Goal, q: Array) -> Array:
+    """What the settled tool lacks of a goal's position, m, and direction, shape (2, 3)."""
+    try:
+        nodes = settle(elastic, chain.nodes(q))
+    except TrussError as error:
+        raise TrussError(error.rank, error.members, f"the arm at goal {goal.name!r}: {error.detail}") from None
+    corner = nodes[chain.truss.tip]
+    normal = np.cross(corner[0] - corner[2], corner[1] - corner[2])
+    return np.array([goal.position, goal.direction]) - [
+        tool_point(elastic.loads, nodes),
+        normal / np.linalg.norm(normal),
+    ]
 
 
 def make_program(scene: Scene, chain: Chain) -> LengthProgram:
@@ -136,7 +148,8 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
 
     Raises:
         DescriptionError: The scene cannot work, see `check_scene`.
-        ReachError: A goal cannot be met.
+        ReachError: A goal cannot be met, or not by an arm that gives.
+        TrussError: The arm does not settle at a goal.
         PathError: A goal cannot be come to without touching anything.
     """
     check_scene(scene, chain)
@@ -147,10 +160,8 @@ def make_program(scene: Scene, chain: Chain) -> LengthProgram:
     timestep = scene.task.simulation.timestep
     start = start_inputs(scene, chain)
     shapes = [start]
-    elastic = None
-    if scene.task.simulation.members == "elastic" or scene.task.simulation.drive == "servo":
-        elastic = elastic_model_of(scene, chain)
-    stiff = _keep(scene, replace(surroundings, sag=None), MARGIN)
+    elastic = elastic_model_of(scene, chain) if sags(scene) else None
+    stiff = goal_keep(scene, chain)
     for goal in motion.goals:  # all goals before the first path: what is out of reach is said soon
         q = _configuration(scene, chain, goal, shapes[-1], stiff)
         if elastic is not None:

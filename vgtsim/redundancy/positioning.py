@@ -147,7 +147,7 @@ class Positions:
         met: Whether all rows are within tolerance, shape (B,).
         stationarity: Slope left in the null space, relative, shape (B,).
         promise: Fall of the objective still to be had by a null-space step, shape (B,).
-        optimal: Whether `met` and the promise is below the setting, shape (B,).
+        optimal: Whether `met`, the promise is below the setting and the curvature definite: a local minimum, shape (B,).
     """
 
     q: Array

@@ -62,28 +62,6 @@ def arc(centre: ArrayLike, start: ArrayLike, axis: ArrayLike, angle: float, coun
     return middle + along + np.cos(turn) * (out - along) + np.sin(turn) * np.cross(normal, out)
 
 
-def raster(corner: ArrayLike, width: ArrayLike, depth: ArrayLike, rows: int, count: int) -> Array:
-    """Points of a raster over a parallelogram, to and fro.
-
-    Args:
-        corner: First point, shape (3,), m.
-        width: Along a row, shape (3,), m.
-        depth: Across all rows, shape (3,), m.
-        rows: Number of rows, at least 2.
-        count: Points in each.
-
-    Returns:
-        Shape (rows * count, 3), m.
-    """
-    begin, across = np.asarray(corner, float), np.asarray(width, float)
-    parts = []
-    for row in range(rows):
-        from_here = begin + row / (rows - 1) * np.asarray(depth, float)
-        points = line(from_here, from_here + across, count)
-        parts.append(points if row % 2 == 0 else points[::-1])
-    return np.concatenate(parts)
-
-
 def spline(points: ArrayLike, count: int) -> Array:
     """Points of a cubic spline through way-points, its parameter the distance from one to the next.
 
