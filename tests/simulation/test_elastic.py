@@ -267,3 +267,16 @@ def test_fast_command_saturates_the_valves_and_is_counted(scene):
     found = drives.check_saturation(log, chain, FLOW)
     assert found.value > 0.05
     assert "of the records" in found.detail
+
+
+def test_period_and_damping_are_those_of_the_servos(scene):
+    """Servos so soft that nothing else gives: a quarter of their stiffness doubles the period, and the damper's time."""
+    q = bend(scene, *POSES["horizontal"])
+    found = []
+    for stiffness in (4e5, 1e5):
+        soft = change(scene, drive="servo", servo_stiffness=stiffness)
+        model, chain = finish_model(build_spec(soft), soft), scene_chain(soft)
+        springs = fit_springs(model, mujoco.MjData(model), chain, soft, chain.nodes(q))
+        found.append((springs.period, springs.excess + soft.task.simulation.timestep))
+    assert found[1] == pytest.approx(2 * np.array(found[0]), rel=0.02)
+    assert found[0][1] == pytest.approx(0.2 * found[0][0] / np.pi)
