@@ -146,10 +146,11 @@ class TrussError(VgtError):
     Attributes:
         rank: Rank of the equilibrium matrix.
         members: Names of the members that take part.
+        detail: What is wrong.
     """
 
     def __init__(self, rank: int, members: tuple[str, ...], detail: str) -> None:
-        self.rank, self.members = rank, members
+        self.rank, self.members, self.detail = rank, members, detail
         super().__init__(f"{detail} (rank {rank}; members: {', '.join(members[:6]) or 'none'})")
 
 
