@@ -209,6 +209,23 @@ def map_capacity(
     )
 
 
+def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:
+    """Part by which one map's payload is above another's, in the cells that both have.
+
+    Args:
+        better: A map; of its postures some may have come into cells that the other lacks.
+        plain: The map it is held against, with cells of the same side.
+
+    Returns:
+        In the order of `better`'s cells, shape (C,).
+    """
+    before = dict(zip(zip(plain.radius.tolist(), plain.depth.tolist(), strict=True), plain.payload, strict=True))
+    cells = zip(better.radius.tolist(), better.depth.tolist(), strict=True)
+    pairs = [(now, before[cell]) for cell, now in zip(cells, better.payload, strict=True) if cell in before]
+    now, then = np.array(pairs).reshape(-1, 2).T
+    return now / then - 1
+
+
 def place_tool(chain: Chain, q: Array) -> Array:
     """Radius and depth of the tool point, shape (2, K), m, for inputs of shape (K, A, 3)."""
     tool, _ = chain.tool(q)
