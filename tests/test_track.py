@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from vgtsim.cli import app
 from vgtsim.description import load_tool_path
+from vgtsim.output.figure import save_figure
 
 ROOT = Path(__file__).parents[1]
 ROUNDING = 2e-9  # of figures with nine decimals, m
@@ -46,6 +48,17 @@ def test_table_holds_the_reported_figures(folder):
 def test_drawing_shows_all_three_quantities(folder):
     text = (folder / "short.svg").read_text()
     assert text.count('id="axes_') == 3
+
+
+def test_same_drawing_is_the_same_file_and_appears_whole(folder, tmp_path):
+    """No date, no identifiers drawn anew; what cannot be written leaves the old file."""
+    assert "<dc:date>" not in (folder / "short.svg").read_text()
+    for name in ("one.svg", "two.svg"):
+        figure = Figure()
+        figure.add_subplot().plot([0, 1], [0, 1], clip_on=True, marker="x")
+        save_figure(figure, tmp_path / name)
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+    assert [path.name for path in sorted(tmp_path.iterdir())] == ["one.svg", "two.svg"]
 
 
 def test_shipped_path_reads():

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,31 @@ from vgtsim.errors import DescriptionError
 Array = NDArray[np.float64]
 
 _LEAST_RECORDS = 5  # for accelerations from positions
+_META: dict[str, type] = {"warnings": list, "performance": dict, "versions": dict, "stopped": str}
+_PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
+_KINDS = {"f": "floats", "i": "integers", "b": "truth values", "U": "text"}
+_ARRAYS = {  # kind and shape, in the letters of `RunLog`
+    "time": ("f", "T"),
+    "nodes": ("f", "TN3"),
+    "ends": ("f", "TM23"),
+    "commanded": ("f", "TJ"),
+    "actual": ("f", "TJ"),
+    "rates": ("f", "TJ"),
+    "member_force": ("f", "TM3"),
+    "member_moment": ("f", "TM3"),
+    "actuator_force": ("f", "TJ"),
+    "mast_reaction": ("f", "T6"),
+    "tool_position": ("f", "T3"),
+    "tool_direction": ("f", "T3"),
+    "goal": ("i", "T"),
+    "settled": ("b", "T"),
+    "contact_time": ("f", "C"),
+    "contact_pair": ("U", "C2"),
+    "contact_distance": ("f", "C"),
+    "saturation": ("i", "TJ"),
+    "pressure": ("f", "TJ2"),
+}
+_MAY_BE_EMPTY = ("saturation", "pressure")
 
 
 @dataclass(frozen=True)
@@ -97,7 +124,9 @@ class RunLog:
         count = len(self.time)
         for item in dataclasses.fields(self):
             value = getattr(self, item.name)
-            if not isinstance(value, np.ndarray) or item.name.startswith("contact") or not value.size:
+            if not isinstance(value, np.ndarray) or item.name.startswith("contact"):
+                continue
+            if item.name in _MAY_BE_EMPTY and not value.size:
                 continue
             if len(value) != count:
                 return f"{item.name} has {len(value)} records, time has {count}"
@@ -110,6 +139,29 @@ class RunLog:
             return f"{count} records; at least {_LEAST_RECORDS}"
         if step.min() <= 0 or np.ptp(step) > 1e-6 * step.max():
             return f"records are {step.min():.6g} to {step.max():.6g} s apart; evenly spaced ones can be differenced"
+        return ""
+
+    def find_misfit(self, nodes: int, members: int, actuators: int, goals: int) -> str:
+        """Say where the log is of another arm or tour.
+
+        Args:
+            nodes: Number of nodes of the arm.
+            members: Number of its members.
+            actuators: Number of its actuators.
+            goals: Number of goals of the scene.
+
+        Returns:
+            Which array has another shape, or that a goal is none of the scene's; empty when nothing is wrong.
+        """
+        counts = {"T": len(self.time), "N": nodes, "M": members, "J": actuators, "C": len(self.contact_time)}
+        for name, (_, sizes) in _ARRAYS.items():
+            value = getattr(self, name)
+            wanted = tuple(counts[size] if size in counts else int(size) for size in sizes)
+            if value.shape != wanted and not (name in _MAY_BE_EMPTY and not value.size):
+                return f"{name} has shape {value.shape}, that of the scene's arm is {wanted}"
+        low, high = (self.goal.min(), self.goal.max()) if len(self.goal) else (-1, -1)
+        if low < -1 or high >= goals:
+            return f"goals {low} to {high} are in the log; allowed: -1 to {goals - 1}, as the scene has {goals}"
         return ""
 
     def directions(self, ends: NDArray[np.intp]) -> Array:
@@ -149,9 +201,6 @@ class RunLog:
         return self.member_force - np.sum(self.member_force * axis, axis=-1, keepdims=True) * axis
 
 
-_META = ("warnings", "performance", "versions", "stopped")
-
-
 def save_run(path: str | Path, scene: Scene, log: RunLog) -> None:
     """Write a log together with the scene it is of, as compressed npz.
 
@@ -175,17 +224,52 @@ def load_run(path: str | Path) -> tuple[Scene, RunLog]:
         The scene and the log.
 
     Raises:
-        DescriptionError: The file is missing or is not a run log.
+        DescriptionError: The file is missing, is damaged or is not a run log of this version.
     """
     file = Path(path)
     try:
         with np.load(file) as data:
             fields = {name: data[name] for name in data.files if name not in ("meta", "scene")}
             meta, text = json.loads(str(data["meta"])), str(data["scene"])
-    except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:
+    except (OSError, EOFError, KeyError, TypeError, ValueError, BadZipFile, zlib.error) as error:
         raise DescriptionError(file, "", str(error) or "an empty file", "a run log written by `vgtsim run`") from None
+    if fault := _find_foreign(fields) or _find_wrong_meta(meta):
+        raise DescriptionError(file, *fault)
     meta["warnings"] = tuple(meta["warnings"])
     try:
         return parse_scene(text), RunLog(**fields, **meta)
-    except TypeError as error:
-        raise DescriptionError(file, "", str(error), "a run log of this version of vgtsim") from None
+    except DescriptionError as error:
+        raise DescriptionError(file, error.key, error.found, error.allowed) from None
+
+
+def _find_foreign(fields: Mapping[str, NDArray[Any]]) -> tuple[str, str, str] | None:
+    """Key, what is found and what is allowed of the first array that is not a log's."""
+    for name, (kind, sizes) in _ARRAYS.items():
+        if name not in fields:
+            if name in _MAY_BE_EMPTY:
+                continue
+            return name, "nothing", "a run log of this version of vgtsim has it"
+        value, wanted = fields[name], f"{_KINDS[kind]} in {len(sizes)} dimensions"
+        if value.dtype.kind != kind or value.ndim != len(sizes):
+            return name, f"{value.dtype} in {value.ndim} dimensions", wanted
+    unknown = [name for name in fields if name not in _ARRAYS]
+    return (unknown[0], "an unknown array", f"one of {', '.join(_ARRAYS)}") if unknown else None
+
+
+def _find_wrong_meta(meta: object) -> tuple[str, str, str] | None:
+    """The same of what stands beside the arrays."""
+    if not isinstance(meta, dict):
+        return "meta", type(meta).__name__, f"a table of {', '.join(_META)}"
+    for name, kind in _META.items():
+        if name not in meta:
+            return f"meta.{name}", "nothing", "a run log of this version of vgtsim has it"
+        if not isinstance(meta[name], kind):
+            return f"meta.{name}", type(meta[name]).__name__, kind.__name__
+    unknown = [name for name in meta if name not in _META]
+    if unknown:
+        return f"meta.{unknown[0]}", "an unknown entry", f"one of {', '.join(_META)}"
+    for name in _PERFORMANCE:
+        found = meta["performance"].get(name, "nothing")
+        if not isinstance(found, (int, float)):
+            return f"meta.performance.{name}", str(found), "a number"
+    return None

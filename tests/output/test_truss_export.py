@@ -7,8 +7,11 @@ import runpy
 
 import numpy as np
 import pytest
+from offset_arms import with_offset
 from playing import bend, change, play, shorten
 
+from vgtsim.errors import DescriptionError
+from vgtsim.kinematics import Chain
 from vgtsim.mjcf import scene_chain
 from vgtsim.output.truss_export import describe_truss, write_truss
 
@@ -71,3 +74,11 @@ def test_paraview_s_file_holds_the_forces(played, tmp_path):
     mesh, data = meshio.read(file), describe_truss(scene, log, chain)
     assert mesh.points.shape == (len(data["nodes"]), 3)
     assert mesh.cell_data["force"][0] == pytest.approx([bar["force"] for bar in data["members"]])
+
+
+def test_time_outside_the_log_and_a_joint_offset_are_refused(played):
+    scene, log, chain = played
+    with pytest.raises(DescriptionError, match=rf"time: found 99999 s; allowed: 0 to {log.time[-1]:.6g} s"):
+        describe_truss(*played, time=99999.0)
+    with pytest.raises(DescriptionError, match="0 where a truss is exported"):
+        describe_truss(scene, log, Chain(with_offset(chain.manipulator), chain.mount))

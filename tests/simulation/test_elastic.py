@@ -267,3 +267,23 @@ def test_fast_command_saturates_the_valves_and_is_counted(scene):
     found = drives.check_saturation(log, chain, FLOW)
     assert found.value > 0.05
     assert "of the records" in found.detail
+
+
+def test_period_and_damping_are_those_of_the_servos(scene):
+    """Soft servos and next to no weight: a quarter of their stiffness doubles the period and the damper's time."""
+    q = bend(scene, *POSES["horizontal"])
+    found = []
+    for stiffness in (4e5, 1e5):
+        soft = change(scene, drive="servo", servo_stiffness=stiffness, gravity=1e-6)
+        model, chain = finish_model(build_spec(soft), soft), scene_chain(soft)
+        springs = fit_springs(model, mujoco.MjData(model), chain, soft, chain.nodes(q))
+        found.append((springs.period, springs.excess + soft.task.simulation.timestep))
+    assert found[1] == pytest.approx(2 * np.array(found[0]), rel=0.02)
+    assert found[0][1] == pytest.approx(0.2 * found[0][0] / np.pi)
+
+
+def test_servos_that_buckle_under_the_weight_are_refused(scene):
+    soft = change(scene, drive="servo", servo_stiffness=1e5)
+    q = bend(scene, *POSES["horizontal"])
+    with pytest.raises(DescriptionError, match=r"servo_stiffness: found 1e\+05 N/m; allowed: enough to hold the arm"):
+        play(soft, q, q, 0.1, out_of_the_tank)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from playing import bend, change, play, shorten
 
 from vgtsim.control.program import Leg, LengthProgram
-from vgtsim.errors import DivergenceError
+from vgtsim.errors import DescriptionError, DivergenceError
 from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.runlog import RunLog, load_run, save_run
 from vgtsim.simulation import run
+from vgtsim.simulation.loop import _Contacts, _note_contacts
 
 LAG = 1e-5  # m: a hundredth of what a lag of one step would be at this speed
 SERVO_LAG = 3e-3  # m: 0.1 m/s times damping over stiffness, 0.01 s, and 1e5 N on 1e8 N/m
@@ -94,7 +96,26 @@ def test_a_collision_ends_a_run_under_rigid_drives(module_scene, motion):
 
     log = play(module_scene, *motion, 4.0, raise_floor)
     assert "collision" in log.stopped
+    assert log.stopped.endswith("under rigid drives")
     assert "block" in log.contact_pair[0]
+
+
+def test_what_the_start_posture_touches_is_named(module_scene, motion):
+    """Before time zero, while the constraints take up the weight."""
+
+    def lift_block(spec):
+        block = spec.worldbody.add_geom(name="block", type=6, size=[3, 3, 0.5], contype=1, conaffinity=0)
+        block.pos = [0, 0, module_scene.pivot_height - 2.2]
+
+    with pytest.raises(DescriptionError, match=r"motion\.start: found .*block.*; allowed: a posture clear"):
+        play(module_scene, *motion, 0.1, lift_block)
+
+
+def test_a_collision_says_which_drives_it_is_under():
+    contact = SimpleNamespace(geom=(0, 1), dist=-0.001)
+    model = SimpleNamespace(geom=lambda i: SimpleNamespace(name=("arm", "block")[i]))
+    for drive, said in (("hydraulic", "under hydraulic drives"), ("servo", "")):
+        assert _note_contacts(model, SimpleNamespace(contact=[contact], time=2.0), _Contacts(), drive).endswith(said)
 
 
 def test_a_loop_that_cannot_close_stops_the_run_and_names_the_row(module_scene, motion):

@@ -8,7 +8,7 @@ import pytest
 from vgtsim.control.capacity import unload
 from vgtsim.description.scene import Payload
 from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
-from vgtsim.statics.capacity import LIMITS, draw_shapes, find_allowance, map_capacity
+from vgtsim.statics.capacity import LIMITS, draw_shapes, find_allowance, find_gain, map_capacity
 
 BOUNDARY = 1e-9  # forces are linear in the payload
 OMEGA, GRAVITY = 1.67, 9.80665
@@ -88,3 +88,15 @@ def test_unloaded_postures_keep_their_tool_and_carry_more(hanging_arm):
     assert np.median(after / before[apart.argmin(axis=1)]) < 0.97
     length, (low, high) = hanging_arm.lengths(moved), hanging_arm.stroke
     assert np.all((length >= low) & (length <= high))
+
+
+def test_gain_counts_the_cells_that_both_maps_have(hanging_arm):
+    """Postures that came into other cells are more than the plain map has, and shift the order."""
+    plain = map_capacity(hanging_arm, draw_shapes(hanging_arm, 60), cell=3.0)
+    more = map_capacity(hanging_arm, draw_shapes(hanging_arm, 500), cell=3.0)
+    fewer = map_capacity(hanging_arm, plain.q[1:], cell=3.0)
+    assert len(more.payload) > len(plain.payload)
+    gain = find_gain(map_capacity(hanging_arm, np.concatenate([plain.q, more.q]), cell=3.0), plain)
+    assert len(gain) == len(plain.payload)
+    assert np.all(gain > -1e-12)
+    assert find_gain(plain, fewer) == pytest.approx(np.zeros(len(fewer.payload)), abs=1e-12)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from vgtsim.description import load_manipulator
 from vgtsim.description.scene import LoadCase, Payload
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.statics import make_load_model, make_sections, solve
 from vgtsim.statics.cases import bound_case, find_envelope, solve_case
 from vgtsim.statics.motion import Motion
@@ -15,6 +19,7 @@ from vgtsim.statics.motion import Motion
 ROUNDING = 1e-9  # of the largest force
 SAMPLED = 2e-3  # of an amplitude, by which 40000 directions on a sphere or 200 on a circle may miss the worst
 GRAVITY = 9.80665
+OFFSET = Path(__file__).parents[2] / "models" / "octahedron_offset" / "octahedron_offset.toml"
 
 
 @pytest.fixture(scope="module")
@@ -152,3 +157,31 @@ def test_motion_adds_the_inertia_of_arm_and_factored_payload(model, nodes):
 
 def make_model_of(model, mass):
     return replace(model, payload=model.payload.model_copy(update={"mass": mass}))
+
+
+def test_bending_counts_with_motion_and_from_any_direction():
+    """A side force bends an offset arm's actuators: loads from any direction use it as much as from each one tried."""
+    chain = Chain(load_manipulator(OFFSET), hanging_mount(4.0))
+    nodes = chain.nodes(sample_inputs(chain, 2, seed=3))
+    model = make_load_model(chain, Payload(mass=400.0, radius=0.1), GRAVITY)
+    section = make_sections(chain.manipulator, chain.truss)
+    rng = np.random.default_rng(9)
+    ways = rng.normal(size=(60, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    flat = ways[:, :2] / np.linalg.norm(ways[:, :2], axis=1, keepdims=True)
+    tried = {
+        "reaction": [LoadCase(name="tried", force=tuple(20e3 * way)) for way in ways],
+        "shaking": [LoadCase(name="tried", seismic=(0.4 * way[0], 0.4 * way[1], 0.0)) for way in flat],
+    }
+    cases = [LoadCase(name="any", reaction=20e3), LoadCase(name="any", shaking=0.4)]
+    for case, each in zip(cases, tried.values(), strict=True):
+        bound = find_envelope(model, section, nodes, [case], 1.67).strength[0]
+        found = find_envelope(model, section, nodes, each, 1.67).strength.max(axis=0)
+        assert np.all(bound >= found * (1 - ROUNDING))
+        assert bound.max() < 1.3 * found.max()  # two ends bent their worst at once, no more
+    lever = nodes - nodes[:, :1]
+    motion = Motion(np.zeros(nodes.shape), np.cross(np.array([3.0, -2.0, 1.0]), lever))
+    whole, direct = solve_case(model, nodes, LoadCase(name="run"), motion), solve(model, nodes, motion)
+    for name in ("near_moment", "far_moment"):
+        most = np.abs(getattr(direct, name)).max()
+        assert getattr(whole, name) == pytest.approx(getattr(direct, name), abs=ROUNDING * most)

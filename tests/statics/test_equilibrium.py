@@ -262,3 +262,13 @@ def test_flattened_module_is_a_mechanism(chain, model):
     with pytest.raises(TrussError, match="mechanism") as caught:
         solve(model, nodes)
     assert any(name.startswith("m1/") for name in caught.value.members)
+
+
+def test_singular_pose_of_a_batch_is_named(chain, model, bent):
+    """Exactly singular, so that no inverse is found, and in the second of the chunks that are solved at a time."""
+    nodes = np.repeat(chain.nodes(bent[0])[None], 600, axis=0)
+    nodes[530] = chain.nodes(chain.straight)
+    nodes[530, [chain.truss.nodes.index(f"m1/mid/{i}") for i in (1, 2, 3)], 2] = nodes[530, 0, 2]
+    with pytest.raises(TrussError, match=r"instant 530: .*mechanism") as caught:
+        solve(model, nodes)
+    assert any(name.startswith("m1/") for name in caught.value.members)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vgtsim.errors import TrussError
+from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.statics import diagnose
 from vgtsim.statics.band import deflect_framework, tangent_stiffness
 from vgtsim.statics.framework import framework_of, make_framework
@@ -260,3 +260,10 @@ def test_groups_only_order_the_work(hanging_arm):
     assert np.abs(bar - other).max() < 1e-9 * np.abs(bar).max()
     assert np.abs(support - same).max() < 1e-9 * np.abs(bar).max()
     assert support.sum(axis=1) == pytest.approx(-force.sum(axis=1), abs=1e-6)
+
+
+def test_support_or_bar_on_no_node_is_named():
+    with pytest.raises(DescriptionError, match="supports: found node C; allowed: one of A, B"):
+        make_framework("AB", [("A", "B")], {"A": "xyz", "C": "yz"})
+    with pytest.raises(DescriptionError, match=r"bars\.0: found node D; allowed: one of A, B"):
+        make_framework("AB", [("A", "D")], {})

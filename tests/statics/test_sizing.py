@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from offset_arms import with_offset
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.catalogue import INCH, load_catalogue, write_sized_arm
@@ -154,6 +155,12 @@ def test_load_beyond_the_catalogue_is_named_with_its_forces(hanging_arm, demand)
     heavy = Demand(demand.nodes, None, Payload(mass=20000.0, radius=0.15), CASES, GRAVITY, OMEGA)
     with pytest.raises(DescriptionError, match=r"modules\.\w+\.\w+: found [0-9.]+ kN of pull and [0-9.]+ kN of push"):
         size_arm(hanging_arm, load_catalogue(), heavy, TARGET)
+
+
+def test_joint_offset_is_refused(demand):
+    chain = Chain(with_offset(load_manipulator(ARM)), np.eye(4))
+    with pytest.raises(DescriptionError, match=r"joint_offset: found 0\.127 m on .*; allowed: 0 where an arm is sized"):
+        size_arm(chain, load_catalogue(), demand, TARGET)
 
 
 def test_catalogue_walls_and_pins_hold_their_pressure():

@@ -120,7 +120,7 @@ def capacity(
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.output.capacity_map import write_capacity
     from vgtsim.output.write import prepare_folder
-    from vgtsim.statics.capacity import draw_shapes, map_capacity
+    from vgtsim.statics.capacity import draw_shapes, find_gain, map_capacity
 
     arm, gravity = load_manipulator(arm_file), 9.80665
     chain = Chain(arm, hanging_mount(0.0))
@@ -139,7 +139,7 @@ def capacity(
             f"by {found.limit[i]} of {found.member[i]}; sag {found.sag[i]:.3f} m with {found.reference:.0f} kg"
         )
     if resolve:
-        gain = found.payload / plane.payload - 1
+        gain = find_gain(found, plane)
         OUT.print(
             f"postures out of the plane carry {np.median(gain):.0%} more in the median of {len(gain)} cells, "
             f"{gain.max():.0%} at most; {np.mean(gain > 0.01):.0%} of the cells gain"

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 from vgtsim.description import Scene
 from vgtsim.output.colours import HOLD, LIMIT
 from vgtsim.output.holds import find_holds, goal_name
+from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 
 WIDTH = 9.6  # inches; the page shows it at full column width
@@ -74,6 +76,25 @@ def panels(rows: int, columns: int, height: float, sharey: bool = False) -> tupl
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
     return figure, list(axes.ravel())
+
+
+_ANONYMOUS: dict[str, dict[str, Any]] = {
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None},
+    "png": {"Software": None},
+}
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as an image, whole or not at all; the same figure gives the same file.
+
+    Args:
+        figure: The figure.
+        path: Image file; its suffix tells the format, PNG if it has none.
+    """
+    kind = path.suffix[1:].lower() or "png"
+    with mpl.rc_context({"svg.hashsalt": _STYLE["svg.hashsalt"]}), replacing(path) as whole:
+        figure.savefig(whole, format=kind, metadata=_ANONYMOUS.get(kind))
 
 
 def to_svg(figure: Figure, prefix: str, label: str) -> str:

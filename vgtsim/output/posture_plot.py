@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics.chain import Chain
+from vgtsim.output.figure import save_figure
 
 _COLOURS = {"actuator": "tab:red"}
 _SEVERAL = ("tab:blue", "tab:orange", "tab:green", "tab:purple")
@@ -58,7 +59,7 @@ def draw_postures(chain: Chain, panels: Sequence[Postures], path: Path) -> None:
         axes.set_aspect("equal")
         axes.autoscale_view()
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize="small")
-    figure.savefig(path)
+    save_figure(figure, path)
 
 
 def _goal_plane(chain: Chain, goal: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -94,4 +95,4 @@ def draw_posture(chain: Chain, q: ArrayLike, goal: ArrayLike, path: Path) -> Non
         axes.set_ylabel(up)
         axes.set_aspect("equal")
         axes.autoscale_view()
-    figure.savefig(path)
+    save_figure(figure, path)

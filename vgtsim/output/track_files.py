@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from vgtsim.control.following import Followed
 from vgtsim.kinematics.chain import Chain
-from vgtsim.output.figure import draw_limit
+from vgtsim.output.figure import draw_limit, save_figure
+from vgtsim.replacing import replacing
 
 Facts = dict[str, str | float | int]
 
@@ -29,8 +30,9 @@ def write_track(chain: Chain, followed: Followed, facts: Facts, stem: Path) -> t
     """
     files = tuple(stem.with_suffix(suffix) for suffix in (".csv", ".json", ".svg"))
     _write_table(chain, followed, files[0])
-    files[1].write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
-    _draw(followed).savefig(files[2])
+    with replacing(files[1]) as whole:
+        whole.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
+    save_figure(_draw(followed), files[2])
     return files
 
 
@@ -39,7 +41,7 @@ def _write_table(chain: Chain, followed: Followed, file: Path) -> None:
     names = [f"{module.name}/actuator/{i + 1}, m" for module in chain.manipulator.active for i in range(3)]
     heads = ["time, s", "x, m", "y, m", "z, m", "direction x", "direction y", "direction z", *names, "piece"]
     rows = np.column_stack([followed.time, tool, direction, followed.lengths])
-    with file.open("w", encoding="utf-8") as out:
+    with replacing(file) as whole, whole.open("w", encoding="utf-8") as out:
         out.write(",".join(f'"{head}"' for head in heads) + "\n")
         for row, stretch in zip(rows, followed.stretch, strict=True):
             out.write(",".join(f"{value:.9f}" for value in row) + f',"{followed.names[stretch]}"\n')

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from vgtsim.description import Scene
-from vgtsim.errors import MissingLibraryError
+from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.kinematics import Chain
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
-from vgtsim.statics.elasticity import make_elastic_model
+from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import solve
 from vgtsim.statics.motion import Motion, motion_from_log
 from vgtsim.statics.stiffness import node_loads
@@ -60,8 +60,14 @@ def describe_truss(scene: Scene, log: RunLog, chain: Chain, time: float | None =
     Returns:
         What `truss.json` holds: SI units, frame G, tension positive. The loads are weight and inertia shared between
         the nodes; `force` is the bar force in equilibrium with them, `measured` the simulation's at the near end.
+
+    Raises:
+        DescriptionError: A module has a joint offset, or the time is not in the log.
     """
+    require_no_offset(chain, "a truss is exported")
     truss = chain.truss
+    if time is not None and not log.time[0] <= time <= log.time[-1]:
+        raise DescriptionError(None, "time", f"{time:.6g} s", f"{log.time[0]:.6g} to {log.time[-1]:.6g} s, as logged")
     axial = log.axial(truss.ends)
     record = int(np.argmax(np.abs(axial).max(axis=1))) if time is None else int(np.argmin(np.abs(log.time - time)))
     nodes = log.nodes[record]
@@ -114,6 +120,7 @@ def write_truss(
         The files.
 
     Raises:
+        DescriptionError: A module has a joint offset, or the time is not in the log.
         MissingLibraryError: `meshio`, which writes VTK, is not installed; the other files are there.
     """
     data = describe_truss(scene, log, chain, time)

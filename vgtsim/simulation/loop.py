@@ -59,6 +59,7 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
         The log.
 
     Raises:
+        DescriptionError: The arm is so deep in something in its start posture that its state diverges.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
     data = mujoco.MjData(model)
@@ -74,7 +75,7 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
     recorder = Recorder(find_addresses(model, chain.truss))
     drive = find_drive(model, data, chain, scene, springs, nodes)
     _find_equilibrium(model, data, drive, program, scene, recorder.at.hub_speeds)
-    rigid, hit = scene.task.simulation.drive != "servo", np.zeros(len(chain.truss.actuated), dtype=np.int64)
+    hit = np.zeros(len(chain.truss.actuated), dtype=np.int64)
     contacts, stopped = _Contacts(), ""
     every = round(1 / (scene.task.simulation.log_rate * model.opt.timestep))
     sensor_bit = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -102,7 +103,7 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
             if isinstance(drive, HydraulicDrive):
                 recorder.records.setdefault("pressure", []).append(drive.pressure)
         previous = wanted
-        if data.ncon and (stopped := _note_contacts(model, data, contacts, rigid)):
+        if data.ncon and (stopped := _note_contacts(model, data, contacts, scene.task.simulation.drive)):
             break
     log = _make_log(model, data, recorder, contacts, count, time.perf_counter() - begin, stopped or str(fault or ""))
     if fault is not None:
@@ -127,10 +128,19 @@ def _find_equilibrium(
     hub_speeds: NDArray[np.intp],
 ) -> None:
     """Let the constraints take up the weight before time zero: kinematics give the start pose, but not its forces."""
+    touched: list[tuple[str, str, float]] = []
     for _ in range(round(scene.task.motion.patience / scene.task.simulation.timestep)):
         drive.command(program.legs[0].lengths[0])
         mujoco.mj_step(model, data)
-        check_state(model, data)
+        touched = touched or list_contacts(model, data)
+        try:
+            check_state(model, data)
+        except DivergenceError:
+            if not touched:
+                raise
+            first, second, gap = touched[0]
+            found = f"{first} {-gap:.3g} m deep in {second}, which the drives cannot hold"
+            raise scene.error("motion.start", found, "a posture clear of everything") from None
         if np.max(np.abs(data.qvel[hub_speeds])) < scene.task.motion.settle_speed:
             break
     data.time = 0.0
@@ -166,16 +176,16 @@ def _commands(
             yield leg.lengths[-1], leg.goal, True
 
 
-def _note_contacts(model: mujoco.MjModel, data: mujoco.MjData, contacts: _Contacts, rigid: bool) -> str:
+def _note_contacts(model: mujoco.MjModel, data: mujoco.MjData, contacts: _Contacts, drive: str) -> str:
     """Log the contacts of a step; returns why the run must end, or an empty string."""
     for first, second, distance in list_contacts(model, data):
         if len(contacts.time) < _MAX_CONTACTS:
             contacts.time.append(float(data.time))
             contacts.pair.append((first, second))
             contacts.distance.append(distance)
-    if rigid and contacts.time:
+    if drive != "servo" and contacts.time:
         first, second = contacts.pair[0]
-        return f"collision of {first} with {second} at t = {contacts.time[0]:.3f} s under rigid drives"
+        return f"collision of {first} with {second} at t = {contacts.time[0]:.3f} s under {drive} drives"
     return ""
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain
 from vgtsim.mjcf import names
-from vgtsim.statics.elasticity import ElasticModel, make_elastic_model
+from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
 from vgtsim.statics.modes import damping_time, find_modes
 
 Array = NDArray[np.float64]
@@ -64,7 +64,7 @@ def find_damping_time(elastic: ElasticModel, nodes: Array, scene: Scene) -> floa
     """Damper over stiffness that gives the slowest mode its structural damping.
 
     Args:
-        elastic: Masses and stiffnesses.
+        elastic: Masses, and stiffnesses with what moves the cylinders.
         nodes: Start posture, unloaded, shape (N, 3), m.
         scene: Gives ratio and step.
 
@@ -103,11 +103,20 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, scene:
         The springs.
 
     Raises:
-        DescriptionError: The damping ratio is below what the step can hold.
+        DescriptionError: The damping ratio is below what the step can hold, or the arm buckles in its start posture.
     """
     task, truss = scene.task, chain.truss
     elastic = make_elastic_model(chain, task.payload, task.simulation.gravity, lumped=task.simulation.lumped)
-    excess = find_damping_time(elastic, nodes, scene) - task.simulation.timestep
+    held = elastic
+    if task.simulation.drive == "servo":  # in place of oil and rod; behind valves the oil is still what gives
+        held = hold_cylinders(elastic, task.simulation)
+    slowest = float(find_modes(held, nodes, 1).frequency[0])
+    if not slowest > 0:
+        key, found = "members", "elastic ones that buckle"
+        if held is not elastic:
+            key, found = "servo_stiffness", f"{task.simulation.servo_stiffness:.4g} N/m"
+        raise scene.error(f"simulation.{key}", found, "enough to hold the arm up in its start posture")
+    excess = find_damping_time(held, nodes, scene) - task.simulation.timestep
     actuators = [truss.members[i].name for i in truss.actuated]
     tubes = [member.name for member in truss.members if member.role != "actuator"]
     joints = np.array([model.joint(names.slide(name)).id for name in tubes])
@@ -120,5 +129,5 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, scene:
         np.array([model.joint(names.slide(name)).id for name in actuators]),
         np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
         excess,
-        1 / float(find_modes(elastic, nodes, 1).frequency[0]),
+        1 / slowest,
     )

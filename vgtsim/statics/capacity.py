@@ -11,7 +11,7 @@ from vgtsim.description.scene import Payload
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
-from vgtsim.statics.equilibrium import MemberForces, solve
+from vgtsim.statics.equilibrium import solve
 from vgtsim.statics.loads import make_load_model
 from vgtsim.statics.rating import MODES, make_sections, rate
 from vgtsim.statics.stiffness import deflect
@@ -103,7 +103,7 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
     ends = chain.truss.ends
     length = np.linalg.norm(n[..., ends[:, 1], :] - n[..., ends[:, 0], :], axis=-1)
     ratings = rate(make_sections(chain.manipulator, chain.truss), length, safety_factor)
-    along, growth = _along(empty), (_along(loaded) - _along(empty)) / _UNIT
+    along, growth = empty.along, (loaded.along - empty.along) / _UNIT
     rows = [
         _room(along, growth, ratings.tension, np.inf),
         _room(along, growth, np.inf, ratings.compression),
@@ -115,11 +115,6 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
     flat = room.reshape(*room.shape[:-2], -1)
     worst = np.argmin(flat, axis=-1)
     return Allowance(flat.min(axis=-1), worst // len(LIMITS), worst % len(LIMITS))
-
-
-def _along(forces: MemberForces) -> Array:
-    """Forces at the near hub, between and at the far hub, shape (3, ..., M), N."""
-    return np.stack([forces.near_axial, forces.bar, forces.far_axial])
 
 
 def _room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) -> Array:
@@ -212,6 +207,23 @@ def map_capacity(
         postures[best],
         reference,
     )
+
+
+def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:
+    """Part by which one map's payload is above another's, in the cells that both have.
+
+    Args:
+        better: A map; of its postures some may have come into cells that the other lacks.
+        plain: The map it is held against, with cells of the same side.
+
+    Returns:
+        In the order of `better`'s cells, shape (C,).
+    """
+    before = dict(zip(zip(plain.radius.tolist(), plain.depth.tolist(), strict=True), plain.payload, strict=True))
+    cells = zip(better.radius.tolist(), better.depth.tolist(), strict=True)
+    pairs = [(now, before[cell]) for cell, now in zip(cells, better.payload, strict=True) if cell in before]
+    now, then = np.array(pairs).reshape(-1, 2).T
+    return now / then - 1
 
 
 def place_tool(chain: Chain, q: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,7 @@ from vgtsim.statics.rating import Section, rate, utilise
 Array = NDArray[np.float64]
 
 _AXIAL = ("near_axial", "bar", "far_axial")
+_MOMENTS = ("near_moment", "far_moment")
 
 
 @dataclass(frozen=True)
@@ -80,16 +82,17 @@ def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: Motio
         return still
     payload = model.payload.model_copy(update={"mass": case.payload * model.payload.mass})
     inertia = solve(replace(model, gravity=np.zeros(3), payload=payload), n, motion)
-    return _combine(still, inertia, 1.0, (*_AXIAL, "near_transverse", "reaction"))
+    return _combine(still, inertia, 1.0, (*_AXIAL, *_MOMENTS, "near_transverse", "reaction"))
 
 
 def bound_case(
     model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: Motion | None = None
 ) -> tuple[MemberForces, MemberForces]:
-    """Find the greatest and least axial forces of a case whose shaking and reaction may come from any direction.
+    """Find the greatest and least forces and moments of a case whose shaking and reaction may come from any direction.
 
     A force is linear in a load, so what a load of given size can add to it is the length of the vector of what unit
     loads along the axes add: of two axes for shaking, of three for the reaction. Each member has its own worst direction.
+    So has the moment at each of its ends, which whatever the load is about one line (see `rings`).
 
     Args:
         model: Masses under plain gravity.
@@ -98,8 +101,9 @@ def bound_case(
         motion: Of the nodes; absent at rest.
 
     Returns:
-        The most pulled and the most pushed state of every member; transverse forces and reactions are those without
-        what comes from any direction.
+        The most pulled and the most pushed state of every member, with the ends of the range of the moments at its hubs:
+        which end goes with which force or with which end at the other hub is not said. Transverse forces and reactions
+        are those without what comes from any direction.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
@@ -116,17 +120,28 @@ def bound_case(
         wrenches = case.reaction * np.eye(6)[:3]
         spans.append([solve(free, n, nodal_forces=tool_forces(model, n, wrench)) for wrench in wrenches])
     high = low = middle
+    lines = {name: _line([getattr(item, name) for effects in spans for item in effects]) for name in _MOMENTS if spans}
     for effects in spans:
-        spread = replace(middle, **{name: _length([getattr(item, name) for item in effects]) for name in _AXIAL})
+        parts = {name: np.stack([getattr(item, name) for item in effects]) for name in (*_AXIAL, *_MOMENTS)}
+        sizes = {name: np.linalg.norm(parts[name], axis=0) for name in _AXIAL}
+        turns = {name: np.linalg.norm(parts[name], axis=(0, -1))[..., None] * line for name, line in lines.items()}
+        spread = replace(middle, **sizes, **turns)
         high, low = _combine(high, spread, 1.0), _combine(low, spread, -1.0)
     return high, low
 
 
-def _length(parts: Sequence[Array]) -> Array:
-    return np.linalg.norm(np.stack(parts), axis=0)
+def _line(moments: Sequence[Array]) -> Array:
+    """Unit vector along which all of some parallel vectors lie, shape (..., M, 3); zero where they are."""
+    stack = np.stack(moments)
+    size = np.linalg.norm(stack, axis=-1, keepdims=True)
+    most = np.argmax(size, axis=0)[None]
+    longest, length = (np.take_along_axis(item, most, axis=0)[0] for item in (stack, size))
+    return np.divide(longest, length, out=np.zeros_like(longest), where=length > 0)
 
 
-def _combine(forces: MemberForces, others: MemberForces, sign: float, names: tuple[str, ...] = _AXIAL) -> MemberForces:
+def _combine(
+    forces: MemberForces, others: MemberForces, sign: float, names: tuple[str, ...] = (*_AXIAL, *_MOMENTS)
+) -> MemberForces:
     """With some fields of others added."""
     return replace(forces, **{name: getattr(forces, name) + sign * getattr(others, name) for name in names})
 
@@ -156,14 +171,17 @@ def find_envelope(
     pull, push = np.zeros(len(ends)), np.zeros(len(ends))
     for case in cases:
         high, low = bound_case(model, n, case)
-        pull = np.maximum(pull, _along(high).reshape(-1, len(ends)).max(axis=0))
-        push = np.maximum(push, -_along(low).reshape(-1, len(ends)).min(axis=0))
-        used = utilise(ratings, high), utilise(ratings, low)
-        strength.append(np.maximum(used[0].strength, used[1].strength))
-        pressure.append(np.maximum(used[0].pressure, used[1].pressure))
+        pull = np.maximum(pull, high.along.reshape(-1, len(ends)).max(axis=0))
+        push = np.maximum(push, -low.along.reshape(-1, len(ends)).min(axis=0))
+        used = [utilise(ratings, state) for state in _corners(high, low)]
+        strength.append(np.max([use.strength for use in used], axis=0))
+        pressure.append(np.max([use.pressure for use in used], axis=0))
     return Envelope(tuple(case.name for case in cases), pull, push, np.stack(strength), np.stack(pressure))
 
 
-def _along(forces: MemberForces) -> Array:
-    """Axial forces at the near hub, between and at the far hub, shape (3, ..., M), N."""
-    return np.stack([getattr(forces, name) for name in _AXIAL])
+def _corners(high: MemberForces, low: MemberForces) -> list[MemberForces]:
+    """The range's ends with one another: both axial ones, each with either moment at either hub if there are any."""
+    if not high.near_moment.any() and not low.near_moment.any():
+        return [high, low]
+    sides = product((high, low), repeat=3)
+    return [replace(axial, near_moment=near.near_moment, far_moment=far.far_moment) for axial, near, far in sides]

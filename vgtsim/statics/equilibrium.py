@@ -55,6 +55,11 @@ class MemberForces:
     reaction: Array
 
     @property
+    def along(self) -> Array:
+        """Axial forces at the near hub, where the segments meet and at the far hub, shape (3, ..., M), N."""
+        return np.stack([self.near_axial, self.bar, self.far_axial])
+
+    @property
     def near(self) -> Array:
         """Force of each member on its near hub, shape (..., M, 3), N, in frame G."""
         return self.near_axial[..., None] * self.direction + self.near_transverse
@@ -97,7 +102,8 @@ def solve(
     for start in range(0, max(len(flat), 1), _CHUNK):
         part = slice(start, start + _CHUNK)
         now = None if moving is None else Motion(moving.velocity[part], moving.acceleration[part])
-        parts.append(_solve_chunk(model, flat[part], now, None if extra is None else extra[part], about[part]))
+        more = None if extra is None else extra[part]
+        parts.append(_solve_chunk(model, flat[part], now, more, about[part], start))
     whole = (np.concatenate(values) for values in zip(*parts, strict=True))
     return MemberForces(*(value.reshape(*batch, *value.shape[1:]) for value in whole))
 
@@ -107,9 +113,9 @@ def _points(pivot: ArrayLike, batch: tuple[int, ...]) -> Array:
 
 
 def _solve_chunk(
-    model: LoadModel, nodes: Array, motion: Motion | None, extra: Array | None, pivot: Array
+    model: LoadModel, nodes: Array, motion: Motion | None, extra: Array | None, pivot: Array, start: int
 ) -> tuple[Array, ...]:
-    """Find the fields of `MemberForces` for a flat batch."""
+    """Find the fields of `MemberForces` for a flat batch, whose first instant is `start` of all."""
     truss = model.truss
     loads = member_loads(model, nodes, motion)
     force = hub_loads(model, nodes, motion)
@@ -119,7 +125,7 @@ def _solve_chunk(
         force += extra
     _load_blocks(model, nodes, motion, force)
     frame = framework_of(truss)
-    tension, total = substitute_back(frame, frame.directions(nodes), force, nodes)
+    tension, total = substitute_back(frame, frame.directions(nodes), force, nodes, start)
     left = total[:, truss.base]
     rings = find_ring_forces(truss, nodes, tension)
     bar = tension[:, : len(truss.members)].copy()

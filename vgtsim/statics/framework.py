@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.truss import Truss
 
 Array = NDArray[np.float64]
@@ -61,8 +62,15 @@ def make_framework(names: Sequence[str], bars: Sequence[tuple[str, str]], suppor
 
     Returns:
         The framework, as one group.
+
+    Raises:
+        DescriptionError: A support is on no node, or a bar ends at none.
     """
     place = {name: index for index, name in enumerate(names)}
+    named = [("supports", tuple(supports)), *((f"bars.{i}", bar) for i, bar in enumerate(bars))]
+    for key, wanted in named:
+        if unknown := [name for name in wanted if name not in place]:
+            raise DescriptionError(None, key, f"node {unknown[0]}", f"one of {', '.join(names)}")
     free = np.array([[axis not in supports.get(name, "") for axis in "xyz"] for name in names])
     ends = np.array([[place[first], place[second]] for first, second in bars], dtype=np.intp)
     return Framework(tuple(names), tuple("-".join(bar) for bar in bars), ends, free, np.ones(len(names), dtype=np.intp))

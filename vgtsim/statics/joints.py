@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -37,7 +39,7 @@ def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[
     return bar.reshape(*n.shape[:-2], -1), np.where(frame.free, 0.0, -left).reshape(n.shape)
 
 
-def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array) -> tuple[Array, Array]:
+def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, start: int = 0) -> tuple[Array, Array]:
     """Solve the groups one after the other, the last one first.
 
     Args:
@@ -45,6 +47,7 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array) -
         unit: Directions of the bars, shape (T, B, 3).
         force: Loads on the nodes, shape (T, N, 3), N.
         nodes: Shape (T, N, 3), m, to name what is wrong.
+        start: Instants before these, to name which is wrong.
 
     Returns:
         Bar forces, shape (T, B), N, and what is left at the nodes, shape (T, N, 3), N: for the supports.
@@ -60,7 +63,7 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array) -
         diagnose(frame, nodes[0])
         raise TrussError(len(own), (), "isostatic, but not group by group of nodes")
     incidence = frame.incidence
-    inverse = _invert(frame, rows, bars, incidence, unit, nodes)
+    inverse = _invert(frame, rows, bars, incidence, unit, nodes, start)
     total, found = force.copy(), np.empty(unit.shape[:-1])
     for group, members, block in zip(rows[::-1], bars[::-1], inverse[::-1], strict=True):
         pull = -(block @ total[:, node[group], axis[group], None])
@@ -70,7 +73,7 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array) -
 
 
 def _invert(
-    frame: Framework, rows: list[Indices], bars: list[Indices], incidence: Array, unit: Array, nodes: Array
+    frame: Framework, rows: list[Indices], bars: list[Indices], incidence: Array, unit: Array, nodes: Array, start: int
 ) -> list[Array]:
     """Inverses of the groups' equilibrium matrices, each shape (T, k, k)."""
     node, axis = frame.equations
@@ -79,21 +82,34 @@ def _invert(
         alike = [g for g, group in enumerate(rows) if len(group) == size]
         row, bar = np.array([rows[g] for g in alike])[:, :, None], np.array([bars[g] for g in alike])[:, None, :]
         matrix = incidence[node[row], bar] * unit[:, bar, axis[row]]
-        blocks = _invert_blocks(frame, matrix, nodes)
+        blocks = _invert_blocks(frame, matrix, nodes, start)
         for place, g in enumerate(alike):
             inverse[g] = blocks[:, place]
     return inverse
 
 
-def _invert_blocks(frame: Framework, matrix: Array, nodes: Array) -> Array:
+def _invert_blocks(frame: Framework, matrix: Array, nodes: Array, start: int) -> Array:
     """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
     try:
         inverse = np.asarray(np.linalg.inv(matrix), float)
     except np.linalg.LinAlgError:
-        inverse = np.full(matrix.shape, np.inf)
+        inverse = _invert_each(matrix)
     size = np.abs(inverse).max(axis=(1, 2, 3), initial=0.0)
     if np.any(size > _WORST):
-        worst = int(np.argmax(size > _WORST))
-        diagnose(frame, nodes[worst])
-        raise TrussError(frame.ends.size, (), f"instant {worst}: so near a mechanism that forces have no digits")
+        worst = start + int(np.argmax(size > _WORST))
+        try:
+            diagnose(frame, nodes[int(np.argmax(size > _WORST))])
+        except TrussError as error:
+            raise TrussError(error.rank, error.members, f"instant {worst}: {error.detail}") from None
+        detail = f"instant {worst}: so near a mechanism that forces have no digits"
+        raise TrussError(len(frame.ends), (), detail)
+    return inverse
+
+
+def _invert_each(matrix: Array) -> Array:
+    """Inverse of each block, infinite where there is none: one singular block makes `inv` refuse them all."""
+    inverse = np.full(matrix.shape, np.inf)
+    for place in np.ndindex(matrix.shape[:-2]):
+        with suppress(np.linalg.LinAlgError):
+            inverse[place] = np.linalg.inv(matrix[place])
     return inverse

@@ -269,7 +269,7 @@ def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
     Returns:
         Demand over capacity; NaN where the forces are NaN.
     """
-    along = np.stack([forces.near_axial, forces.bar, forces.far_axial])
+    along = forces.along
     pull, push = np.maximum(along.max(axis=0), 0.0), np.maximum(-along.min(axis=0), 0.0)
     drive = np.where(forces.bar > 0, forces.bar / ratings.pull, -forces.bar / ratings.push)
     sheared = np.maximum(pull, push) / ratings.pin

@@ -17,6 +17,7 @@ from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.statics.cases import bound_case
+from vgtsim.statics.elasticity import require_no_offset
 from vgtsim.statics.loads import make_load_model, weigh
 from vgtsim.statics.motion import Motion
 from vgtsim.statics.rating import (
@@ -102,8 +103,10 @@ def size_arm(chain: Chain, catalogue: Catalogue, demand: Demand, target: float =
         The sizing.
 
     Raises:
-        DescriptionError: No size in the catalogue carries the load of a place; its forces are named.
+        DescriptionError: No size in the catalogue carries the load of a place; its forces are named. A module has a
+            joint offset: bending is not rated here.
     """
+    require_no_offset(chain, "an arm is sized")
     tubes = sorted(catalogue.tubes, key=_tube_area)
     fitting = [size for size in catalogue.cylinders if _fits(size, chain.manipulator)]
     parts = sorted(fitting, key=lambda size: _cylinder_mass(size, chain.manipulator))

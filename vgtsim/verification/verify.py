@@ -67,12 +67,14 @@ def verify(scene: Scene, log: RunLog) -> Report:
     Returns:
         The report.
     """
-    fault = log.find_fault()
+    chain = Chain(scene.manipulator, hanging_mount(scene.pivot_height))
+    truss = chain.truss
+    counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(scene.task.motion.goals))
+    fault = log.find_fault() or log.find_misfit(*counts)
     if fault:
         missing = Finding(float("nan"), "the log", float("nan"), fault)
         checks = tuple(_judge(scene, row, missing) for row in _ALWAYS)
         return Report(scene.task.name, checks, log.performance, log.versions)
-    chain = Chain(scene.manipulator, hanging_mount(scene.pivot_height))
     distance, angle = shape.find_tool_errors(log, chain, scene)
     forces = loads.find_loads(log, chain, scene)
     use, ratings = loads.find_utilisation(log, chain, scene, forces)
