@@ -184,6 +184,15 @@ def test_size_refuses_a_load_beyond_the_catalogue(tmp_path):
         (("workspace", "none.toml"), r"none\.toml: file"),
         (
             (
+                "track",
+                MODELS / "octahedron_general/octahedron_general.toml",
+                "--path",
+                ROOT / "scenes/paths/waste_raster.toml",
+            ),
+            r"active modules are m \(double_octahedral_general\); allowed: symmetric double octahedra",
+        ),
+        (
+            (
                 "ik",
                 MODELS / "octahedron_general/octahedron_general.toml",
                 "--position",

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from vgtsim.control import check_scene, make_program, solve_first_goal
+from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Bend
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
@@ -174,3 +176,13 @@ def test_sagging_arm_is_aimed_above_its_goal(reach_scene):
     ]
     assert off[0] < 2e-4  # what the aim leaves of each coordinate is below 1e-4 m
     assert off[1] > 0.02  # the sag
+
+
+def test_scene_with_a_general_double_octahedron_is_refused_by_its_name(reach_scene):
+    """It counts among the modules that a start has a shape for, so that the scene can say what it cannot do."""
+    arm = load_manipulator(Path(__file__).parents[2] / "models/octahedron_general/octahedron_general.toml")
+    assert [module.freedom for module in arm.actuated] == [3]
+    task = with_motion(reach_scene, start=(Bend(),)).task
+    scene = dataclasses.replace(reach_scene, task=task, manipulator=arm)
+    with pytest.raises(DescriptionError, match=r"found m of octahedron_general; .*are not positioned"):
+        check_scene(scene, chain_of(scene))
