@@ -50,6 +50,12 @@ class Mast(Description):
     density: Density = Field(gt=0)
     riser_spare: Length | None = Field(default=None, gt=0)
 
+    @model_validator(mode="after")
+    def _wall_fits(self) -> Mast:
+        if 2 * self.wall > self.outer_diameter:
+            raise ValueError(f"wall of {self.wall:.4g} m at most half the outer diameter {self.outer_diameter:.4g} m")
+        return self
+
 
 class Payload(Description):
     """What hangs at the tool point: a ball about it.
