@@ -163,9 +163,11 @@ def size(
 
     from vgtsim.control.design import design_arm
     from vgtsim.description.catalogue import load_catalogue, write_sized_arm
+    from vgtsim.output.write import prepare_file
 
     catalogue = load_catalogue(catalogue_file)
     scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))
+    prepare_file(out)
     with ERR.status("planning tours and choosing sizes"):
         design = design_arm(scene, catalogue, 1 - reserve, anywhere=anywhere)
     found, (tour, beside) = design.sizing, design.poses

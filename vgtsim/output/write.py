@@ -44,6 +44,27 @@ def prepare_folder(out_dir: str | Path) -> Path:
     return folder
 
 
+def prepare_file(path: Path, suffixes: tuple[str, ...] = ()) -> Path:
+    """Make sure that a file can be written, before any long work.
+
+    Args:
+        path: The file; its folder is made too.
+        suffixes: Endings that its name may have; any when there are none.
+
+    Returns:
+        The path.
+
+    Raises:
+        DescriptionError: It has another ending, is a folder, or its folder cannot be made or written.
+    """
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise DescriptionError(path, "", f"the ending {path.suffix!r}", " or ".join(suffixes))
+    prepare_folder(path.parent)
+    if path.is_dir():
+        raise DescriptionError(path, "", "a folder", "a file that can be written")
+    return path
+
+
 def clear_folder(folder: Path) -> None:
     """Take away what an earlier run left, so that no old verdict or film stands beside a new log.
 
