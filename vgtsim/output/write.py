@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import get_args
 
 from vgtsim.description import Scene
-from vgtsim.description.scene import CameraName, Cut
+from vgtsim.description.judging import CameraName, Cut
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.kinematics import Chain
