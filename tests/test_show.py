@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from vgtsim.cli import app
+from vgtsim.cli import app, arms
 from vgtsim.description import load_manipulator
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.workspace import sample_workspace
@@ -26,6 +28,32 @@ def test_models_lists_every_arm():
     assert result.exit_code == 0
     for name in NAMES:
         assert name in result.output
+
+
+def test_models_without_a_checkout_says_where_the_arms_are(tmp_path, monkeypatch):
+    monkeypatch.setattr(arms, "MODELS", tmp_path / "models")
+    said = str(CliRunner().invoke(app, ["models"]).exception)
+    assert "shipped arms are in the checkout" in said
+    assert "vgtsim models CHECKOUT/models" in said
+    other = str(CliRunner().invoke(app, ["models", str(tmp_path)]).exception)
+    assert other.endswith("found no arms; allowed: a folder with NAME/NAME.toml files")
+
+
+def test_sourcing_the_environment_without_python_leaves_the_shell_alive():
+    """And ends a script that runs with `set -e`; demo and test ask for its status."""
+    script = ROOT.parent / "scripts/environment"
+    bash, paths = shutil.which("bash"), {"PATH": "/nowhere"}
+    assert bash is not None
+    source = f'dirname() {{ echo {script.parent}; }}; source "{script}"'
+    alive = subprocess.run(
+        [bash, "-c", f"{source}; echo status $?"], env=paths, capture_output=True, text=True, check=False
+    )
+    assert alive.stdout == "status 2\n"
+    assert "Python 3.11 or newer is needed" in alive.stderr
+    strict = subprocess.run(
+        [bash, "-c", f"set -e; {source}; echo on"], env=paths, capture_output=True, text=True, check=False
+    )
+    assert (strict.returncode, strict.stdout) == (2, "")
 
 
 @pytest.mark.parametrize("name", ["mixed", "stewart"])
@@ -70,3 +98,14 @@ def test_more_samples_never_shrink_what_is_reached():
     few, many = (sample_workspace(chain, count, seed=1) for count in (300, 3000))
     assert many.reach > 0.98 * few.reach
     assert many.volume > few.volume
+
+
+@pytest.mark.parametrize("name", ["demo", "test"])
+def test_scripts_end_where_the_environment_cannot_be_made(name):
+    bash = shutil.which("bash")
+    assert bash is not None
+    text = f"cd() {{ builtin cd {ROOT.parent}; }}; dirname() {{ echo {ROOT.parent / 'scripts'}; }}; "
+    text += f'source "{ROOT.parent}/scripts/{name}"'
+    done = subprocess.run([bash, "-c", text], env={"PATH": "/nowhere"}, capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "Python 3.11 or newer is needed" in done.stderr

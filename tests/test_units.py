@@ -30,6 +30,7 @@ def test_quantities_convert_exactly(text, unit, value):
         ("45 kg", "m", "dimension"),
         ("45", "m", "dimension"),
         ("forty", "m", "not a quantity"),
+        ("9.8 m/s**2/0", "m/s**2", "not a quantity"),
         (float("nan"), "m", "finite"),
         ("inf m", "m", "finite"),
         (True, "m", "quantity"),

@@ -184,6 +184,15 @@ def test_size_refuses_a_load_beyond_the_catalogue(tmp_path):
         (("workspace", "none.toml"), r"none\.toml: file"),
         (
             (
+                "track",
+                MODELS / "octahedron_general/octahedron_general.toml",
+                "--path",
+                ROOT / "scenes/paths/waste_raster.toml",
+            ),
+            r"active modules are m \(double_octahedral_general\); allowed: symmetric double octahedra",
+        ),
+        (
+            (
                 "ik",
                 MODELS / "octahedron_general/octahedron_general.toml",
                 "--position",
@@ -203,6 +212,54 @@ def test_what_a_verb_cannot_do_is_named(words, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert re.search(said, refusal(*words))
     assert not list(tmp_path.iterdir())
+
+
+def written(path, text):
+    path.write_text(text)
+    return path
+
+
+def test_files_that_cannot_be_written_are_refused_before_any_work(tmp_path):
+    goal = ("--position", 0, 0, -5, "--direction", 0, 0, -1)
+    under = written(tmp_path / "file", "") / "a"
+    task = small_task(tmp_path, "500 kg")
+    assert "file, File exists; allowed: a folder" in refusal("size", NINE, "--task", task, "--out", under)
+    assert "found a folder" in refusal("size", NINE, "--task", task, "--out", tmp_path)
+    assert "file, File exists; allowed: a folder" in refusal("ik", NINE, *goal, "--json", under)
+    said = refusal("ik", NINE, *goal, "--plot", tmp_path / "a.xyz")
+    assert "found the ending '.xyz'; allowed: .svg or .png" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "said"),
+    [
+        ("stewart", (), r"modules: found p of stewart, octahedral; allowed: double octahedra, tetra"),
+        ("tetra4", (), r"modules: found h1.* of tetra4, to be bent into any posture; .*--tour-only"),
+    ],
+)
+def test_size_refuses_arms_it_is_not_made_for(tmp_path, name, words, said):
+    arm = MODELS / name / f"{name}.toml"
+    count = len(load_manipulator(arm).actuated)
+    first, *rest = small_task(tmp_path, "10 kg").read_text().split("[[motion.start]]")
+    last = rest[-1][rest[-1].index("\n[") :]
+    starts = "".join(f"[[motion.start]]\nangle = {0.1 + 0.01 * i}\n" for i in range(count))
+    text = (first + starts + last).replace(str(NINE), str(arm))
+    task = written(tmp_path / "other.toml", text)
+    assert re.search(said, refusal("size", arm, "--task", task, "--out", tmp_path / "sized.toml", *words))
+
+
+@pytest.mark.parametrize(
+    ("piece", "shape"),
+    [
+        ('shape = "line"\nto = [6, -1, -5.8]', "line"),
+        ('shape = "arc"\ncentre = [6, 0, 0]\naxis = [0, 1, 0]\nangle = 0', "arc"),
+    ],
+)
+def test_track_refuses_a_piece_that_goes_nowhere(tmp_path, piece, shape):
+    text = f'name = "still"\nstart = [6, -1, -5.8]\ndirection = [0.3, 0, -1]\n[[pieces]]\n{piece}\n'
+    path = written(tmp_path / "still.toml", text)
+    said = refusal("track", MODELS / "arm15/arm15.toml", "--path", path)
+    assert f"pieces.0: found a {shape} that goes nowhere" in said
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,15 @@ def _read_quantity(text: str, unit: str) -> Any:
 
     try:
         return _registry().Quantity(text)
-    except (pint.PintError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError) as error:
+    except (
+        pint.PintError,
+        ArithmeticError,
+        AttributeError,
+        AssertionError,
+        TypeError,
+        ValueError,
+        SyntaxError,
+    ) as error:
         raise ValueError(f"not a quantity; expected something like '1 {unit}'") from error
 
 

@@ -9,15 +9,17 @@ import numpy as np
 import pytest
 
 from vgtsim.description import load_manipulator
+from vgtsim.description.catalogue import INCH
 from vgtsim.errors import SingularityError
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics import double_octahedron as double
+from vgtsim.kinematics import double_octahedron_rates as rates
 from vgtsim.kinematics import octahedron as single
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra, cell_closure
 from vgtsim.kinematics.mode_following import certify_box
 from vgtsim.kinematics.module_sets import find_singular
 from vgtsim.kinematics.octahedra import Octahedra, straight_pose
-from vgtsim.kinematics.stroke_boxes import check_strokes, prove_double_octahedron, search_octahedron
+from vgtsim.kinematics.stroke_boxes import check_strokes, prove_double_octahedron, search_strokes
 
 MODELS = sorted((Path(__file__).parents[2] / "models").glob("*/*.toml"))
 LONG = double.Geometry(1.0, 1.5931)  # longerons much longer than the face
@@ -36,6 +38,12 @@ def box(middle, part, count=3):
 
 def corners(low, high):
     return np.where(np.array(list(product((False, True), repeat=len(low)))), high, low)
+
+
+def general_arm(**cylinder):
+    arm = load_manipulator(Path(__file__).parents[2] / "models/octahedron_general/octahedron_general.toml")
+    part = arm.cylinders["c400"].model_copy(update=cylinder)
+    return Chain(arm.model_copy(update={"cylinders": {"c400": part}}), np.eye(4))
 
 
 @pytest.fixture(scope="module")
@@ -71,14 +79,33 @@ def test_octahedron_fine_at_its_corners_is_refused_for_what_lies_between(skew):
     low, high = box(SKEW_LENGTH, 0.315)
     assert reached(own, straight, corners(low, high)).min() == 1.0
     with pytest.raises(SingularityError, match=r"p does not assemble.*smallest singular value 0\.0.* p/actuator/\d"):
-        search_octahedron(own, straight, low, high)
+        search_strokes(own, straight, low, high)
+
+
+def test_general_double_octahedron_is_refused_for_a_corner_of_its_strokes():
+    """Two actuators out and one in lay a cell flat: a single way there, without the search, ends at the same place."""
+    chain = general_arm(retracted=33 * INCH, stroke=25 * INCH)
+    low, high = chain.stroke
+    with pytest.raises(SingularityError):
+        chain.inputs_from_lengths(np.array([high[0], high[1], low[2]]))
+    with pytest.raises(SingularityError, match=r"m does not assemble.*smallest singular value .* m/\w+/\d"):
+        check_strokes(chain)
+
+
+def test_value_of_a_general_double_octahedron_is_that_of_its_nearer_cell():
+    chain = general_arm()
+    own, rng = chain.layout.places[0].modules, np.random.default_rng(3)
+    x = own.solve(rng.uniform(*chain.stroke, (40, 1, 3)), None)
+    states = own.states(x)[:, 0]
+    one_by_one = [rates.singularity(own.geometries[0], state)[0] for state in states]
+    assert np.allclose(own.least_singular(x)[:, 0], one_by_one, atol=1e-12)
 
 
 def test_searched_value_is_below_that_of_many_more_samples(skew):
     """What a hundred times denser sample finds is no nearer to a singularity."""
     own, straight = skew
     low, high = box(SKEW_LENGTH, 0.28)
-    found = search_octahedron(own, straight, low, high)
+    found = search_strokes(own, straight, low, high)
     legs = np.full((20000, 1, 6), SKEW_LENGTH)
     legs[:, 0, own.actuated[0]] = np.random.default_rng(1).uniform(low, high, (20000, 3))
     x, part = own.attempt(legs, straight[None])

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vgtsim.description.scene import Cut
+from vgtsim.description.judging import Cut
 from vgtsim.mjcf import build_spec, names
 from vgtsim.output.colours import force_colours, scale_end
 from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, show

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from vgtsim.description.scene import Cut, Video
+from vgtsim.description.judging import Cut, Video
 from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.output import video
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay

@@ -163,6 +163,30 @@ def test_joint_offset_is_refused(demand):
         size_arm(chain, load_catalogue(), demand, TARGET)
 
 
+def test_catalogue_whose_cylinders_are_all_too_long_is_refused(hanging_arm, demand):
+    catalogue = load_catalogue()
+    long = tuple(size.model_copy(update={"eye": 0.2}) for size in catalogue.cylinders)
+    with pytest.raises(DescriptionError, match=r"cylinders: found \d+ in the catalogue, of 0\.4\d+ m or more"):
+        size_arm(hanging_arm, catalogue.model_copy(update={"cylinders": long}), demand, TARGET)
+
+
+def test_catalogue_that_is_no_text_is_named(tmp_path):
+    (tmp_path / "sizes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(DescriptionError, match=r"sizes\.toml: file: found a TOML syntax error"):
+        load_catalogue(tmp_path / "sizes.toml")
+
+
+def test_titles_of_any_letters_are_written_as_toml(sized, tmp_path):
+    title = 'two\nlines, a tab\t, "quotes", \\, \x01 and \x7f, ø'
+    text = ARM.read_text()
+    begin = text.index("title = ")
+    escaped = "".join(f"\\u{ord(letter):04x}" for letter in title)
+    source, target = tmp_path / "source.toml", tmp_path / "target.toml"
+    source.write_text(text[:begin] + f'title = "{escaped}"' + text[text.index("\n", begin) :], encoding="utf-8")
+    write_sized_arm(source, target, sized.manipulator, load_catalogue(), "sized")
+    assert load_manipulator(target).title == title
+
+
 def test_catalogue_walls_and_pins_hold_their_pressure():
     """Hoop stress p D / (2 t) of every cylinder below 180 MPa and its pins good for its push, as its file says."""
     catalogue = load_catalogue()

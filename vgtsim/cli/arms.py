@@ -26,7 +26,9 @@ _LISTED_SAMPLE = 500  # configurations that the listed reach is the greatest of
 
 @app.command(epilog="Example: vgtsim models")
 def models(
-    folder: Annotated[Path, typer.Argument(help="Folder of arms, NAME/NAME.toml each.")] = MODELS,
+    folder: Annotated[
+        Path | None, typer.Argument(help="Folder of arms, NAME/NAME.toml each [default: the checkout's].")
+    ] = None,
 ) -> None:
     """List the shipped arms with degrees of freedom, reach and mass."""
     from vgtsim.kinematics import Chain, hanging_mount
@@ -34,9 +36,13 @@ def models(
     from vgtsim.statics.loads import weigh
 
     table = Table("name", "degrees of freedom", "modules", "reach/m", "mass/kg", "what it is")
+    folder = folder or MODELS
     files = sorted(folder.glob("*/*.toml"))
     if not files:
-        raise DescriptionError(folder, "", "no arms", "a folder with NAME/NAME.toml files")
+        allowed = "a folder with NAME/NAME.toml files"
+        if folder == MODELS:  # installed without the checkout
+            allowed += "; the shipped arms are in the checkout, not in the package: vgtsim models CHECKOUT/models"
+        raise DescriptionError(folder, "", "no arms", allowed)
     for file in files:
         arm = load_manipulator(file)
         chain = Chain(arm, hanging_mount(0.0))
@@ -163,9 +169,11 @@ def size(
 
     from vgtsim.control.design import design_arm
     from vgtsim.description.catalogue import load_catalogue, write_sized_arm
+    from vgtsim.output.write import prepare_file
 
     catalogue = load_catalogue(catalogue_file)
     scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))
+    prepare_file(out)
     with ERR.status("planning tours and choosing sizes"):
         design = design_arm(scene, catalogue, 1 - reserve, anywhere=anywhere)
     found, (tour, beside) = design.sizing, design.poses

@@ -35,7 +35,12 @@ def ik(
     from vgtsim.control.inverse import Request, answer_as_json, solve_request
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.mjcf import scene_chain
+    from vgtsim.output.write import prepare_file
 
+    if json_file is not None:
+        prepare_file(json_file)
+    if plot is not None:
+        prepare_file(plot, (".svg", ".png"))
     scene = load_scene(description) if is_scene(description) else None
     chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))
     answer = solve_request(chain, Request(position, direction, method, tuple(objective or ("mid_stroke",))), scene)

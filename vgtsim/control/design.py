@@ -10,6 +10,7 @@ from vgtsim.control.program import make_program
 from vgtsim.control.riser import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.control.sampling import sample_motion, sample_postures
 from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
+from vgtsim.description.modules import Octahedral
 from vgtsim.description.scene import LoadCase, Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount
@@ -52,10 +53,12 @@ def design_arm(scene: Scene, catalogue: Catalogue, target: float = 1.0, *, anywh
         The design.
 
     Raises:
-        DescriptionError: Nothing in the catalogue passes the riser or carries the load of a place, or sizes keep changing.
+        DescriptionError: The arm has modules that are not sized; nothing in the catalogue passes the riser or carries the
+            load of a place; or sizes keep changing.
         ReachError: A goal of the tour cannot be met.
         PathError: A goal cannot be come to.
     """
+    _require_sizable(scene, anywhere)
     mount = hanging_mount(scene.pivot_height)
     first = Chain(scene.manipulator, mount)
     catalogue = passing_sizes(first, catalogue, scene.tank.arm_riser.bore, asked_spare(scene))
@@ -84,6 +87,20 @@ def design_arm(scene: Scene, catalogue: Catalogue, target: float = 1.0, *, anywh
     raise DescriptionError(
         scene.file, "motion", f"a tour that changes sizes {_ROUNDS} times", "a tour with a fixed point"
     )
+
+
+def _require_sizable(scene: Scene, anywhere: bool) -> None:
+    """Refuse arms with octahedra, whose longerons name a section each, and any posture of arms that are not uniform."""
+    arm = scene.manipulator
+    octahedra = [module.name for module in arm.modules if isinstance(module, Octahedral)]
+    if octahedra:
+        allowed = "double octahedra, tetrahedra and static sections: longerons of octahedra are not sized one by one"
+        raise DescriptionError(None, "modules", f"{', '.join(octahedra)} of {arm.name}, octahedral", allowed)
+    others = [module.name for module in arm.actuated if module not in arm.active]
+    if anywhere and not arm.uniform:
+        found = ", ".join(others) or ", ".join(module.name for module in arm.active)
+        allowed = "symmetric double octahedra, all of them or none with a joint offset; any other arm with --tour-only"
+        raise DescriptionError(None, "modules", f"{found} of {arm.name}, to be bent into any posture", allowed)
 
 
 def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float = RISER_SPARE) -> Catalogue:

@@ -96,14 +96,15 @@ def follow_request(chain: Chain, path: ToolPath, objectives: tuple[str, ...], sc
         The path as it is run.
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene; the path is none; or the arm has modules other
-            than double octahedra and prisms.
+        DescriptionError: An objective is not known, or needs a scene; the path is none; or the arm has active
+            modules other than symmetric double octahedra.
         ReachError: A goal is not met inside the strokes.
         FollowError: The posture jumps.
     """
     if not chain.manipulator.uniform:
-        found = f"{chain.manipulator.name}, with tetrahedral or octahedral modules"
-        raise DescriptionError(None, "modules", found, "an arm of double octahedra and prisms")
+        kinds = ", ".join(f"{module.name} ({module.kind})" for module in chain.manipulator.actuated)
+        allowed = "symmetric double octahedra alone, all of them or none with a joint offset, and static sections"
+        raise DescriptionError(None, "modules", f"{chain.manipulator.name}, whose active modules are {kinds}", allowed)
     goal = tool_goal(path.start, path.direction)
     box = stroke_box(chain, scene)
     problem = Positioning(chain, box, goal, make_objective(chain, goal, objectives, scene))

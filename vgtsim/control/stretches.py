@@ -14,6 +14,9 @@ from vgtsim.redundancy.tracking import arc, line, spline
 
 Array = NDArray[np.float64]
 
+_NOWHERE = 1e-6  # m or rad: shorter ways are none
+_LOOKED = 17  # points of a piece that must not all be one
+
 
 @dataclass(frozen=True)
 class Stretch:
@@ -50,7 +53,8 @@ def make_stretches(path: ToolPath) -> tuple[Stretch, ...]:
         Its smooth parts: a raster's rows and the ways between them each count as one.
 
     Raises:
-        DescriptionError: A piece turns the tool to the opposite direction, or a way-point stands where the last does.
+        DescriptionError: A piece turns the tool to the opposite direction or goes nowhere, or a way-point stands where the
+            last does.
     """
     at, along = np.array(path.start), np.array(path.direction) / np.linalg.norm(path.direction)
     found: list[Stretch] = []
@@ -71,6 +75,10 @@ def make_stretches(path: ToolPath) -> tuple[Stretch, ...]:
             allowed = "a direction that is not opposite to the one before: the way to it is not defined"
             raise DescriptionError(None, f"pieces.{number}.direction", str(piece.direction), allowed)
         points = _points(piece, at, number)
+        still = np.ptp(points(_LOOKED), axis=0).max() < _NOWHERE
+        if still and np.linalg.norm(np.cross(along, last)) < _NOWHERE:
+            allowed = "a piece that moves or turns the tool"
+            raise DescriptionError(None, f"pieces.{number}", f"a {piece.shape} that goes nowhere", allowed)
         found.append(Stretch(name, points, along, last))
         at, along = points(2)[-1], last
     return tuple(found)
@@ -86,6 +94,6 @@ def _points(piece: LinePiece | ArcPiece | SplinePiece, at: Array, number: int) -
     if isinstance(piece, ArcPiece):
         return lambda count: arc(piece.centre, at, piece.axis, piece.angle, count)
     through = np.array([at, *piece.through])
-    if np.min(np.linalg.norm(np.diff(through, axis=0), axis=1)) < 1e-6:
+    if np.min(np.linalg.norm(np.diff(through, axis=0), axis=1)) < _NOWHERE:
         raise DescriptionError(None, f"pieces.{number}.through", "a way-point twice in a row", "way-points that differ")
     return lambda count: spline(through, count)

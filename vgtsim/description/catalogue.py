@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Mapping
 from importlib import resources
@@ -9,12 +10,12 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
+from vgtsim.description.files import load_description
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.schema import Description, Name, closest
 from vgtsim.description.sections import Cylinder, Material, Tube
-from vgtsim.errors import DescriptionError
 from vgtsim.replacing import replacing
 from vgtsim.units import Length, Pressure
 
@@ -109,16 +110,7 @@ def load_catalogue(path: str | Path | None = None) -> Catalogue:
         DescriptionError: The file is missing, is not TOML, or holds no catalogue.
     """
     file = Path(path) if path else Path(str(resources.files("vgtsim.description").joinpath("catalogue.toml")))
-    try:
-        return Catalogue.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise DescriptionError(file, "", error.strerror or str(error), "a readable TOML file") from None
-    except tomllib.TOMLDecodeError as error:
-        raise DescriptionError(file, "", f"a TOML syntax error, {error}", "TOML 1.0") from None
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = ".".join(map(str, first["loc"]))
-        raise DescriptionError(file, key, repr(first["input"])[:60], first["msg"]) from None
+    return load_description(file, Catalogue)
 
 
 def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Catalogue, reason: str) -> None:
@@ -209,7 +201,7 @@ def _toml_value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML's escapes are JSON's, and this
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_toml_value(entry)}" for key, entry in value.items()) + " }"
     if isinstance(value, list):

@@ -36,7 +36,7 @@ def load_manipulator(path: str | Path) -> Manipulator:
     Raises:
         DescriptionError: The file is missing, is not TOML, or describes no possible arm.
     """
-    return _load(Path(path), Manipulator)
+    return load_description(Path(path), Manipulator)
 
 
 def load_tank(path: str | Path) -> Tank:
@@ -51,7 +51,7 @@ def load_tank(path: str | Path) -> Tank:
     Raises:
         DescriptionError: The file is missing, is not TOML, or describes no possible tank.
     """
-    return _load(Path(path), Tank)
+    return load_description(Path(path), Tank)
 
 
 def load_tool_path(path: str | Path) -> ToolPath:
@@ -66,7 +66,7 @@ def load_tool_path(path: str | Path) -> ToolPath:
     Raises:
         DescriptionError: The file is missing, is not TOML, or describes no path.
     """
-    return _load(Path(path), ToolPath)
+    return load_description(Path(path), ToolPath)
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -172,7 +172,19 @@ def _overlay(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _load(file: Path, kind: type[_Model]) -> _Model:
+def load_description(file: Path, kind: type[_Model]) -> _Model:
+    """Read a file of any kind.
+
+    Args:
+        file: TOML file.
+        kind: What it describes.
+
+    Returns:
+        The validated description.
+
+    Raises:
+        DescriptionError: The file is missing, is not TOML, or describes nothing of that kind.
+    """
     return _validate(file, kind, _read_toml(file))
 
 

@@ -8,6 +8,7 @@ from math import pi, sin, sqrt
 from pydantic import Field, model_validator
 
 from vgtsim.description.modules import (
+    Actuated,
     DoubleOctahedral,
     GeneralDoubleOctahedral,
     Module,
@@ -231,9 +232,9 @@ class Manipulator(Description):
         return tuple(module for module in self.modules if isinstance(module, DoubleOctahedral))
 
     @property
-    def actuated(self) -> tuple[DoubleOctahedral | Octahedral | Tetrahedral, ...]:
+    def actuated(self) -> tuple[Actuated, ...]:
         """The modules with actuators, of every kind, from the mast to the tool."""
-        return tuple(item for item in self.modules if isinstance(item, DoubleOctahedral | Octahedral | Tetrahedral))
+        return tuple(item for item in self.modules if isinstance(item, Actuated))
 
     @property
     def stowed_length(self) -> float:
@@ -243,13 +244,12 @@ class Manipulator(Description):
 
     @property
     def uniform(self) -> bool:
-        """Whether planning and shape control are made for the arm.
+        """Whether inputs have shape (A, 3): its A actuated modules are one set of symmetric double octahedra.
 
-        All its actuated modules are double-octahedral, and all of them or none have a joint offset.
+        All of them or none have a joint offset. Of any other arm the inputs stand in one row, see `kinematics.chain`.
         """
         alike = len({bool(module.joint_offset) for module in self.active}) == 1
-        others = Tetrahedral | Octahedral | GeneralDoubleOctahedral
-        return alike and not any(isinstance(module, others) for module in self.modules)
+        return alike and self.active == self.actuated
 
     def block_of(self, module: int) -> Block:
         """Joint block of a module with a joint offset, given by its index."""

@@ -92,6 +92,11 @@ class GeneralDoubleOctahedral(Description):
                 raise ValueError(f"module {self.name}: longeron L{number} of {length:.4g} m, must be longer than 0")
         return self
 
+    @property
+    def freedom(self) -> int:
+        """Number of actuators."""
+        return 3
+
 
 class Tetrahedral(Description):
     """A hinge of two static triangles about the third side of its base (section 3.3).
@@ -240,8 +245,9 @@ class Section(Description):
         return self
 
 
+Actuated = DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral
 Module = Annotated[
-    DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral | Prism | Section,
+    Actuated | Prism | Section,
     Field(discriminator="kind"),
 ]
 KINDS = ("double_octahedral", "double_octahedral_general", "tetrahedral", "octahedral", "prism", "section")

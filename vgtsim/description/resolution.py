@@ -9,7 +9,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from vgtsim.description.modules import DoubleOctahedral, Octahedral, Tetrahedral
+from vgtsim.description.modules import Actuated
 from vgtsim.description.schema import closest
 
 OBJECTIVES = (
@@ -24,7 +24,6 @@ OBJECTIVES = (
 )
 TOOL_ROWS = 5  # a tool goal's: position and direction
 
-Module = DoubleOctahedral | Octahedral | Tetrahedral
 Pairs = tuple[tuple[str, str], ...]
 
 
@@ -69,7 +68,7 @@ def _known(text: str) -> str:
 ObjectiveName = Annotated[str, AfterValidator(_known)]
 
 
-def choose_coupling(pairs: Pairs | None, modules: Sequence[Module]) -> tuple[tuple[int, int], ...]:
+def choose_coupling(pairs: Pairs | None, modules: Sequence[Actuated]) -> tuple[tuple[int, int], ...]:
     """Modules that follow others.
 
     Args:

@@ -165,6 +165,23 @@ class GeneralDoubleOctahedra:
         radius = np.array([np.mean(geometry.circles.radius) for geometry in self.geometries])
         return self.angle_jacobian(x) / radius[:, None, None]
 
+    def least_singular(self, x: Array) -> Array:
+        """Smallest singular value of the nearer cell, as `double_octahedron_rates.singularity`.
+
+        Args:
+            x: Shape (..., M, 3).
+
+        Returns:
+            Shape (..., M), pure numbers.
+        """
+        lower = np.linalg.svd(self.conditioned(x), compute_uv=False)[..., -1]
+        states, upper = self.states(x), []
+        for m, geometry in enumerate(self.geometries):
+            J = rates.upper_jacobian(general.nodes(geometry, states[..., m, :]))[1]
+            J[..., 3:] /= geometry.radius
+            upper.append(np.linalg.svd(J, compute_uv=False)[..., -1])
+        return np.minimum(lower, np.stack(upper, axis=-1))
+
 
 def straight_states(names: Sequence[str], geometries: Sequence[general.Geometry], lengths: Sequence[float]) -> Array:
     """States of modules with three equal actuators each, on the working mode.

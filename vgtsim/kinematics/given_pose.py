@@ -10,13 +10,23 @@ from numpy.typing import NDArray
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.mixed_inputs import Share, mix_inputs
+from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.general_double_octahedra import GeneralDoubleOctahedra
+from vgtsim.kinematics.mixed_inputs import MixedInputs, Share, mix_inputs
+from vgtsim.kinematics.octahedra import Octahedra
+from vgtsim.kinematics.tetrahedra import Tetrahedra
 from vgtsim.units import to_si
 
 Array = NDArray[np.float64]
 
-_UNITS = {1: ("rad",), 3: ("dimensionless", "dimensionless", "m"), 6: ("m", "m", "m", "rad", "rad", "rad")}
+_UNITS: dict[type, tuple[str, ...]] = {
+    DoubleOctahedra: ("dimensionless", "dimensionless", "m"),
+    GeneralDoubleOctahedra: ("rad", "rad", "rad"),
+    Octahedra: ("m", "m", "m", "rad", "rad", "rad"),
+    Tetrahedra: ("rad",),
+}
 _ROUNDING = 1e-9  # m: of a stroke's end that was converted from inches
+_SAME = 1e-6  # m: between the nodes of one pose by its inputs and by its lengths
 
 
 def read_pose(chain: Chain, lengths: Sequence[str], inputs: Sequence[str]) -> Array:
@@ -31,8 +41,9 @@ def read_pose(chain: Chain, lengths: Sequence[str], inputs: Sequence[str]) -> Ar
         Canonical inputs, shape (*q).
 
     Raises:
-        DescriptionError: A name, a number of inputs, a unit, or a length outside its stroke.
-        AssemblyError: The lengths do not assemble.
+        DescriptionError: A name, a number of inputs, a unit, inputs that no pose has, a length outside its stroke, or a
+            pose that the arm cannot come to from its straight one.
+        AssemblyError: The lengths do not assemble, or inputs ask other lengths of static longerons.
     """
     written = {"--lengths": _split(lengths, "--lengths"), "--inputs": _split(inputs, "--inputs")}
     for name in written["--inputs"]:
@@ -43,15 +54,18 @@ def read_pose(chain: Chain, lengths: Sequence[str], inputs: Sequence[str]) -> Ar
     mixed = mix_inputs(chain, written["--lengths"])
     y = mixed.from_canonical(chain.straight)
     low, high = chain.stroke.reshape(2, -1)
+    units = {name: _UNITS[type(place.modules)] for place in chain.layout.places for name in place.modules.names}
     for share in mixed.shares:
         option = "--lengths" if share.conventional else "--inputs"
         if share.name not in written[option]:
             continue
-        units = ("m",) * len(share.actuators) if share.conventional else _UNITS[len(share.inputs)]
-        y[share.own] = _numbers(written[option][share.name], units, f"{option} {share.name}")
+        unit = ("m",) * len(share.actuators) if share.conventional else units[share.name]
+        y[share.own] = _numbers(written[option][share.name], unit, f"{option} {share.name}")
         if share.conventional:
             _require_stroke(share, y[share.own], low[share.actuators], high[share.actuators])
-    return mixed.canonical(y)
+    q = mixed.canonical(y)
+    _require_pose(mixed, q)
+    return q
 
 
 def _split(entries: Sequence[str], option: str) -> dict[str, list[str]]:
@@ -85,4 +99,26 @@ def _require_stroke(share: Share, lengths: Array, low: Array, high: Array) -> No
     if beyond.max() > _ROUNDING:
         leg = int(np.argmax(beyond))
         allowed = f"{low[leg]:.4g} to {high[leg]:.4g} m, the stroke of its actuator {leg + 1}"
-        raise DescriptionError(None, f"--lengths {share.name}", f"{lengths[leg]:.4g} m", allowed)
+        option = "--lengths" if share.conventional else "--inputs"
+        raise DescriptionError(None, f"{option} {share.name}", f"{lengths[leg]:.4g} m", allowed)
+
+
+def _require_pose(mixed: MixedInputs, q: Array) -> None:
+    """Refuse inputs that are no pose, are outside the strokes, or are on another assembly mode than the straight pose."""
+    chain, row = mixed.chain, mixed.chain.input_row(q)
+    low, high = chain.stroke.reshape(2, -1)
+    for share in mixed.shares:
+        alone = chain.input_row(chain.straight).copy()
+        alone[share.inputs] = row[share.inputs]
+        key, pose = f"--inputs {share.name}", alone.reshape(chain.input_shape)
+        try:
+            lengths = chain.lengths(pose)
+        except ValueError as error:
+            raise DescriptionError(None, key, f"inputs that {share.name} cannot have", str(error)) from None
+        _require_stroke(share, lengths.ravel()[share.actuators], low[share.actuators], high[share.actuators])
+        away = np.abs(chain.nodes(pose) - chain.nodes(chain.inputs_from_lengths(lengths))).max()
+        if away > _SAME:
+            allowed = f"the assembly that {share.name} comes to from its straight pose with these lengths"
+            raise DescriptionError(
+                None, key, f"one of another assembly mode, its nodes up to {away:.3g} m off", allowed
+            )

@@ -10,8 +10,9 @@ are cut into such boxes. Each corner of a box is also come to along a proved way
 ball: so neighbours, which share corners, have the same assemblies, and the strokes one mode without a singularity. That the
 mid-plane keeps its side of the mid nodes' circles is looked at in all corners and centres.
 
-Of an octahedron, with up to six actuators, it is searched for: ways from the straight pose to every corner and to seeded
-points all over the surface of the strokes, then ever closer to where the smallest singular value is least.
+Of an octahedron, with up to six actuators, and of a general double octahedron, whose upper cell has other circles for
+all other lengths, it is searched for: ways from the straight pose to every corner and to seeded points all over the
+surface of the strokes, then ever closer to where the smallest singular value, of either cell, is least.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from vgtsim.errors import SingularityError
 from vgtsim.kinematics import double_octahedron as double
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra, cell_closure
+from vgtsim.kinematics.general_double_octahedra import GeneralDoubleOctahedra
 from vgtsim.kinematics.mode_following import certify_box
 from vgtsim.kinematics.module_sets import find_singular
 from vgtsim.kinematics.octahedra import Octahedra
@@ -34,7 +36,7 @@ Array = NDArray[np.float64]
 _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 _FIRST = 8  # boxes along each stroke that a proof begins with
 _MOST_BOXES = 100_000  # of one module: more are only needed where a singularity is very near
-_SURFACE = 512  # seeded points on the surface of the strokes of an octahedron
+_SURFACE = 512  # seeded points on the surface of the strokes of a module that is searched
 _CANDIDATES, _TRIES, _ROUNDS = 24, 8, 12  # of the search for the least singular value
 _SHRINK = 0.6  # of the search's radius from round to round
 
@@ -55,9 +57,11 @@ def check_strokes(chain: Chain) -> None:
         modules = place.modules
         for m, name in enumerate(modules.names):
             own = place.lengths[m][modules.actuated[m]]
-            geometry = modules.geometries[m] if isinstance(modules, Octahedra) else name
+            geometry = name
             if isinstance(modules, DoubleOctahedra):
                 geometry = modules.one(m)
+            elif isinstance(modules, Octahedra | GeneralDoubleOctahedra):
+                geometry = modules.geometries[m]
             alike = (geometry, *low[own], *high[own], *place.straight[m])
             if alike in done:
                 continue
@@ -65,7 +69,11 @@ def check_strokes(chain: Chain) -> None:
             if isinstance(modules, DoubleOctahedra):
                 prove_double_octahedron(name, modules.one(m), low[own], high[own])
             elif isinstance(modules, Octahedra):
-                search_octahedron(Octahedra((name,), (modules.geometries[m],)), place.straight[m], low[own], high[own])
+                single = Octahedra((name,), (modules.geometries[m],))
+                search_strokes(single, place.straight[m], low[own], high[own])
+            elif isinstance(modules, GeneralDoubleOctahedra):
+                single = GeneralDoubleOctahedra((name,), (modules.geometries[m],), modules.begins[m : m + 1])
+                search_strokes(single, place.straight[m], low[own], high[own])
 
 
 def prove_double_octahedron(name: str, geometry: double.Geometry, low: Array, high: Array) -> int:
@@ -122,13 +130,15 @@ def _unproved(own: DoubleOctahedra, x: Array) -> SingularityError:
     return SingularityError(own.names[0], float(value[worst, 0]), member, 0.0, 1.0)
 
 
-def search_octahedron(own: Octahedra, straight: Array, low: Array, high: Array, seed: int = 0) -> float:
-    """Search the strokes of an octahedral module for a singularity.
+def search_strokes(
+    own: Octahedra | GeneralDoubleOctahedra, straight: Array, low: Array, high: Array, seed: int = 0
+) -> float:
+    """Search the strokes of an octahedral or general double-octahedral module for a singularity.
 
     Args:
         own: A set of this module alone.
-        straight: Its straight pose, shape (6,).
-        low: Least lengths of its actuated longerons, shape (k,), m.
+        straight: Inputs of its straight pose, shape (inputs,).
+        low: Least lengths of its k actuators, shape (k,), m.
         high: Greatest, shape (k,), m.
         seed: Of the random numbers.
 
@@ -136,7 +146,7 @@ def search_octahedron(own: Octahedra, straight: Array, low: Array, high: Array, 
         The least of the smallest singular values that were met, a pure number.
 
     Raises:
-        AssemblyError: Two longerons do not meet over their edge within their strokes.
+        AssemblyError: Two longerons do not meet over their edge, or three actuators make no triangle, within their strokes.
         SingularityError: One was met on the way to somewhere within the strokes.
     """
     rng, size = np.random.default_rng(seed), len(low)
@@ -146,7 +156,10 @@ def search_octahedron(own: Octahedra, straight: Array, low: Array, high: Array, 
         """Smallest singular values at points of the unit box, shape (N,)."""
         lengths = np.broadcast_to(legs, (len(points), *legs.shape)).copy()
         lengths[:, 0, own.actuated[0]] = (low + high) / 2 + points * (high - low) / 2
-        return find_singular(own, own.solve(lengths, straight[None]))[0][:, 0]
+        x = own.solve(lengths, straight[None])
+        if isinstance(own, GeneralDoubleOctahedra):
+            return own.least_singular(x)[:, 0]
+        return find_singular(own, x)[0][:, 0]
 
     surface = rng.uniform(-1, 1, (_SURFACE, size))
     surface /= np.abs(surface).max(axis=1, keepdims=True)

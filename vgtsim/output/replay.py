@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.scene import Cut
+from vgtsim.description.judging import Cut
 from vgtsim.kinematics import Truss
 from vgtsim.mjcf import names
 from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map

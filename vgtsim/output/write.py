@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import get_args
 
 from vgtsim.description import Scene
-from vgtsim.description.scene import CameraName, Cut
+from vgtsim.description.judging import CameraName, Cut
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.kinematics import Chain
@@ -42,6 +42,27 @@ def prepare_folder(out_dir: str | Path) -> Path:
         with tempfile.TemporaryFile(dir=folder):
             pass
     return folder
+
+
+def prepare_file(path: Path, suffixes: tuple[str, ...] = ()) -> Path:
+    """Make sure that a file can be written, before any long work.
+
+    Args:
+        path: The file; its folder is made too.
+        suffixes: Endings that its name may have; any when there are none.
+
+    Returns:
+        The path.
+
+    Raises:
+        DescriptionError: It has another ending, is a folder, or its folder cannot be made or written.
+    """
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise DescriptionError(path, "", f"the ending {path.suffix!r}", " or ".join(suffixes))
+    prepare_folder(path.parent)
+    if path.is_dir():
+        raise DescriptionError(path, "", "a folder", "a file that can be written")
+    return path
 
 
 def clear_folder(folder: Path) -> None:

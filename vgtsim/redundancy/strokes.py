@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.redundancy.kernel import Kernel
 
@@ -72,8 +73,17 @@ def make_box(chain: Chain, margin: float) -> StrokeBox:
 
     Returns:
         The box.
+
+    Raises:
+        DescriptionError: The margins leave nothing of a stroke; the actuator is named.
     """
     least, greatest = chain.stroke
+    stroke = (greatest - least).ravel()
+    shortest = int(np.argmin(stroke))
+    if 2 * margin >= stroke[shortest]:
+        name = chain.truss.members[chain.truss.actuated[shortest]].name
+        allowed = f"less than {stroke[shortest] / 2:.4g} m, half the stroke of {name}"
+        raise DescriptionError(None, "motion.stroke_margin", f"{margin:.4g} m", allowed)
     return StrokeBox(least + margin, greatest - margin)
 
 

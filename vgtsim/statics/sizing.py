@@ -103,12 +103,18 @@ def size_arm(chain: Chain, catalogue: Catalogue, demand: Demand, target: float =
         The sizing.
 
     Raises:
-        DescriptionError: No size in the catalogue carries the load of a place; its forces are named. A module has a
-            joint offset: bending is not rated here.
+        DescriptionError: No cylinder in the catalogue is short enough for the arm's strokes, or no size carries the load
+            of a place; its forces are named. A module has a joint offset: bending is not rated here.
     """
     require_no_offset(chain, "an arm is sized")
     tubes = sorted(catalogue.tubes, key=_tube_area)
     fitting = [size for size in catalogue.cylinders if _fits(size, chain.manipulator)]
+    if not fitting:
+        least = min(part.retracted - part.stroke for part in chain.manipulator.cylinders.values())
+        short = min(size.head + 2 * size.eye for size in catalogue.cylinders)
+        found = f"{len(catalogue.cylinders)} in the catalogue, of {short:.4g} m or more in heads and eyes"
+        allowed = f"one with at most {least:.4g} m, what the arm's strokes leave of its retracted cylinders"
+        raise DescriptionError(None, "cylinders", found, allowed)
     parts = sorted(fitting, key=lambda size: _cylinder_mass(size, chain.manipulator))
     rank = dict.fromkeys(_places(chain), 0)
     count, settled = 0, not rank
