@@ -10,10 +10,18 @@ import numpy as np
 import pytest
 
 from vgtsim.description import load_manipulator
+from vgtsim.description.scene import Payload
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.mjcf import build_arm_spec, load_model
+from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
 
 ROOT = Path(__file__).parents[1]
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
+USED = re.compile(
+    r"seed 1, factor 1\.67 \| (\S+) by its own weight, (\S+) with 1000 lb.*\n\| .*oil.* \| (\S+) and (\S+) \|"
+)
+ROUNDED = 0.0051  # two decimals
 SIX_DIGITS, NOISE = 1e-5, 1e-6  # of what MuJoCo writes; m, N and 1 about zero
 MODELS = sorted(path.parent for path in ROOT.glob("models/*/*.toml"))
 
@@ -75,3 +83,19 @@ def test_a_shipped_mjb_is_the_described_model(folder):
     assert np.allclose(shipped.body_pos, model.body_pos, rtol=0, atol=1e-12)
     assert np.allclose(shipped.geom_size, model.geom_size, rtol=0, atol=1e-12)
     assert np.allclose(shipped.dof_invweight0, 1e-5 * model.dof_invweight0, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "folder", [f for f in MODELS if USED.search((f / "README.md").read_text())], ids=lambda folder: folder.name
+)
+def test_use_that_a_readme_tells_is_found_again(folder):
+    told = USED.search((folder / "README.md").read_text())
+    assert told is not None
+    chain = Chain(load_manipulator(folder / f"{folder.name}.toml"), hanging_mount(4.0))
+    nodes, ends = chain.nodes(sample_inputs(chain, 500, seed=1)), chain.truss.ends
+    length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
+    ratings = rate(make_sections(chain.manipulator, chain.truss), length, 1.67)
+    payloads = (Payload(mass=mass, radius=0.15) for mass in (0.0, 453.59237))
+    used = [utilise(ratings, solve(make_load_model(chain, payload, 9.80665), nodes)) for payload in payloads]
+    found = [use.strength.max() for use in used] + [use.pressure.max() for use in used]
+    assert [float(figure) for figure in told.groups()] == pytest.approx(found, abs=ROUNDED)
