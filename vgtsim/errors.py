@@ -173,10 +173,10 @@ class MissingLibraryError(VgtError):
     """A system library that an optional output needs is not installed.
 
     Attributes:
-        library: The library.
+        needed: The library.
         package: The package that brings it.
     """
 
     def __init__(self, library: str, package: str) -> None:
-        self.library, self.package = library, package
+        self.needed, self.package = library, package
         super().__init__(f"{library} is missing; install it with: {package}")

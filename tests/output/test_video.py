@@ -111,7 +111,7 @@ def test_without_egl_the_package_is_named_and_the_rest_is_written(small, log, re
     monkeypatch.setattr(mujoco, "Renderer", refuse)
     missing = write_outputs(small, log, report, chain, tmp_path, video=True)
     assert isinstance(missing, MissingLibraryError)
-    assert missing.library == "EGL"
+    assert missing.needed == "EGL"
     assert "libegl1" in missing.package
     assert sorted(file.name for file in tmp_path.iterdir()) == ["report.html", "report.json", "run.npz"]
 
