@@ -8,12 +8,12 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from vgtsim.control.program import Leg, LengthProgram
 from vgtsim.description import Scene
 from vgtsim.mjcf import build_spec, scene_chain
 from vgtsim.mjcf.build import finish_model
+from vgtsim.planning.program import Leg, LengthProgram
+from vgtsim.plant import run
 from vgtsim.runlog import RunLog
-from vgtsim.simulation import run
 
 Edit = Callable[[mujoco.MjSpec], None]
 

@@ -14,7 +14,7 @@ from vgtsim.mjcf import names
 from vgtsim.mjcf.build import build_arm_spec
 from vgtsim.mjcf.pose import fill_qpos, make_pose_map
 from vgtsim.mjcf.rows import select_drive, stiffen
-from vgtsim.simulation.recorder import Recorder, find_addresses
+from vgtsim.plant.recorder import Recorder, find_addresses
 from vgtsim.statics import make_load_model, solve
 
 STEP = 0.005  # s

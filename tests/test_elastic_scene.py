@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vgtsim.control.checks import surroundings_of
-from vgtsim.control.program import make_program
 from vgtsim.description import load_scene
 from vgtsim.mjcf import build_model, scene_chain
-from vgtsim.simulation import run
+from vgtsim.planning.checks import surroundings_of
+from vgtsim.planning.program import make_program
+from vgtsim.plant import run
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle

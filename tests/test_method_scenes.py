@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vgtsim.control.program import make_program, solve_first_goal
 from vgtsim.description import load_scene
 from vgtsim.description.resolution import Method
 from vgtsim.mjcf import build_model, scene_chain
-from vgtsim.simulation import run
+from vgtsim.planning.program import make_program, solve_first_goal
+from vgtsim.plant import run
 from vgtsim.verification import verify
 
 ROOT = Path(__file__).parents[1]

@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from vgtsim.control.program import make_program
 from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.output import write_outputs
+from vgtsim.planning.program import make_program
+from vgtsim.plant import run
 from vgtsim.runlog import load_run
-from vgtsim.simulation import run
 from vgtsim.verification import CHECK_NAMES, verify
 
 pytestmark = pytest.mark.slow

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from vgtsim.control.checks import surroundings_of
-from vgtsim.control.program import make_program
-from vgtsim.control.timing import make_limits
 from vgtsim.description import load_scene
 from vgtsim.description.resolution import Method
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import build_model, scene_chain
-from vgtsim.redundancy.strokes import make_box
-from vgtsim.simulation import run
+from vgtsim.planning.checks import surroundings_of
+from vgtsim.planning.program import make_program
+from vgtsim.planning.timing import make_limits
+from vgtsim.plant import run
+from vgtsim.positioning.strokes import make_box
 from vgtsim.verification import verify
 
 SCENES = Path(__file__).parents[1] / "scenes"

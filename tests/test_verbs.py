@@ -13,13 +13,13 @@ from playing import bend, change, play, shorten
 from typer.testing import CliRunner
 
 from vgtsim import cli
-from vgtsim.control.program import solve_first_goal
 from vgtsim.description import load_manipulator
 from vgtsim.description.files import load_scene
 from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.mjcf import scene_chain
 from vgtsim.output.write import save_log
+from vgtsim.planning.program import solve_first_goal
 from vgtsim.statics.equilibrium import solve
 from vgtsim.statics.loads import make_load_model, weigh
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.start import start_inputs
+from vgtsim.kinematics.start import bend_start
 from vgtsim.mjcf import build_model, load_model, names, scene_chain
 from vgtsim.mjcf.contact_bits import contact_bits
 from vgtsim.mjcf.files import measure_sag, write_scene_files
@@ -25,7 +25,7 @@ def chain(reach_scene):
 
 @pytest.fixture(scope="module")
 def pose(reach_scene, chain):
-    return start_inputs(reach_scene, chain)
+    return bend_start(chain, reach_scene.task.motion.start)
 
 
 @pytest.fixture(scope="module")

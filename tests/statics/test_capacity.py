@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vgtsim.control.capacity import unload
 from vgtsim.description.scene import Payload
+from vgtsim.planning.capacity import unload
 from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
 from vgtsim.statics.capacity import LIMITS, draw_shapes, find_allowance, find_gain, map_capacity
 

@@ -12,7 +12,7 @@ import pytest
 from frame_analysis import solve_with_pynite
 from playing import bend, change, play, shorten
 
-from vgtsim.kinematics.start import start_inputs
+from vgtsim.kinematics.start import bend_start
 from vgtsim.mjcf import names, scene_chain
 from vgtsim.verification import loads, shape
 
@@ -137,7 +137,7 @@ VICTIMS = [(MODULE, VICTIM), (ARM, "m3/longeron/8"), (ARM, "s4/cross_longeron/2"
 
 def test_a_welded_ball_joint_fails_purity_and_names_the_member(scenes):
     scene, chain = scenes[MODULE], scene_chain(scenes[MODULE])
-    start = start_inputs(scene, chain)  # the reference pose, which the weld keeps
+    start = bend_start(chain, scene.task.motion.start)  # the reference pose, which the weld keeps
     end = start + np.array([0.01, 0.0, 0.0])
 
     def spoil(spec):

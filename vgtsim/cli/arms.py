@@ -122,10 +122,10 @@ def capacity(
     """Map what an arm may carry over radius and depth, what governs, and how far the tip sags."""
     import numpy as np
 
-    from vgtsim.control.capacity import unload
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.output.capacity_map import write_capacity
     from vgtsim.output.write import prepare_folder
+    from vgtsim.planning.capacity import unload
     from vgtsim.statics.capacity import draw_shapes, find_gain, map_capacity
 
     arm, gravity = load_manipulator(arm_file), 9.80665
@@ -167,9 +167,9 @@ def size(
     """Choose tubes and cylinders from a catalogue so that nothing is overloaded over a scene's tour and load cases."""
     import dataclasses
 
-    from vgtsim.control.design import design_arm
     from vgtsim.description.catalogue import load_catalogue, write_sized_arm
     from vgtsim.output.write import prepare_file
+    from vgtsim.planning.design import design_arm
 
     catalogue = load_catalogue(catalogue_file)
     scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))

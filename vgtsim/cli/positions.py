@@ -32,10 +32,10 @@ def ik(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the solution to this file.")] = None,
 ) -> None:
     """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
-    from vgtsim.control.inverse import Request, answer_as_json, solve_request
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import prepare_file
+    from vgtsim.planning.inverse import Request, answer_as_json, solve_request
 
     if json_file is not None:
         prepare_file(json_file)
@@ -67,12 +67,12 @@ def track(
     objective: Annotated[list[str] | None, typer.Option(help="NAME or NAME:WEIGHT; may be repeated.")] = None,
 ) -> None:
     """Follow a path with the tool: lengths over time inside the cylinders' rates and accelerations, CSV and drawing."""
-    from vgtsim.control.following import follow_request, report
     from vgtsim.description import load_tool_path
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.mjcf import scene_chain
     from vgtsim.output.track_files import write_track
     from vgtsim.output.write import prepare_folder
+    from vgtsim.planning.following import follow_request, report
 
     scene = load_scene(description) if is_scene(description) else None
     chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))

@@ -30,11 +30,11 @@ def run(
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
 ) -> None:
     """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
-    from vgtsim.control.program import check_scene, make_program
     from vgtsim.mjcf import build_model, scene_chain
     from vgtsim.mjcf.files import write_scene_files
     from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
-    from vgtsim.simulation import run as simulate
+    from vgtsim.planning.program import check_scene, make_program
+    from vgtsim.plant import run as simulate
     from vgtsim.verification import verify as judge
 
     scene = load_scene(scene_file)
@@ -66,12 +66,12 @@ def build(
     out: OutFolder = None,
 ) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
-    from vgtsim.control.program import check_scene, solve_first_goal
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.mjcf import scene_chain
     from vgtsim.mjcf.files import write_arm_files, write_scene_files
     from vgtsim.output.write import prepare_folder
+    from vgtsim.planning.program import check_scene, solve_first_goal
 
     if is_scene(description):
         scene = load_scene(description)

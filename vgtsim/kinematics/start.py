@@ -1,31 +1,32 @@
-"""The shape a scene starts from, as inputs."""
+"""The posture a scene starts from, as inputs."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.modules import DoubleOctahedral, Octahedral
-from vgtsim.description.scene import Scene
+from vgtsim.description.scene import Bend
 from vgtsim.kinematics.bending import bend_all
 from vgtsim.kinematics.chain import Chain
 
 Array = NDArray[np.float64]
 
 
-def start_inputs(scene: Scene, chain: Chain) -> Array:
-    """Inputs of the shape a scene starts from: every module bent symmetrically, see `bending.bend_all`.
+def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
+    """Inputs of a start posture: every module is bent symmetrically, see `bending.bend_all`.
 
     Args:
-        scene: The scene.
-        chain: Its arm.
+        chain: The arm.
+        bends: One for each active module; an extension that is absent is that of the straight pose.
 
     Returns:
         Shape (*q).
     """
-    bends, modules = scene.task.motion.start, scene.manipulator.actuated
     row = bend_all(chain, [bend.angle for bend in bends], [bend.azimuth for bend in bends]).ravel()
-    for a, (bend, module) in enumerate(zip(bends, modules, strict=True)):
+    for a, (bend, module) in enumerate(zip(bends, chain.manipulator.actuated, strict=True)):
         if bend.extension is None:
             continue
         columns = np.flatnonzero(chain.layout.owner == a)

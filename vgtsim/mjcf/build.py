@@ -15,7 +15,7 @@ from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.layout import make_static
 from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.kinematics.start import start_inputs
+from vgtsim.kinematics.start import bend_start
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import add_arm
 from vgtsim.mjcf.pose import qpos_from_nodes
@@ -71,7 +71,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
         feed_range=(0.0, max(lift for _, lift in keyed.values())),
         payload_mass=task.payload.mass,
         payload_radius=task.payload.radius,
-        reference=start_inputs(scene, chain),
+        reference=bend_start(chain, scene.task.motion.start),
         timestep=step,
         servo_stiffness=task.simulation.servo_stiffness,
         servo_damping=task.simulation.servo_damping,

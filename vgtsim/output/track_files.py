@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from vgtsim.control.following import Followed
 from vgtsim.kinematics.chain import Chain
 from vgtsim.output.figure import draw_limit, save_figure
+from vgtsim.planning.following import Followed
 from vgtsim.replacing import replacing
 
 Facts = dict[str, str | float | int]

@@ -1,0 +1,144 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vgtsim.description import ToolPath, load_tool_path
+from vgtsim.errors import DescriptionError, FollowError, ReachError
+from vgtsim.planning.following import follow_request, report
+from vgtsim.planning.stretches import make_stretches
+from vgtsim.positioning.tracking import spline
+
+DIFFERENCES = 1.002  # differences over a step against derivatives
+START, OVER, END = [6.0, -1.5, 1.5], [6.5, -1.0, 1.4], [7.0, -0.5, 0.9]
+
+
+def make_path(**changes) -> ToolPath:
+    plain = {
+        "name": "test",
+        "start": START,
+        "direction": [0.3, 0.0, -1.0],
+        "pieces": [
+            {"shape": "spline", "through": [OVER, END], "direction": [0.0, 0.0, -2.0]},
+            {"shape": "raster", "width": [0.0, 0.6, 0.0], "depth": ["-20 cm", 0.0, 0.0], "rows": 2},
+        ],
+    }
+    return ToolPath.model_validate(plain | changes)
+
+
+@pytest.fixture(scope="module")
+def path():
+    return make_path()
+
+
+@pytest.fixture(scope="module")
+def followed(hanging_arm, path):
+    return follow_request(hanging_arm, path, ("mid_stroke",))
+
+
+def distance_to_segment(points, first, last):
+    way = last - first
+    part = np.clip((points - first) @ way / (way @ way), 0.0, 1.0)
+    return np.linalg.norm(points - first - part[:, None] * way, axis=1)
+
+
+def test_every_difference_stays_within_rates_and_accelerations(followed, path):
+    step = followed.time[1]
+    rates = np.abs(np.diff(followed.lengths, axis=0)) / step / followed.limits.rate.ravel()
+    accelerations = np.abs(np.diff(followed.lengths, n=2, axis=0)) / step**2
+    assert rates.max() <= DIFFERENCES
+    assert accelerations.max() <= path.acceleration * DIFFERENCES
+    assert accelerations.max() > 0.9 * path.acceleration  # and the motion is not slower than it has to be
+
+
+def test_tool_is_on_the_path_at_every_instant(hanging_arm, followed, path):
+    tool, direction = hanging_arm.tool(followed.q)
+    first = followed.stretch == 0
+    curve = spline([START, OVER, END], 20_001)
+    steps = np.linalg.norm(np.diff(curve, axis=0), axis=1).max()
+    off = [np.linalg.norm(curve - point, axis=1).min() for point in tool[first][::10]]
+    assert max(off) <= path.tolerance + steps
+    corners = np.array(END) + np.array([[0, 0, 0], [0, 0.6, 0], [-0.2, 0.6, 0], [-0.2, 0, 0]])
+    for k in range(3):
+        mine = followed.stretch == k + 1
+        assert distance_to_segment(tool[mine], corners[k], corners[k + 1]).max() <= path.tolerance
+    np.testing.assert_allclose(direction[~first], np.tile([0, 0, -1], (np.sum(~first), 1)), atol=path.tolerance)
+    np.testing.assert_allclose(tool[[0, -1]], [START, corners[3]], atol=1e-8)
+
+
+def test_a_raster_goes_to_and_fro_over_a_parallelogram():
+    piece = {"shape": "raster", "width": [1.0, 0.0, 0.0], "depth": [0.0, 2.0, 0.0], "rows": 3}
+    stretches = make_stretches(make_path(start=[0.0, 0.0, 0.0], pieces=[piece]))
+    ends = [stretch.points(2) for stretch in stretches]
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 2, 0], [1, 2, 0]]
+    np.testing.assert_allclose([ends[0][0], *(end[1] for end in ends)], corners, atol=1e-12)
+    np.testing.assert_allclose([end[0] for end in ends[1:]], corners[1:-1], atol=1e-12)
+
+
+def test_arm_rests_where_stretches_meet(followed):
+    changes = np.flatnonzero(np.diff(followed.stretch))
+    assert len(changes) == len(followed.names) - 1
+    for k in changes:
+        assert np.abs(followed.lengths[k + 1] - followed.lengths[k]).max() < 1e-8
+
+
+def test_reported_figures_are_those_of_the_lengths(hanging_arm, followed):
+    facts = report(hanging_arm, followed)
+    tool = hanging_arm.tool(followed.q)[0]
+    assert facts["length of the tool's way, m"] == pytest.approx(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum())
+    assert facts["duration, s"] == pytest.approx(0.01 * (len(followed.lengths) - 1))
+    low, high = hanging_arm.stroke.reshape(2, -1)
+    least = min((followed.lengths - low).min(), (high - followed.lengths).min())
+    assert facts["least distance to the end of a stroke, m"] == pytest.approx(least)
+    assert facts["goals that are local optima, %"] == 100
+
+
+def test_tool_speed_is_kept_and_reached(hanging_arm, followed):
+    line = {"shape": "line", "to": END}
+    slow = follow_request(hanging_arm, make_path(pieces=[line], speed="8 cm/s"), ("mid_stroke",))
+    free, kept = (
+        np.linalg.norm(np.diff(hanging_arm.tool(run.q)[0], axis=0), axis=1).max() / 0.01 for run in (followed, slow)
+    )
+    assert free > 0.1
+    assert 0.079 < kept <= 0.08
+
+
+def test_arcs_and_directions_turn_evenly():
+    piece = {"shape": "arc", "centre": [0, 0, 0], "axis": [0, 0, 1], "angle": "90 deg", "direction": [0, 1, 0]}
+    (stretch,) = make_stretches(make_path(start=[2.0, 0.0, 1.0], direction=[1, 0, 0], pieces=[piece]))
+    third = np.radians([0, 30, 60, 90])
+    wanted = np.stack([np.cos(third), np.sin(third), 0 * third], axis=1)
+    np.testing.assert_allclose(stretch.points(4), 2 * wanted + [0, 0, 1], atol=1e-12)
+    np.testing.assert_allclose(stretch.directions(4), wanted, atol=1e-12)
+
+
+def test_a_path_that_goals_cannot_hold_is_given_up_with_its_figure(hanging_arm):
+    """No spline of goals solved to 1e-9 keeps the tool to 1e-13."""
+    with pytest.raises(FollowError, match=r"between 2049 goals .* allowed 1e-13") as caught:
+        follow_request(hanging_arm, make_path(tolerance=1e-13), ("mid_stroke",))
+    assert caught.value.deviation < 1e-6
+
+
+def test_a_goal_out_of_reach_is_named_by_its_place(hanging_arm):
+    far = make_path(pieces=[{"shape": "line", "to": [40.0, 0.0, 0.0]}])
+    with pytest.raises(ReachError, match=r"line 1 at \d+% of the way"):
+        follow_request(hanging_arm, far, ("mid_stroke",))
+
+
+@pytest.mark.parametrize(
+    ("pieces", "found"),
+    [
+        ([{"shape": "line", "to": END, "direction": [-0.3, 0, 1]}], "not opposite"),
+        ([{"shape": "spline", "through": [START, END]}], "way-points that differ"),
+    ],
+)
+def test_paths_that_are_none_are_refused(pieces, found):
+    with pytest.raises(DescriptionError, match=found):
+        make_stretches(make_path(pieces=pieces))
+
+
+def test_file_errors_name_the_entry(tmp_path):
+    file = tmp_path / "path.toml"
+    file.write_text('name = "x"\nstart = [0, 0, 0]\ndirection = [0, 0, 1]\n[[pieces]]\nshape = "arc"\nangel = 1\n')
+    with pytest.raises(DescriptionError, match=r"pieces\.0.*angel.*did you mean 'angle'"):
+        load_tool_path(file)

@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import make_interp_spline
+from scipy.optimize import minimize_scalar
+
+from vgtsim.kinematics.bending import bend_all, swing
+from vgtsim.planning.timing import make_limits, time_lengths
+
+TIMESTEP = 0.005
+FRACTION, ACCELERATION = 0.8, 0.05
+DIFFERENCES = 1.002  # differences over a step against derivatives, with the grid the plan is judged on
+
+
+@pytest.fixture(scope="module")
+def spline(hanging_arm):
+    part = np.linspace(0, 1, 30)
+    shape = bend_all(hanging_arm, np.radians([15.0, 30.0, 30.0, 10.0, -10.0]), 0.0)
+    more = bend_all(hanging_arm, np.radians([25.0, 20.0, 30.0, 20.0, 10.0]), 0.0)
+    way = swing(hanging_arm, (1 - part)[:, None, None] * shape + part[:, None, None] * more, 0.3 + 2.0 * part)
+    return make_interp_spline(part, way, k=5)
+
+
+@pytest.fixture(scope="module")
+def limits(hanging_arm):
+    return make_limits(hanging_arm, FRACTION, ACCELERATION)
+
+
+@pytest.fixture(scope="module")
+def lengths(hanging_arm, spline, limits):
+    return time_lengths(hanging_arm, spline, limits, TIMESTEP)
+
+
+def test_speeds_stay_within_the_rates_and_reach_them(lengths, limits):
+    speed = np.abs(np.diff(lengths, axis=0)) / TIMESTEP / limits.rate.ravel()
+    assert speed.max() <= DIFFERENCES
+    assert speed.max() > 0.95
+
+
+def test_accelerations_stay_within_their_limit(lengths):
+    acceleration = np.abs(np.diff(lengths, n=2, axis=0)) / TIMESTEP**2
+    assert acceleration.max() <= ACCELERATION * DIFFERENCES
+
+
+def test_acceleration_has_no_steps(lengths):
+    acceleration = np.diff(lengths, n=2, axis=0) / TIMESTEP**2
+    jump = np.abs(np.diff(acceleration, axis=0)).max()
+    assert jump < 0.02 * ACCELERATION  # a ramp of speed lasts hundreds of steps
+
+
+def test_motion_starts_and_ends_at_rest_at_the_ends_of_the_path(hanging_arm, spline, lengths):
+    ends = hanging_arm.lengths(spline(np.array([0.0, 1.0]))).reshape(2, -1)
+    np.testing.assert_allclose(lengths[[0, -1]], ends, atol=1e-12)
+    for end in (lengths[:3], lengths[-3:]):
+        assert np.abs(np.diff(end, axis=0)).max() < 1e-9  # the smooth step starts with the fourth power of time
+
+
+def test_every_row_lies_on_the_path(hanging_arm, spline, lengths):
+    def off(u, row):
+        return float(np.linalg.norm(hanging_arm.lengths(spline(u)).ravel() - row))
+
+    samples = np.linspace(0, 1, 400)
+    on_path = hanging_arm.lengths(spline(samples)).reshape(400, -1)
+    for row in lengths[:: len(lengths) // 7]:
+        near = samples[np.argmin(np.linalg.norm(on_path - row, axis=1))]
+        bounds = (max(near - 0.005, 0), min(near + 0.005, 1))
+        best = minimize_scalar(off, bounds=bounds, args=(row,), method="bounded", options={"xatol": 1e-13})
+        assert min(best.fun, off(bounds[0], row), off(bounds[1], row)) < 1e-8
+
+
+def test_half_the_rate_takes_longer_but_not_twice_the_ramps(hanging_arm, spline, lengths):
+    slow = time_lengths(hanging_arm, spline, make_limits(hanging_arm, FRACTION / 2, ACCELERATION), TIMESTEP)
+    assert 1.6 < len(slow) / len(lengths) < 2.0
+
+
+def test_a_path_that_goes_nowhere_takes_one_step(hanging_arm, limits):
+    still = make_interp_spline(np.linspace(0, 1, 10), np.repeat(hanging_arm.straight[None], 10, axis=0), k=5)
+    lengths = time_lengths(hanging_arm, still, limits, TIMESTEP)
+    assert len(lengths) == 2
+    np.testing.assert_allclose(lengths[0], lengths[1], atol=1e-12)
+
+
+def test_a_short_path_never_reaches_full_speed(hanging_arm, spline, limits):
+    part = np.linspace(0.0, 1.0, 12)
+    short = make_interp_spline(part, spline(0.01 * part), k=5)
+    lengths = time_lengths(hanging_arm, short, limits, TIMESTEP)
+    speed = np.abs(np.diff(lengths, axis=0)) / TIMESTEP / limits.rate.ravel()
+    acceleration = np.abs(np.diff(lengths, n=2, axis=0)) / TIMESTEP**2
+    assert speed.max() < 0.9
+    assert 0.8 * ACCELERATION < acceleration.max() <= ACCELERATION * DIFFERENCES

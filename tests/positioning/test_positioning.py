@@ -1,0 +1,323 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vgtsim.errors import GoalError, ObjectiveError
+from vgtsim.positioning.analysis import condition_numbers
+from vgtsim.positioning.curvature import lagrangian_curvature
+from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, report_rows, tool_goal
+from vgtsim.positioning.kernel import Kernel
+from vgtsim.positioning.newton import Local, NewtonSettings, minimise
+from vgtsim.positioning.objectives import (
+    Clearance,
+    Configurations,
+    Differences,
+    LengthVariation,
+    MidStroke,
+    Nearness,
+    StrokeBarrier,
+    WeightedSum,
+)
+from vgtsim.positioning.planar import PlanarArm
+from vgtsim.positioning.positioning import Positioning, solve
+from vgtsim.positioning.restarts import solve_anywhere
+from vgtsim.positioning.strokes import make_box
+from vgtsim.positioning.surroundings import Surroundings
+
+GOAL = 1e-9  # each row, m and rad
+ROUNDING = 1e-12
+STEP = 1e-6
+SLOPE = 3e-6  # of central differences with that step
+BEND = 2e-3  # of one-sided differences with a step of 1e-5 against curvatures near the end of a stroke, relative
+
+
+@pytest.fixture(scope="module")
+def box(hanging_arm):
+    return make_box(hanging_arm, 0.005)
+
+
+@pytest.fixture(scope="module")
+def kernel(hanging_arm):
+    return Kernel(hanging_arm)
+
+
+def random_inputs(chain, seed, count, margin=0.03):
+    low, high = chain.stroke
+    part = np.random.default_rng(seed).random((count, *low.shape))
+    return chain.inputs_from_lengths(low + margin + (high - low - 2 * margin) * part)
+
+
+def goal_spaces(chain, q):
+    R, P = chain.frames(q)
+    position, direction = chain.tool(q)
+    return {
+        "tool": tool_goal(position, direction),
+        "partial": GoalSpace((Position(position, axes="xz"), Orientation(R[:, -1]))),
+        "intermediate": GoalSpace(
+            (Position(P[:, 5], module="m3"), Direction(R[:, 4, :, 2], module="s2"), Position(position))
+        ),
+    }
+
+
+def test_kernel_agrees_with_the_chain(hanging_arm, kernel):
+    q = random_inputs(hanging_arm, 1, 20)
+    state = kernel.state(q)
+    frames = [kernel.face(state, face) for face in range(len(hanging_arm.manipulator.modules) + 1)]
+    pairs = zip(
+        (np.stack([R for R, _ in frames], 1), np.stack([P for _, P in frames], 1)),
+        hanging_arm.frames(q),
+        strict=True,
+    )
+    for ours, theirs in pairs:
+        np.testing.assert_allclose(ours, theirs, atol=ROUNDING)
+    tool, _, J = hanging_arm.tool_jacobian(q)
+    linear, angular = (np.swapaxes(half, -1, -2) for half in (J[:, :3], J[:, 3:]))
+    at_origin = linear - np.cross(angular, tool[:, None])  # the kernel's velocities are of the point at the origin of G
+    pairs = zip(
+        (state.angular, state.linear, state.legs, *state.blocks),
+        (angular, at_origin, *hanging_arm.length_jacobian(q)),
+        strict=True,
+    )
+    for ours, theirs in pairs:
+        np.testing.assert_allclose(ours, theirs.reshape(ours.shape), atol=ROUNDING)
+    assert np.all(state.assembles)
+
+
+def test_kernel_marks_what_does_not_assemble(hanging_arm, kernel):
+    q = np.repeat(hanging_arm.straight[None], 3, axis=0)
+    q[1, 2, 0], q[2, 4, 2] = 1.2, 2.0
+    assert kernel.state(q).assembles.tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize("name", ["tool", "partial", "intermediate"])
+def test_row_jacobian_and_curvature_are_those_of_differences(hanging_arm, kernel, name):
+    q, rng = random_inputs(hanging_arm, 2, 3), np.random.default_rng(3)
+    goal, which = goal_spaces(hanging_arm, q)[name], np.arange(3)
+    state = kernel.state(q)
+    error, J = evaluate(hanging_arm, goal, state, which)
+    np.testing.assert_allclose(error, 0.0, atol=ROUNDING * 10)
+    weights, pull = rng.standard_normal(error.shape), rng.standard_normal(q.shape)
+
+    def slope(x):
+        there = kernel.state(x)
+        rows = np.einsum("bri,br->bi", evaluate(hanging_arm, goal, there, which)[1], weights)
+        return rows + kernel.pull(there.blocks, pull.reshape(3, -1))
+
+    numeric = np.empty((3, 15, 15))
+    for i in range(15):
+        shift = STEP * np.eye(15)[i].reshape(5, 3)
+        ahead, behind = (evaluate(hanging_arm, goal, kernel.state(q + s * shift), which)[0] for s in (1, -1))
+        np.testing.assert_allclose(J[:, :, i], (ahead - behind) / (2 * STEP), atol=SLOPE)
+        numeric[:, i] = (slope(q + shift) - slope(q - shift)) / (2 * STEP)
+    found = lagrangian_curvature(kernel, goal, state, which, weights, pull.reshape(3, -1))
+    numeric = (numeric + np.swapaxes(numeric, 1, 2)) / 2
+    np.testing.assert_allclose(found, numeric, atol=BEND * np.abs(numeric).max())
+
+
+@pytest.mark.parametrize("away", [0.3, -0.4])
+def test_rows_away_from_the_goal_have_their_jacobian(hanging_arm, kernel, away):
+    q = random_inputs(hanging_arm, 4, 2)
+    goal, which = goal_spaces(hanging_arm, q)["partial"], np.arange(2)
+    q = q + away * np.array([0.1, -0.05, 0.02])
+    move = np.random.default_rng(5).standard_normal(q.shape)
+    J = evaluate(hanging_arm, goal, kernel.state(q), which)[1]
+    ahead, behind = (evaluate(hanging_arm, goal, kernel.state(q + s * STEP * move), which)[0] for s in (1, -1))
+    np.testing.assert_allclose(
+        (J @ move.reshape(2, -1, 1))[..., 0], (ahead - behind) / (2 * STEP), rtol=SLOPE, atol=SLOPE
+    )
+
+
+def objectives(chain, tank):
+    lengths = chain.lengths(random_inputs(chain, 6, 2))
+    around = Surroundings(chain, tank, 0.15, 0.4572)
+    return (StrokeBarrier(), MidStroke(), LengthVariation(), Nearness(lengths), Clearance(around, 1.5, 0.5))
+
+
+def test_objective_slopes_are_those_of_differences(hanging_arm, kernel, box, type_ii):
+    q = random_inputs(hanging_arm, 7, 2, 0.05)
+    move = np.random.default_rng(8).standard_normal(q.shape)
+
+    def terms(objective, x):
+        return objective.terms(Configurations(kernel, box, kernel.state(x), np.arange(2)))
+
+    whole = WeightedSum(tuple((0.3 + i, part) for i, part in enumerate(objectives(hanging_arm, type_ii))))
+    for objective in (*objectives(hanging_arm, type_ii), whole):
+        rise = (terms(objective, q + STEP * move).value - terms(objective, q - STEP * move).value) / (2 * STEP)
+        slope = terms(objective, q).slope
+        np.testing.assert_allclose(np.sum(slope * move.reshape(2, -1), axis=1), rise, rtol=1e-4, err_msg=objective.name)
+    by_differences = Differences("copy", lambda x: box.row.barrier(kernel.state(x).legs))
+    np.testing.assert_allclose(
+        terms(by_differences, q).slope, terms(StrokeBarrier(), q).slope, rtol=1e-4, atol=1e-4 * np.abs(slope).max()
+    )
+
+
+def test_goals_far_away_are_met_from_the_stowed_pose(hanging_arm, box):
+    position, direction = hanging_arm.tool(random_inputs(hanging_arm, 9, 60))
+    found = solve_anywhere(Positioning(hanging_arm, box, tool_goal(position, direction)), hanging_arm.stowed)
+    at, along = hanging_arm.tool(found.q)
+    assert np.all(found.met)
+    np.testing.assert_allclose(at, position, atol=GOAL * 1.01)
+    np.testing.assert_allclose(np.cross(along, direction), 0.0, atol=2 * GOAL)
+
+
+@pytest.mark.parametrize("name", ["partial", "intermediate"])
+def test_other_goal_spaces_are_met(hanging_arm, box, name):
+    q = random_inputs(hanging_arm, 10, 6, 0.12)
+    goal = goal_spaces(hanging_arm, q)[name]
+    near = q + 0.02 * np.random.default_rng(11).standard_normal(q.shape)
+    found = solve_anywhere(Positioning(hanging_arm, box, goal), near)
+    assert np.all(found.met)
+    reports = report_rows(hanging_arm, goal, found.q[3], 3)
+    assert [row.name for row in reports] == list(goal.names)
+    assert all(abs(row.residual) <= row.tolerance for row in reports)
+
+
+def test_no_iterate_leaves_the_strokes(hanging_arm, box, monkeypatch):
+    position, direction = hanging_arm.tool(random_inputs(hanging_arm, 12, 30, 0.006))
+    problem = Positioning(hanging_arm, box, tool_goal(position, direction))
+    accepted = []
+    local = Positioning.local
+
+    def watched(self, z, which):
+        found = local(self, z, which)
+        accepted.append((z.reshape(-1, 5, 3)[found.inside], found.inside))
+        return found
+
+    monkeypatch.setattr(Positioning, "local", watched)
+    found = solve(problem, hanging_arm.straight)
+    q = np.concatenate([item[0] for item in accepted])
+    lengths = hanging_arm.lengths(q)
+    assert np.all((lengths > box.least) & (lengths < box.greatest))
+    assert not all(item[1].all() for item in accepted)  # some trials were outside: refused
+    assert np.all(box.spare(hanging_arm.lengths(found.q)) > 0)
+
+
+@pytest.mark.parametrize("objective", [StrokeBarrier(), MidStroke(), LengthVariation(0.01)], ids=lambda o: o.name)
+def test_no_null_space_step_improves_an_optimum(hanging_arm, box, kernel, objective):
+    """Equation 6.63, with the goal met again after every step."""
+    q = random_inputs(hanging_arm, 13, 4, 0.1)
+    position, direction = hanging_arm.tool(q)
+    problem = Positioning(hanging_arm, box, tool_goal(position, direction), objective)
+    best = solve(problem, q, NewtonSettings(optimality=1e-10, most=200))
+    assert np.all(best.optimal)
+    assert np.max(best.stationarity) < 1e-3
+    rng = np.random.default_rng(14)
+    for b in range(4):
+        single = tool_goal(position[b], direction[b])
+        for _ in range(6):
+            step = 0.01 * rng.standard_normal(q[b].shape)
+            hold = Nearness(hanging_arm.lengths(best.q[b] + step))
+            again = solve(Positioning(hanging_arm, box, single, hold, barrier=0.0), best.q[b])
+            state = kernel.state(again.q)
+            at = Configurations(kernel, box, state, np.array([0]))
+            assert np.linalg.norm(again.q[0] - best.q[b]) > 1e-3
+            assert problem.guarded.terms(at).value[0] > best.value[b] - 1e-9
+
+
+def test_nearby_goals_take_one_factorisation(hanging_arm, box):
+    q = random_inputs(hanging_arm, 15, 200, 0.1)
+    made = solve(Positioning(hanging_arm, box, tool_goal(*hanging_arm.tool(q))), q)
+    assert np.mean(made.optimal) > 0.98
+    start = made.q[made.optimal]
+    position, direction = hanging_arm.tool(start)
+    step = np.random.default_rng(16).standard_normal(position.shape)
+    step *= 0.004 / np.linalg.norm(step, axis=1, keepdims=True)
+    found = solve(Positioning(hanging_arm, box, tool_goal(position + step, direction)), start)
+    assert np.all(found.optimal)
+    assert found.iterations.mean() <= 1.1
+
+
+def test_saddles_and_maxima_are_left_for_the_minimum():
+    """Half of zᵀ D z on the unit sphere is stationary at every axis and least at the last: eigenvectors of D."""
+    D = np.diag([3.0, 2.0, 1.5, 1.0])
+
+    def local(z, which):
+        slope, curve = z @ D, np.tile(D, (len(z), 1, 1))
+        error = (np.sum(z * z, axis=1, keepdims=True) - 1) / 2
+        return Local(np.ones(len(z), bool), error, z[:, None].copy(), 0.5 * np.sum(z * slope, axis=1), slope, curve)
+
+    def bend(z, which, y, memo):
+        return y[:, :, None] * np.eye(4)
+
+    start = np.concatenate([np.eye(4), -np.eye(4)])
+    stuck = minimise(local, start)  # without the whole curvature a stationary point is as far as it goes
+    np.testing.assert_allclose(stuck.z, start, atol=ROUNDING)
+    found = minimise(local, start, bend=bend)
+    assert np.all(found.optimal)
+    np.testing.assert_allclose(found.local.value, 0.5, atol=1e-6)  # the promise that counts as none
+    np.testing.assert_allclose(np.abs(found.z[:, 3]), 1.0, atol=2e-3)
+    assert np.all(found.iterations[[3, 7]] == 0)
+
+
+def test_straight_arm_under_pressure_buckles_and_one_under_tension_does_not(hanging_arm, box):
+    """Straight arms are stationary by symmetry. Long battens make one short: bowed, it comes nearer to mid-stroke."""
+    pressed, pulled = (
+        hanging_arm.inputs_from_lengths(box.least + part * (box.greatest - box.least)) for part in (0.75, 0.25)
+    )
+    start = np.array([pressed, pulled])
+    np.testing.assert_allclose(start[..., :2], 0.0, atol=ROUNDING)
+    problem = Positioning(hanging_arm, box, tool_goal(*hanging_arm.tool(start)), MidStroke())
+    found, before = solve(problem, start), solve(problem, start, NewtonSettings(most=0))
+    np.testing.assert_allclose(before.stationarity, 0.0, atol=1e-6)
+    assert before.optimal.tolist() == [False, True]
+    assert np.all(found.optimal)
+    assert found.value[0] < 0.5 * before.value[0]
+    np.testing.assert_allclose(found.q[1], pulled, atol=GOAL)
+
+
+def test_same_batch_has_the_same_solution_bit_for_bit(hanging_arm, box):
+    goal = tool_goal(*hanging_arm.tool(random_inputs(hanging_arm, 17, 5)))
+    first, second = (solve_anywhere(Positioning(hanging_arm, box, goal), hanging_arm.stowed) for _ in range(2))
+    assert first.q.tobytes() == second.q.tobytes()
+
+
+def test_condition_number_of_the_planar_arm_goes_to_both_printed_extremes():
+    arm, goal = PlanarArm(), np.array([3.0, 2.5])
+
+    def local_of(sign):
+        def kappa(theta):
+            return sign * condition_numbers(arm.jacobian(theta))
+
+        def local(theta, which):
+            shift = 1e-6 * np.eye(3)
+            slope = np.stack([kappa(theta + s) - kappa(theta - s) for s in shift], axis=-1) / 2e-6
+            inside, curve = np.ones(len(theta), bool), np.zeros((len(theta), 3, 3))
+            return Local(inside, arm.tip(theta) - goal, arm.jacobian(theta), kappa(theta), slope, curve, slope)
+
+        return local
+
+    feasible = np.radians([[-6.92, 67.42, 27.82]])
+    settings = NewtonSettings(optimality=1e-7, most=200)
+    least, greatest = minimise(local_of(1), feasible, settings), minimise(local_of(-1), feasible, settings)
+    assert least.optimal[0]
+    assert least.local.value[0] == pytest.approx(3.39, abs=0.5e-2)
+    assert greatest.optimal[0]
+    assert -greatest.local.value[0] == pytest.approx(4.46, abs=0.5e-2)
+    np.testing.assert_allclose(arm.tip(least.z[0]), goal, atol=GOAL)
+
+
+def test_rows_that_contradict_each_other_are_named(hanging_arm, box):
+    position, direction = hanging_arm.tool(random_inputs(hanging_arm, 18, 1))
+    torn = GoalSpace((Position(position), Direction(direction), Position(position + [0.0, 0.2, 0.0], axes="y")))
+    with pytest.raises(GoalError, match=r"tool y, tool y") as caught:
+        solve_anywhere(Positioning(hanging_arm, box, torn), hanging_arm.straight, NewtonSettings(most=10))
+    assert caught.value.residual > 0.1
+
+
+@pytest.mark.parametrize(("position", "direction"), [([np.nan, 0, 0], [0, 0, 1]), ([1, 0, 0], [0, 0, 0])])
+def test_goals_that_are_no_goals_are_refused(position, direction):
+    with pytest.raises(GoalError, match="finite"):
+        tool_goal(position, direction)
+
+
+def test_objectives_that_are_not_finite_are_refused(hanging_arm, box):
+    goal = tool_goal(*hanging_arm.tool(hanging_arm.straight))
+    nan = Differences("mine", lambda q: np.where(q[:, 0, 0] > 0, np.nan, 0.0))
+    with pytest.raises(ObjectiveError, match="mine"):
+        solve(Positioning(hanging_arm, box, goal, nan), hanging_arm.straight)
+
+
+def test_modules_that_do_not_exist_are_named(hanging_arm, box):
+    with pytest.raises(GoalError, match="no module 'm9'"):
+        solve(Positioning(hanging_arm, box, GoalSpace((Position(np.zeros(3), module="m9"),))), hanging_arm.straight)

@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vgtsim.errors import GoalError
+from vgtsim.positioning.anchoring import anchor_successively
+from vgtsim.positioning.goals import GoalSpace, Position, tool_goal
+from vgtsim.positioning.newton import NewtonSettings
+from vgtsim.positioning.objectives import LengthVariation, MidStroke
+from vgtsim.positioning.positioning import Positioning, solve
+from vgtsim.positioning.reduction import anchor, couple, whole
+from vgtsim.positioning.strokes import make_box
+
+GOAL = 1e-9
+STEP = 1e-6
+PAIRS = ((0, 1), (4, 3))  # modules 1 and 2, 4 and 5 of section 8.1
+
+
+@pytest.fixture(scope="module")
+def box(hanging_arm):
+    return make_box(hanging_arm, 0.005)
+
+
+@pytest.fixture(scope="module")
+def target(hanging_arm):
+    q = np.array(hanging_arm.straight)
+    q[:, 0], q[:, 1] = [0.2, 0.2, 0.1, -0.1, -0.1], [0.05, 0.05, -0.1, 0.0, 0.0]
+    return tool_goal(*hanging_arm.tool(q))
+
+
+def test_slopes_of_a_reduction_are_those_of_differences(hanging_arm):
+    rng = np.random.default_rng(0)
+    for reduction in (couple(hanging_arm.straight, PAIRS, 0.7), couple(hanging_arm.straight, PAIRS, None), whole(15)):
+        z = rng.standard_normal((4, reduction.order))
+        move = rng.standard_normal(z.shape)
+        rise = (reduction.inputs(z + STEP * move) - reduction.inputs(z - STEP * move)) / (2 * STEP)
+        np.testing.assert_allclose((reduction.slope(z) @ move[..., None])[..., 0], rise, atol=1e-8)
+        np.testing.assert_allclose(reduction.variables(reduction.inputs(z)), z, atol=1e-9)
+
+
+@pytest.mark.parametrize(("ratio", "order"), [(1.0, 9), (0.9, 9), (None, 11)])
+def test_coupled_arm_meets_the_goal_with_coupled_inputs(hanging_arm, box, target, ratio, order):
+    """Equation 8.7: fifteen inputs become nine; with a free ratio for each pair, eleven."""
+    reduction = couple(hanging_arm.straight, PAIRS, ratio)
+    assert reduction.order == order
+    problem = Positioning(hanging_arm, box, target, MidStroke(), reduction=reduction)
+    found = solve(problem, hanging_arm.straight)
+    assert found.met[0]
+    away = found.q[0] - hanging_arm.straight
+    for follower, leader in PAIRS:
+        k = np.dot(away[follower], away[leader]) / np.dot(away[leader], away[leader])
+        np.testing.assert_allclose(away[follower], k * away[leader], atol=1e-12)
+        assert ratio is None or k == pytest.approx(ratio)
+
+
+def test_one_pair_with_a_free_ratio_leaves_thirteen(hanging_arm):
+    assert couple(hanging_arm.straight, ((0, 1),), None).order == 13
+    assert couple(hanging_arm.straight, ((0, 1),)).order == 12
+
+
+def test_reduced_optimum_is_no_better_than_the_whole_one(hanging_arm, box, target):
+    """Section 7.1: tau-dagger against tau-star; figure 8.2's objective (8.8)."""
+    objective, how = LengthVariation(0.005), NewtonSettings(most=300)
+    start = solve(Positioning(hanging_arm, box, target, MidStroke()), hanging_arm.straight).q[0]
+    coupled = Positioning(hanging_arm, box, target, objective, reduction=couple(hanging_arm.straight, PAIRS))
+    reduced = solve(coupled, hanging_arm.straight, how)
+    free = solve(Positioning(hanging_arm, box, target, objective), reduced.q[0], how)
+    assert reduced.met[0]
+    assert free.optimal[0]
+    before = LengthVariation.exact(hanging_arm.lengths(start))
+    assert LengthVariation.exact(hanging_arm.lengths(free.q[0])) < before
+    assert free.value[0] <= reduced.value[0]
+
+
+def test_anchored_inputs_stay(hanging_arm, box, target):
+    q = solve(Positioning(hanging_arm, box, target), hanging_arm.straight).q[0]
+    fixed = np.zeros((5, 3), bool)
+    fixed[1], fixed[3, 2] = True, True
+    problem = Positioning(hanging_arm, box, target, MidStroke(), reduction=anchor(q, fixed))
+    found = solve(problem, q)
+    assert found.optimal[0]
+    np.testing.assert_array_equal(found.q[0][fixed], q[fixed])
+
+
+def test_successive_anchoring_comes_to_the_whole_optimum(hanging_arm, box, target):
+    problem = Positioning(hanging_arm, box, target, MidStroke())
+    best = solve(problem, hanging_arm.straight)
+    cycle = anchor_successively(problem, hanging_arm.straight, 3)
+    assert cycle.converged
+    assert np.all(np.diff(cycle.values) <= 0)
+    assert cycle.values[-1] == pytest.approx(best.value[0], rel=1e-4)
+    assert cycle.solution.met[0]
+
+
+def test_couplings_that_leave_too_few_inputs_are_refused(hanging_arm, box, target):
+    tied = couple(hanging_arm.straight, tuple((i, 4) for i in range(4)))
+    with pytest.raises(GoalError, match="5 goal rows for 3 inputs"):
+        solve(Positioning(hanging_arm, box, target, reduction=tied), hanging_arm.straight)
+    with pytest.raises(GoalError, match="5 goal rows for 3 free inputs of 15"):
+        anchor_successively(Positioning(hanging_arm, box, target), hanging_arm.straight, 1)
+    with pytest.raises(ValueError, match="may follow once"):
+        couple(hanging_arm.straight, ((0, 1), (1, 2)))
+
+
+def test_anchored_arm_that_cannot_reach_says_so(hanging_arm, box):
+    goal = GoalSpace((Position(np.array([0.0, 0.0, 100.0])),))
+    with pytest.raises(GoalError, match="not met even with all inputs free"):
+        anchor_successively(Positioning(hanging_arm, box, goal), hanging_arm.straight, 3, NewtonSettings(most=10))

@@ -1,0 +1,62 @@
+"""Postures that carry most: redundancy used to unload the member that governs, in every cell of the capacity map."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.scene import Payload
+from vgtsim.kinematics.chain import Chain
+from vgtsim.positioning.goals import GoalSpace, Position
+from vgtsim.positioning.newton import NewtonSettings
+from vgtsim.positioning.objectives import Differences
+from vgtsim.positioning.positioning import Positioning, assembles, solve
+from vgtsim.positioning.strokes import make_box
+from vgtsim.statics import equilibrium
+from vgtsim.statics.capacity import PAYLOAD_RADIUS
+from vgtsim.statics.loads import make_load_model
+from vgtsim.statics.rating import make_sections, rate, utilise
+
+Array = NDArray[np.float64]
+
+_POWER = 12  # of the mean that stands for the greatest utilisation: smooth, and near the greatest of 132
+_STEPS = 60
+_PROMISED = 1e-4  # fall of the utilisation that is not worth another step
+_SPARE = 1e-3  # kept at the ends of strokes, m
+
+
+def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor: float) -> Array:
+    """Move postures through their null space, the tool point held, to where the most used member is used least.
+
+    Args:
+        chain: The arm.
+        q: Inputs inside the strokes, shape (K, A, 3).
+        payload: Under which utilisation is meant, kg.
+        gravity: Downward, m/s².
+        safety_factor: Omega of AISC 360.
+
+    Returns:
+        Inputs of those that could be moved with their tool points where they were, shape (k, A, 3).
+
+    Raises:
+        TrussError: The arm is a mechanism in one of the postures.
+
+    Source: null-space optimisation (chapter 6) of a smooth stand-in for the greatest utilisation.
+    """
+    box = make_box(chain, _SPARE)
+    start = q[assembles(chain, box, q)]
+    if not len(start):
+        return start
+    model = make_load_model(chain, Payload(mass=payload, radius=PAYLOAD_RADIUS), gravity)
+    section, ends = make_sections(chain.manipulator, chain.truss), chain.truss.ends
+
+    def used(postures: Array) -> Array:
+        nodes = chain.nodes(postures)
+        length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
+        found = utilise(rate(section, length, safety_factor), equilibrium.solve(model, nodes))
+        return np.sum(np.maximum(found.strength, found.pressure) ** _POWER, axis=1) ** (1 / _POWER)
+
+    goal = GoalSpace((Position(chain.tool(start)[0], tolerance=1e-4),))
+    problem = Positioning(chain, box, goal, Differences("utilisation", used))
+    found = solve(problem, start, NewtonSettings(most=_STEPS, optimality=_PROMISED))
+    return found.q[found.met]

@@ -1,0 +1,144 @@
+"""An arm sized for a scene: its tour, planned for what it weighs and how thick it is, and its load cases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
+from vgtsim.description.modules import Octahedral
+from vgtsim.description.scene import LoadCase, Scene
+from vgtsim.errors import DescriptionError
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.planning.program import make_program
+from vgtsim.planning.riser import RISER_SPARE, asked_spare, riser_fit
+from vgtsim.planning.sampling import sample_motion, sample_postures
+from vgtsim.statics.motion import Motion
+from vgtsim.statics.sizing import Demand, Sizing, size_arm
+
+_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class Design:
+    """A sized arm and what it was sized for.
+
+    Attributes:
+        sizing: The arm with its sections; its mass before is that of the arm the scene came with.
+        poses: Number of poses on the tour and beside it.
+        cases: Names of the load cases.
+        rounds: Tours planned until the arm stayed the same.
+    """
+
+    sizing: Sizing
+    poses: tuple[int, int]
+    cases: tuple[str, ...]
+    rounds: int
+
+
+def design_arm(scene: Scene, catalogue: Catalogue, target: float = 1.0, *, anywhere: bool = True) -> Design:
+    """Size the arm of a scene for its tour, inertia included, and its load cases.
+
+    The tour depends on how thick the arm is: it is planned again for the sized arm until the sizes stay the same. Sizing
+    the result again gives the result.
+
+    Args:
+        scene: The scene with the arm to start from.
+        catalogue: What may be chosen; sizes with which the stowed arm does not pass the riser are left out.
+        target: Greatest utilisation.
+        anywhere: Whether the arm must stand the load cases in any posture too, see `sample_postures`.
+
+    Returns:
+        The design.
+
+    Raises:
+        DescriptionError: The arm has modules that are not sized; nothing in the catalogue passes the riser or carries the
+            load of a place; or sizes keep changing.
+        ReachError: A goal of the tour cannot be met.
+        PathError: A goal cannot be come to.
+    """
+    _require_sizable(scene, anywhere)
+    mount = hanging_mount(scene.pivot_height)
+    first = Chain(scene.manipulator, mount)
+    catalogue = passing_sizes(first, catalogue, scene.tank.arm_riser.bore, asked_spare(scene))
+    beside = sample_postures(first) if anywhere else np.empty((0, len(first.truss.nodes), 3))
+    still = np.zeros(beside.shape)
+    task = scene.task
+    cases = (LoadCase(name="run"), *task.loads)
+    chain, before, mass = first, None, None
+    for count in range(1, _ROUNDS + 1):
+        nodes, motion = sample_motion(chain, make_program(replace(scene, manipulator=chain.manipulator), chain))
+        moving = Motion(np.concatenate([motion.velocity, still]), np.concatenate([motion.acceleration, still]))
+        demand = Demand(
+            np.concatenate([nodes, beside]),
+            moving,
+            task.payload,
+            cases,
+            task.simulation.gravity,
+            task.limits.safety_factor,
+        )
+        found = size_arm(chain, catalogue, demand, target)
+        mass = found.mass[0] if mass is None else mass
+        if found.chosen == before:
+            whole = replace(found, mass=(mass, found.mass[1]))
+            return Design(whole, (len(nodes), len(beside)), tuple(case.name for case in cases), count)
+        before, chain = found.chosen, Chain(found.manipulator, mount)
+    raise DescriptionError(
+        scene.file, "motion", f"a tour that changes sizes {_ROUNDS} times", "a tour with a fixed point"
+    )
+
+
+def _require_sizable(scene: Scene, anywhere: bool) -> None:
+    """Refuse arms with octahedra, whose longerons name a section each, and any posture of arms that are not uniform."""
+    arm = scene.manipulator
+    octahedra = [module.name for module in arm.modules if isinstance(module, Octahedral)]
+    if octahedra:
+        allowed = "double octahedra, tetrahedra and static sections: longerons of octahedra are not sized one by one"
+        raise DescriptionError(None, "modules", f"{', '.join(octahedra)} of {arm.name}, octahedral", allowed)
+    others = [module.name for module in arm.actuated if module not in arm.active]
+    if anywhere and not arm.uniform:
+        found = ", ".join(others) or ", ".join(module.name for module in arm.active)
+        allowed = "symmetric double octahedra, all of them or none with a joint offset; any other arm with --tour-only"
+        raise DescriptionError(None, "modules", f"{found} of {arm.name}, to be bent into any posture", allowed)
+
+
+def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float = RISER_SPARE) -> Catalogue:
+    """Leave out sizes with which the stowed arm does not pass a bore.
+
+    Args:
+        chain: The arm.
+        catalogue: What may be chosen.
+        bore: Inner diameter of the riser, m.
+        spare: What the stowed arm must leave of it all round, m.
+
+    Returns:
+        The catalogue without them.
+
+    Raises:
+        DescriptionError: No tube or no cylinder is left.
+    """
+    thin = min(catalogue.tubes, key=lambda size: size.outer_diameter)
+    slim = min(catalogue.cylinders, key=lambda size: size.bore)
+    tubes = tuple(size for size in catalogue.tubes if _spare(chain, size, slim, bore) >= spare)
+    cylinders = tuple(size for size in catalogue.cylinders if _spare(chain, thin, size, bore) >= spare)
+    if not tubes or not cylinders:
+        kind = "cylinders" if tubes else "tubes"
+        fit = riser_fit(chain, bore)
+        raise DescriptionError(
+            None,
+            kind,
+            f"none that leaves the stowed arm {spare:.4g} m",
+            f"smaller ones; the arm's own leave {fit.spare:.4g} m",
+        )
+    return catalogue.model_copy(update={"tubes": tubes, "cylinders": cylinders})
+
+
+def _spare(chain: Chain, tube: TubeSize, cylinder: CylinderSize, bore: float) -> float:
+    """What the stowed arm leaves of a bore when all its tubes and all its cylinders are of one size, m."""
+    arm, changed = chain.manipulator, tube.model_dump()
+    tubes = {name: item.model_copy(update=changed) for name, item in arm.tubes.items()}
+    changed = cylinder.model_dump(exclude_none=True)
+    cylinders = {name: item.model_copy(update=changed) for name, item in arm.cylinders.items()}
+    thick = arm.model_copy(update={"tubes": tubes, "cylinders": cylinders})
+    return riser_fit(replace(chain, manipulator=thick), bore).spare

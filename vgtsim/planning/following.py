@@ -1,0 +1,264 @@
+"""A path of the tool as actuator lengths in time, inside the cylinders' rates and accelerations.
+
+Every piece is solved goal by goal, each from the last; then the goals are doubled, all new ones at once from the spline
+through the old ones, until that spline keeps the tool on the path between goals too. Where the posture is a smooth
+function of the goal, the error falls with the sixth power of the goals' distance; where it jumps, it does not fall at
+all. Pieces are run from rest to rest, so a corner of the path asks no infinite acceleration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline, make_interp_spline
+
+from vgtsim.description.scene import Scene
+from vgtsim.description.tool_path import ToolPath
+from vgtsim.errors import DescriptionError, FollowError, ReachError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.start import bend_start
+from vgtsim.planning.checks import surroundings_of
+from vgtsim.planning.objectives import make_objective
+from vgtsim.planning.resolution import stroke_box
+from vgtsim.planning.stretches import Stretch, make_stretches
+from vgtsim.planning.timing import SpeedLimits, make_limits, time_lengths
+from vgtsim.positioning.goals import tool_goal
+from vgtsim.positioning.newton import NewtonSettings
+from vgtsim.positioning.positioning import Positioning, Positions, assembles, solve
+from vgtsim.positioning.restarts import solve_anywhere
+from vgtsim.positioning.strokes import binding_actuators
+
+Array = NDArray[np.float64]
+
+_TIMESTEP = 0.01  # of the clock when no scene says, s
+_FIRST = 17  # goals of a piece that are solved one after the other
+_MOST = 2049  # goals after which a piece that still leaves the path is given up
+_BETWEEN = 8  # places between two goals at which the deviation is measured
+_STEADY = 0.998  # of the speed wanted: steps are not quite those of the faster motion
+_JUDGED = 1000  # instants at which clearance is measured
+_SOLVING = NewtonSettings(optimality=1e-12, most=300)  # so near the optimum that its rest is not seen in accelerations
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A path as it is run.
+
+    Attributes:
+        time: s, shape (n,).
+        q: Inputs, shape (n, A, 3).
+        lengths: Of the actuators, shape (n, 3 A), m.
+        stretch: Index of the stretch of each instant, shape (n,).
+        names: Of the stretches.
+        limits: Of the actuators.
+        deviation: Greatest distance of the tool from the path, m, between goals too.
+        turn: Greatest angle of its direction from the path's, rad.
+        goals: Number of goals solved.
+        iterations: Of all goals.
+        optimal: Part of the goals that are local optima to second order.
+    """
+
+    time: Array
+    q: Array
+    lengths: Array
+    stretch: NDArray[np.intp]
+    names: tuple[str, ...]
+    limits: SpeedLimits
+    deviation: float
+    turn: float
+    goals: int
+    iterations: int
+    optimal: float
+
+    @property
+    def rates(self) -> Array:
+        """Differences of the lengths over the step, shape (n - 1, 3 A), m/s."""
+        return np.diff(self.lengths, axis=0) / (self.time[1] - self.time[0])
+
+    @property
+    def accelerations(self) -> Array:
+        """Second differences over the squared step, shape (n - 2, 3 A), m/s²."""
+        return np.diff(self.lengths, n=2, axis=0) / (self.time[1] - self.time[0]) ** 2
+
+
+def follow_request(chain: Chain, path: ToolPath, objectives: tuple[str, ...], scene: Scene | None = None) -> Followed:
+    """Follow a path as the command line asks for it.
+
+    Args:
+        chain: The arm.
+        path: The path.
+        objectives: Names, each with `:weight` or without.
+        scene: Gives start, time step, stroke margin and surroundings; without one the arm starts straight.
+
+    Returns:
+        The path as it is run.
+
+    Raises:
+        DescriptionError: An objective is not known, or needs a scene; the path is none; or the arm has active
+            modules other than symmetric double octahedra.
+        ReachError: A goal is not met inside the strokes.
+        FollowError: The posture jumps.
+    """
+    if not chain.manipulator.uniform:
+        kinds = ", ".join(f"{module.name} ({module.kind})" for module in chain.manipulator.actuated)
+        allowed = "symmetric double octahedra alone, all of them or none with a joint offset, and static sections"
+        raise DescriptionError(None, "modules", f"{chain.manipulator.name}, whose active modules are {kinds}", allowed)
+    goal = tool_goal(path.start, path.direction)
+    box = stroke_box(chain, scene)
+    problem = Positioning(chain, box, goal, make_objective(chain, goal, objectives, scene))
+    start = bend_start(chain, scene.task.motion.start) if scene else chain.straight
+    return follow(chain, problem, path, start, scene.task.simulation.timestep if scene else _TIMESTEP)
+
+
+def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, timestep: float) -> Followed:
+    """Solve a path and time it.
+
+    Args:
+        chain: The arm.
+        problem: Strokes and objective; its goal is replaced.
+        path: The path.
+        start: Configuration from which the first goal is sought, shape (A, 3).
+        timestep: s.
+
+    Returns:
+        The path as it is run: on it within its tolerance, and inside all rates and accelerations.
+
+    Raises:
+        DescriptionError: The path is none.
+        ReachError: A goal is not met inside the strokes.
+        FollowError: The posture jumps.
+    """
+    stretches, limits = make_stretches(path), make_limits(chain, path.rate_fraction, path.acceleration)
+    here = start
+    lengths, which, off, solved = [np.empty((0, chain.stroke[0].size))], [], [], []
+    for i, stretch in enumerate(stretches):
+        curve, found = _solve(problem, stretch, here, path.tolerance, first=i == 0)
+        off.append(_deviation(chain, stretch, curve, _BETWEEN * (len(found.q) - 1) + 1))
+        rows = _timed(chain, curve, limits, timestep, path.speed)
+        lengths.append(rows if i == 0 else rows[1:])
+        which += [i] * len(lengths[-1])
+        solved.append(found)
+        here = found.q[-1]
+    whole = np.concatenate(lengths)
+    away = np.max(off, axis=0)
+    return Followed(
+        np.asarray(timestep * np.arange(len(whole)), float),
+        chain.inputs_from_lengths(whole.reshape(len(whole), *chain.stroke[0].shape)),
+        whole,
+        np.array(which),
+        tuple(stretch.name for stretch in stretches),
+        limits,
+        float(away[0]),
+        float(away[1]),
+        sum(len(found.q) for found in solved),
+        sum(int(found.iterations.sum()) for found in solved),
+        float(np.mean(np.concatenate([found.optimal for found in solved]))),
+    )
+
+
+def report(chain: Chain, followed: Followed, scene: Scene | None = None) -> dict[str, str | float | int]:
+    """Figures of a path, rates and accelerations by differences of the lengths that are run.
+
+    Args:
+        chain: The arm.
+        followed: The path as it is run.
+        scene: What to measure the clearance from, or None.
+
+    Returns:
+        By name, with units.
+    """
+    rate = float(np.max(np.abs(followed.rates) / followed.limits.rate.ravel()))
+    way = np.linalg.norm(np.diff(chain.tool(followed.q)[0], axis=0), axis=1)
+    spare = followed.lengths.reshape(-1, *chain.stroke[0].shape)
+    found: dict[str, str | float | int] = {
+        "duration, s": float(followed.time[-1]),
+        "length of the tool's way, m": float(way.sum()),
+        "greatest speed of the tool, m/s": float(way.max() / followed.time[1]),
+        "greatest rate over its limit": rate,
+        "greatest acceleration, m/s^2": float(np.max(np.abs(followed.accelerations))),
+        "limit of acceleration, m/s^2": followed.limits.acceleration,
+        "greatest deviation of the tool, m": followed.deviation,
+        "greatest deviation of its direction, rad": followed.turn,
+        "least distance to the end of a stroke, m": float(
+            np.min(np.minimum(spare - chain.stroke[0], chain.stroke[1] - spare))
+        ),
+        "goals": followed.goals,
+        "iterations": followed.iterations,
+        "goals that are local optima, %": 100 * followed.optimal,
+    }
+    if scene is not None:
+        distance, places = surroundings_of(scene, chain).clearance(followed.q[:: max(1, len(followed.q) // _JUDGED)])
+        found["least clearance, m"] = float(distance.min())
+        found["nearest"] = places[int(distance.argmin())]
+    return found
+
+
+def _solve(
+    problem: Positioning, stretch: Stretch, start: Array, tolerance: float, *, first: bool
+) -> tuple[BSpline, Positions]:
+    """Inputs over the parameter 0 to 1, and the goals they go through, in order."""
+    points, directions = stretch.points(_FIRST), stretch.directions(_FIRST)
+    parts, here = [], start
+    for k in range(_FIRST):
+        single = replace(problem, goal=tool_goal(points[k], directions[k]))
+        found = solve_anywhere(single, here, _SOLVING) if first and k == 0 else solve(single, here, _SOLVING)
+        _refuse(problem, stretch, found, np.array([k]), _FIRST)
+        parts.append(found)
+        here = found.q[0]
+    every = _joined(parts)
+    while True:
+        count = len(every.q)
+        curve = make_interp_spline(np.linspace(0.0, 1.0, count), every.q, k=5)
+        twice = 2 * count - 1
+        middle = np.arange(1, twice, 2)
+        guess = curve(np.linspace(0.0, 1.0, twice)[middle])
+        off = max(_off(problem.chain, guess, stretch.points(twice)[middle], stretch.directions(twice)[middle]))
+        if off <= tolerance:
+            return curve, every
+        if twice > _MOST:
+            raise FollowError(stretch.name, off, tolerance, count)
+        between = (every.q[1:] + every.q[:-1]) / 2
+        guess = np.where(assembles(problem.chain, problem.box, guess)[:, None, None], guess, between)
+        goal = tool_goal(stretch.points(twice)[middle], stretch.directions(twice)[middle])
+        found = solve(replace(problem, goal=goal), guess, _SOLVING)
+        _refuse(problem, stretch, found, middle, twice)
+        every = _joined([every, found], np.argsort(np.concatenate([np.arange(0, twice, 2), middle])))
+
+
+def _refuse(problem: Positioning, stretch: Stretch, found: Positions, which: NDArray[np.intp], count: int) -> None:
+    for i in np.flatnonzero(~found.met)[:1]:
+        name = f"{stretch.name} at {which[i] / (count - 1):.0%} of the way"
+        short = float(np.linalg.norm(found.error[i, :3]))
+        raise ReachError(name, short, binding_actuators(problem.chain, problem.box, found.q[i]))
+
+
+def _joined(parts: list[Positions], order: NDArray[np.intp] | slice = slice(None)) -> Positions:
+    names = Positions.__dataclass_fields__
+    columns: list[Any] = [np.concatenate([getattr(part, name) for part in parts])[order] for name in names]
+    return Positions(*columns)
+
+
+def _off(chain: Chain, q: Array, points: Array, directions: Array) -> tuple[float, float]:
+    """Greatest distance of the tool, m, and of its direction, rad, from where they should be."""
+    position, direction = chain.tool(q)
+    sine = np.linalg.norm(np.cross(direction, directions), axis=-1)
+    angle = np.arctan2(sine, np.sum(direction * directions, axis=-1))
+    return float(np.max(np.linalg.norm(position - points, axis=-1))), float(np.max(angle))
+
+
+def _deviation(chain: Chain, stretch: Stretch, curve: BSpline, count: int) -> tuple[float, float]:
+    q = curve(np.linspace(0.0, 1.0, count))
+    return _off(chain, q, stretch.points(count), stretch.directions(count))
+
+
+def _timed(chain: Chain, curve: BSpline, limits: SpeedLimits, timestep: float, speed: float | None) -> Array:
+    """Lengths at every step, shape (n, 3 A), m; slowed as a whole where the tool would be faster than it may."""
+    rows = time_lengths(chain, curve, limits, timestep)
+    if speed is None:
+        return rows
+    q = chain.inputs_from_lengths(rows.reshape(len(rows), *chain.stroke[0].shape))
+    fastest = float(np.max(np.linalg.norm(np.diff(chain.tool(q)[0], axis=0), axis=1))) / timestep
+    part = min(1.0, _STEADY * speed / max(fastest, 1e-12))
+    return time_lengths(chain, curve, SpeedLimits(part * limits.rate, part**2 * limits.acceleration), timestep)

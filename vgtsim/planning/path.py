@@ -1,0 +1,159 @@
+"""Clear paths between two configurations of the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BSpline, make_interp_spline
+
+from vgtsim.errors import PathError
+from vgtsim.kinematics.bending import azimuth, bend_all, swing
+from vgtsim.kinematics.chain import Chain
+from vgtsim.planning.trajectory import Corridor, assemblable, smooth
+from vgtsim.positioning.strokes import centre, make_box
+from vgtsim.positioning.surroundings import Surroundings
+
+Array = NDArray[np.float64]
+
+_SWING = np.radians(5.0)  # below this the swing is the straight line
+_TUCKED = (
+    20.0,
+    35.0,
+    35.0,
+    20.0,
+    0.0,
+)  # bends of a shape clear of floor, wall and dome, deg; less each where there are more
+
+
+@dataclass(frozen=True)
+class PathSettings:
+    """How a path is planned.
+
+    Attributes:
+        clearance: Least clearance of the path, m.
+        stroke_margin: Distance kept from the ends of the strokes, m.
+        softness: Width of the clearance hinge beyond the clearance, m.
+        waypoints: Number of way-points, ends included.
+        samples: Number of configurations at which the finished path is judged.
+    """
+
+    clearance: float = 0.10
+    stroke_margin: float = 0.005
+    softness: float = 0.08
+    waypoints: int = 40
+    samples: int = 241
+
+
+@dataclass(frozen=True)
+class Path:
+    """A smooth path through input space.
+
+    Attributes:
+        spline: Inputs over the parameter 0 to 1, shape (*q) at each; its fourth derivative is continuous.
+        clearance: Least clearance over the path, m.
+        place: What is that near.
+        spare: Least distance of an actuator from the end of its stroke, m.
+        travel: Sum along the path of the greatest change of an actuator, m: its time at a fixed rate.
+    """
+
+    spline: BSpline
+    clearance: float
+    place: str
+    spare: float
+    travel: float
+
+
+def plan_path(
+    chain: Chain,
+    surroundings: Surroundings,
+    first: ArrayLike,
+    last: ArrayLike,
+    leg: str,
+    settings: PathSettings | None = None,
+) -> Path:
+    """Find a clear path between two configurations, the shortest of the candidates.
+
+    Candidates are the straight line in inputs and a swing about the mast while the shape changes; when none
+    of those is clear, the swing the other way round; then the swings by way of a tucked shape. Each is
+    smoothed and then judged densely, the shortest of a group first.
+
+    Args:
+        chain: The arm.
+        surroundings: What to keep clear of.
+        first: Inputs at the start, shape (*q).
+        last: Inputs at the end, shape (*q).
+        leg: Name of the goal at the end, for errors.
+        settings: How to plan.
+
+    Returns:
+        The path.
+
+    Raises:
+        PathError: No candidate is clear inside the strokes.
+    """
+    settings = settings or PathSettings()
+    box = make_box(chain, settings.stroke_margin)
+    corridor = Corridor(chain, box, surroundings, settings.clearance, settings.softness)
+    ends = np.asarray(first, float), np.asarray(last, float)
+    middle = centre(chain, box)
+    failed: list[Path] = []
+    for group in _candidates(chain, *ends, settings.waypoints):
+        ways = [smooth(corridor, assemblable(corridor, way, middle)) for way in group]
+        rough = [item for item in (_spline(corridor, way, settings) for way in ways) if item is not None]
+        for spline, samples, length in sorted(rough, key=lambda item: _travel(item[2])):
+            path = _judge(corridor, spline, samples, length)
+            if path.clearance >= settings.clearance and path.spare > 0:
+                return path
+            failed.append(path)
+    best = max(failed, key=lambda path: min(path.clearance, path.spare), default=None)
+    if best is None:
+        raise PathError(leg, -np.inf, "a module that does not assemble")
+    if best.clearance >= settings.clearance:
+        raise PathError(leg, best.clearance, f"{best.place}, but overruns a stroke by {-best.spare:.4f} m")
+    raise PathError(leg, best.clearance, best.place)
+
+
+def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator[list[Array]]:
+    """Groups of ways, shape (W, *q) each, the simplest group first."""
+    part = np.linspace(0.0, 1.0, count)
+    at, to = azimuth(chain, chain.tool(first)[0]), azimuth(chain, chain.tool(last)[0])
+    near = float(np.mod(to - at + np.pi, 2 * np.pi) - np.pi)
+    far = near - np.copysign(2 * np.pi, near)
+    shape_first, shape_last = swing(chain, first, -at), swing(chain, last, -to)
+    plain = part.reshape(-1, *[1] * first.ndim)
+    direct = (1 - plain) * shape_first + plain * shape_last
+    swung = [swing(chain, direct, at + part * angle) for angle in (near, far)]
+    straight = (1 - plain) * first + plain * last
+    yield [straight, swung[0]] if abs(near) > _SWING else [straight]
+    yield [swung[1]]
+    count = len(chain.layout.names)
+    stations = np.interp(np.linspace(0, 1, count), np.linspace(0, 1, len(_TUCKED)), np.radians(_TUCKED))
+    tucked = bend_all(chain, stations * min(1.0, len(_TUCKED) / count), 0.0)
+    rise = np.sin(np.pi * plain) ** 2
+    ways = [swing(chain, (1 - rise) * direct + rise * tucked, at + part * angle) for angle in (near, far)]
+    for way in ways:
+        way[0], way[-1] = first, last
+    yield ways
+
+
+def _spline(corridor: Corridor, way: Array, settings: PathSettings) -> tuple[BSpline, Array, Array] | None:
+    """Spline through a way, its samples and their actuator lengths; None when one does not assemble."""
+    spline = make_interp_spline(np.linspace(0.0, 1.0, len(way)), way, k=5)
+    samples = spline(np.linspace(0.0, 1.0, settings.samples))
+    state = corridor.kernel.state(samples)
+    return (spline, samples, state.legs) if np.all(state.assembles) else None
+
+
+def _travel(length: Array) -> float:
+    return float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=1)))
+
+
+def _judge(corridor: Corridor, spline: BSpline, samples: Array, length: Array) -> Path:
+    """What a sampled path comes near to."""
+    clearance, places = corridor.surroundings.clearance(samples)
+    worst = int(np.argmin(clearance))
+    spare = float(np.min(corridor.box.row.spare(length)))
+    return Path(spline, float(clearance[worst]), places[worst], spare, _travel(length))

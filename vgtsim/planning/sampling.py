@@ -1,0 +1,76 @@
+"""Poses along a programme and beside it, for whatever judges a task without simulating it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.kinematics.bending import swing
+from vgtsim.kinematics.chain import Chain
+from vgtsim.planning.program import LengthProgram
+from vgtsim.statics.motion import Motion
+
+Array = NDArray[np.float64]
+
+_AROUND = 24  # directions in which the arm reaches out
+_HOOKS = 8  # local directions into which the free modules bend
+_HOOK = 0.6  # bend of each, rad: what the strokes leave at the straight extension in any direction
+_LEAN = np.pi / 4  # greatest bend of a module, rad
+_DRAWN = 1500  # postures drawn at random; about 60 % of arm15's are inside the strokes
+
+
+def sample_motion(chain: Chain, program: LengthProgram, spacing: float = 0.2) -> tuple[Array, Motion]:
+    """Nodes along a tour with their velocities and accelerations, the goals included.
+
+    Args:
+        chain: The arm.
+        program: Lengths at every step.
+        spacing: Of the poses in time, s.
+
+    Returns:
+        Nodes, shape (K, N, 3), m, in frame G, and how they move, by central differences over one step of the programme.
+    """
+    every, step = max(1, round(spacing / program.timestep)), program.timestep
+    rows = []
+    for leg in program.legs:
+        last = len(leg.lengths) - 1
+        picked = np.append(np.arange(0, last, every), last)
+        # a leg begins and ends at rest: the lengths before and after it are those at its ends
+        rows.append(np.stack([leg.lengths[np.clip(picked + offset, 0, last)] for offset in (-1, 0, 1)], axis=1))
+    lengths = np.concatenate(rows)
+    nodes = chain.nodes(chain.inputs_from_lengths(lengths.reshape(*lengths.shape[:2], *chain.length_shape)))
+    before, now, after = np.moveaxis(nodes, 1, 0)
+    return now, Motion((after - before) / (2 * step), (after - 2 * now + before) / step**2)
+
+
+def sample_postures(chain: Chain) -> Array:
+    """Nodes of the arm in postures of any kind: reaching out horizontally in all directions, straight and hooked, and drawn.
+
+    Reaching out, its first modules, three or more, bend evenly to the horizontal; those that are left stay straight or
+    bend together into every local direction, which twists what carries them. The drawn ones bend each module in any
+    direction by up to 45 degrees, always the same ones. Postures outside a stroke are left out.
+
+    Args:
+        chain: The arm, all of double-octahedral modules.
+
+    Returns:
+        Shape (K, N, 3), m, in frame G.
+    """
+    active = len(chain.straight)
+    shapes = []
+    for bent in range(min(3, active), active + 1):
+        plain = np.array(chain.straight)
+        plain[:bent, 0] = np.sin(min(np.pi / 2 / bent, _LEAN) / 2)
+        shapes.append(plain)
+        for turn in 2 * np.pi / _HOOKS * np.arange(_HOOKS if bent < active else 0):
+            hooked = np.array(plain)
+            hooked[bent:, :2] = np.sin(_HOOK / 2) * np.array([np.cos(turn), np.sin(turn)])
+            shapes.append(hooked)
+    q = np.concatenate([swing(chain, np.stack(shapes), angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
+    rng = np.random.default_rng(0)
+    bend, turn = rng.uniform((0.0, -np.pi), (_LEAN, np.pi), (_DRAWN, active, 2)).transpose(2, 0, 1)
+    drawn = np.repeat(chain.straight[None], _DRAWN, axis=0)
+    drawn[..., 0], drawn[..., 1] = np.sin(bend / 2) * np.cos(turn), np.sin(bend / 2) * np.sin(turn)
+    q = np.concatenate([q, drawn])
+    length, (low, high) = chain.lengths(q), chain.stroke
+    return chain.nodes(q[np.all((length >= low) & (length <= high), axis=(1, 2))])

@@ -1,0 +1,99 @@
+"""A path of the tool as smooth stretches, each run from rest to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
+from vgtsim.errors import DescriptionError
+from vgtsim.positioning.tracking import arc, line, spline
+
+Array = NDArray[np.float64]
+
+_NOWHERE = 1e-6  # m or rad: shorter ways are none
+_LOOKED = 17  # points of a piece that must not all be one
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A smooth part of a path, run from rest to rest.
+
+    Attributes:
+        name: For reports and errors.
+        points: From a count to that many tool points at equal steps of the parameter, shape (count, 3), m.
+        first: Tool direction at the beginning, unit, shape (3,).
+        last: Tool direction at the end, unit, shape (3,).
+    """
+
+    name: str
+    points: Callable[[int], Array]
+    first: Array
+    last: Array
+
+    def directions(self, count: int) -> Array:
+        """Tool directions at equal steps of the parameter, turned evenly, shape (count, 3), unit."""
+        part = np.linspace(0.0, 1.0, count)[:, None]
+        angle = float(np.arctan2(np.linalg.norm(np.cross(self.first, self.last)), self.first @ self.last))
+        if angle < 1e-9:
+            return np.tile(self.first, (count, 1))
+        return (np.sin((1 - part) * angle) * self.first + np.sin(part * angle) * self.last) / np.sin(angle)
+
+
+def make_stretches(path: ToolPath) -> tuple[Stretch, ...]:
+    """Take a path apart.
+
+    Args:
+        path: As written.
+
+    Returns:
+        Its smooth parts: a raster's rows and the ways between them each count as one.
+
+    Raises:
+        DescriptionError: A piece turns the tool to the opposite direction or goes nowhere, or a way-point stands where the
+            last does.
+    """
+    at, along = np.array(path.start), np.array(path.direction) / np.linalg.norm(path.direction)
+    found: list[Stretch] = []
+    for number, piece in enumerate(path.pieces):
+        name = f"{piece.shape} {number + 1}"
+        if isinstance(piece, RasterPiece):
+            across, deep = np.array(piece.width), np.array(piece.depth) / (piece.rows - 1)
+            for row in range(piece.rows):
+                way = across if row % 2 == 0 else -across
+                found.append(Stretch(f"{name}, row {row + 1}", _line(at, at + way), along, along))
+                at = at + way
+                if row < piece.rows - 1:
+                    found.append(Stretch(f"{name}, to row {row + 2}", _line(at, at + deep), along, along))
+                    at = at + deep
+            continue
+        last = along if piece.direction is None else np.array(piece.direction) / np.linalg.norm(piece.direction)
+        if along @ last < -1 + 1e-6:
+            allowed = "a direction that is not opposite to the one before: the way to it is not defined"
+            raise DescriptionError(None, f"pieces.{number}.direction", str(piece.direction), allowed)
+        points = _points(piece, at, number)
+        still = np.ptp(points(_LOOKED), axis=0).max() < _NOWHERE
+        if still and np.linalg.norm(np.cross(along, last)) < _NOWHERE:
+            allowed = "a piece that moves or turns the tool"
+            raise DescriptionError(None, f"pieces.{number}", f"a {piece.shape} that goes nowhere", allowed)
+        found.append(Stretch(name, points, along, last))
+        at, along = points(2)[-1], last
+    return tuple(found)
+
+
+def _line(first: Array, last: Array) -> Callable[[int], Array]:
+    return lambda count: line(first, last, count)
+
+
+def _points(piece: LinePiece | ArcPiece | SplinePiece, at: Array, number: int) -> Callable[[int], Array]:
+    if isinstance(piece, LinePiece):
+        return _line(at, np.array(piece.to))
+    if isinstance(piece, ArcPiece):
+        return lambda count: arc(piece.centre, at, piece.axis, piece.angle, count)
+    through = np.array([at, *piece.through])
+    if np.min(np.linalg.norm(np.diff(through, axis=0), axis=1)) < _NOWHERE:
+        raise DescriptionError(None, f"pieces.{number}.through", "a way-point twice in a row", "way-points that differ")
+    return lambda count: spline(through, count)

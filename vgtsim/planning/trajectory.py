@@ -1,0 +1,170 @@
+"""Way-points between two configurations, moved until they are short, smooth and clear.
+
+The sum of squares that is made small holds, in actuator lengths, the first and second differences along the
+way, and hinges for strokes and clearances that grow before a limit is met. Gauss-Newton with damping; the
+matrix is block-banded, since a way-point feels only two neighbours on either side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
+
+from vgtsim.kinematics.chain import Chain
+from vgtsim.positioning.kernel import Kernel
+from vgtsim.positioning.strokes import StrokeBox
+from vgtsim.positioning.surroundings import Surroundings
+
+Array = NDArray[np.float64]
+
+_LENGTH = 0.1  # a difference of this size counts one, m
+_BEND = 0.05  # weight of second differences against first ones, in units of the way's whole length
+_HINGE = 20.0  # weight of a hinge at its limit: well above what a detour around it costs
+_STROKE_SOFT = 0.02  # width of the stroke hinge inside the box, m
+_SETTLED = 1e-3
+
+
+@dataclass(frozen=True)
+class Corridor:
+    """What the way-points must stay inside of.
+
+    Attributes:
+        chain: The arm.
+        box: Actuator lengths allowed.
+        surroundings: What to keep clear of.
+        clearance: Clearance wanted, m.
+        softness: Width of the clearance hinge beyond it, m.
+    """
+
+    chain: Chain
+    box: StrokeBox
+    surroundings: Surroundings
+    clearance: float
+    softness: float
+
+    @cached_property
+    def kernel(self) -> Kernel:
+        """The arm, ready for batches."""
+        return Kernel(self.chain)
+
+
+def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
+    """Make a way short, smooth and clear; its ends stay.
+
+    Args:
+        corridor: Strokes and surroundings.
+        way: Way-points, shape (W, *q), that assemble.
+        most: Greatest number of steps.
+
+    Returns:
+        Way-points, shape (W, *q).
+    """
+    stiffness = _stiffness(len(way))
+    damping, value = 1e-4, _value(corridor, way, stiffness)
+    for _ in range(most):
+        slope, bands = _normal_equations(corridor, way, stiffness)
+        for _ in range(8):
+            trial = way + _step(slope, bands, damping, way.shape)
+            after = _value(corridor, trial, stiffness)
+            if after < value:
+                break
+            damping *= 8
+        else:
+            return way
+        done = value - after < _SETTLED * value
+        way, value, damping = trial, after, damping / 4
+        if done:
+            break
+    return way
+
+
+def assemblable(corridor: Corridor, way: Array, middle: Array) -> Array:
+    """Pull the inner way-points towards the middle of the strokes until every one assembles.
+
+    Args:
+        corridor: Gives the arm.
+        way: Way-points, shape (W, *q).
+        middle: Inputs at mid-stroke, shape (*q).
+
+    Returns:
+        Way-points, shape (W, *q).
+    """
+    for part in np.linspace(0.0, 1.0, 11):
+        trial = np.array(way)
+        trial[1:-1] += part * (middle - way[1:-1])
+        if np.all(corridor.kernel.state(trial).assembles):
+            return trial
+    return way
+
+
+def _stiffness(count: int) -> Array:
+    """Matrix of the differences' sum of squares, shape (W, W), pentadiagonal."""
+    first = np.diff(np.eye(count), axis=0) * np.sqrt(count - 1)
+    second = np.diff(np.eye(count), n=2, axis=0) * np.sqrt(_BEND) * (count - 1) ** 1.5
+    return (first.T @ first + second.T @ second) / _LENGTH**2 / 100
+
+
+def _hinges(corridor: Corridor, length: Array) -> tuple[Array, Array]:
+    """Stroke hinges at retraction and extension, each shape (W, J): from 0 to 1 at the limit."""
+    box = corridor.box.row
+    low = np.maximum(0.0, 1 - (length - box.least) / _STROKE_SOFT)
+    high = np.maximum(0.0, 1 - (box.greatest - length) / _STROKE_SOFT)
+    return low, high
+
+
+def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
+    """Half the sum of squares; infinite when a way-point does not assemble."""
+    state = corridor.kernel.state(way)
+    if not np.all(state.assembles):
+        return np.inf
+    low, high = _hinges(corridor, state.legs)
+    rows = corridor.surroundings.rows(way, corridor.clearance + corridor.softness, slopes=False)
+    inner = (rows.config > 0) & (rows.config < len(way) - 1)
+    excess = 1 + (corridor.clearance - rows.gap[inner]) / corridor.softness
+    hinges = np.sum(low[1:-1] ** 2) + np.sum(high[1:-1] ** 2) + np.sum(excess**2)
+    return 0.5 * float(np.sum(state.legs * (stiffness @ state.legs))) + 0.5 * _HINGE * float(hinges)
+
+
+def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple[Array, Array]:
+    """Slope, shape (W - 2, n), and blocks [i, i + o] of the matrix, shape (3, W - 2, n, n)."""
+    state = corridor.kernel.state(way)
+    wide = corridor.kernel.dense(state.blocks)
+    count, size = state.q.shape
+    low, high = _hinges(corridor, state.legs)
+    pull = stiffness @ state.legs + _HINGE / _STROKE_SOFT * (high - low)
+    slope = np.einsum("wij,wi->wj", wide, pull)
+    curve = _HINGE / _STROKE_SOFT**2 * ((low > 0) | (high > 0))
+    bands = np.zeros((3, count, size, size))
+    for offset in range(3):
+        weight = np.diagonal(stiffness, offset)[:, None, None]
+        left = wide[: count - offset] * weight
+        if offset == 0:
+            left = left + curve[..., None] * wide
+        bands[offset, : count - offset] = np.swapaxes(left, 1, 2) @ wide[offset:]
+    rows = corridor.surroundings.rows(way, corridor.clearance + corridor.softness)
+    excess = 1 + (corridor.clearance - rows.gap) / corridor.softness
+    np.add.at(slope, rows.config, -_HINGE / corridor.softness * excess[:, None] * rows.gradient)
+    outer = rows.gradient[:, :, None] * rows.gradient[:, None, :]
+    np.add.at(bands[0], rows.config, _HINGE / corridor.softness**2 * outer)
+    return slope[1:-1], bands[:, 1:-1]
+
+
+def _step(slope: Array, bands: Array, damping: float, shape: tuple[int, ...]) -> Array:
+    """Damped Gauss-Newton step of all way-points, the ends still, shape (W, *q)."""
+    count, size = slope.shape
+    width = 3 * size
+    upper = np.zeros((width, count * size))
+    row, column = np.arange(size)[:, None], np.arange(size)[None, :]
+    for offset in range(min(3, count)):
+        for i in range(count - offset):
+            r, c = i * size + row, (i + offset) * size + column
+            keep = c >= r
+            upper[(width - 1 + r - c)[keep], np.broadcast_to(c, keep.shape)[keep]] = bands[offset, i][keep]
+    upper[-1] *= 1 + damping
+    step = np.zeros(shape)
+    step[1:-1] = -solveh_banded(upper, slope.ravel()).reshape(count, *shape[1:])
+    return step

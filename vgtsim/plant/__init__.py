@@ -1,0 +1,5 @@
+"""The step loop."""
+
+from vgtsim.plant.loop import run
+
+__all__ = ["run"]

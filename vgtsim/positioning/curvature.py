@@ -1,0 +1,86 @@
+"""Curvature of goal rows and of leg lengths: what Gauss and Newton's model of the Lagrangian leaves out.
+
+Between two modules it is a closed form: moving an input i nearer the base turns the velocity v_j that an input j
+farther out gives, so the second derivative is omega_i x v_j. Within a module it is a difference of closed-form first
+derivatives, all modules moved at once: as many evaluations as a module has inputs, whatever the number of modules.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.positioning.goals import GoalSpace, Pull, pulls
+from vgtsim.positioning.kernel import Kernel, State, cross
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_STEP = 1e-5
+
+
+def lagrangian_curvature(
+    kernel: Kernel, goal: GoalSpace, state: State, which: Index, multipliers: Array, length_slope: Array
+) -> Array:
+    """Second derivative of the goal rows and lengths, weighted.
+
+    Args:
+        kernel: The arm.
+        goal: Rows.
+        state: Kinematics of b configurations inside the strokes.
+        which: Goal of each, shape (b,).
+        multipliers: Of the goal rows, shape (b, m).
+        length_slope: Weights of the actuator lengths, shape (b, J), or of all legs, shape (b, J + S).
+
+    Returns:
+        Shape (b, n, n), symmetric; not definite. Of direction rows and turns it is exact where they are met.
+    """
+    pull = pulls(kernel.chain, goal, state, which, multipliers)
+    owner = kernel.chain.layout.owner
+    batch, count = state.q.shape
+    total, raw = np.zeros((2, batch, count, count))
+    for part in pull:
+        upper = _between(kernel, part, state)
+        lower = np.swapaxes(upper, 1, 2)
+        total += (upper + lower) / (2 if np.any(part.turn) else 1)  # of a turn's rows the halves cancel
+        raw += upper if np.any(part.turn) else upper + lower
+    first = _gradient(kernel, pull, state, length_slope)
+    place = np.arange(count) - np.searchsorted(owner, owner)  # among the module's own inputs
+    for i in range(int(place.max()) + 1):
+        mine = np.flatnonzero(place == i)
+        moved = state.q.copy()
+        moved[:, mine] += _STEP
+        change = (_gradient(kernel, pull, kernel.state(moved), length_slope) - first) / _STEP
+        change -= raw[:, mine].sum(axis=1)
+        row = np.full(int(owner.max()) + 1, -1)
+        row[owner[mine]] = mine
+        has = row[owner] >= 0
+        total[:, row[owner[has]], np.flatnonzero(has)] += change[:, has]
+    return (total + np.swapaxes(total, 1, 2)) / 2
+
+
+def _gradient(kernel: Kernel, pull: tuple[Pull, ...], state: State, length_slope: Array) -> Array:
+    """First derivative of the pulled quantities and weighted lengths by the inputs, shape (b, n)."""
+    total = kernel.pull(state.blocks, length_slope)
+    for part in pull:
+        # forces and moments about the origin of G that the multipliers are
+        R, P = kernel.face(state, part.face)
+        moment = cross(P + part.offset * R[..., 2], part.point) + cross(R[..., 2], part.direction) + part.turn
+        n = part.inputs
+        slope = state.linear[:, :n] @ part.point[:, :, None] + state.angular[:, :n] @ moment[:, :, None]
+        total[:, :n] += slope[..., 0]
+    return total
+
+
+def _between(kernel: Kernel, part: Pull, state: State) -> Array:
+    """Derivative by inputs nearer the base of what inputs farther out do, shape (b, n, n)."""
+    angular, owner = state.angular, kernel.chain.layout.owner
+    R, P = kernel.face(state, part.face)
+    velocity = state.linear + cross(angular, (P + part.offset * R[..., 2])[:, None])
+    turning = cross(angular, R[..., 2][:, None])
+    found = np.zeros((*angular.shape[:2], angular.shape[1]))
+    for weight, rate in ((part.point, velocity), (part.direction, turning), (part.turn, angular)):
+        if np.any(weight):
+            found += cross(weight[:, None], angular) @ np.swapaxes(rate, 1, 2)
+    found *= (owner[:, None] < owner[None, :]) & (np.arange(len(owner)) < part.inputs)[None, :]
+    return found

@@ -1,0 +1,159 @@
+"""An arm laid along a curve: every module's inputs in closed form, strokes left aside (section 7.4.1).
+
+Between two active modules the static sections lie as one chord. A double octahedron has three inputs: they put the end
+of that chord on the curve, and its direction follows from the modules before. An octahedron has six: they put both ends
+there, and the last face stands exactly at the end of the curve, along its tangent, turned about it by the twist.
+
+Faces are carried along by the smallest turn from each direction to the next, so an arm without twist bends
+symmetrically in every module; the twist is dealt out evenly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.errors import DescriptionError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.double_octahedra import DoubleOctahedra
+from vgtsim.kinematics.layout import Place
+from vgtsim.kinematics.octahedra import Octahedra
+from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, rotation
+from vgtsim.positioning.directrix import Directrix, arc_length, regular_partition
+
+Array = NDArray[np.float64]
+
+_TABLE = regular_partition(400)  # of the curve's parameter, between which places are interpolated
+_LEAST = 0.1  # of the straight modules' length that the modules have on a curve too short for the static sections
+_STRAIGHT = 1e-9  # m: a section whose top stands this far beside its base's axis is inclined
+
+
+@dataclass(frozen=True)
+class _Chords:
+    """Where static sections lie, after each of the A active modules.
+
+    Attributes:
+        begin: Shape (A, 3), m.
+        direction: Shape (A, 3), unit.
+        end: Shape (A, 3), m: on the curve.
+    """
+
+    begin: Array
+    direction: Array
+    end: Array
+
+
+def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
+    """Inputs that lay an arm along a curve.
+
+    Args:
+        chain: The arm; it begins with an active module.
+        curve: From the arm's base to its last face, in frame G.
+        twist: Of the last face about the curve's tangent, beyond that of the straight arm, rad: of octahedra only.
+
+    Returns:
+        Shape (*q); not limited by strokes. Static sections keep their length along the curve, and the active modules
+        share the rest in proportion to their straight lengths.
+
+    Raises:
+        DescriptionError: A module cannot be fitted; it is named.
+
+    Source: sections 3.5.4 and 7.4.1. Differs: ends lie on the curve exactly, with sections as chords; faces are carried
+    by the smallest turns, because the X-Y-Z angles of 7.12 and 7.13 twist the arm where the tangent passes X.
+    """
+    _require_fitting(chain)
+    layout, row = chain.layout, np.empty(chain.layout.inputs)
+    chords = _lay_out(chain, curve)
+    share = rotation([0.0, 0.0, twist / len(layout.names)])
+    R, P = chain.mount[:3, :3], chain.mount[:3, 3]
+    for a in range(len(layout.names)):
+        place, m = _place_of(chain, a)
+        if isinstance(place.modules, DoubleOctahedra):
+            offset = float(np.asarray(place.modules.geometry.joint_offset)[m])
+            q, top = _aim(R.T @ (chords.end[a] - P), float(layout.after[a, 2, 3]), offset)
+            top, end = R @ top, chords.end[a]
+        else:
+            straight = R @ pose_transform(place.straight[m])[0]
+            top = _smallest_turn(straight[:, 2], chords.direction[a]) @ straight @ share
+            q = pose_parameters(R.T @ top, R.T @ (chords.begin[a] - P))
+            end = chords.begin[a] + layout.after[a, 2, 3] * chords.direction[a]
+        row[place.columns[m]] = q
+        R, P = top @ layout.after[a, :3, :3], end
+    return row.reshape(chain.input_shape)
+
+
+def _require_fitting(chain: Chain) -> None:
+    layout = chain.layout
+    for place in layout.places:
+        for m, a in enumerate(np.arange(len(layout.names))[place.active]):
+            whole = isinstance(place.modules, DoubleOctahedra | Octahedra) and bool(np.all(place.modules.actuated[m]))
+            inclined = bool(np.any(np.abs(layout.after[a, :2, 3]) > _STRAIGHT) or layout.after[a, 2, 2] < 1 - _STRAIGHT)
+            if not whole or inclined:
+                detail = "followed by a section with inclined faces" if whole else "a hinge or static longerons"
+                raise DescriptionError(
+                    None,
+                    "method",
+                    f"shape control of {chain.manipulator.name}: {layout.names[a]} has {detail}",
+                    "double octahedra, octahedra with six actuators and sections with parallel faces",
+                )
+    if np.any(layout.root != np.eye(4)):
+        raise DescriptionError(
+            None, "method", f"shape control of {chain.manipulator.name}", "an arm that begins with an active module"
+        )
+
+
+def _place_of(chain: Chain, active: int) -> tuple[Place, int]:
+    """Set of an active module, and which of the set it is."""
+    for place in chain.layout.places:
+        found = np.flatnonzero(np.arange(len(chain.layout.names))[place.active] == active)
+        if len(found):
+            return place, int(found[0])
+    raise AssertionError(active)
+
+
+def _lay_out(chain: Chain, curve: Directrix) -> _Chords:
+    """Chords of the static sections on a curve."""
+    static = chain.layout.after[:, 2, 3]
+    arc = arc_length(curve, _TABLE)
+    modules = _straight_lengths(chain)
+    share = modules / modules.sum() * max(arc[-1] - static.sum(), _LEAST * modules.sum())
+    end = np.cumsum(share + static)
+    scale = arc[-1] / end[-1]
+    ends = curve.point(np.interp(scale * end, arc, _TABLE))
+    begin = curve.point(np.interp(scale * (end - static), arc, _TABLE))
+    way = np.where(static[:, None] > _STRAIGHT, ends - begin, curve.tangent(np.interp(scale * end, arc, _TABLE)))
+    way[-1] = curve.tangent(np.ones(1))[0]
+    direction = way / np.linalg.norm(way, axis=1, keepdims=True)
+    ends[-1] = curve.point(np.ones(1))[0]
+    begin[-1] = ends[-1] - static[-1] * direction[-1]
+    return _Chords(begin, direction, ends)
+
+
+def _straight_lengths(chain: Chain) -> Array:
+    """Distance between the end faces of each straight active module, shape (A,), m."""
+    found = np.empty(len(chain.layout.names))
+    for place in chain.layout.places:
+        found[place.active] = np.linalg.norm(place.modules.transform(place.straight)[1], axis=-1)
+    return found
+
+
+def _aim(way: Array, static: float, offset: float) -> tuple[Array, Array]:
+    """Mid-plane and R_BT of a double octahedron that puts the end of what follows it at a point of its base frame.
+
+    The end is at p = w U + s (2 u_z U - z), with w the extension and s the static length, so U points along p + s z.
+    """
+    p = way + [0.0, 0.0, static]
+    size = float(np.linalg.norm(p))
+    U = p / size
+    turn = np.eye(3) - 2 * np.outer(U, U)
+    turn[:, 2] *= -1
+    return np.array([U[0], U[1], (size - 2 * static * U[2] - offset) / 2]), turn
+
+
+def _smallest_turn(first: Array, last: Array) -> Array:
+    """Rotation that takes one unit vector to another about the axis across both, shape (3, 3); not to its opposite."""
+    v, c = np.cross(first, last), float(first @ last)
+    K = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    return np.eye(3) + K + K @ K / max(1 + c, 1e-9)

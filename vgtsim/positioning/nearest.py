@@ -1,0 +1,48 @@
+"""The tool pose nearest to a goal that cannot be met."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.positioning.newton import Local, NewtonSettings, minimise
+from vgtsim.positioning.objectives import StrokeBarrier
+from vgtsim.positioning.positioning import Positioning
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_KAPPAS = (1e-2, 1e-4, 1e-6)
+_SETTLED = 1e-5
+
+
+def come_nearest(problem: Positioning, start: Array, most: int = 80) -> tuple[Array, Array]:
+    """Come as near to goals as the strokes let the arm, without regard to anything else.
+
+    What is made least is |e|² / (2 kappa) with the stroke barrier, e being the goal's error and kappa falling.
+
+    Args:
+        problem: One goal and strokes; its objective plays no part.
+        start: Inputs inside the strokes, shape (b, *q).
+        most: Greatest number of iterations for each kappa.
+
+    Returns:
+        Inputs, shape (b, *q), and what is left of the goal rows there, shape (b, m), m and rad: a metre counts like a
+        radian.
+    """
+    plain = replace(problem, objective=StrokeBarrier())
+    z, every, rows = problem.variables(start), np.zeros(len(start), int), len(problem.goal.names)
+    for kappa in _KAPPAS:
+
+        def pulled(z: Array, which: Index, kappa: float = kappa) -> Local:
+            at = plain.local(z, every[which])
+            e, J = at.error[:, :rows], at.J[:, :rows]  # static legs keep their length all the same
+            Jt = np.swapaxes(J, 1, 2) / kappa
+            value = at.value + np.sum(e**2, axis=1) / (2 * kappa)
+            slope = at.slope + (Jt @ e[..., None])[..., 0]
+            return Local(at.inside, at.error[:, rows:], at.J[:, rows:], value, slope, at.curve + Jt @ J)
+
+        z = minimise(pulled, z, NewtonSettings(optimality=_SETTLED, most=most)).z
+    return problem.inputs(z), plain.local(z, every).error[:, :rows]

@@ -1,0 +1,371 @@
+"""The batched null-space method: Newton on the goal rows and on the objective within their null space, at once.
+
+For every goal of a batch each iteration takes the step that solves
+
+    min over s of  ½ sᵀ H s + gᵀ s   subject to   J s = -e,
+
+with e the goal's error, J its Jacobian, g and H slope and curvature of the objective. It is the particular solution of
+least curvature plus the best homogeneous one (end of section 6.3): the goal and the optimum are approached together.
+
+Near a goal an iteration is one factorisation that serves several steps: after Newton's own step the same equations are
+solved again for the error and slope found there (V. E. Shamanskii's method), as long as steps shrink fast.
+
+Step control: a step changes no input by more than `turn`; it is cut to a third until the point is inside the strokes
+and |e| times twice the multipliers' size plus the objective has fallen. Where a goal is met and stationary but the
+curvature in the null space is not positive, the point is a saddle: the way goes on along the least curvature.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.positioning.analysis import CONDITION_LIMIT
+from vgtsim.positioning.kkt import Equations, downhill, factorise, least_multipliers, restoring, solve
+from vgtsim.positioning.local import Local, put, stationarity, take
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+_FULL = 0.02  # steps below this may raise the merit while the goal's error falls to a quarter: no crawling along curves
+_SLIGHT = 1e-5  # error, m or rad, that such a step may also leave
+_NEAR = 0.05  # error, m and rad, below which the whole curvature is worth its price
+_PENALTY = 30.0  # weight of JᵀJ beside the curvature, by their traces
+_KEPT = 4  # iterations for which it is kept
+_CUTS = 9  # thirds: steps shorter than 5e-5 of the full one are not tried
+_AGAIN = 4  # steps that one factorisation may serve after its own
+_SHRINKS = 0.2  # a step longer than this part of the last wants new factors
+_ESCAPE = 0.1  # greatest change of a variable on the way from a saddle
+_WAYS = 4  # thirds of it that are tried
+_RESTORED = 2  # corrections of the goal rows on a long step
+
+
+@dataclass(frozen=True)
+class NewtonSettings:
+    """How the iteration runs.
+
+    Attributes:
+        tolerance: Greatest error of each row, shape (m,), or one for all.
+        optimality: Greatest fall of the objective that a null-space step may still promise, of 1 + |objective|.
+        most: Greatest number of iterations.
+        turn: Greatest change of a variable in one step.
+        limit: Condition number past which goal directions are given up.
+    """
+
+    tolerance: Array | float = 1e-9
+    optimality: float = 1e-6
+    most: int = 80
+    turn: float = 0.15
+    limit: float = CONDITION_LIMIT
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where the iteration ended, for each goal.
+
+    Attributes:
+        z: Variables, shape (B, k).
+        local: Rows and objective there.
+        iterations: Steps taken, shape (B,).
+        met: Whether every row is within its tolerance, shape (B,).
+        promise: Fall of the objective that the best null-space step promises, shape (B,).
+        definite: Whether the whole curvature was positive definite in the null space when last asked for, shape (B,).
+        stationarity: Norm of the objective's slope within the null space, over 1 + that of the whole slope, shape (B,).
+        optimal: Whether the goal is met, the promise is below the setting and the curvature definite: a local minimum
+            to second order, shape (B,).
+    """
+
+    z: Array
+    local: Local
+    iterations: NDArray[np.intp]
+    met: NDArray[np.bool_]
+    promise: Array
+    definite: NDArray[np.bool_]
+    stationarity: Array
+    optimal: NDArray[np.bool_]
+
+
+Evaluate = Callable[[Array, Index], Local]
+Bend = Callable[[Array, Index, Array, Array | None], Array]
+
+
+def minimise(
+    evaluate: Evaluate, start: Array, settings: NewtonSettings | None = None, bend: Bend | None = None
+) -> Found:
+    """Meet every goal of a batch and make its objective least in the null space.
+
+    Args:
+        evaluate: From variables, shape (b, k), and the goals they are for, shape (b,), to the local model.
+        start: Variables inside the hard limits, shape (B, k).
+        settings: How.
+        bend: From variables, goals, multipliers of the goal rows, shape (b, m), and memos to the curvature of the
+            Lagrangian that the local model leaves out, shape (b, k, k). It is asked for once a goal is near, and kept
+            for a few steps.
+
+    Returns:
+        The ends; goals that cannot be met are not `met`.
+
+    Raises:
+        ValueError: A start is outside the hard limits.
+    """
+    how = settings or NewtonSettings()
+    batch = _begin(evaluate, start, how, bend is not None)
+    active = np.arange(len(start))
+    for count in range(how.most + 1):
+        now = take(batch.at, active)
+        equations, penalty = _equations(batch, now, active, bend, how)
+        step, multipliers, batch.promise[active] = solve(equations, np.arange(len(active)), now.slope, now.error)
+        batch.y[active] = multipliers - penalty[:, None] * now.error
+        done = _settle(batch, active, now, how)
+        if count == how.most:
+            break
+        step, size = _bounded(step, how.turn), np.linalg.norm(multipliers, axis=1)
+        moved, shift = _escape(evaluate, batch, active, now, equations, how), np.zeros_like(step)
+        go = ~done & ~moved
+        near = np.linalg.norm(now.error, axis=1) < _NEAR
+        long = go & near & (np.max(np.abs(step), axis=1) > _FULL)
+        for which, restore in ((go & ~long, None), (long, restoring(equations, long))):
+            moved[which], shift[which] = _search(
+                evaluate, batch, active[which], step[which], size[which], restore=restore
+            )
+        if batch.learned is not None:
+            _learn(batch, take(now, go), active[go], shift[go])
+        batch.iterations[active[moved]] += 1
+        again = np.flatnonzero(go & ~long & moved & (penalty > 0))
+        settled = _go_on(evaluate, batch, active, again, step[again], (equations, penalty), how)
+        active = np.setdiff1d(active[moved], settled)
+        if not len(active):
+            break
+    met = _met(batch.at, how)
+    flatness = stationarity(batch.at)
+    return Found(batch.z, batch.at, batch.iterations, met, batch.promise, batch.definite, flatness, batch.optimal)
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """The state of all goals, changed in place.
+
+    Attributes:
+        z: Variables, shape (B, k).
+        at: Local model there.
+        y: Multipliers of the goal rows, shape (B, m).
+        iterations: Shape (B,).
+        promise: Shape (B,).
+        definite: Shape (B,).
+        optimal: Shape (B,).
+        learned: Curvature learned from changes of the slope, shape (B, k, k), or absent.
+        bent: Curvature that the local model leaves out, shape (B, k, k), or absent.
+        age: Iterations for which it has been kept, shape (B,).
+    """
+
+    z: Array
+    at: Local
+    y: Array
+    iterations: Index
+    promise: Array
+    definite: Mask
+    optimal: Mask
+    learned: Array | None
+    bent: Array | None
+    age: Index
+
+
+def _begin(evaluate: Evaluate, start: Array, how: NewtonSettings, bends: bool) -> _Batch:
+    count = len(start)
+    z = np.array(start, float)
+    at = evaluate(z, np.arange(count))
+    if not np.all(at.inside):
+        raise ValueError(f"start {int(np.argmin(at.inside))} is outside the strokes")
+    return _Batch(
+        z,
+        at,
+        least_multipliers(at.J, at.slope, how.limit),
+        np.zeros(count, int),
+        np.full(count, np.inf),
+        np.ones(count, bool),
+        np.zeros(count, bool),
+        None if at.rough is None else np.zeros_like(at.curve),
+        np.zeros_like(at.curve) if bends and at.rough is None else None,
+        np.full(count, _KEPT),
+    )
+
+
+def _equations(
+    batch: _Batch, now: Local, active: Index, bend: Bend | None, how: NewtonSettings
+) -> tuple[Equations, Array]:
+    """Newton's equations, with the whole curvature near a goal where it is definite in the null space.
+
+    A multiple of JᵀJ is added to it: that changes no step that meets the rows, and makes the matrix definite if, and
+    only if, the curvature in the null space is (Debreu's lemma). Returns the equations and that multiple, shape (b,):
+    zero where the local model's curvature stands alone.
+    """
+    W = now.curve.copy() if batch.learned is None else now.curve + batch.learned[active]
+    trace = np.trace(W, axis1=1, axis2=2)
+    np.einsum("bii->bi", W)[:] += (1e-10 * trace / W.shape[1] + 1e-14)[:, None]
+    penalty = np.zeros(len(W))
+    if bend is None or batch.bent is None:
+        return factorise(W, now.J, how.limit), penalty
+    near = np.flatnonzero(np.linalg.norm(now.error, axis=1) < _NEAR)
+    _renew(batch, active[near], bend)
+    plain = W[near]
+    penalty[near] = _PENALTY * trace[near] / np.sum(now.J[near] ** 2, axis=(1, 2))
+    W[near] += batch.bent[active[near]]
+    W[near] += (penalty[near, None, None] * np.swapaxes(now.J[near], 1, 2)) @ now.J[near]
+    found = factorise(W, now.J, how.limit)
+    batch.definite[active] = found.definite
+    bad = np.flatnonzero(~found.definite[near])
+    if len(bad):
+        penalty[near[bad]] = 0.0
+        _replace(found, near[bad], factorise(plain[bad], now.J[near[bad]], how.limit))
+    return found, penalty
+
+
+def _replace(equations: Equations, which: Index, others: Equations) -> None:
+    for field in fields(Equations):
+        getattr(equations, field.name)[which] = getattr(others, field.name)
+
+
+def _renew(batch: _Batch, near: Index, bend: Bend) -> None:
+    """Ask again for curvatures that have been kept long enough."""
+    assert batch.bent is not None
+    stale = near[batch.age[near] >= _KEPT]
+    if len(stale):
+        memo = None if batch.at.memo is None else batch.at.memo[stale]
+        batch.bent[stale] = bend(batch.z[stale], stale, batch.y[stale], memo)
+        batch.age[stale] = 0
+    batch.age[near] += 1
+
+
+def _settle(batch: _Batch, active: Index, now: Local, how: NewtonSettings) -> Mask:
+    """Which goals are met and stationary, shape (b,); those with a definite curvature are optimal."""
+    done = _met(now, how) & (batch.promise[active] <= how.optimality * (1 + np.abs(now.value)))
+    batch.optimal[active] = done & batch.definite[active]
+    return done
+
+
+def _met(local: Local, how: NewtonSettings) -> Mask:
+    return np.all(np.abs(local.error) <= how.tolerance, axis=1)
+
+
+def _bounded(step: Array, turn: float) -> Array:
+    largest = np.max(np.abs(step), axis=1, keepdims=True)
+    return step * np.minimum(1.0, turn / np.maximum(largest, 1e-300))
+
+
+def _go_on(
+    evaluate: Evaluate,
+    batch: _Batch,
+    active: Index,
+    pending: Index,
+    last: Array,
+    model: tuple[Equations, Array],
+    how: NewtonSettings,
+) -> Index:
+    """Further steps by the same factors for some of the active goals; returns the goals that are settled."""
+    equations, penalty = model
+    settled, way = [active[:0]], np.max(np.abs(last), axis=1)
+    for _ in range(_AGAIN):
+        goals = active[pending]
+        now = take(batch.at, goals)
+        slope = now.slope + (batch.y[goals][:, None] @ now.J)[:, 0]
+        step, change, batch.promise[goals] = solve(equations, pending, slope, now.error)
+        done = _settle(batch, goals, now, how)
+        settled.append(goals[done])
+        length = np.max(np.abs(step), axis=1)
+        keep = np.flatnonzero(~done & (length < _SHRINKS * way))
+        if not len(keep):
+            break
+        batch.y[goals[keep]] += (change - penalty[pending, None] * now.error)[keep]
+        size = np.linalg.norm(batch.y[goals[keep]], axis=1)
+        moved, _ = _search(evaluate, batch, goals[keep], step[keep], size, cuts=1)
+        pending, way = pending[keep[moved]], length[keep[moved]]
+    return np.concatenate(settled)
+
+
+def _search(
+    evaluate: Evaluate,
+    batch: _Batch,
+    goals: Index,
+    step: Array,
+    size: Array,
+    cuts: int = _CUTS,
+    restore: Array | None = None,
+    least: Array | float = 0.0,
+) -> tuple[Mask, Array]:
+    """Take the step or a part of it for each goal, where it lowers the merit enough: which moved, and by how much.
+
+    Long steps near a goal bend away from it; `restore`, shape (b, k, m), brings them back.
+    """
+    moved, shift = np.zeros(len(goals), bool), np.zeros_like(step)
+    error, weight = np.linalg.norm(batch.at.error[goals], axis=1), 2 * size
+    merit = batch.at.value[goals] + weight * error
+    bar = merit - least + 1e-12 * (1 + np.abs(merit))
+    pending, part = np.arange(len(goals)), 1.0
+    for _ in range(cuts):
+        if not len(pending):
+            break
+        trial = batch.z[goals[pending]] + part * step[pending]
+        there = evaluate(trial, goals[pending])
+        for back in () if restore is None else (restore,) * _RESTORED:
+            trial = trial - (back[pending] @ there.error[..., None])[..., 0]
+            there = evaluate(trial, goals[pending])
+        off = np.linalg.norm(there.error, axis=1)
+        with np.errstate(invalid="ignore"):
+            falls = there.value + weight[pending] * off <= bar[pending]
+            short = np.max(np.abs(part * step[pending]), axis=1) < _FULL
+            near = (off <= 0.25 * error[pending]) | (off <= _SLIGHT)
+        good = there.inside & (falls | (short & near & (part == 1.0)))
+        taken = pending[good]
+        moved[taken], shift[taken] = True, trial[good] - batch.z[goals[taken]]
+        batch.z[goals[taken]] = trial[good]
+        put(batch.at, goals[taken], there, good)
+        pending, part = pending[~good], part / 3
+    return moved, shift
+
+
+def _escape(
+    evaluate: Evaluate, batch: _Batch, active: Index, now: Local, equations: Equations, how: NewtonSettings
+) -> Mask:
+    """Leave saddles, or the way to one, along the least curvature in the null space: which goals have, shape (b,).
+
+    An escape must lower the merit by more than the best null-space step promises, and by more than a settled goal may
+    still promise: so there are finitely many.
+    """
+    freed = ~batch.definite[active]
+    if batch.bent is None or not np.any(freed):
+        return freed & False
+    goals = active[freed]
+    W = now.curve[freed] + batch.bent[goals]
+    step = _ESCAPE * downhill(W, now.J[freed], now.slope[freed], how.limit)
+    least = np.maximum(batch.promise[goals], how.optimality * (1 + np.abs(now.value[freed])))
+    size = np.linalg.norm(batch.y[goals], axis=1)
+    freed[freed] = _search(evaluate, batch, goals, step, size, _WAYS, restoring(equations, freed), least)[0]
+    batch.age[active[freed]] = _KEPT
+    return freed
+
+
+def _learn(batch: _Batch, before: Local, goals: Index, shift: Array) -> None:
+    """Add what the change of the Lagrangian's slope says about its curvature beyond the known part.
+
+    Source: M. J. D. Powell's damped BFGS formula, Nocedal and Wright, Numerical Optimization, procedure 18.2.
+    """
+    assert batch.learned is not None
+    at, learned = batch.at, batch.learned
+    change = at.slope[goals] - before.slope - (before.curve @ shift[..., None])[..., 0]
+    change += (np.swapaxes(at.J[goals] - before.J, 1, 2) @ batch.y[goals][..., None])[..., 0]
+    length = np.sum(shift**2, axis=1)
+    for i in np.flatnonzero(length > 1e-24):
+        s, y, B = shift[i], change[i], learned[goals[i]]
+        if not B.any():
+            B[:] = max(float(s @ y), 1e-3 * float(np.linalg.norm(y) * np.linalg.norm(s))) / length[i] * np.eye(len(s))
+        Bs = B @ s
+        curve = float(s @ Bs)
+        if curve <= 0:
+            continue
+        part = 1.0 if s @ y >= 0.2 * curve else 0.8 * curve / (curve - float(s @ y))
+        r = part * y + (1 - part) * Bs
+        B += np.outer(r, r) / float(s @ r) - np.outer(Bs, Bs) / curve

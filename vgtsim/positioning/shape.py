@@ -1,0 +1,165 @@
+"""Shape control: an arm fitted to a curve segment by segment, then to its end conditions exactly (section 7.4)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import ReachError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.positioning.directrix import Directrix, cubic
+from vgtsim.positioning.fitting import fit
+from vgtsim.positioning.goals import GoalSpace, tool_goal
+from vgtsim.positioning.kernel import Kernel
+from vgtsim.positioning.newton import NewtonSettings
+from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective, values
+from vgtsim.positioning.positioning import Positioning, Positions, solve
+from vgtsim.positioning.restarts import solve_anywhere
+from vgtsim.positioning.strokes import StrokeBox, bring_inside
+
+Array = NDArray[np.float64]
+
+MAGNITUDES = np.geomspace(0.25, 4.0, 13)  # of the end tangents, in distances from base to tool
+_BARRIER = 1e-2  # weight of the stroke barrier beside the nearness to a fit
+
+
+@dataclass(frozen=True)
+class Shape:
+    """An arm in the shape of a curve.
+
+    Attributes:
+        fitted: Inputs that put every segment's end on the curve, strokes left aside, shape (*q).
+        overrun: Greatest excess of a fitted length over its stroke, m; at most zero when all are inside, infinite where a
+            module does not assemble so.
+        solution: The arm inside its strokes with its end conditions met, as near to the fit as it can be.
+        magnitudes: Of the two end tangents, m; NaN for a given curve.
+        value: Of the objective at the solution.
+    """
+
+    fitted: Array
+    overrun: float
+    solution: Positions
+    magnitudes: tuple[float, float]
+    value: float
+
+
+def solve_shapes(
+    chain: Chain,
+    box: StrokeBox,
+    position: ArrayLike,
+    direction: ArrayLike,
+    objective: Objective | None = None,
+    magnitudes: tuple[tuple[float, float], ...] | None = None,
+    settings: NewtonSettings | None = None,
+) -> list[Shape]:
+    """Solve a tool goal by all cubic directrices of a search.
+
+    Args:
+        chain: The arm.
+        box: Strokes allowed.
+        position: Tool point in frame G, shape (3,), m.
+        direction: Tool direction in frame G, shape (3,).
+        objective: What the search makes least; absent for the distance from mid-stroke.
+        magnitudes: Pairs of the end tangents', m; absent for 13 by 13 of them.
+        settings: Of the last stage.
+
+    Returns:
+        The shapes that meet the goal inside the strokes, the least objective first.
+
+    Raises:
+        ReachError: The end conditions cannot be met from any fit.
+        DescriptionError: The arm has modules that cannot be fitted to a curve; they are named.
+
+    Source: section 7.4 and equations 8.9, 8.10. Differs: equal arc length at once, and an exact end after the fit; the
+    objective is that of the arm with its end met, not of the fit.
+    """
+    goal = tool_goal(position, direction)
+    at, along = np.asarray(position, float), goal.parts[1].target
+    face = at - chain.manipulator.tip_plate.tool_offset * along
+    base, out = chain.mount[:3, 3], chain.mount[:3, 2]
+    reach = float(np.linalg.norm(face - base))
+    pairs = magnitudes or tuple((float(a), float(b)) for a in reach * MAGNITUDES for b in reach * MAGNITUDES)
+    fits = np.array([fit(chain, cubic(base, face, a * out, b * along)) for a, b in pairs])
+    state = Kernel(chain).state(fits)
+    overrun = np.where(state.assembles, -np.min(box.row.spare(state.legs[:, : chain.layout.actuators]), axis=1), np.inf)
+    found = _finish(chain, box, goal, fits, settings)
+    met = np.flatnonzero(found.met)
+    if not len(met):
+        best = int(np.argmin(np.linalg.norm(found.error, axis=1)))
+        shortfall = float(np.linalg.norm(found.error[best, :3]))
+        raise ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun[best]:.3g} m")
+    kernel = Kernel(chain)
+    placed = Configurations(kernel, box, kernel.state(found.q[met]), np.zeros(len(met), int))
+    value = values(objective or MidStroke(), placed)
+    return [
+        Shape(fits[i], float(overrun[i]), _one(found, i), pairs[i], float(v))
+        for v, i in sorted(zip(value.tolist(), met.tolist(), strict=True))
+    ]
+
+
+def solve_shape(
+    chain: Chain,
+    box: StrokeBox,
+    position: ArrayLike,
+    direction: ArrayLike,
+    magnitudes: tuple[float, float] | None = None,
+    settings: NewtonSettings | None = None,
+    objective: Objective | None = None,
+) -> Shape:
+    """As `solve_shapes`, the best one or that of one pair of magnitudes."""
+    pairs = None if magnitudes is None else (magnitudes,)
+    return solve_shapes(chain, box, position, direction, objective, pairs, settings)[0]
+
+
+def follow_curve(
+    chain: Chain,
+    box: StrokeBox,
+    curve: Directrix,
+    direction: ArrayLike,
+    settings: NewtonSettings | None = None,
+    twist: float = 0.0,
+) -> Shape:
+    """Give an arm the shape of any curve that begins at its base, and its end exactly.
+
+    Args:
+        chain: The arm.
+        box: Strokes allowed.
+        curve: From the base to the last face's centroid, in frame G.
+        direction: Tool direction at the end, in frame G, shape (3,).
+        settings: Of the last stage.
+        twist: Of the last face about the curve, rad; see `fitting.fit`.
+
+    Returns:
+        The shape.
+
+    Raises:
+        ReachError: The end conditions cannot be met from the fit.
+    """
+    along = np.asarray(direction, float) / np.linalg.norm(direction)
+    end = curve.point(np.ones(1))[0] + chain.manipulator.tip_plate.tool_offset * along
+    q = fit(chain, curve, twist)
+    length = Kernel(chain).state(q[None]).legs[0, : chain.layout.actuators]
+    overrun = -float(np.min(box.row.spare(length)))
+    near = bring_inside(chain, box, q)
+    problem = Positioning(chain, box, tool_goal(end, along), Nearness(chain.lengths(near)), barrier=_BARRIER)
+    solution = solve_anywhere(problem, near, settings)
+    if not solution.met[0]:
+        shortfall = float(np.linalg.norm(solution.error[0, :3]))
+        raise ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun:.3g} m")
+    return Shape(q, overrun, solution, (np.nan, np.nan), float(solution.value[0]))
+
+
+def _finish(chain: Chain, box: StrokeBox, goal: GoalSpace, fits: Array, settings: NewtonSettings | None) -> Positions:
+    """The end conditions exactly and the strokes kept, as near to each fit as may be."""
+    near = bring_inside(chain, box, fits)
+    lengths = Kernel(chain).state(near).legs[:, : chain.layout.actuators]
+    same = GoalSpace(
+        tuple(replace(part, target=np.repeat(part.target[None], len(fits), axis=0)) for part in goal.parts)
+    )
+    return solve(Positioning(chain, box, same, Nearness(lengths), barrier=_BARRIER), near, settings)
+
+
+def _one(found: Positions, i: int) -> Positions:
+    return Positions(*(getattr(found, field.name)[i : i + 1] for field in fields(found)))

@@ -1,0 +1,209 @@
+"""Paths of goals: solved one after the other from each other, or all at once by dynamic programming."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import make_interp_spline
+
+from vgtsim.errors import RateError, ReachError
+from vgtsim.positioning.goals import tool_goal
+from vgtsim.positioning.objectives import Configurations, Nearness, StrokeBarrier, WeightedSum
+from vgtsim.positioning.positioning import Positioning, solve
+from vgtsim.positioning.strokes import binding_actuators
+
+Array = NDArray[np.float64]
+
+_STEADY = 0.1  # weight of staying near the last configuration beside the objective
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """A path of configurations.
+
+    Attributes:
+        q: Inputs at every goal, shape (K, A, 3).
+        lengths: Of the actuators, shape (K, A, 3), m.
+        cost: Sum of the objective over the goals and of the squared motion between them.
+        iterations: At every goal, shape (K,); zeros where they were not counted.
+    """
+
+    q: Array
+    lengths: Array
+    cost: float
+    iterations: NDArray[np.intp]
+
+
+def line(first: ArrayLike, last: ArrayLike, count: int) -> Array:
+    """Points of a straight line, shape (count, 3), m, between points of shape (3,)."""
+    part = np.linspace(0, 1, count)[:, None]
+    return (1 - part) * np.asarray(first, float) + part * np.asarray(last, float)
+
+
+def arc(centre: ArrayLike, start: ArrayLike, axis: ArrayLike, angle: float, count: int) -> Array:
+    """Points of a circular arc.
+
+    Args:
+        centre: Shape (3,), m.
+        start: First point, shape (3,), m.
+        axis: Of the turn, shape (3,).
+        angle: rad.
+        count: Number of points.
+
+    Returns:
+        Shape (count, 3), m.
+    """
+    middle, out = np.asarray(centre, float), np.asarray(start, float) - np.asarray(centre, float)
+    normal = np.asarray(axis, float) / np.linalg.norm(axis)
+    turn = np.linspace(0, angle, count)[:, None]
+    along = (out @ normal) * normal
+    return middle + along + np.cos(turn) * (out - along) + np.sin(turn) * np.cross(normal, out)
+
+
+def spline(points: ArrayLike, count: int) -> Array:
+    """Points of a cubic spline through way-points, its parameter the distance from one to the next.
+
+    Args:
+        points: Way-points, no two in a row the same, shape (W, 3), W at least 2, m.
+        count: Number of points, at equal steps of the parameter.
+
+    Returns:
+        Shape (count, 3), m.
+    """
+    through = np.asarray(points, float)
+    reach = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1))])
+    curve = make_interp_spline(reach, through, k=min(3, len(through) - 1))
+    return curve(np.linspace(0.0, reach[-1], count))
+
+
+def track(problem: Positioning, positions: ArrayLike, directions: ArrayLike, start: ArrayLike, most: float) -> Tracked:
+    """Solve the goals of a path one after the other, each from the last.
+
+    Args:
+        problem: Arm, strokes and objective; its goal is replaced.
+        positions: Tool points, shape (K, 3), m.
+        directions: Tool directions, shape (K, 3) or (3,).
+        start: Configuration from which the first goal is met, shape (A, 3).
+        most: Greatest change of an actuator between two goals, m: its rate times the time between them.
+
+    Returns:
+        The path.
+
+    Raises:
+        ReachError: A goal is not met.
+        RateError: An actuator would have to be faster.
+    """
+    at = np.asarray(positions, float)
+    along = np.broadcast_to(np.asarray(directions, float), at.shape)
+    q, counts = [], []
+    here = np.asarray(start, float)
+    for k in range(len(at)):
+        objective = problem.objective
+        if k:
+            steady = Nearness(problem.chain.lengths(here))
+            objective = WeightedSum(((1.0, objective), (_weight(problem, most), steady)))
+        goal = tool_goal(at[k], along[k])
+        found = solve(replace(problem, goal=goal, objective=objective), here)
+        if not found.met[0]:  # a long step held back by nearness: the goal comes first
+            found = solve(replace(problem, goal=goal, objective=StrokeBarrier()), here)
+        if not found.met[0]:
+            shortfall = float(np.linalg.norm(found.error[0, :3]))
+            raise ReachError(f"point {k}", shortfall, binding_actuators(problem.chain, problem.box, found.q[0]))
+        motion = float(np.abs(problem.chain.lengths(found.q[0]) - problem.chain.lengths(here)).max())
+        if k and motion > most:
+            raise RateError(k, motion, most)
+        here = found.q[0]
+        q.append(here)
+        counts.append(found.iterations[0])
+    return _finish(problem, np.array(q), np.array(counts), most)
+
+
+def sheets(problem: Positioning, positions: ArrayLike, directions: ArrayLike, seeds: ArrayLike) -> Array:
+    """Candidate paths: each seed carried along the goals by the least motion, and the local optimum beside it.
+
+    Args:
+        problem: Arm, strokes and objective; its goal is replaced.
+        positions: Tool points, shape (K, 3), m.
+        directions: Tool directions, shape (K, 3) or (3,).
+        seeds: Configurations to begin with, shape (C, A, 3).
+
+    Returns:
+        Shape (K, 2 C, A, 3); NaN where a goal is not met.
+    """
+    at = np.asarray(positions, float)
+    along = np.broadcast_to(np.asarray(directions, float), at.shape)
+    here, layers = np.array(seeds, float), []
+    for point, direction in zip(at, along, strict=True):
+        goal = tool_goal(np.tile(point, (len(here), 1)), np.tile(direction, (len(here), 1)))
+        carried = solve(replace(problem, goal=goal, objective=Nearness(problem.chain.lengths(here))), here)
+        best = solve(replace(problem, goal=goal), carried.q)
+        met = np.concatenate([carried.met, best.met])
+        layers.append(np.where(met[:, None, None], np.concatenate([carried.q, best.q]), np.nan))
+        here = np.where(carried.met[:, None, None], carried.q, here)
+    return np.array(layers)
+
+
+def resolve_globally(problem: Positioning, candidates: ArrayLike, most: float) -> Tracked:
+    """Choose one candidate at every goal so that the whole path costs least.
+
+    Args:
+        problem: Arm, strokes and objective.
+        candidates: Configurations that meet the goals, shape (K, C, A, 3); NaN where there is none.
+        most: Greatest change of an actuator between two goals, m.
+
+    Returns:
+        The path; no path through these candidates costs less.
+
+    Raises:
+        RateError: No path through the candidates keeps the actuators slow enough.
+
+    Source: R. Bellman's dynamic programming; chapter 9 of the dissertation leaves global resolution to future work.
+    """
+    layers = np.asarray(candidates, float)
+    known = ~np.isnan(layers[:, :, 0, 0])
+    safe = np.where(known[..., None, None], layers, problem.chain.straight)
+    lengths, values = problem.chain.lengths(safe), np.stack([_values(problem, layer) for layer in safe])
+    values = np.where(known, values, np.inf)
+    total, back = values[0], []
+    for k in range(1, len(layers)):
+        way = lengths[k][None] - lengths[k - 1][:, None]
+        move = _motion(way, most)
+        move = np.where(np.abs(way).max(axis=(2, 3)) <= most, move, np.inf)
+        through = total[:, None] + move
+        back.append(np.argmin(through, axis=0))
+        total = np.min(through, axis=0) + values[k]
+        if not np.any(np.isfinite(total)):
+            raise RateError(
+                k, float(np.abs(way[np.ix_(known[k - 1], known[k])]).max(axis=(2, 3)).min(initial=np.inf)), most
+            )
+    chosen = [int(np.argmin(total))]
+    for step in reversed(back):
+        chosen.append(int(step[chosen[-1]]))
+    q = np.array([layer[c] for layer, c in zip(safe, reversed(chosen), strict=True)])
+    return _finish(problem, q, np.zeros(len(q), int), most)
+
+
+def _weight(problem: Positioning, most: float) -> float:
+    """Weight of `Nearness` that makes it the cost of motion for the mean stroke."""
+    half = float(np.mean(problem.box.greatest - problem.box.least)) / 2
+    return 2 * _STEADY * (half / most) ** 2
+
+
+def _motion(way: Array, most: float) -> Array:
+    """Cost of changes of length, shape (...), of shape (..., A, 3), m: `_STEADY` for one at its most."""
+    return _STEADY * np.sum((way / most) ** 2, axis=(-2, -1))
+
+
+def _values(problem: Positioning, q: Array) -> Array:
+    """Objective with its barrier, shape (b,), of inputs of shape (b, A, 3)."""
+    at = Configurations(problem.kernel, problem.box, problem.kernel.state(q), np.zeros(len(q), int))
+    return problem.guarded.terms(at).value
+
+
+def _finish(problem: Positioning, q: Array, iterations: NDArray[np.intp], most: float) -> Tracked:
+    lengths = problem.chain.lengths(q)
+    way = np.diff(lengths, axis=0)
+    cost = float(np.sum(_values(problem, q)) + np.sum(_motion(way, most)))
+    return Tracked(q, lengths, cost, iterations)

@@ -1,0 +1,125 @@
+"""The site of a scene: its arm on its mast in its tank, and every model that is made of them, each made once.
+
+A `Site` is made from a scene and handed down the spine in its place. Its properties are worked out on first use and kept,
+so no function needs to build a chain, a stiffness model or the surroundings again. A site changes nothing and refuses
+nothing: refusals are in `planning.checks`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.scene import Scene, SceneFile
+from vgtsim.description.tank import Tank
+from vgtsim.kinematics.chain import Chain, hanging_mount
+from vgtsim.kinematics.start import bend_start
+from vgtsim.kinematics.truss import Truss
+from vgtsim.positioning.strokes import StrokeBox, make_box
+from vgtsim.positioning.surroundings import Surroundings
+from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
+from vgtsim.statics.loads import LoadModel, make_load_model
+from vgtsim.statics.stiffness import deflect
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """A scene with everything that is made of it once.
+
+    Attributes:
+        scene: Arm, tank and task as described.
+    """
+
+    scene: Scene
+
+    @property
+    def task(self) -> SceneFile:
+        """Payload, motion, simulation, limits and load cases."""
+        return self.scene.task
+
+    @property
+    def arm(self) -> Manipulator:
+        """Description of the arm."""
+        return self.scene.manipulator
+
+    @property
+    def tank(self) -> Tank:
+        """Description of the tank."""
+        return self.scene.tank
+
+    @cached_property
+    def chain(self) -> Chain:
+        """Kinematics of the arm, which hangs from the scene's pivot."""
+        return Chain(self.arm, hanging_mount(self.scene.pivot_height))
+
+    @property
+    def truss(self) -> Truss:
+        """Nodes and members of the arm."""
+        return self.chain.truss
+
+    @cached_property
+    def start(self) -> Array:
+        """Inputs of the posture in which the scene starts."""
+        start = bend_start(self.chain, self.task.motion.start)
+        start.flags.writeable = False
+        return start
+
+    @cached_property
+    def box(self) -> StrokeBox:
+        """Actuator lengths that a plan may use: the strokes less the scene's margin."""
+        return make_box(self.chain, self.task.motion.stroke_margin)
+
+    @property
+    def sags(self) -> bool:
+        """Whether the arm gives under its load: by its members and oil, or by its servos."""
+        simulation = self.task.simulation
+        return simulation.members == "elastic" or simulation.drive == "servo"
+
+    @cached_property
+    def load_model(self) -> LoadModel:
+        """Masses and gravity of the arm as it is simulated: tubes are split where members are elastic."""
+        simulation = self.task.simulation
+        return make_load_model(
+            self.chain,
+            self.task.payload,
+            simulation.gravity,
+            split=simulation.members == "elastic",
+            lumped=simulation.lumped,
+        )
+
+    @cached_property
+    def elastic_model(self) -> ElasticModel:
+        """Masses and stiffnesses of the arm, its cylinders as soft as their oil and rods."""
+        simulation = self.task.simulation
+        return make_elastic_model(self.chain, self.task.payload, simulation.gravity, lumped=simulation.lumped)
+
+    @cached_property
+    def held_model(self) -> ElasticModel:
+        """The elastic model with cylinders as stiff as their drives hold them at rest."""
+        return hold_cylinders(self.elastic_model, self.task.simulation)
+
+    @cached_property
+    def unsagged_surroundings(self) -> Surroundings:
+        """Everything that the unloaded arm must keep clear of: tank, equipment, waste, mast and itself."""
+        task = self.task
+        return Surroundings(self.chain, self.tank, task.payload.radius, task.mast.outer_diameter / 2)
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """The same for the arm as it hangs: an arm that gives is judged where it sags to."""
+        plain = self.unsagged_surroundings
+        return replace(plain, sag=self._sag) if self.sags else plain
+
+    def _sag(self, nodes: Array) -> Array:
+        """Displacements of nodes and tool point at rest, to first order, shape (..., N + 1, 3), m.
+
+        One linear solve; it is some millimetres off where arms sag most.
+        """
+        moved = deflect(self.held_model, nodes)
+        return np.concatenate([moved.nodes, moved.tool[..., None, :3]], axis=-2)
