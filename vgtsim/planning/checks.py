@@ -124,7 +124,7 @@ def check_assembly(scene: Scene, chain: Chain) -> None:
     except AssemblyError as error:
         place = next(item for item in chain.layout.places if error.module in item.modules.names)
         m = place.modules.names.index(error.module)
-        low, high = chain.stroke.reshape(2, -1)[:, place.lengths[m][place.modules.actuated[m]]]
+        low, high = chain.stroke[:, place.lengths[m][place.modules.actuated[m]]]
         module = next(item for item in scene.manipulator.actuated if item.name == error.module)
         key = "longerons" if isinstance(module, Octahedral) else "cylinder"
         raise scene.error(
@@ -136,16 +136,16 @@ def check_assembly(scene: Scene, chain: Chain) -> None:
 
 def _check_start(scene: Scene, chain: Chain) -> None:
     motion = scene.task.motion
-    q, box = bend_start(chain, scene.task.motion.start), make_box(chain, motion.stroke_margin).row
+    q, box = bend_start(chain, scene.task.motion.start), make_box(chain, motion.stroke_margin)
     owner, names = chain.layout.owner, chain.layout.names
     for a, name in enumerate(names):
-        alone = np.array(chain.straight).ravel()
-        alone[owner == a] = q.ravel()[owner == a]
+        alone = np.array(chain.straight)
+        alone[owner == a] = q[owner == a]
         try:
-            chain.lengths(alone.reshape(chain.input_shape))
+            chain.lengths(alone)
         except (AssemblyError, ValueError) as error:
             raise scene.error(f"motion.start.{a}", f"a shape {name} cannot take: {error}", "a smaller bend") from None
-    length = chain.lengths(q).ravel()
+    length = chain.lengths(q)
     spare = box.spare(length)
     if np.min(spare) <= 0:
         worst = int(np.argmin(spare))

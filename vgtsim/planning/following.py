@@ -48,7 +48,7 @@ class Followed:
 
     Attributes:
         time: s, shape (n,).
-        q: Inputs, shape (n, A, 3).
+        q: Inputs, shape (T, n).
         lengths: Of the actuators, shape (n, 3 A), m.
         stretch: Index of the stretch of each instant, shape (n,).
         names: Of the stretches.
@@ -79,7 +79,7 @@ class Followed:
 
     @property
     def accelerations(self) -> Array:
-        """Second differences over the squared step, shape (n - 2, 3 A), m/s²."""
+        """Second differences over the squared step, shape (T - 2, J), m/s²."""
         return np.diff(self.lengths, n=2, axis=0) / (self.time[1] - self.time[0]) ** 2
 
 
@@ -119,7 +119,7 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
         chain: The arm.
         problem: Strokes and objective; its goal is replaced.
         path: The path.
-        start: Configuration from which the first goal is sought, shape (A, 3).
+        start: Configuration from which the first goal is sought, shape (n,).
         timestep: s.
 
     Returns:
@@ -132,7 +132,7 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
     """
     stretches, limits = make_stretches(path), make_limits(chain, path.rate_fraction, path.acceleration)
     here = start
-    lengths, which, off, solved = [np.empty((0, chain.stroke[0].size))], [], [], []
+    lengths, which, off, solved = [np.empty((0, chain.layout.actuators))], [], [], []
     for i, stretch in enumerate(stretches):
         curve, found = _solve(problem, stretch, here, path.tolerance, first=i == 0)
         off.append(_deviation(chain, stretch, curve, _BETWEEN * (len(found.q) - 1) + 1))
@@ -145,7 +145,7 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
     away = np.max(off, axis=0)
     return Followed(
         np.asarray(timestep * np.arange(len(whole)), float),
-        chain.inputs_from_lengths(whole.reshape(len(whole), *chain.stroke[0].shape)),
+        chain.inputs_from_lengths(whole),
         whole,
         np.array(which),
         tuple(stretch.name for stretch in stretches),
@@ -169,9 +169,8 @@ def report(chain: Chain, followed: Followed, scene: Scene | None = None) -> dict
     Returns:
         By name, with units.
     """
-    rate = float(np.max(np.abs(followed.rates) / followed.limits.rate.ravel()))
+    rate = float(np.max(np.abs(followed.rates) / followed.limits.rate))
     way = np.linalg.norm(np.diff(chain.tool(followed.q)[0], axis=0), axis=1)
-    spare = followed.lengths.reshape(-1, *chain.stroke[0].shape)
     found: dict[str, str | float | int] = {
         "duration, s": float(followed.time[-1]),
         "length of the tool's way, m": float(way.sum()),
@@ -182,7 +181,7 @@ def report(chain: Chain, followed: Followed, scene: Scene | None = None) -> dict
         "greatest deviation of the tool, m": followed.deviation,
         "greatest deviation of its direction, rad": followed.turn,
         "least distance to the end of a stroke, m": float(
-            np.min(np.minimum(spare - chain.stroke[0], chain.stroke[1] - spare))
+            np.min(np.minimum(followed.lengths - chain.stroke[0], chain.stroke[1] - followed.lengths))
         ),
         "goals": followed.goals,
         "iterations": followed.iterations,
@@ -258,7 +257,7 @@ def _timed(chain: Chain, curve: BSpline, limits: SpeedLimits, timestep: float, s
     rows = time_lengths(chain, curve, limits, timestep)
     if speed is None:
         return rows
-    q = chain.inputs_from_lengths(rows.reshape(len(rows), *chain.stroke[0].shape))
+    q = chain.inputs_from_lengths(rows)
     fastest = float(np.max(np.linalg.norm(np.diff(chain.tool(q)[0], axis=0), axis=1))) / timestep
     part = min(1.0, _STEADY * speed / max(fastest, 1e-12))
     return time_lengths(chain, curve, SpeedLimits(part * limits.rate, part**2 * limits.acceleration), timestep)

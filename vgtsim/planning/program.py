@@ -35,7 +35,7 @@ class Leg:
         name: Of the goal.
         goal: Its index in the scene.
         lengths: Actuator lengths at every step, the first and last included, shape (n, 3 A), m.
-        q: Inputs at its end, shape (A, 3).
+        q: Inputs at its end, shape (n,).
         clearance: Least clearance planned on the way, m.
         place: What is that near.
     """
@@ -58,7 +58,7 @@ class LengthProgram:
     """The whole tour.
 
     Attributes:
-        start: Inputs at the start, shape (A, 3).
+        start: Inputs at the start, shape (n,).
         legs: In the order of the goals; each begins with the lengths the last one ended with.
         timestep: Of the rows of each leg, s.
     """
@@ -85,7 +85,7 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
         chain: Its arm on its mast.
 
     Returns:
-        Inputs, shape (A, 3).
+        Inputs, shape (n,).
 
     Raises:
         ReachError: The goal cannot be met.
@@ -97,7 +97,7 @@ def solve_first_goal(scene: Scene, chain: Chain) -> Array:
 def _configuration(
     scene: Scene, chain: Chain, goal: Goal, start: Array, keep: Keep, aim: tuple[Array, Array] | None = None
 ) -> Array:
-    """Inputs with the tool at a goal, or at an aim in its place, shape (A, 3)."""
+    """Inputs with the tool at a goal, or at an aim in its place, shape (n,)."""
     pose = aim or (np.array(goal.position), np.array(goal.direction))
     return np.array(resolve_goal(chain, scene_resolution(scene), goal.name, pose, start, scene, keep).q)
 

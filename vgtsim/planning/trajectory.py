@@ -57,18 +57,18 @@ def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
 
     Args:
         corridor: Strokes and surroundings.
-        way: Way-points, shape (W, *q), that assemble.
+        way: Way-points, shape (W, n), that assemble.
         most: Greatest number of steps.
 
     Returns:
-        Way-points, shape (W, *q).
+        Way-points, shape (W, n).
     """
     stiffness = _stiffness(len(way))
     damping, value = 1e-4, _value(corridor, way, stiffness)
     for _ in range(most):
         slope, bands = _normal_equations(corridor, way, stiffness)
         for _ in range(8):
-            trial = way + _step(slope, bands, damping, way.shape)
+            trial = way + _step(slope, bands, damping)
             after = _value(corridor, trial, stiffness)
             if after < value:
                 break
@@ -87,11 +87,11 @@ def assemblable(corridor: Corridor, way: Array, middle: Array) -> Array:
 
     Args:
         corridor: Gives the arm.
-        way: Way-points, shape (W, *q).
-        middle: Inputs at mid-stroke, shape (*q).
+        way: Way-points, shape (W, n).
+        middle: Inputs at mid-stroke, shape (n,).
 
     Returns:
-        Way-points, shape (W, *q).
+        Way-points, shape (W, n).
     """
     for part in np.linspace(0.0, 1.0, 11):
         trial = np.array(way)
@@ -110,7 +110,7 @@ def _stiffness(count: int) -> Array:
 
 def _hinges(corridor: Corridor, length: Array) -> tuple[Array, Array]:
     """Stroke hinges at retraction and extension, each shape (W, J): from 0 to 1 at the limit."""
-    box = corridor.box.row
+    box = corridor.box
     low = np.maximum(0.0, 1 - (length - box.least) / _STROKE_SOFT)
     high = np.maximum(0.0, 1 - (box.greatest - length) / _STROKE_SOFT)
     return low, high
@@ -153,8 +153,8 @@ def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple
     return slope[1:-1], bands[:, 1:-1]
 
 
-def _step(slope: Array, bands: Array, damping: float, shape: tuple[int, ...]) -> Array:
-    """Damped Gauss-Newton step of all way-points, the ends still, shape (W, *q)."""
+def _step(slope: Array, bands: Array, damping: float) -> Array:
+    """Damped Gauss-Newton step of all way-points, the ends still, shape (W, n)."""
     count, size = slope.shape
     width = 3 * size
     upper = np.zeros((width, count * size))
@@ -165,6 +165,5 @@ def _step(slope: Array, bands: Array, damping: float, shape: tuple[int, ...]) ->
             keep = c >= r
             upper[(width - 1 + r - c)[keep], np.broadcast_to(c, keep.shape)[keep]] = bands[offset, i][keep]
     upper[-1] *= 1 + damping
-    step = np.zeros(shape)
-    step[1:-1] = -solveh_banded(upper, slope.ravel()).reshape(count, *shape[1:])
-    return step
+    inner = -solveh_banded(upper, slope.ravel()).reshape(count, size)
+    return np.pad(inner, ((1, 1), (0, 0)))

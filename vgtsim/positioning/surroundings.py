@@ -89,7 +89,7 @@ class Surroundings:
         return np.stack([foot, head]), np.flatnonzero(self.capsules.module >= 1)
 
     def points(self, q: Array) -> Array:
-        """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, *q)."""
+        """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, n)."""
         nodes = self.chain.nodes(q)
         points = np.concatenate([nodes, self.chain.tool(q)[0][..., None, :]], axis=-2)
         return points if self.sag is None else points + self.sag(nodes)
@@ -98,7 +98,7 @@ class Surroundings:
         """Pairs nearer than a reach.
 
         Args:
-            q: Inputs, shape (W, *q).
+            q: Inputs, shape (W, n).
             reach: m.
             slopes: Whether the gradients are wanted.
             payload: Whether the payload's distance from what stands counts; from the arm it always does.
@@ -117,7 +117,7 @@ class Surroundings:
         config = np.concatenate([part[0] for part in parts])
         gap = np.concatenate([part[1] for part in parts])
         if not slopes or not len(gap):
-            return Rows(config, gap, np.zeros((len(gap), q[0].size if slopes else 0)))
+            return Rows(config, gap, np.zeros((len(gap), q.shape[1] if slopes else 0)))
         used = np.unique(config)
         J = self._slopes(q[used])
         at = np.searchsorted(used, config)
@@ -136,7 +136,7 @@ class Surroundings:
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
         """By differences: a solver does not come to rest on slopes that leave the sag out."""
-        near = q[:, None] + _STEP * np.eye(q[0].size).reshape(-1, *q.shape[1:])
+        near = q[:, None] + _STEP * np.eye(q.shape[1])
         change = sag(self.chain.nodes(near)) - sag(self.chain.nodes(q))[:, None]
         return np.moveaxis(change / _STEP, 1, -1)
 
@@ -191,7 +191,7 @@ class Surroundings:
         """Least clearance of every configuration, from everything and of the arm from itself.
 
         Args:
-            q: Inputs, shape (W, *q).
+            q: Inputs, shape (W, n).
 
         Returns:
             Shape (W,), m, and what is that near in each.
@@ -222,7 +222,7 @@ class Surroundings:
         """Least clearance of one configuration, m, and what is that near.
 
         Args:
-            q: Inputs, shape (*q).
+            q: Inputs, shape (n,).
 
         Returns:
             Clearance and place.
