@@ -219,7 +219,7 @@ def _solve(
         if twice > _MOST:
             raise FollowError(stretch.name, off, tolerance, count)
         between = (every.q[1:] + every.q[:-1]) / 2
-        guess = np.where(assembles(problem.chain, problem.box, guess)[:, None, None], guess, between)
+        guess = np.where(assembles(problem.chain, problem.box, guess)[:, None], guess, between)
         goal = tool_goal(stretch.points(twice)[middle], stretch.directions(twice)[middle])
         found = solve(replace(problem, goal=goal), guess, _SOLVING)
         _refuse(problem, stretch, found, middle, twice)
