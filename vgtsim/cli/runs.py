@@ -11,7 +11,8 @@ from vgtsim.cli.application import (
     ERR,
     OutFolder,
     RunFolder,
-    SceneFile,
+    SceneName,
+    SceneOrArm,
     app,
     finish,
     list_files,
@@ -19,13 +20,14 @@ from vgtsim.cli.application import (
 )
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
+from vgtsim.description.shipped import find_file
 from vgtsim.errors import DivergenceError, MissingLibraryError
 from vgtsim.runlog import RunLog, load_run
 
 
-@app.command(epilog="Example: vgtsim run scenes/type_ii_reach.toml --video")
+@app.command(epilog="Example: vgtsim run type_ii_reach --video")
 def run(
-    scene_file: SceneFile,
+    scene_name: SceneName,
     out: OutFolder = None,
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
 ) -> None:
@@ -37,7 +39,7 @@ def run(
     from vgtsim.plant import run as simulate
     from vgtsim.verification import verify as judge
 
-    scene = load_scene(scene_file)
+    scene = load_scene(scene_name)
     chain = scene_chain(scene)
     check_scene(scene, chain)
     folder = out or Path("out") / scene.task.name
@@ -60,9 +62,9 @@ def run(
     finish(report.passed, missing)
 
 
-@app.command(epilog="Example: vgtsim build scenes/type_ii_reach.toml --out out/model")
+@app.command(epilog="Example: vgtsim build type_ii_reach --out out/model")
 def build(
-    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    description: SceneOrArm,
     out: OutFolder = None,
 ) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
@@ -73,16 +75,18 @@ def build(
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.program import check_scene, solve_first_goal
 
-    if is_scene(description):
-        scene = load_scene(description)
+    file = find_file(description, "scene", "arm")
+    if is_scene(file):
+        scene = load_scene(file)
         chain = scene_chain(scene)
         check_scene(scene, chain)
         folder = prepare_folder(out or Path("out") / scene.task.name)
         files = write_scene_files(scene, solve_first_goal(scene, chain), folder)
     else:
-        manipulator = load_manipulator(description)
+        manipulator = load_manipulator(file)
         check_strokes(Chain(manipulator, hanging_mount(0.0)))
-        files = write_arm_files(manipulator, prepare_folder(out or description.parent) / manipulator.name)
+        beside = file.parent if file == description else Path("out") / manipulator.name  # not among the shipped files
+        files = write_arm_files(manipulator, prepare_folder(out or beside) / manipulator.name)
     list_files(*files)
 
 
@@ -132,7 +136,9 @@ def export(
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
 def view(
-    model_file: Annotated[Path, typer.Argument(help="Generated .xml or .mjb.", show_default=False)],
+    model_file: Annotated[
+        Path, typer.Argument(help="Generated .xml or .mjb, or name of a shipped arm.", show_default=False)
+    ],
 ) -> None:
     """Open a generated model in MuJoCo's viewer with its scaled weights."""
     from vgtsim.mjcf import load_model
