@@ -194,7 +194,7 @@ def test_sagging_arm_is_aimed_above_its_goal(reach_scene):
 
 def test_an_aim_that_does_not_come_to_its_goal_is_refused(reach_scene, monkeypatch):
     scene = with_simulation(with_motion(reach_scene, goals=reach_scene.task.motion.goals[:1]), members="elastic")
-    monkeypatch.setattr("vgtsim.planning.program._AIMS", 1)
+    monkeypatch.setattr("vgtsim.planning.tour._AIMS", 1)
     with pytest.raises(ReachError, match="after 1 corrections") as caught:
         plan_tour(Site(scene))
     assert caught.value.goal == "high"
