@@ -47,6 +47,7 @@ def test_imports_point_down(path):
     ours = {name.split(".")[1] for name in modules if name.startswith("vgtsim.")} & set(LEVEL)
     for other in ours - {room}:
         assert LEVEL[other] < LEVEL[room], f"{room} imports {other}"
+    assert not any(name.split(".")[0] == "studies" for name in modules)
     if room in NO_MUJOCO:
         assert not any(name.split(".")[0] == "mujoco" for name in modules)
 

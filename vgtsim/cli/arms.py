@@ -171,12 +171,13 @@ def size(
     from vgtsim.description.catalogue import load_catalogue, write_sized_arm
     from vgtsim.output.write import prepare_file
     from vgtsim.planning.design import design_arm
+    from vgtsim.site import Site
 
     catalogue = load_catalogue(catalogue_file)
     scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))
     prepare_file(out)
     with ERR.status("planning tours and choosing sizes"):
-        design = design_arm(scene, catalogue, 1 - reserve, anywhere=anywhere)
+        design = design_arm(Site(scene), catalogue, 1 - reserve, anywhere=anywhere)
     found, (tour, beside) = design.sizing, design.poses
     reach = " and in any posture" if anywhere else ""
     reason = f"{reserve:.0%} in reserve over the tour of {scene.task.name}{reach}, cases {', '.join(design.cases)}"
