@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ROOMS = (
     ("errors",),
-    ("replacing", "units"),
+    ("constants", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),
     ("kinematics",),

@@ -21,7 +21,7 @@ from vgtsim.mjcf import scene_chain
 from vgtsim.output.write import save_log
 from vgtsim.planning import solve_first_goal
 from vgtsim.site import Site
-from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import make_load_model, weigh
 
 ROOT = Path(__file__).parents[1]
@@ -145,7 +145,7 @@ def test_size_writes_an_arm_that_stands_its_task(tmp_path):
     chain = Chain(load_manipulator(sized), scene_chain(scene).mount)
     q = solve_first_goal(Site(scene))
     assert np.allclose(chain.tool(q)[0], scene.task.motion.goals[0].position)
-    bar = solve(make_load_model(chain, scene.task.payload, scene.task.simulation.gravity), chain.nodes(q)).bar
+    bar = solve_members(make_load_model(chain, scene.task.payload, scene.task.simulation.gravity), chain.nodes(q)).bar
     for member, force in zip(chain.truss.members, bar, strict=True):
         if member.role == "actuator":
             part = chain.manipulator.cylinders[member.section]

@@ -21,7 +21,7 @@ from vgtsim.positioning.kernel import Kernel
 from vgtsim.positioning.objectives import Configurations
 from vgtsim.positioning.strokes import make_box
 from vgtsim.site import Site
-from vgtsim.statics import make_load_model, solve
+from vgtsim.statics import make_load_model, solve_members
 
 GOAL = 1e-9
 REACHABLE = ((7.0, 2.0, -9.5), (0.8, 0.1, -0.6))
@@ -107,7 +107,7 @@ def test_loads_of_an_objective_are_those_of_the_scene(reach_scene):
     assert value("actuator_force", moon) == pytest.approx(whole * 1.62 / reach_scene.task.simulation.gravity)
     assert value("utilisation", limits={"safety_factor": 4.0}) > 1.5 * value("utilisation")
     lumped = make_load_model(chain, reach_scene.task.payload, reach_scene.task.simulation.gravity, lumped=True)
-    force = np.abs(solve(lumped, chain.nodes(q)).bar[chain.truss.actuated]) / 1e5
+    force = np.abs(solve_members(lumped, chain.nodes(q)).bar[chain.truss.actuated]) / 1e5
     assert value("actuator_force", {"member_mass": "lumped"}) == pytest.approx(np.sum(force**12) ** (1 / 12))
     assert value("actuator_force", {"member_mass": "lumped"}) != pytest.approx(whole, rel=1e-6)
 

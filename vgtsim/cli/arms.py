@@ -17,6 +17,7 @@ from vgtsim.cli.application import (
     app,
     list_files,
 )
+from vgtsim.constants import GRAVITY, PAYLOAD, SAFETY_FACTOR
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.errors import DescriptionError
 
@@ -113,8 +114,8 @@ def workspace(
 def capacity(
     arm_file: ArmFile,
     out: OutFolder = None,
-    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = 453.59237,
-    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = 1.67,
+    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = PAYLOAD,
+    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = SAFETY_FACTOR,
     resolve: Annotated[
         bool, typer.Option("--resolve/--plane-only", help="Use redundancy to unload what governs in every cell.")
     ] = True,
@@ -128,7 +129,7 @@ def capacity(
     from vgtsim.planning.capacity import unload
     from vgtsim.statics.capacity import draw_shapes, find_gain, map_capacity
 
-    arm, gravity = load_manipulator(arm_file), 9.80665
+    arm, gravity = load_manipulator(arm_file), GRAVITY
     chain = Chain(arm, hanging_mount(0.0))
     with ERR.status("solving shapes"):
         plane = map_capacity(chain, draw_shapes(chain), gravity, safety_factor, payload)

@@ -2,11 +2,13 @@
 
 from vgtsim.geometry.clearance import Clearance, Obstacles, arm_clearance, nearest_pair, obstacles, self_clearance
 from vgtsim.geometry.distance import enclosure_depth, enclosure_distance, interior_distance, segment_distance
+from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.pairs import MemberPairs, member_balls, near_members, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
     "Clearance",
+    "MastPipe",
     "MemberPairs",
     "Obstacles",
     "Profile",
@@ -14,6 +16,7 @@ __all__ = [
     "enclosure_depth",
     "enclosure_distance",
     "interior_distance",
+    "make_mast",
     "make_profile",
     "member_balls",
     "near_members",
