@@ -17,6 +17,7 @@ from vgtsim.cli.application import (
     app,
     list_files,
 )
+from vgtsim.constants import GRAVITY, PAYLOAD, SAFETY_FACTOR
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.shipped import MODELS, find_file
 from vgtsim.errors import DescriptionError
@@ -110,8 +111,8 @@ def workspace(
 def capacity(
     arm_name: ArmName,
     out: OutFolder = None,
-    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = 453.59237,
-    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = 1.67,
+    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = PAYLOAD,
+    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = SAFETY_FACTOR,
     resolve: Annotated[
         bool, typer.Option("--resolve/--plane-only", help="Use redundancy to unload what governs in every cell.")
     ] = True,
@@ -125,7 +126,7 @@ def capacity(
     from vgtsim.planning.capacity import unload
     from vgtsim.statics.capacity import draw_shapes, find_gain, map_capacity
 
-    arm, gravity = load_manipulator(arm_name), 9.80665
+    arm, gravity = load_manipulator(arm_name), GRAVITY
     chain = Chain(arm, hanging_mount(0.0))
     with ERR.status("solving shapes"):
         plane = map_capacity(chain, draw_shapes(chain), gravity, safety_factor, payload)
@@ -169,13 +170,14 @@ def size(
     from vgtsim.description.catalogue import load_catalogue, write_sized_arm
     from vgtsim.output.write import prepare_file
     from vgtsim.planning.design import design_arm
+    from vgtsim.site import Site
 
     catalogue = load_catalogue(catalogue_file)
     file = find_file(arm_name, "arm")
     scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(file))
     prepare_file(out)
     with ERR.status("planning tours and choosing sizes"):
-        design = design_arm(scene, catalogue, 1 - reserve, anywhere=anywhere)
+        design = design_arm(Site(scene), catalogue, 1 - reserve, anywhere=anywhere)
     found, (tour, beside) = design.sizing, design.poses
     reach = " and in any posture" if anywhere else ""
     reason = f"{reserve:.0%} in reserve over the tour of {scene.task.name}{reach}, cases {', '.join(design.cases)}"

@@ -74,25 +74,25 @@ def track(
     """Follow a path with the tool: lengths over time inside the cylinders' rates and accelerations, CSV and drawing."""
     from vgtsim.description import load_tool_path
     from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.track_files import write_track
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.following import follow_request, report
+    from vgtsim.site import Site
 
     file = find_file(description, "scene", "arm")
-    scene = load_scene(file) if is_scene(file) else None
-    chain = scene_chain(scene) if scene else Chain(load_manipulator(file), hanging_mount(0.0))
+    site = Site(load_scene(file)) if is_scene(file) else None
+    chain = site.chain if site else Chain(load_manipulator(file), hanging_mount(0.0))
     path = load_tool_path(path_file)
     with ERR.status("solving the path"):
-        followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), scene)
-    facts = report(chain, followed, scene)
+        followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), site)
+    facts = report(chain, followed, site)
     table = Table("quantity", "value", title=f"{chain.manipulator.name} on {path.name}")
     for name, value in facts.items():
         table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
     OUT.print(table)
     folder = prepare_folder(out or Path("out") / path.name)
     list_files(*write_track(chain, followed, facts, folder / path.name))
-    wanted = scene.task.motion.clearance if scene else 0.0
+    wanted = site.task.motion.clearance if site else 0.0
     clear, spare = (
         float(facts.get("least clearance, m", wanted)),
         float(facts["least distance to the end of a stroke, m"]),

@@ -32,25 +32,25 @@ def run(
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
 ) -> None:
     """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
-    from vgtsim.mjcf import build_model, scene_chain
+    from vgtsim.mjcf import build_model
     from vgtsim.mjcf.files import write_scene_files
     from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
-    from vgtsim.planning.program import check_scene, make_program
+    from vgtsim.planning import plan_tour
     from vgtsim.plant import run as simulate
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    scene = load_scene(scene_name)
-    chain = scene_chain(scene)
-    check_scene(scene, chain)
+    site = Site(load_scene(scene_name))
+    scene, chain = site.scene, site.chain
     folder = out or Path("out") / scene.task.name
     with ERR.status("planning the tour"):
-        program = make_program(scene, chain)
+        tour = plan_tour(site)
     clear_folder(prepare_folder(folder))
-    first_goal = program.legs[0].q
+    first_goal = tour.legs[0].q
     write_scene_files(scene, first_goal, folder)
     model = build_model(scene, {"first_goal": first_goal})
     try:
-        log = simulate(model, program, scene)
+        log = simulate(model, tour, scene)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
             save_log(scene, error.log, folder)
@@ -70,18 +70,18 @@ def build(
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.kinematics.stroke_boxes import check_strokes
-    from vgtsim.mjcf import scene_chain
     from vgtsim.mjcf.files import write_arm_files, write_scene_files
     from vgtsim.output.write import prepare_folder
-    from vgtsim.planning.program import check_scene, solve_first_goal
+    from vgtsim.planning import check_site, solve_first_goal
+    from vgtsim.site import Site
 
     file = find_file(description, "scene", "arm")
     if is_scene(file):
-        scene = load_scene(file)
-        chain = scene_chain(scene)
-        check_scene(scene, chain)
+        site = Site(load_scene(file))
+        check_site(site)
+        scene = site.scene
         folder = prepare_folder(out or Path("out") / scene.task.name)
-        files = write_scene_files(scene, solve_first_goal(scene, chain), folder)
+        files = write_scene_files(scene, solve_first_goal(site), folder)
     else:
         manipulator = load_manipulator(file)
         check_strokes(Chain(manipulator, hanging_mount(0.0)))
