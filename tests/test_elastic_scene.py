@@ -9,9 +9,9 @@ import pytest
 
 from vgtsim.description import load_scene
 from vgtsim.mjcf import build_model, scene_chain
-from vgtsim.planning.checks import surroundings_of
-from vgtsim.planning.program import make_program
+from vgtsim.planning import plan_tour
 from vgtsim.plant import run
+from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
@@ -34,7 +34,7 @@ def scene(pytestconfig):
 
 @pytest.fixture(scope="module")
 def program(scene):
-    return make_program(scene, scene_chain(scene))
+    return plan_tour(Site(scene))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def settled_clearance(scene, elastic, program):
 
     lengths = np.concatenate([leg.lengths[::100] for leg in program.legs] + [program.legs[-1].lengths[-1:]])
     q = chain.inputs_from_lengths(lengths)
-    return dataclasses.replace(surroundings_of(scene, chain), sag=sag).clearance(q)[0].min()
+    return dataclasses.replace(Site(scene).surroundings, sag=sag).clearance(q)[0].min()
 
 
 def test_path_is_clear_in_the_settled_shape(scene, elastic, program):
@@ -65,7 +65,7 @@ def test_path_is_clear_in_the_settled_shape(scene, elastic, program):
 def test_path_for_the_unloaded_shape_is_not(scene, elastic):
     simulation = scene.task.simulation.model_copy(update={"members": "rigid"})
     rigid = dataclasses.replace(scene, task=scene.task.model_copy(update={"simulation": simulation}))
-    found = settled_clearance(scene, elastic, make_program(rigid, scene_chain(rigid)))
+    found = settled_clearance(scene, elastic, plan_tour(Site(rigid)))
     assert found < scene.task.limits.clearance
 
 
@@ -76,8 +76,8 @@ def test_settled_tool_is_at_its_goal(scene, elastic, program):
 
 def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
     """Against central differences of the gap itself; without the sag's share they would be off by more than a per cent."""
-    chain, q, step = scene_chain(scene), program.legs[-1].q, 1e-5
-    around = surroundings_of(scene, chain)
+    q, step = program.legs[-1].q, 1e-5
+    around = Site(scene).surroundings
     rows = around.rows(q[None], 1.0)
     nearest = int(rows.gap.argmin())
     shifts = step * np.eye(q.size)

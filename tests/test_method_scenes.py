@@ -11,8 +11,9 @@ import pytest
 from vgtsim.description import load_scene
 from vgtsim.description.resolution import Method
 from vgtsim.mjcf import build_model, scene_chain
-from vgtsim.planning.program import make_program, solve_first_goal
+from vgtsim.planning import plan_tour, solve_first_goal
 from vgtsim.plant import run
+from vgtsim.site import Site
 from vgtsim.verification import verify
 
 ROOT = Path(__file__).parents[1]
@@ -33,7 +34,7 @@ def scene(request):
 
 @pytest.fixture(scope="module")
 def program(scene):
-    return make_program(scene, scene_chain(scene))
+    return plan_tour(Site(scene))
 
 
 def test_every_goal_is_met_and_every_leg_is_clear(scene, program):
@@ -64,6 +65,6 @@ def test_first_leg_passes_every_check(scene, program):
 def test_other_methods_find_the_first_goal_of_a_scene(method):
     scene = load_scene(ROOT / "scenes/arm15_coupled.toml")
     scene = with_motion(scene, method=Method(method), coupling=None)
-    q, goal = solve_first_goal(scene, scene_chain(scene)), scene.task.motion.goals[0]
+    q, goal = solve_first_goal(Site(scene)), scene.task.motion.goals[0]
     assert np.linalg.norm(scene_chain(scene).tool(q)[0] - goal.position) < GOAL
     assert np.abs(q[:3] - q[3:6]).max() > 0.01  # not coupled

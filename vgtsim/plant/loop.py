@@ -18,7 +18,7 @@ from vgtsim.errors import DivergenceError
 from vgtsim.kinematics import Chain
 from vgtsim.mjcf import scene_chain
 from vgtsim.mjcf.pose import qpos_from_nodes
-from vgtsim.planning.program import LengthProgram
+from vgtsim.planning import Tour
 from vgtsim.plant.drives import Drive, HydraulicDrive, find_drive
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.progress import show_progress
@@ -43,7 +43,7 @@ class _Contacts:
     distance: list[float] = field(default_factory=list)
 
 
-def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
+def run(model: mujoco.MjModel, program: Tour, scene: Scene) -> RunLog:
     """Play a programme.
 
     Each command is the length wanted at the end of the step, because the rigid drives hold at the end of a step. A goal
@@ -111,7 +111,7 @@ def run(model: mujoco.MjModel, program: LengthProgram, scene: Scene) -> RunLog:
     return log
 
 
-def _require_pressure(scene: Scene, chain: Chain, program: LengthProgram) -> None:
+def _require_pressure(scene: Scene, chain: Chain, program: Tour) -> None:
     """Hold the dead load against the supply pressure at poses all along the tour."""
     lengths = np.concatenate([leg.lengths for leg in program.legs])
     every = max(round(_PRESSURE_POSES / program.timestep), 1)
@@ -123,7 +123,7 @@ def _find_equilibrium(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     drive: Drive,
-    program: LengthProgram,
+    program: Tour,
     scene: Scene,
     hub_speeds: NDArray[np.intp],
 ) -> None:
@@ -147,7 +147,7 @@ def _find_equilibrium(
 
 
 def _commands(
-    program: LengthProgram,
+    program: Tour,
     scene: Scene,
     data: mujoco.MjData,
     hub_speeds: NDArray[np.intp],
