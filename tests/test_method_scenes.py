@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vgtsim.description import load_scene
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.planning import plan_tour, solve_first_goal
 from vgtsim.plant import run

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from vgtsim.cli import app
 from vgtsim.description import load_manipulator, load_scene
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.mjcf import scene_chain

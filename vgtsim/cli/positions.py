@@ -19,7 +19,7 @@ from vgtsim.cli.application import (
 )
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.description.shipped import find_file
 
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import bend_start

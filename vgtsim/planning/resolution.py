@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vgtsim.description.modules import Tetrahedral
-from vgtsim.description.resolution import Method, choose_coupling
+from vgtsim.description.redundancy import Method, choose_coupling
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.bending import straight_yaws

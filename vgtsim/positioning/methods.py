@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.positioning.anchoring import anchor_successively
 from vgtsim.positioning.goals import Direction, GoalSpace, Position
 from vgtsim.positioning.newton import NewtonSettings

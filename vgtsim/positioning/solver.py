@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.errors import ReachError
 from vgtsim.positioning.methods import Notes, Resolved, bring_starts_inside, resolve
 from vgtsim.positioning.nearest import come_nearest
