@@ -35,18 +35,19 @@ def ik(
 ) -> None:
     """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
     from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import prepare_file
-    from vgtsim.planning.inverse import Request, answer_as_json, solve_request
+    from vgtsim.planning.arm_alone import ArmAlone
+    from vgtsim.planning.resolution import Request, answer_as_json, solve_request
+    from vgtsim.site import Site
 
     if json_file is not None:
         prepare_file(json_file)
     if plot is not None:
         prepare_file(plot, (".svg", ".png"))
     file = find_file(description, "scene", "arm")
-    scene = load_scene(file) if is_scene(file) else None
-    chain = scene_chain(scene) if scene else Chain(load_manipulator(file), hanging_mount(0.0))
-    answer = solve_request(chain, Request(position, direction, method, tuple(objective or ("mid_stroke",))), scene)
+    place = Site(load_scene(file)) if is_scene(file) else ArmAlone(Chain(load_manipulator(file), hanging_mount(0.0)))
+    chain = place.chain
+    answer = solve_request(place, Request(position, direction, method, tuple(objective or ("mid_stroke",))))
     table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
     for row in answer.rows:
         wanted = ["" if value is None else f"{value:.6f}" for value in (row.desired, row.reached)]
@@ -76,16 +77,18 @@ def track(
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.output.track_files import write_track
     from vgtsim.output.write import prepare_folder
+    from vgtsim.planning.arm_alone import ArmAlone
     from vgtsim.planning.following import follow_request, report
     from vgtsim.site import Site
 
     file = find_file(description, "scene", "arm")
     site = Site(load_scene(file)) if is_scene(file) else None
-    chain = site.chain if site else Chain(load_manipulator(file), hanging_mount(0.0))
+    place = site or ArmAlone(Chain(load_manipulator(file), hanging_mount(0.0)))
+    chain = place.chain
     path = load_tool_path(path_file)
     with ERR.status("solving the path"):
-        followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), site)
-    facts = report(chain, followed, site)
+        followed = follow_request(place, path, tuple(objective or ("mid_stroke",)))
+    facts = report(place, followed)
     table = Table("quantity", "value", title=f"{chain.manipulator.name} on {path.name}")
     for name, value in facts.items():
         table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
