@@ -16,7 +16,7 @@ from vgtsim.positioning.directrix import cubic, spline
 from vgtsim.positioning.fitting import fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.kernel import Kernel
-from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum, values
+from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.shape import follow_curve, solve_shape, solve_shapes
 from vgtsim.positioning.strokes import make_box
@@ -110,11 +110,11 @@ def test_the_search_makes_its_objective_least(arm30):
     found = [solve_shape(box, position, direction, objective=item) for item in objectives]
     q = np.array([shape.solution.q[0] for shape in found])
     at = Configurations(box, kernel.state(q), np.zeros(len(q), int))
-    table = np.array([values(item, at) for item in objectives])  # objective by shape
+    table = np.array([item.values(at) for item in objectives])  # objective by shape
     np.testing.assert_allclose(np.diag(table), [shape.value for shape in found], rtol=1e-9)
     assert np.all(np.diag(table) <= table.min(axis=1) + 1e-12)
     assert table[2, 2] < table[2, 0] - 1e-3
-    whole = solve(Problem(arm30, box, tool_goal(position, direction), MidStroke()), found[0].solution.q)
+    whole = solve(Problem(box, tool_goal(position, direction), MidStroke()), found[0].solution.q)
     assert whole.value[0] <= found[0].value + 1e-6  # curves leave two of the null space's 25 freedoms
 
 
