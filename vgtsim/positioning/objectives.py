@@ -231,7 +231,7 @@ def _sum(parts: list[Array]) -> Array | None:
 
 
 def _sum_blocks(parts: list[Blocks]) -> Blocks | None:
-    return tuple(sum(same[1:], same[0]) for same in zip(*parts, strict=True)) if parts else None
+    return tuple(np.sum(same, axis=0) for same in zip(*parts, strict=True)) if parts else None
 
 
 def _half_square(at: Configurations, away: Array) -> Terms:
