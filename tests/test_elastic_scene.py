@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from vgtsim.description import load_scene
-from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.planning.checks import surroundings_of
 from vgtsim.planning.program import make_program
 from vgtsim.plant import run
+from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
@@ -34,17 +34,17 @@ def scene(pytestconfig):
 
 @pytest.fixture(scope="module")
 def program(scene):
-    return make_program(scene, scene_chain(scene))
+    return make_program(scene, Site(scene).chain)
 
 
 @pytest.fixture(scope="module")
 def elastic(scene):
-    return make_elastic_model(scene_chain(scene), scene.task.payload, scene.task.simulation.gravity)
+    return make_elastic_model(Site(scene).chain, scene.task.payload, scene.task.simulation.gravity)
 
 
 def settled_clearance(scene, elastic, program):
     """Least clearance along a programme of the arm at rest, at the deformed pose."""
-    chain = scene_chain(scene)
+    chain = Site(scene).chain
 
     def sag(nodes):
         settled = settle(elastic, nodes)
@@ -65,18 +65,18 @@ def test_path_is_clear_in_the_settled_shape(scene, elastic, program):
 def test_path_for_the_unloaded_shape_is_not(scene, elastic):
     simulation = scene.task.simulation.model_copy(update={"members": "rigid"})
     rigid = dataclasses.replace(scene, task=scene.task.model_copy(update={"simulation": simulation}))
-    found = settled_clearance(scene, elastic, make_program(rigid, scene_chain(rigid)))
+    found = settled_clearance(scene, elastic, make_program(rigid, Site(rigid).chain))
     assert found < scene.task.limits.clearance
 
 
 def test_settled_tool_is_at_its_goal(scene, elastic, program):
-    settled = settle(elastic, scene_chain(scene).nodes(program.legs[-1].q))
+    settled = settle(elastic, Site(scene).chain.nodes(program.legs[-1].q))
     assert np.linalg.norm(tool_point(elastic.loads, settled) - scene.task.motion.goals[-1].position) < AIM
 
 
 def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
     """Against central differences of the gap itself; without the sag's share they would be off by more than a per cent."""
-    chain, q, step = scene_chain(scene), program.legs[-1].q, 1e-5
+    chain, q, step = Site(scene).chain, program.legs[-1].q, 1e-5
     around = surroundings_of(scene, chain)
     rows = around.rows(q[None], 1.0)
     nearest = int(rows.gap.argmin())
@@ -90,5 +90,5 @@ def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
 
 
 def test_every_check_passes(scene, program):
-    report = verify(scene, run(build_model(scene), program, scene))
+    report = verify(scene, run(Site(scene), program))
     assert report.passed, [check for check in report.checks if not check.passed]

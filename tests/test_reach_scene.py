@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.output import write_outputs
 from vgtsim.planning.program import make_program
 from vgtsim.plant import run
 from vgtsim.runlog import load_run
+from vgtsim.site import Site
 from vgtsim.verification import CHECK_NAMES, verify
 
 pytestmark = pytest.mark.slow
@@ -18,8 +18,8 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def folder(reach_scene, tmp_path_factory):
-    chain = scene_chain(reach_scene)
-    log = run(build_model(reach_scene), make_program(reach_scene, chain), reach_scene)
+    chain = Site(reach_scene).chain
+    log = run(Site(reach_scene), make_program(reach_scene, chain))
     path = tmp_path_factory.mktemp("reach")
     write_outputs(reach_scene, log, verify(reach_scene, log), chain, path)
     return path

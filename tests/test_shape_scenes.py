@@ -12,12 +12,12 @@ from scipy.interpolate import make_interp_spline
 from vgtsim.description import load_scene
 from vgtsim.description.resolution import Method
 from vgtsim.errors import DescriptionError
-from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.planning.checks import surroundings_of
 from vgtsim.planning.program import make_program
 from vgtsim.planning.timing import make_limits
 from vgtsim.plant import run
 from vgtsim.positioning.strokes import make_box
+from vgtsim.site import Site
 from vgtsim.verification import verify
 
 SCENES = Path(__file__).parents[1] / "scenes"
@@ -34,7 +34,7 @@ def tour(request):
     scene = load_scene(SCENES / f"{request.param}.toml")
     motion = scene.task.motion.model_copy(update={"goals": scene.task.motion.goals[:1]})
     scene = replace(scene, task=scene.task.model_copy(update={"motion": motion}))
-    chain = scene_chain(scene)
+    chain = Site(scene).chain
     return scene, chain, make_program(scene, chain)
 
 
@@ -65,7 +65,7 @@ def test_the_beginning_of_the_tour_passes_every_check_but_the_goals(tour):
     x = np.linspace(0, 1, BEGINNING + 1)
     passed = BEGINNING / 4 * (10 * x**3 - 15 * x**4 + 6 * x**5)  # from rest to rest, half as fast as the plan
     short = replace(program.legs[0], lengths=make_interp_spline(np.arange(len(first)), first, k=5)(passed))
-    report = verify(scene, run(build_model(scene), replace(program, legs=(short,)), scene))
+    report = verify(scene, run(Site(scene), replace(program, legs=(short,))))
     missed = [check for check in report.checks if not check.passed]
     assert {(check.name, check.quantity.split(" at ")[0]) for check in missed} == {
         ("tracking", "tool position"),
@@ -82,4 +82,4 @@ def test_an_arm_with_static_longerons_has_no_tour():
     arm = mixed.model_copy(update={"modules": (fixed, *mixed.modules[1:])})
     part = replace(scene, manipulator=arm)
     with pytest.raises(DescriptionError, match="p1 has 1 static longerons"):
-        make_program(part, scene_chain(part))
+        make_program(part, Site(part).chain)

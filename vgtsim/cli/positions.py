@@ -33,16 +33,16 @@ def ik(
 ) -> None:
     """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
     from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import prepare_file
     from vgtsim.planning.inverse import Request, answer_as_json, solve_request
+    from vgtsim.site import Site
 
     if json_file is not None:
         prepare_file(json_file)
     if plot is not None:
         prepare_file(plot, (".svg", ".png"))
     scene = load_scene(description) if is_scene(description) else None
-    chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))
+    chain = Site(scene).chain if scene else Chain(load_manipulator(description), hanging_mount(0.0))
     answer = solve_request(chain, Request(position, direction, method, tuple(objective or ("mid_stroke",))), scene)
     table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
     for row in answer.rows:
@@ -69,13 +69,13 @@ def track(
     """Follow a path with the tool: lengths over time inside the cylinders' rates and accelerations, CSV and drawing."""
     from vgtsim.description import load_tool_path
     from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.track_files import write_track
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.following import follow_request, report
+    from vgtsim.site import Site
 
     scene = load_scene(description) if is_scene(description) else None
-    chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))
+    chain = Site(scene).chain if scene else Chain(load_manipulator(description), hanging_mount(0.0))
     path = load_tool_path(path_file)
     with ERR.status("solving the path"):
         followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), scene)

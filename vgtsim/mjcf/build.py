@@ -12,10 +12,9 @@ from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import DoubleOctahedral, Prism, Section
 from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
-from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics import Chain, Truss, hanging_mount
 from vgtsim.kinematics.layout import make_static
 from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.kinematics.start import bend_start
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import add_arm
 from vgtsim.mjcf.pose import qpos_from_nodes
@@ -23,6 +22,7 @@ from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.mjcf.tank import add_tank
 from vgtsim.mjcf.views import add_arm_cameras, add_goal_markers, add_tank_cameras
+from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
@@ -36,42 +36,30 @@ _REACH_SAMPLE = 200  # configurations that the reach pose of a mixed arm is pick
 MAST_STICK_UP = 0.5  # length of mast above the riser's flange at the working depth, m
 
 
-def scene_chain(scene: Scene) -> Chain:
-    """Kinematics of a scene's arm on its mast.
-
-    Args:
-        scene: The scene.
-
-    Returns:
-        The chain, hanging from the scene's pivot.
-    """
-    return Chain(scene.manipulator, hanging_mount(scene.pivot_height))
-
-
-def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep: float | None = None) -> mujoco.MjSpec:
+def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: float | None = None) -> mujoco.MjSpec:
     """Lay out a scene in MJCF.
 
     Args:
-        scene: The scene.
+        site: The scene's.
         poses: Inputs, shape (A, 3), of keyframes besides `stowed` and `straight`, by name.
         timestep: In place of the scene's, s.
 
     Returns:
         The specification, with keyframes; the servos hold the arm until `select_drive` says otherwise.
     """
-    step = timestep or scene.task.simulation.timestep
-    chain, task, tank = scene_chain(scene), scene.task, scene.tank
+    chain, task, tank, pivot = site.chain, site.task, site.tank, site.scene.pivot_height
+    step = timestep or task.simulation.timestep
     grade = tank.shell.crown + tank.shell.dome_thickness + tank.shell.soil_cover + tank.arm_riser.above_grade
-    keyed = _withdrawn_poses(chain, scene) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
+    keyed = _withdrawn_poses(chain, site.scene) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
     rigging = Rigging(
         mast_diameter=task.mast.outer_diameter,
         mast_wall=task.mast.wall,
         mast_density=task.mast.density,
-        mast_length=grade - scene.pivot_height + MAST_STICK_UP,
+        mast_length=grade - pivot + MAST_STICK_UP,
         feed_range=(0.0, max(lift for _, lift in keyed.values())),
         payload_mass=task.payload.mass,
         payload_radius=task.payload.radius,
-        reference=bend_start(chain, scene.task.motion.start),
+        reference=site.start,
         timestep=step,
         servo_stiffness=task.simulation.servo_stiffness,
         servo_damping=task.simulation.servo_damping,
@@ -84,7 +72,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
     add_tank(spec, tank)
     add_arm(spec, chain, rigging)
     add_goal_markers(spec, task.motion.goals)
-    add_tank_cameras(spec, tank, scene.pivot_height)
+    add_tank_cameras(spec, tank, pivot)
     _add_keyframes(spec, chain, keyed)
     return spec
 
@@ -150,11 +138,11 @@ def reach_pose(chain: Chain) -> Array:
     return sample[int(np.argmax(across))]
 
 
-def build_model(scene: Scene, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
+def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
     """Compile a scene for simulation: weights scaled, the scene's drive selected.
 
     Args:
-        scene: The scene.
+        site: The scene's.
         poses: Inputs, shape (A, 3), of keyframes besides `stowed` and `straight`, by name.
 
     Returns:
@@ -163,15 +151,15 @@ def build_model(scene: Scene, poses: Mapping[str, Array] | None = None) -> mujoc
     Raises:
         VgtError: The compiled model is not the truss that was described.
     """
-    return finish_model(build_spec(scene, poses), scene)
+    return finish_model(build_spec(site, poses), site)
 
 
-def finish_model(spec: mujoco.MjSpec, scene: Scene) -> mujoco.MjModel:
+def finish_model(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
     """Compile a specification and give it the scene's weights and drive.
 
     Args:
         spec: From `build_spec`, edited or not.
-        scene: The scene.
+        site: The scene's.
 
     Returns:
         The model.
@@ -180,9 +168,9 @@ def finish_model(spec: mujoco.MjSpec, scene: Scene) -> mujoco.MjModel:
         VgtError: The compiled model is not the truss that was described.
     """
     model = spec.compile()
-    stiffen(model, scene.task.simulation.weight_scale)
-    select_drive(model, scene.task.simulation.drive)
-    _check_compiled(model, scene)
+    stiffen(model, site.task.simulation.weight_scale)
+    select_drive(model, site.task.simulation.drive)
+    _check_compiled(model, site.truss)
     return model
 
 
@@ -274,9 +262,8 @@ def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
     return force
 
 
-def _check_compiled(model: mujoco.MjModel, scene: Scene) -> None:
+def _check_compiled(model: mujoco.MjModel, truss: Truss) -> None:
     """Hold the compiled model against the description by what both can count."""
-    truss = scene_chain(scene).truss
     closures = int(np.sum(model.eq_type == mujoco.mjtEq.mjEQ_CONNECT))
     balls = int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL))
     members, blocks = len(truss.members), truss.ring_actuators.size  # a block and an actuator pinned to it, each a ball
