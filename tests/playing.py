@@ -11,7 +11,7 @@ import numpy as np
 from vgtsim.description import Scene
 from vgtsim.mjcf import build_spec
 from vgtsim.mjcf.build import finish_model
-from vgtsim.planning.program import Leg, LengthProgram
+from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -48,7 +48,7 @@ def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit
     s = np.linspace(0, 1, max(round(duration / step), 1) + 1)[:, None, None]
     s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
     lengths = Site(scene).chain.lengths(start + s * (end - start)).reshape(len(s), -1)
-    program = LengthProgram(start, (Leg("goal", 0, lengths, end, 1.0, "nothing"),), step)
+    program = Tour(start, (Leg("goal", 0, lengths, end, 1.0, "nothing"),), step)
     spec = build_spec(Site(scene))
     if edit is not None:
         edit(spec)

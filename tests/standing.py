@@ -15,7 +15,7 @@ from vgtsim.mjcf.build import build_arm_spec
 from vgtsim.mjcf.pose import fill_qpos, make_pose_map
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.plant.recorder import Recorder, find_addresses
-from vgtsim.statics import make_load_model, solve
+from vgtsim.statics import make_load_model, solve_members
 
 STEP = 0.005  # s
 STILL = 1e-8  # m/s: a speed lost in one step is an acceleration of 2e-6 m/s²
@@ -82,7 +82,7 @@ def _measure(chain: Chain, log: dict, lumped: bool) -> Standing:
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     axial = np.einsum("tmk,tmk->tm", log["member_force"], along)
     model = make_load_model(chain, Payload(mass=0.0, radius=0.1), 9.80665, lumped=lumped)
-    expected = solve(model, log["nodes"])
+    expected = solve_members(model, log["nodes"])
     shear = log["member_force"] - axial[..., None] * along - expected.near_transverse
     pinned = truss.ring_actuators.ravel()
     balls = np.setdiff1d(np.arange(len(truss.members)), pinned)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from vgtsim.description import load_scene
-from vgtsim.planning.checks import surroundings_of
-from vgtsim.planning.program import make_program
+from vgtsim.planning import plan_tour
 from vgtsim.plant import run
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
@@ -34,7 +33,7 @@ def scene(pytestconfig):
 
 @pytest.fixture(scope="module")
 def program(scene):
-    return make_program(scene, Site(scene).chain)
+    return plan_tour(Site(scene))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +52,7 @@ def settled_clearance(scene, elastic, program):
 
     lengths = np.concatenate([leg.lengths[::100] for leg in program.legs] + [program.legs[-1].lengths[-1:]])
     q = chain.inputs_from_lengths(lengths.reshape(len(lengths), -1, 3))
-    return dataclasses.replace(surroundings_of(scene, chain), sag=sag).clearance(q)[0].min()
+    return dataclasses.replace(Site(scene).surroundings, sag=sag).clearance(q)[0].min()
 
 
 def test_path_is_clear_in_the_settled_shape(scene, elastic, program):
@@ -65,7 +64,7 @@ def test_path_is_clear_in_the_settled_shape(scene, elastic, program):
 def test_path_for_the_unloaded_shape_is_not(scene, elastic):
     simulation = scene.task.simulation.model_copy(update={"members": "rigid"})
     rigid = dataclasses.replace(scene, task=scene.task.model_copy(update={"simulation": simulation}))
-    found = settled_clearance(scene, elastic, make_program(rigid, Site(rigid).chain))
+    found = settled_clearance(scene, elastic, plan_tour(Site(rigid)))
     assert found < scene.task.limits.clearance
 
 
@@ -76,8 +75,8 @@ def test_settled_tool_is_at_its_goal(scene, elastic, program):
 
 def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
     """Against central differences of the gap itself; without the sag's share they would be off by more than a per cent."""
-    chain, q, step = Site(scene).chain, program.legs[-1].q, 1e-5
-    around = surroundings_of(scene, chain)
+    q, step = program.legs[-1].q, 1e-5
+    around = Site(scene).surroundings
     rows = around.rows(q[None], 1.0)
     nearest = int(rows.gap.argmin())
     shifts = step * np.eye(q.size).reshape(-1, *q.shape)

@@ -10,7 +10,7 @@ import pytest
 
 from vgtsim.description import load_scene
 from vgtsim.description.resolution import Method
-from vgtsim.planning.program import make_program, solve_first_goal
+from vgtsim.planning import plan_tour, solve_first_goal
 from vgtsim.plant import run
 from vgtsim.site import Site
 from vgtsim.verification import verify
@@ -33,7 +33,7 @@ def scene(request):
 
 @pytest.fixture(scope="module")
 def program(scene):
-    return make_program(scene, Site(scene).chain)
+    return plan_tour(Site(scene))
 
 
 def test_every_goal_is_met_and_every_leg_is_clear(scene, program):
@@ -64,6 +64,6 @@ def test_first_leg_passes_every_check(scene, program):
 def test_other_methods_find_the_first_goal_of_a_scene(method):
     scene = load_scene(ROOT / "scenes/arm15_coupled.toml")
     scene = with_motion(scene, method=Method(method), coupling=None)
-    q, goal = solve_first_goal(scene, Site(scene).chain), scene.task.motion.goals[0]
+    q, goal = solve_first_goal(Site(scene)), scene.task.motion.goals[0]
     assert np.linalg.norm(Site(scene).chain.tool(q)[0] - goal.position) < GOAL
     assert np.abs(q[0] - q[1]).max() > 0.01  # not coupled

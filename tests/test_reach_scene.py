@@ -7,7 +7,7 @@ import json
 import pytest
 
 from vgtsim.output import write_outputs
-from vgtsim.planning.program import make_program
+from vgtsim.planning import plan_tour
 from vgtsim.plant import run
 from vgtsim.runlog import load_run
 from vgtsim.site import Site
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def folder(reach_scene, tmp_path_factory):
     chain = Site(reach_scene).chain
-    log = run(Site(reach_scene), make_program(reach_scene, chain))
+    log = run(Site(reach_scene), plan_tour(Site(reach_scene)))
     path = tmp_path_factory.mktemp("reach")
     write_outputs(reach_scene, log, verify(reach_scene, log), chain, path)
     return path

@@ -12,8 +12,7 @@ from scipy.interpolate import make_interp_spline
 from vgtsim.description import load_scene
 from vgtsim.description.resolution import Method
 from vgtsim.errors import DescriptionError
-from vgtsim.planning.checks import surroundings_of
-from vgtsim.planning.program import make_program
+from vgtsim.planning import plan_tour
 from vgtsim.planning.timing import make_limits
 from vgtsim.plant import run
 from vgtsim.positioning.strokes import make_box
@@ -35,7 +34,7 @@ def tour(request):
     motion = scene.task.motion.model_copy(update={"goals": scene.task.motion.goals[:1]})
     scene = replace(scene, task=scene.task.model_copy(update={"motion": motion}))
     chain = Site(scene).chain
-    return scene, chain, make_program(scene, chain)
+    return scene, chain, plan_tour(Site(scene))
 
 
 def test_the_way_to_a_goal_keeps_all_limits_and_the_assembly_mode(tour):
@@ -55,7 +54,7 @@ def test_the_way_to_a_goal_keeps_all_limits_and_the_assembly_mode(tour):
     for lengths in (*sampled, leg.lengths[-1]):
         q = chain.inputs_from_lengths(lengths, start=q)
     np.testing.assert_allclose(chain.nodes(q), chain.nodes(leg.q), atol=MODE)
-    assert surroundings_of(scene, chain).least(leg.q)[0] >= motion.clearance
+    assert Site(scene).surroundings.least(leg.q)[0] >= motion.clearance
     assert leg.clearance >= motion.clearance
 
 
@@ -82,4 +81,4 @@ def test_an_arm_with_static_longerons_has_no_tour():
     arm = mixed.model_copy(update={"modules": (fixed, *mixed.modules[1:])})
     part = replace(scene, manipulator=arm)
     with pytest.raises(DescriptionError, match="p1 has 1 static longerons"):
-        make_program(part, Site(part).chain)
+        plan_tour(Site(part))

@@ -18,9 +18,9 @@ from vgtsim.description.files import load_scene
 from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.output.write import save_log
-from vgtsim.planning.program import solve_first_goal
+from vgtsim.planning import solve_first_goal
 from vgtsim.site import Site
-from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import make_load_model, weigh
 
 ROOT = Path(__file__).parents[1]
@@ -142,9 +142,9 @@ def test_size_writes_an_arm_that_stands_its_task(tmp_path):
     assert max(used) <= 0.9
     scene = load_scene(task)
     chain = Chain(load_manipulator(sized), Site(scene).chain.mount)
-    q = solve_first_goal(scene, chain)
+    q = solve_first_goal(Site(scene))
     assert np.allclose(chain.tool(q)[0], scene.task.motion.goals[0].position)
-    bar = solve(make_load_model(chain, scene.task.payload, scene.task.simulation.gravity), chain.nodes(q)).bar
+    bar = solve_members(make_load_model(chain, scene.task.payload, scene.task.simulation.gravity), chain.nodes(q)).bar
     for member, force in zip(chain.truss.members, bar, strict=True):
         if member.role == "actuator":
             part = chain.manipulator.cylinders[member.section]

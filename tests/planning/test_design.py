@@ -10,8 +10,8 @@ import pytest
 from vgtsim.description.catalogue import INCH, load_catalogue
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
+from vgtsim.planning import Leg, Tour
 from vgtsim.planning.design import passing_sizes
-from vgtsim.planning.program import Leg, LengthProgram
 from vgtsim.planning.riser import RISER_SPARE, riser_fit
 from vgtsim.planning.sampling import sample_motion, sample_postures
 from vgtsim.statics import motion_from_log
@@ -27,7 +27,7 @@ def program(hanging_arm):
     q = np.repeat(hanging_arm.straight[None], 401, axis=0)
     q[:, 0, 0] += 0.15 * way
     q[:, 2, 1] += 0.1 * way
-    return LengthProgram(q[0], (Leg("goal", 0, hanging_arm.lengths(q).reshape(401, -1), q[-1], 1.0, "none"),), STEP)
+    return Tour(q[0], (Leg("goal", 0, hanging_arm.lengths(q).reshape(401, -1), q[-1], 1.0, "none"),), STEP)
 
 
 def test_sampled_motion_is_that_of_a_log_of_every_step(hanging_arm, program):

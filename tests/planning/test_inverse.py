@@ -12,15 +12,15 @@ from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.resolution import Method
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.planning import solve_first_goal
 from vgtsim.planning.inverse import Request, answer_as_json, solve_request
 from vgtsim.planning.objectives import make_objective
-from vgtsim.planning.program import solve_first_goal
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.kernel import Kernel
 from vgtsim.positioning.objectives import Configurations
 from vgtsim.positioning.strokes import make_box
 from vgtsim.site import Site
-from vgtsim.statics import make_load_model, solve
+from vgtsim.statics import make_load_model, solve_members
 
 GOAL = 1e-9
 REACHABLE = ((7.0, 2.0, -9.5), (0.8, 0.1, -0.6))
@@ -59,7 +59,7 @@ def test_scene_and_command_find_the_same_configuration_by_the_same_words(reach_s
     motion = reach_scene.task.motion
     goal, chain = motion.goals[0], Site(reach_scene).chain
     answer = solve_request(chain, Request(goal.position, goal.direction, motion.method, motion.objective), reach_scene)
-    assert answer.q.tobytes() == solve_first_goal(reach_scene, chain).tobytes()
+    assert answer.q.tobytes() == solve_first_goal(Site(reach_scene)).tobytes()
     assert answer.facts["clearance, m"] >= motion.clearance
     assert answer.facts["objective"] == "clearance + stroke_barrier:0.01 + in_plane:10"
 
@@ -88,7 +88,7 @@ def test_modules_turned_to_each_other_are_not_coupled(pytestconfig):
 
 def test_loads_of_an_objective_are_those_of_the_scene(reach_scene):
     chain = Site(reach_scene).chain
-    q = solve_first_goal(reach_scene, chain)
+    q = solve_first_goal(Site(reach_scene))
 
     def value(name, simulation=None, limits=None):
         task = reach_scene.task
@@ -106,7 +106,7 @@ def test_loads_of_an_objective_are_those_of_the_scene(reach_scene):
     assert value("actuator_force", moon) == pytest.approx(whole * 1.62 / reach_scene.task.simulation.gravity)
     assert value("utilisation", limits={"safety_factor": 4.0}) > 1.5 * value("utilisation")
     lumped = make_load_model(chain, reach_scene.task.payload, reach_scene.task.simulation.gravity, lumped=True)
-    force = np.abs(solve(lumped, chain.nodes(q)).bar[chain.truss.actuated]) / 1e5
+    force = np.abs(solve_members(lumped, chain.nodes(q)).bar[chain.truss.actuated]) / 1e5
     assert value("actuator_force", {"member_mass": "lumped"}) == pytest.approx(np.sum(force**12) ** (1 / 12))
     assert value("actuator_force", {"member_mass": "lumped"}) != pytest.approx(whole, rel=1e-6)
 

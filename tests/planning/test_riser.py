@@ -8,6 +8,7 @@ import pytest
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning.riser import RISER_SPARE, check_riser, riser_fit
+from vgtsim.site import Site
 
 INCH = 0.0254
 ROUNDING = 1e-9
@@ -25,14 +26,14 @@ def test_shipped_arm_leaves_an_inch_and_a_half(reach_scene):
     circle = scene.manipulator.face_side / np.sqrt(3)
     assert fit.spare == pytest.approx(21 * INCH - circle - 1.5 * INCH, abs=ROUNDING)
     assert fit.spare == pytest.approx(1.5 * INCH, abs=2e-6)
-    check_riser(scene, chain)
+    check_riser(Site(scene))
 
 
 def test_wider_hubs_do_not_fit_and_are_named_with_the_amount(reach_scene):
     hub = reach_scene.manipulator.hub.model_copy(update={"radius": 2 * INCH})
-    scene, chain = with_arm(reach_scene, hub=hub)
+    scene, _ = with_arm(reach_scene, hub=hub)
     with pytest.raises(DescriptionError, match=r"node \w+/\w+/\d.*25\.40 mm.*12\.69 mm too little"):
-        check_riser(scene, chain)
+        check_riser(Site(scene))
 
 
 def test_longer_stowed_cylinders_push_the_mid_nodes_out(reach_scene):
@@ -42,7 +43,7 @@ def test_longer_stowed_cylinders_push_the_mid_nodes_out(reach_scene):
     assert "/mid/" in fit.place
     assert fit.spare == pytest.approx(21 * INCH - 0.85 / np.sqrt(3) - 1.5 * INCH, abs=ROUNDING)
     with pytest.raises(DescriptionError, match="mid"):
-        check_riser(scene, chain)
+        check_riser(Site(scene))
 
 
 def test_fat_tubes_do_not_fit_and_are_named(reach_scene):
@@ -73,9 +74,9 @@ def test_fat_barrels_count_between_eye_and_mouth(reach_scene):
 
 def test_stowed_length_outside_the_stroke_is_refused(reach_scene):
     stowed = reach_scene.manipulator.stowed.model_copy(update={"cylinder_length": 0.7})
-    scene, chain = with_arm(reach_scene, stowed=stowed)
+    scene, _ = with_arm(reach_scene, stowed=stowed)
     with pytest.raises(DescriptionError, match=r"stowed\.cylinder_length"):
-        check_riser(scene, chain)
+        check_riser(Site(scene))
 
 
 def test_required_spare_is_an_inch_and_a_half_less_rounding():

@@ -11,7 +11,7 @@ from playing import bend, change, play, shorten
 
 from vgtsim.description import load_scene
 from vgtsim.errors import DescriptionError
-from vgtsim.planning.program import make_program
+from vgtsim.planning import plan_tour
 from vgtsim.plant import run
 from vgtsim.plant.hydraulics import CAVITY, PRESSURE, STROKE
 from vgtsim.site import Site
@@ -171,7 +171,7 @@ def test_pressures_that_do_not_make_up_the_force_or_leave_their_range_fail_their
 def test_goals_are_aimed_at_with_what_servos_give_under_load(cylinders, members):
     scene = change(cylinders, drive="servo", members=members, servo_stiffness=5e7)
     chain, simulation = Site(scene).chain, scene.task.simulation
-    leg, goal = make_program(scene, chain).legs[0], scene.task.motion.goals[0]
+    leg, goal = plan_tour(Site(scene)).legs[0], scene.task.motion.goals[0]
     elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=True)
     spring = np.where(elastic.spring > 0, 1e13 if members == "rigid" else elastic.spring, 0.0)
     rod, oil = np.full(elastic.rod.shape, 5e7), np.full(elastic.oil.shape, np.inf)
@@ -183,7 +183,7 @@ def test_goals_are_aimed_at_with_what_servos_give_under_load(cylinders, members)
 
 @pytest.mark.slow
 def test_shipped_scene_on_cylinders_passes_every_check(cylinders):
-    log = run(Site(cylinders), make_program(cylinders, Site(cylinders).chain))
+    log = run(Site(cylinders), plan_tour(Site(cylinders)))
     report = verify(cylinders, log)
     assert report.passed, [check for check in report.checks if not check.passed]
     assert log.pressure.shape == (*log.actual.shape, 2)
@@ -193,7 +193,7 @@ def test_shipped_scene_on_cylinders_passes_every_check(cylinders):
 @pytest.mark.slow
 def test_the_same_tour_on_servos_passes_too(cylinders):
     scene = change(cylinders, drive="servo")
-    log = run(Site(scene), make_program(scene, Site(scene).chain))
+    log = run(Site(scene), plan_tour(Site(scene)))
     report = verify(scene, log)
     assert report.passed, [check for check in report.checks if not check.passed]
     assert not log.pressure.size

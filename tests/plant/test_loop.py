@@ -11,7 +11,7 @@ from playing import bend, change, play, shorten
 
 from vgtsim.errors import DescriptionError, DivergenceError
 from vgtsim.mjcf import build_model
-from vgtsim.planning.program import Leg, LengthProgram
+from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
 from vgtsim.plant.loop import _Contacts, _note_contacts
 from vgtsim.runlog import RunLog, load_run, save_run
@@ -124,7 +124,7 @@ def test_a_loop_that_cannot_close_stops_the_run_and_names_the_row(module_scene, 
     chain, step = Site(module_scene).chain, module_scene.task.simulation.timestep
     start = chain.lengths(motion[0]).ravel()
     lengths = start + np.linspace(0, 1, 401)[:, None] * (np.array([2.6, 0.9, 0.9]) - start)
-    program = LengthProgram(motion[0], (Leg("apart", 0, lengths, motion[0], 1.0, "nothing"),), step)
+    program = Tour(motion[0], (Leg("apart", 0, lengths, motion[0], 1.0, "nothing"),), step)
     model = build_model(Site(module_scene))
     model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or a collision would end it first
     with pytest.raises(DivergenceError) as caught:

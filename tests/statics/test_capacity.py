@@ -7,8 +7,9 @@ import pytest
 
 from vgtsim.description.scene import Payload
 from vgtsim.planning.capacity import unload
-from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
-from vgtsim.statics.capacity import LIMITS, draw_shapes, find_allowance, find_gain, map_capacity
+from vgtsim.statics import make_load_model, make_sections, rate, solve_members, utilise
+from vgtsim.statics.capacity import draw_shapes, find_allowance, find_gain, map_capacity
+from vgtsim.statics.rating import LIMITS
 
 BOUNDARY = 1e-9  # forces are linear in the payload
 OMEGA, GRAVITY = 1.67, 9.80665
@@ -23,7 +24,7 @@ def nodes(hanging_arm):
 
 
 def greatest_use(chain, nodes, mass):
-    forces = solve(make_load_model(chain, Payload(mass=mass, radius=0.15), GRAVITY), nodes)
+    forces = solve_members(make_load_model(chain, Payload(mass=mass, radius=0.15), GRAVITY), nodes)
     ends = chain.truss.ends
     length = np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1)
     use = utilise(rate(make_sections(chain.manipulator, chain.truss), length, OMEGA), forces)

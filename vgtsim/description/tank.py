@@ -128,6 +128,11 @@ class Tank(Description):
     waste: Waste
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
+    @property
+    def grade(self) -> float:
+        """Height of the ground above the lowest point of the floor, m."""
+        return self.shell.crown + self.shell.dome_thickness + self.shell.soil_cover
+
     @model_validator(mode="after")
     def _contents_fit(self) -> Tank:
         if self.arm_riser.radius:

@@ -8,10 +8,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.constants import GRAVITY
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import DoubleOctahedral, Prism, Section
 from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
+from vgtsim.geometry import make_mast
 from vgtsim.kinematics import Chain, Truss, hanging_mount
 from vgtsim.kinematics.layout import make_static
 from vgtsim.kinematics.sampling import sample_inputs
@@ -33,7 +35,6 @@ STIFF_TUBES = 1e4  # on elastic tubes meanwhile: they must not ring
 ELASTIC_ITERATIONS = 3  # of the solver: without contacts the problem is linear; zero tolerance would spend a hundred
 _MOST_LEAN = 0.35  # of a mid-plane in the reach pose, rad: half of what its module bends
 _REACH_SAMPLE = 200  # configurations that the reach pose of a mixed arm is picked from
-MAST_STICK_UP = 0.5  # length of mast above the riser's flange at the working depth, m
 
 
 def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: float | None = None) -> mujoco.MjSpec:
@@ -49,13 +50,13 @@ def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: f
     """
     chain, task, tank, pivot = site.chain, site.task, site.tank, site.scene.pivot_height
     step = timestep or task.simulation.timestep
-    grade = tank.shell.crown + tank.shell.dome_thickness + tank.shell.soil_cover + tank.arm_riser.above_grade
+    mast = make_mast(site.scene)
     keyed = _withdrawn_poses(chain, site.scene) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
     rigging = Rigging(
-        mast_diameter=task.mast.outer_diameter,
-        mast_wall=task.mast.wall,
-        mast_density=task.mast.density,
-        mast_length=grade - pivot + MAST_STICK_UP,
+        mast_diameter=mast.outer_diameter,
+        mast_wall=mast.wall,
+        mast_density=mast.density,
+        mast_length=mast.length,
         feed_range=(0.0, max(lift for _, lift in keyed.values())),
         payload_mass=task.payload.mass,
         payload_radius=task.payload.radius,
@@ -108,7 +109,7 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *,
         servo_damping=1e6,
         lumped=lumped,
     )
-    spec = _start_spec(manipulator.name, timestep, gravity=9.80665, weight_scale=HOLDING_WEIGHTS)
+    spec = _start_spec(manipulator.name, timestep, gravity=GRAVITY, weight_scale=HOLDING_WEIGHTS)
     add_arm(spec, chain, rigging)
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0)
     floor.rgba = [0.86, 0.87, 0.88, 1]

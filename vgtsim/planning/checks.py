@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,62 +10,21 @@ from vgtsim.description.scene import Scene
 from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.start import bend_start
 from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.planning.riser import check_riser
-from vgtsim.positioning.strokes import make_box
 from vgtsim.positioning.surroundings import Surroundings
-from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
-from vgtsim.statics.stiffness import deflect
+from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
 
-def sags(scene: Scene) -> bool:
-    """Whether the arm of a scene gives under its load: by its members and oil, or by its servos."""
-    simulation = scene.task.simulation
-    return simulation.members == "elastic" or simulation.drive == "servo"
+def surroundings_of(scene: Scene, _: Chain) -> Surroundings:
+    """The surroundings of a scene's site."""
+    return Site(scene).surroundings
 
 
-def surroundings_of(scene: Scene, chain: Chain) -> Surroundings:
-    """What the arm of a scene must keep clear of.
-
-    Args:
-        scene: The scene.
-        chain: Its arm on its mast.
-
-    Returns:
-        Tank, equipment, waste, mast and the arm itself with its payload; of an arm that gives where it sags to.
-    """
-    task, sag = scene.task, None
-    if sags(scene):
-        sag = _sagging(elastic_model_of(scene, chain))
-    return Surroundings(chain, scene.tank, task.payload.radius, task.mast.outer_diameter / 2, sag)
-
-
-def elastic_model_of(scene: Scene, chain: Chain) -> ElasticModel:
-    """The arm of a scene with its payload, masses where the scene has them, and cylinders as their drives hold them."""
-    simulation = scene.task.simulation
-    model = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
-    return hold_cylinders(model, simulation)
-
-
-def _sagging(elastic: ElasticModel) -> Callable[[Array], Array]:
-    """Displacements of nodes and tool point at rest, to first order: one solve, some millimetres off where arms sag most."""
-
-    def sag(nodes: Array) -> Array:
-        moved = deflect(elastic, nodes)
-        return np.concatenate([moved.nodes, moved.tool[..., None, :3]], axis=-2)
-
-    return sag
-
-
-def check_scene(scene: Scene, chain: Chain) -> None:
+def check_site(site: Site) -> None:
     """Refuse a scene that cannot work, before any planning.
-
-    Args:
-        scene: The scene.
-        chain: Its arm on its mast.
 
     Raises:
         DescriptionError: A module has static longerons, or does not assemble over its strokes; the
@@ -75,11 +32,11 @@ def check_scene(scene: Scene, chain: Chain) -> None:
             the start is outside a stroke or too near something; a goal is outside the tank or too near
             something.
     """
-    _check_kinds(scene, chain)
-    check_assembly(scene, chain)
-    check_riser(scene, chain)
-    _check_start(scene, chain)
-    _check_goals(scene, chain)
+    _check_kinds(site)
+    check_assembly(site)
+    check_riser(site)
+    _check_start(site)
+    _check_goals(site)
 
 
 def require_positionable(chain: Chain) -> None:
@@ -98,27 +55,24 @@ def require_positionable(chain: Chain) -> None:
         raise DescriptionError(None, "modules", f"{', '.join(general)} of {chain.manipulator.name}", allowed)
 
 
-def _check_kinds(scene: Scene, chain: Chain) -> None:
-    require_positionable(chain)
-    for module in scene.manipulator.actuated:
+def _check_kinds(site: Site) -> None:
+    require_positionable(site.chain)
+    for module in site.arm.actuated:
         if isinstance(module, Octahedral) and module.freedom < 6:
-            raise scene.error(
+            raise site.scene.error(
                 "manipulator",
-                f"{scene.manipulator.name}, whose module {module.name} has {6 - module.freedom} static longerons",
+                f"{site.arm.name}, whose module {module.name} has {6 - module.freedom} static longerons",
                 "octahedra with six actuators: a path between poses would not leave static longerons their length",
             )
 
 
-def check_assembly(scene: Scene, chain: Chain) -> None:
+def check_assembly(site: Site) -> None:
     """Refuse strokes over which a module does not assemble, or might change its assembly.
-
-    Args:
-        scene: The scene, for the error.
-        chain: Its arm.
 
     Raises:
         DescriptionError: With the module and its strokes.
     """
+    scene, chain = site.scene, site.chain
     try:
         check_strokes(chain)
     except AssemblyError as error:
@@ -134,9 +88,9 @@ def check_assembly(scene: Scene, chain: Chain) -> None:
         ) from None
 
 
-def _check_start(scene: Scene, chain: Chain) -> None:
-    motion = scene.task.motion
-    q, box = bend_start(chain, scene.task.motion.start), make_box(chain, motion.stroke_margin).row
+def _check_start(site: Site) -> None:
+    scene, chain, motion = site.scene, site.chain, site.task.motion
+    q, box = site.start, site.box.row
     owner, names = chain.layout.owner, chain.layout.names
     for a, name in enumerate(names):
         alone = np.array(chain.straight).ravel()
@@ -155,16 +109,16 @@ def _check_start(scene: Scene, chain: Chain) -> None:
             f"{actuator} at {length[worst]:.4f} m",
             f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin",
         )
-    clearance, place = surroundings_of(scene, chain).least(q)
+    clearance, place = site.surroundings.least(q)
     if clearance < motion.clearance:
         raise scene.error(
             "motion.start", f"a shape that comes to {clearance:.3f} m of {place}", f"{motion.clearance:.3f} m"
         )
 
 
-def _check_goals(scene: Scene, chain: Chain) -> None:
+def _check_goals(site: Site) -> None:
     """The ball of the payload at each goal must keep the planned clearance from everything that stands."""
-    around = surroundings_of(scene, chain)
+    scene, around = site.scene, site.surroundings
     radius, wanted = scene.task.payload.radius, scene.task.motion.clearance
     places = around.obstacles
     for index, goal in enumerate(scene.task.motion.goals):

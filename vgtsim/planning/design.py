@@ -7,13 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
+from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import Octahedral
-from vgtsim.description.scene import LoadCase, Scene
+from vgtsim.description.scene import LoadCase
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.planning.program import make_program
+from vgtsim.kinematics import Chain
 from vgtsim.planning.riser import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.sampling import sample_motion, sample_postures
+from vgtsim.planning.tour import plan_tour
+from vgtsim.site import Site
 from vgtsim.statics.motion import Motion
 from vgtsim.statics.sizing import Demand, Sizing, size_arm
 
@@ -37,14 +39,14 @@ class Design:
     rounds: int
 
 
-def design_arm(scene: Scene, catalogue: Catalogue, target: float = 1.0, *, anywhere: bool = True) -> Design:
+def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywhere: bool = True) -> Design:
     """Size the arm of a scene for its tour, inertia included, and its load cases.
 
     The tour depends on how thick the arm is: it is planned again for the sized arm until the sizes stay the same. Sizing
     the result again gives the result.
 
     Args:
-        scene: The scene with the arm to start from.
+        site: The site with the arm to start from.
         catalogue: What may be chosen; sizes with which the stowed arm does not pass the riser are left out.
         target: Greatest utilisation.
         anywhere: Whether the arm must stand the load cases in any posture too, see `sample_postures`.
@@ -58,17 +60,15 @@ def design_arm(scene: Scene, catalogue: Catalogue, target: float = 1.0, *, anywh
         ReachError: A goal of the tour cannot be met.
         PathError: A goal cannot be come to.
     """
-    _require_sizable(scene, anywhere)
-    mount = hanging_mount(scene.pivot_height)
-    first = Chain(scene.manipulator, mount)
-    catalogue = passing_sizes(first, catalogue, scene.tank.arm_riser.bore, asked_spare(scene))
-    beside = sample_postures(first) if anywhere else np.empty((0, len(first.truss.nodes), 3))
+    _require_sizable(site.arm, anywhere)
+    task = site.task
+    catalogue = passing_sizes(site.chain, catalogue, site.tank.arm_riser.bore, asked_spare(site))
+    beside = sample_postures(site.chain) if anywhere else np.empty((0, len(site.truss.nodes), 3))
     still = np.zeros(beside.shape)
-    task = scene.task
     cases = (LoadCase(name="run"), *task.loads)
-    chain, before, mass = first, None, None
+    now, before, mass = site, None, None
     for count in range(1, _ROUNDS + 1):
-        nodes, motion = sample_motion(chain, make_program(replace(scene, manipulator=chain.manipulator), chain))
+        nodes, motion = sample_motion(now.chain, plan_tour(now))
         moving = Motion(np.concatenate([motion.velocity, still]), np.concatenate([motion.acceleration, still]))
         demand = Demand(
             np.concatenate([nodes, beside]),
@@ -78,20 +78,19 @@ def design_arm(scene: Scene, catalogue: Catalogue, target: float = 1.0, *, anywh
             task.simulation.gravity,
             task.limits.safety_factor,
         )
-        found = size_arm(chain, catalogue, demand, target)
+        found = size_arm(now.chain, catalogue, demand, target)
         mass = found.mass[0] if mass is None else mass
         if found.chosen == before:
             whole = replace(found, mass=(mass, found.mass[1]))
             return Design(whole, (len(nodes), len(beside)), tuple(case.name for case in cases), count)
-        before, chain = found.chosen, Chain(found.manipulator, mount)
+        before, now = found.chosen, Site(replace(site.scene, manipulator=found.manipulator))
     raise DescriptionError(
-        scene.file, "motion", f"a tour that changes sizes {_ROUNDS} times", "a tour with a fixed point"
+        site.scene.file, "motion", f"a tour that changes sizes {_ROUNDS} times", "a tour with a fixed point"
     )
 
 
-def _require_sizable(scene: Scene, anywhere: bool) -> None:
+def _require_sizable(arm: Manipulator, anywhere: bool) -> None:
     """Refuse arms with octahedra, whose longerons name a section each, and any posture of arms that are not uniform."""
-    arm = scene.manipulator
     octahedra = [module.name for module in arm.modules if isinstance(module, Octahedral)]
     if octahedra:
         allowed = "double octahedra, tetrahedra and static sections: longerons of octahedra are not sized one by one"

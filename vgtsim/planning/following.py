@@ -15,12 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
-from vgtsim.description.scene import Scene
 from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import DescriptionError, FollowError, ReachError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.start import bend_start
-from vgtsim.planning.checks import surroundings_of
 from vgtsim.planning.objectives import make_objective
 from vgtsim.planning.resolution import stroke_box
 from vgtsim.planning.stretches import Stretch, make_stretches
@@ -30,6 +27,7 @@ from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.positioning import Positioning, Positions, assembles, solve
 from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.strokes import binding_actuators
+from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
@@ -83,14 +81,14 @@ class Followed:
         return np.diff(self.lengths, n=2, axis=0) / (self.time[1] - self.time[0]) ** 2
 
 
-def follow_request(chain: Chain, path: ToolPath, objectives: tuple[str, ...], scene: Scene | None = None) -> Followed:
+def follow_request(chain: Chain, path: ToolPath, objectives: tuple[str, ...], site: Site | None = None) -> Followed:
     """Follow a path as the command line asks for it.
 
     Args:
         chain: The arm.
         path: The path.
         objectives: Names, each with `:weight` or without.
-        scene: Gives start, time step, stroke margin and surroundings; without one the arm starts straight.
+        site: Gives start, time step, stroke margin and surroundings; without one the arm starts straight.
 
     Returns:
         The path as it is run.
@@ -106,10 +104,11 @@ def follow_request(chain: Chain, path: ToolPath, objectives: tuple[str, ...], sc
         allowed = "symmetric double octahedra alone, all of them or none with a joint offset, and static sections"
         raise DescriptionError(None, "modules", f"{chain.manipulator.name}, whose active modules are {kinds}", allowed)
     goal = tool_goal(path.start, path.direction)
+    scene = site.scene if site else None
     box = stroke_box(chain, scene)
     problem = Positioning(chain, box, goal, make_objective(chain, goal, objectives, scene))
-    start = bend_start(chain, scene.task.motion.start) if scene else chain.straight
-    return follow(chain, problem, path, start, scene.task.simulation.timestep if scene else _TIMESTEP)
+    start = site.start if site else chain.straight
+    return follow(chain, problem, path, start, site.task.simulation.timestep if site else _TIMESTEP)
 
 
 def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, timestep: float) -> Followed:
@@ -158,13 +157,13 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
     )
 
 
-def report(chain: Chain, followed: Followed, scene: Scene | None = None) -> dict[str, str | float | int]:
+def report(chain: Chain, followed: Followed, site: Site | None = None) -> dict[str, str | float | int]:
     """Figures of a path, rates and accelerations by differences of the lengths that are run.
 
     Args:
         chain: The arm.
         followed: The path as it is run.
-        scene: What to measure the clearance from, or None.
+        site: What to measure the clearance from, or None.
 
     Returns:
         By name, with units.
@@ -188,8 +187,8 @@ def report(chain: Chain, followed: Followed, scene: Scene | None = None) -> dict
         "iterations": followed.iterations,
         "goals that are local optima, %": 100 * followed.optimal,
     }
-    if scene is not None:
-        distance, places = surroundings_of(scene, chain).clearance(followed.q[:: max(1, len(followed.q) // _JUDGED)])
+    if site is not None:
+        distance, places = site.surroundings.clearance(followed.q[:: max(1, len(followed.q) // _JUDGED)])
         found["least clearance, m"] = float(distance.min())
         found["nearest"] = places[int(distance.argmin())]
     return found

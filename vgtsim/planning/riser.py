@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.scene import Scene
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.inertia import member_radii
+from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
@@ -65,22 +65,19 @@ def riser_fit(chain: Chain, bore: float) -> RiserFit:
     return RiserFit(bore / 2 - widest, place)
 
 
-def asked_spare(scene: Scene) -> float:
+def asked_spare(site: Site) -> float:
     """What the stowed arm must leave of a scene's riser all round, m."""
-    return scene.task.mast.riser_spare or RISER_SPARE
+    return site.task.mast.riser_spare or RISER_SPARE
 
 
-def check_riser(scene: Scene, chain: Chain) -> None:
+def check_riser(site: Site) -> None:
     """Refuse an arm that does not pass the riser with the spare it is meant to have.
-
-    Args:
-        scene: The scene.
-        chain: Its arm.
 
     Raises:
         DescriptionError: The stowed length is outside a stroke; or the node or member that does not fit, and
             by how much.
     """
+    scene = site.scene
     cylinders = [scene.manipulator.cylinders[module.cylinder] for module in scene.manipulator.active]
     least, greatest = np.array([[item.retracted, item.extended] for item in cylinders]).reshape(-1, 2).T
     wanted = scene.manipulator.stowed_length if cylinders else 0.0
@@ -91,8 +88,8 @@ def check_riser(scene: Scene, chain: Chain) -> None:
             f"a length that every cylinder has, {least.max():.4f} to {greatest.min():.4f} m",
         )
     riser = scene.tank.arm_riser
-    fit = riser_fit(chain, riser.bore)
-    asked = asked_spare(scene)
+    fit = riser_fit(site.chain, riser.bore)
+    asked = asked_spare(site)
     if fit.spare < asked:
         raise scene.error(
             "manipulator.stowed",

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vgtsim.kinematics.bending import swing
 from vgtsim.kinematics.chain import Chain
-from vgtsim.planning.program import LengthProgram
+from vgtsim.planning.tour import Tour
 from vgtsim.statics.motion import Motion
 
 Array = NDArray[np.float64]
@@ -19,20 +19,20 @@ _LEAN = np.pi / 4  # greatest bend of a module, rad
 _DRAWN = 1500  # postures drawn at random; about 60 % of arm15's are inside the strokes
 
 
-def sample_motion(chain: Chain, program: LengthProgram, spacing: float = 0.2) -> tuple[Array, Motion]:
+def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array, Motion]:
     """Nodes along a tour with their velocities and accelerations, the goals included.
 
     Args:
         chain: The arm.
-        program: Lengths at every step.
+        tour: Lengths at every step.
         spacing: Of the poses in time, s.
 
     Returns:
-        Nodes, shape (K, N, 3), m, in frame G, and how they move, by central differences over one step of the programme.
+        Nodes, shape (K, N, 3), m, in frame G, and how they move, by central differences over one step of the tour.
     """
-    every, step = max(1, round(spacing / program.timestep)), program.timestep
+    every, step = max(1, round(spacing / tour.timestep)), tour.timestep
     rows = []
-    for leg in program.legs:
+    for leg in tour.legs:
         last = len(leg.lengths) - 1
         picked = np.append(np.arange(0, last, every), last)
         # a leg begins and ends at rest: the lengths before and after it are those at its ends

@@ -18,7 +18,7 @@ from vgtsim.errors import DivergenceError
 from vgtsim.kinematics import Chain
 from vgtsim.mjcf import build_model
 from vgtsim.mjcf.pose import qpos_from_nodes
-from vgtsim.planning.program import LengthProgram
+from vgtsim.planning import Tour
 from vgtsim.plant.drives import Drive, HydraulicDrive, find_drive
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.progress import show_progress
@@ -44,7 +44,7 @@ class _Contacts:
     distance: list[float] = field(default_factory=list)
 
 
-def run(site: Site, program: LengthProgram, model: mujoco.MjModel | None = None) -> RunLog:
+def run(site: Site, program: Tour, compiled: mujoco.MjModel | None = None) -> RunLog:
     """Play a programme.
 
     Each command is the length wanted at the end of the step, because the rigid drives hold at the end of a step. A goal
@@ -54,7 +54,7 @@ def run(site: Site, program: LengthProgram, model: mujoco.MjModel | None = None)
     Args:
         site: The scene's.
         program: Lengths of every actuator at every step of every leg.
-        model: In place of the one that `build_model` makes.
+        compiled: In place of the one that `build_model` makes.
 
     Returns:
         The log.
@@ -64,8 +64,7 @@ def run(site: Site, program: LengthProgram, model: mujoco.MjModel | None = None)
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
     scene, chain = site.scene, site.chain
-    if model is None:
-        model = build_model(site)
+    model = compiled if compiled is not None else build_model(site)
     data = mujoco.MjData(model)
     nodes = chain.nodes(program.start)
     springs = None
@@ -114,7 +113,7 @@ def run(site: Site, program: LengthProgram, model: mujoco.MjModel | None = None)
     return log
 
 
-def _require_pressure(scene: Scene, chain: Chain, program: LengthProgram) -> None:
+def _require_pressure(scene: Scene, chain: Chain, program: Tour) -> None:
     """Hold the dead load against the supply pressure at poses all along the tour."""
     lengths = np.concatenate([leg.lengths for leg in program.legs])
     every = max(round(_PRESSURE_POSES / program.timestep), 1)
@@ -126,7 +125,7 @@ def _find_equilibrium(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     drive: Drive,
-    program: LengthProgram,
+    program: Tour,
     scene: Scene,
     hub_speeds: NDArray[np.intp],
 ) -> None:
@@ -150,7 +149,7 @@ def _find_equilibrium(
 
 
 def _commands(
-    program: LengthProgram,
+    program: Tour,
     scene: Scene,
     data: mujoco.MjData,
     hub_speeds: NDArray[np.intp],

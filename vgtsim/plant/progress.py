@@ -10,13 +10,13 @@ import mujoco
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from vgtsim.planning.program import LengthProgram
+from vgtsim.planning import Tour
 
 _Item = TypeVar("_Item")
 _EVERY = 50  # steps between redraws
 
 
-def show_progress(steps: Iterable[_Item], program: LengthProgram, data: mujoco.MjData) -> Iterator[_Item]:
+def show_progress(steps: Iterable[_Item], program: Tour, data: mujoco.MjData) -> Iterator[_Item]:
     """Pass steps through, showing simulated and wall time on a terminal.
 
     Args:

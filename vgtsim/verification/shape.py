@@ -12,7 +12,7 @@ from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.kinematics import Chain
 from vgtsim.runlog import RunLog
 from vgtsim.statics.elasticity import make_elastic_model
-from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.modes import damping_time
 from vgtsim.statics.motion import Motion, motion_from_log
 from vgtsim.statics.settling import settle
@@ -74,7 +74,7 @@ def check_settled_shape(log: RunLog, chain: Chain, scene: Scene) -> Finding:
         lengths = log.commanded[picked]
         if scene.task.simulation.drive != "rigid":
             # the valve holds the loaded length; what the oil would have without its load is that less the deflection
-            bar = solve(elastic.loads, log.nodes[picked], left).bar
+            bar = solve_members(elastic.loads, log.nodes[picked], left).bar
             lengths = log.actual[picked]
             for _ in range(_OIL_PASSES):
                 lengths = log.actual[picked] - (bar / elastic.stiffness(lengths))[:, chain.truss.actuated]

@@ -11,8 +11,8 @@ from vgtsim.description.scene import Bend, Mast
 from vgtsim.errors import DescriptionError, ReachError, TrussError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.start import bend_start
-from vgtsim.planning import check_scene, make_program, solve_first_goal
-from vgtsim.planning.checks import elastic_model_of, surroundings_of
+from vgtsim.planning import check_site, plan_tour, solve_first_goal
+from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
@@ -49,7 +49,7 @@ def short_tour(reach_scene):
 
 @pytest.fixture(scope="module")
 def program(short_tour):
-    return make_program(short_tour, chain_of(short_tour))
+    return plan_tour(Site(short_tour))
 
 
 def test_legs_end_at_their_goals(short_tour, program):
@@ -87,7 +87,7 @@ def test_duration_counts_the_steps_in_motion(short_tour, program):
 
 
 def test_same_scene_gives_the_same_program_bit_for_bit(short_tour, program):
-    again = make_program(short_tour, chain_of(short_tour))
+    again = plan_tour(Site(short_tour))
     assert again.start.tobytes() == program.start.tobytes()
     for one, other in zip(again.legs, program.legs, strict=True):
         assert one.lengths.tobytes() == other.lengths.tobytes()
@@ -95,20 +95,20 @@ def test_same_scene_gives_the_same_program_bit_for_bit(short_tour, program):
 
 
 def test_first_goal_is_that_of_the_program(short_tour, program):
-    assert solve_first_goal(short_tour, chain_of(short_tour)).tobytes() == program.legs[0].q.tobytes()
+    assert solve_first_goal(Site(short_tour)).tobytes() == program.legs[0].q.tobytes()
 
 
 def test_clearance_on_servos_is_that_of_the_settled_arm(reach_scene, program):
     chain, q = chain_of(reach_scene), program.legs[1].q
     scene = with_simulation(reach_scene, drive="servo")
-    elastic, nodes = elastic_model_of(scene, chain), chain.nodes(q)
+    elastic, nodes = Site(scene).held_model, chain.nodes(q)
     settled = settle(elastic, nodes)
     tool = tool_point(elastic.loads, settled) - tool_point(elastic.loads, nodes)
     sag = np.concatenate([settled - nodes, tool[None]])
-    found = surroundings_of(scene, chain).least(q)[0]
-    exact = dataclasses.replace(surroundings_of(scene, chain), sag=lambda _: sag).least(q)[0]
+    found = Site(scene).surroundings.least(q)[0]
+    exact = dataclasses.replace(Site(scene).surroundings, sag=lambda _: sag).least(q)[0]
     assert found == pytest.approx(exact, abs=FIRST_ORDER)
-    assert abs(found - surroundings_of(reach_scene, chain).least(q)[0]) > 4 * FIRST_ORDER
+    assert abs(found - Site(reach_scene).surroundings.least(q)[0]) > 4 * FIRST_ORDER
 
 
 def test_start_has_the_bends_of_the_scene(reach_scene):
@@ -122,7 +122,7 @@ def test_start_has_the_bends_of_the_scene(reach_scene):
 
 
 def test_shipped_scene_passes_its_checks(reach_scene):
-    check_scene(reach_scene, chain_of(reach_scene))
+    check_site(Site(reach_scene))
 
 
 @pytest.mark.parametrize(
@@ -138,14 +138,14 @@ def test_shipped_scene_passes_its_checks(reach_scene):
 def test_goal_in_something_is_refused_by_key(reach_scene, position, found):
     scene = with_goal(reach_scene, position=position)
     with pytest.raises(DescriptionError, match=found) as caught:
-        check_scene(scene, chain_of(scene))
+        check_site(Site(scene))
     assert caught.value.key == "motion.goals.1.position"
 
 
 def test_goal_out_of_reach_is_named(reach_scene):
     scene = with_goal(reach_scene, position=(-3.0, 0.0, 3.0), direction=(1.0, 0.0, 0.0))
     with pytest.raises(ReachError) as caught:
-        make_program(scene, chain_of(scene))
+        plan_tour(Site(scene))
     assert caught.value.goal == scene.task.motion.goals[1].name
     assert caught.value.shortfall > 0.01
     assert caught.value.binding
@@ -163,7 +163,7 @@ def test_goal_out_of_reach_is_named(reach_scene):
 def test_start_that_does_not_work_is_refused_by_key(reach_scene, bend, key):
     scene = with_motion(reach_scene, start=(bend, *[Bend()] * 4))  # all straight, the arm goes through the floor
     with pytest.raises(DescriptionError) as caught:
-        check_scene(scene, chain_of(scene))
+        check_site(Site(scene))
     assert caught.value.key == key
 
 
@@ -175,7 +175,7 @@ def test_stroke_over_which_a_module_does_not_assemble_is_refused(reach_scene, lo
         reach_scene, manipulator=reach_scene.manipulator.model_copy(update={"modules": tuple(modules)})
     )
     with pytest.raises(DescriptionError, match=r"m3.*assembles") as caught:
-        check_scene(scene, chain_of(scene))
+        check_site(Site(scene))
     assert caught.value.key == "manipulator.modules.m3.cylinder"
 
 
@@ -186,7 +186,7 @@ def test_sagging_arm_is_aimed_above_its_goal(reach_scene):
     elastic = make_elastic_model(chain, scene.task.payload, scene.task.simulation.gravity)
     off = [
         np.linalg.norm(tool_point(elastic.loads, settle(elastic, chain.nodes(q))) - goal.position)
-        for q in (make_program(scene, chain).legs[0].q, solve_first_goal(scene, chain))
+        for q in (plan_tour(Site(scene)).legs[0].q, solve_first_goal(Site(scene)))
     ]
     assert off[0] < 2e-4  # what the aim leaves of each coordinate is below 1e-4 m
     assert off[1] > 0.02  # the sag
@@ -194,18 +194,18 @@ def test_sagging_arm_is_aimed_above_its_goal(reach_scene):
 
 def test_an_aim_that_does_not_come_to_its_goal_is_refused(reach_scene, monkeypatch):
     scene = with_simulation(with_motion(reach_scene, goals=reach_scene.task.motion.goals[:1]), members="elastic")
-    monkeypatch.setattr("vgtsim.planning.program._AIMS", 1)
+    monkeypatch.setattr("vgtsim.planning.tour._AIMS", 1)
     with pytest.raises(ReachError, match="after 1 corrections") as caught:
-        make_program(scene, chain_of(scene))
+        plan_tour(Site(scene))
     assert caught.value.goal == "high"
     assert 1e-4 < caught.value.shortfall < 0.02  # less than the sag, and not what may be left
 
 
 def test_an_arm_that_does_not_settle_is_refused_with_its_goal(reach_scene, monkeypatch):
-    monkeypatch.setattr("vgtsim.planning.program.check_scene", lambda *_: None)  # which would refuse the start
+    monkeypatch.setattr("vgtsim.planning.tour.check_site", lambda *_: None)  # which would refuse the start
     scene = with_simulation(reach_scene, drive="servo", servo_stiffness=1e6)
     with pytest.raises(TrussError, match="goal 'high': does not settle"):
-        make_program(scene, chain_of(scene))
+        plan_tour(Site(scene))
 
 
 def test_scene_with_a_general_double_octahedron_is_refused_by_its_name(reach_scene):
@@ -216,14 +216,14 @@ def test_scene_with_a_general_double_octahedron_is_refused_by_its_name(reach_sce
     task = reach_scene.task.model_copy(update={"motion": motion})
     scene = dataclasses.replace(reach_scene, task=task, manipulator=arm)
     with pytest.raises(DescriptionError, match=r"found m of octahedron_general; .*are not positioned"):
-        check_scene(scene, chain_of(scene))
+        check_site(Site(scene))
 
 
 def test_margin_that_leaves_nothing_of_a_stroke_is_refused(reach_scene):
     low, high = chain_of(reach_scene).stroke
     scene = with_motion(reach_scene, stroke_margin=0.5 * float((high - low).min()))
     with pytest.raises(DescriptionError, match=r"motion\.stroke_margin: found .*; allowed: less than .*/actuator/"):
-        check_scene(scene, chain_of(scene))
+        check_site(Site(scene))
 
 
 def test_mast_with_a_wall_thicker_than_itself_is_refused(reach_scene):

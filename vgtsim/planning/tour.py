@@ -1,0 +1,165 @@
+"""The tour: for every leg the actuator lengths at every step of the simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.scene import Goal
+from vgtsim.errors import ReachError, TrussError
+from vgtsim.planning.checks import check_site
+from vgtsim.planning.objectives import MARGIN
+from vgtsim.planning.path import PathSettings, plan_path
+from vgtsim.planning.resolution import goal_keep, resolve_goal, scene_resolution
+from vgtsim.planning.timing import make_limits, time_lengths
+from vgtsim.positioning.solver import Keep
+from vgtsim.site import Site
+from vgtsim.statics.loads import tool_point
+from vgtsim.statics.settling import settle
+
+Array = NDArray[np.float64]
+
+_AIMS = 6  # corrections of the aim for the sag of an elastic arm; two or three are enough where the arm is not near buckling
+_AIMED = 1e-4  # error of the settled tool that ends the corrections, m and rad: a tenth of the tracking limit
+
+
+@dataclass(frozen=True)
+class Leg:
+    """The way to one goal.
+
+    Attributes:
+        name: Of the goal.
+        goal: Its index in the scene.
+        lengths: Actuator lengths at every step, the first and last included, shape (n, 3 A), m.
+        q: Inputs at its end, shape (A, 3).
+        clearance: Least clearance planned on the way, m.
+        place: What is that near.
+    """
+
+    name: str
+    goal: int
+    lengths: Array
+    q: Array
+    clearance: float
+    place: str
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        self.lengths.flags.writeable = False
+        self.q.flags.writeable = False
+
+
+@dataclass(frozen=True)
+class Tour:
+    """Timed lengths from the start posture to every goal in turn.
+
+    Attributes:
+        start: Inputs at the start, shape (A, 3).
+        legs: In the order of the goals; each begins with the lengths the last one ended with.
+        timestep: Of the rows of each leg, s.
+    """
+
+    start: Array
+    legs: tuple[Leg, ...]
+    timestep: float
+
+    def __post_init__(self) -> None:
+        """Make the start read-only."""
+        self.start.flags.writeable = False
+
+    @property
+    def duration(self) -> float:
+        """Time in motion, holds not counted, s."""
+        return self.timestep * sum(len(leg.lengths) - 1 for leg in self.legs)
+
+
+def solve_first_goal(site: Site) -> Array:
+    """Find the configuration at the first goal, without planning the way to it.
+
+    Args:
+        site: The site; it is not checked here, see `check_site`.
+
+    Returns:
+        Inputs, shape (A, 3).
+
+    Raises:
+        ReachError: The goal cannot be met.
+    """
+    return _configure(site, site.task.motion.goals[0], site.start, goal_keep(site.scene, site.chain))
+
+
+def plan_tour(site: Site) -> Tour:
+    """Plan the tour of a scene.
+
+    All goals are solved before the first path is planned, so that a goal out of reach is reported soon.
+
+    Args:
+        site: The site.
+
+    Returns:
+        The tour; the same scene gives the same tour, bit for bit.
+
+    Raises:
+        DescriptionError: The scene cannot work, see `check_site`.
+        ReachError: A goal cannot be met, or not by an arm that gives.
+        TrussError: The arm does not settle at a goal.
+        PathError: A goal cannot be come to without touching anything.
+    """
+    check_site(site)
+    motion = site.task.motion
+    keep = goal_keep(site.scene, site.chain)
+    shapes = [site.start]
+    for goal in motion.goals:
+        q = _configure(site, goal, shapes[-1], keep)
+        shapes.append(_aim_above(site, goal, q) if site.sags else q)
+    settings = PathSettings(clearance=motion.clearance, stroke_margin=motion.stroke_margin)
+    limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
+    timestep = site.task.simulation.timestep
+    legs = []
+    for index, (goal, first, last) in enumerate(zip(motion.goals, shapes[:-1], shapes[1:], strict=True)):
+        path = plan_path(site.chain, site.surroundings, first, last, goal.name, settings)
+        lengths = time_lengths(site.chain, path.spline, limits, timestep)
+        legs.append(
+            Leg(name=goal.name, goal=index, lengths=lengths, q=last, clearance=path.clearance, place=path.place)
+        )
+    return Tour(site.start, tuple(legs), timestep)
+
+
+def _configure(site: Site, goal: Goal, start: Array, keep: Keep, aim: tuple[Array, Array] | None = None) -> Array:
+    """Inputs with the tool at a goal, or at an aim in its place, shape (A, 3)."""
+    pose = aim or (np.array(goal.position), np.array(goal.direction))
+    scene = site.scene
+    return np.array(resolve_goal(site.chain, scene_resolution(scene), goal.name, pose, start, scene, keep).q)
+
+
+def _aim_above(site: Site, goal: Goal, q: Array) -> Array:
+    """Inputs with which a sagging arm holds its tool at a goal: the aim is moved by the error that is left."""
+    keep = Keep(site.surroundings, site.task.motion.clearance + MARGIN / 2)
+    left = _find_error(site, goal, q)
+    aim = np.array([goal.position, goal.direction])
+    for _ in range(_AIMS):
+        if np.abs(left).max() < _AIMED:
+            return q
+        aim += left
+        q = _configure(site, goal, q, keep, (aim[0], aim[1]))
+        left = _find_error(site, goal, q)
+    if np.abs(left).max() < _AIMED:
+        return q
+    short, turn = np.linalg.norm(left, axis=1)
+    detail = f"sagging, after {_AIMS} corrections of the aim; direction off by {np.degrees(turn):.3g} degrees"
+    raise ReachError(goal.name, float(short), (), detail)
+
+
+def _find_error(site: Site, goal: Goal, q: Array) -> Array:
+    """Goal less settled tool: position, m, and direction, shape (2, 3)."""
+    elastic = site.held_model
+    try:
+        nodes = settle(elastic, site.chain.nodes(q))
+    except TrussError as error:
+        raise TrussError(error.rank, error.members, f"the arm at goal {goal.name!r}: {error.detail}") from None
+    corner = nodes[site.truss.tip]
+    normal = np.cross(corner[0] - corner[2], corner[1] - corner[2])
+    reached = [tool_point(elastic.loads, nodes), normal / np.linalg.norm(normal)]
+    return np.array([goal.position, goal.direction]) - reached
