@@ -8,19 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry.distance import enclosure_distance, enclosure_parts, interior_distance, segment_distance
+from vgtsim.geometry.distance import mouth_distance, segment_distance
 from vgtsim.geometry.profile import Profile, make_profile
-
-__all__ = [
-    "Clearance",
-    "Obstacles",
-    "arm_clearance",
-    "enclosure_distance",
-    "interior_distance",
-    "obstacles",
-    "segment_distance",
-    "self_clearance",
-]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -163,7 +152,7 @@ def arm_clearance(
 def _gaps(balls: Array, ends: Index, tank: Tank, profile: Profile, around: Obstacles) -> Array:
     """Distances of centre lines and centres from each place, shape (B, M + balls, P), m."""
     a, b = balls[:, ends[:, 0]], balls[:, ends[:, 1]]
-    depth, _, mouth = enclosure_parts(tank, profile, balls)
+    depth, mouth = mouth_distance(tank, profile, balls)
     inf = np.inf
     shell, riser = np.where(mouth, inf, depth), np.where(mouth, depth, inf)
     member_shell = np.minimum(shell[:, ends[:, 0]], shell[:, ends[:, 1]])
@@ -188,7 +177,7 @@ def _along(a: Array, b: Array, tank: Tank, profile: Profile) -> tuple[Array, NDA
     least, at_riser = np.full(len(a), np.inf), np.zeros(len(a), bool)
     for _ in range(_CUTS):
         t = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _SAMPLES)
-        depth, _, mouth = enclosure_parts(tank, profile, a[:, None] + t[..., None] * (b - a)[:, None])
+        depth, mouth = mouth_distance(tank, profile, a[:, None] + t[..., None] * (b - a)[:, None])
         best = depth.argmin(axis=1)
         least, at_riser = depth[rows, best], mouth[rows, best]
         low, high = t[rows, np.maximum(best - 1, 0)], t[rows, np.minimum(best + 1, _SAMPLES - 1)]
@@ -236,12 +225,15 @@ def _nearest_pair(nodes: Array, ends: Index, radii: Array, apart: NDArray[np.boo
     a, b = nodes[:, ends[:, 0]], nodes[:, ends[:, 1]]
     middle, half = (a + b) / 2, np.linalg.norm(b - a, axis=-1) / 2
     square = np.einsum("bmi,bmi->bm", middle, middle)
-    spread = square[:, :, None] + square[:, None, :] - 2 * middle @ middle.swapaxes(1, 2)
-    upper = np.sqrt(np.maximum(spread, 0.0)) - radii[:, None] - radii[None, :]
-    upper[:, ~apart] = np.inf
-    lower = upper - half[:, :, None] - half[:, None, :]
-    bound = upper.min(axis=(1, 2), keepdims=True)
-    which, first, second = np.nonzero(lower <= bound)
+    upper = middle @ middle.swapaxes(1, 2)
+    upper *= -2
+    upper += square[:, :, None]
+    upper += square[:, None, :]
+    np.sqrt(np.maximum(upper, 0.0, out=upper), out=upper)
+    upper -= np.where(apart, radii[:, None] + radii[None, :], -np.inf)  # a pair not looked at is infinitely far
+    bound = upper.min(axis=(1, 2))
+    upper -= half[:, :, None]
+    which, first, second = np.nonzero(upper <= bound[:, None, None] + half[:, None, :])
     gap = segment_distance(a[which, first], b[which, first], a[which, second], b[which, second])[0]
     gap -= radii[first] + radii[second]
     order = np.lexsort((gap, which))

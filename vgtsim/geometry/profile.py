@@ -9,6 +9,7 @@ flat floor and the wall are pieces of no curvature and need no case of their own
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import acos, ceil, cos, inf, pi, sin, tan
 
 import numpy as np
@@ -89,6 +90,25 @@ class Piece:
 
 
 @dataclass(frozen=True)
+class PieceTable:
+    """The pieces of a profile, one row each, for batches of points.
+
+    Attributes:
+        start: First points (r, z), shape (5, 2), m.
+        end: Last points (r, z), shape (5, 2), m.
+        along: Unit direction at the start, shape (5, 2).
+        after: Unit direction at the end, shape (5, 2).
+        curvature: 1/m, shape (5,).
+    """
+
+    start: Array
+    end: Array
+    along: Array
+    after: Array
+    curvature: Array
+
+
+@dataclass(frozen=True)
 class Profile:
     """The whole curve.
 
@@ -97,6 +117,21 @@ class Profile:
     """
 
     pieces: tuple[Piece, ...]
+
+    @cached_property
+    def table(self) -> PieceTable:
+        """The pieces as arrays."""
+        heading, turn, length = (
+            np.array([getattr(p, key) for p in self.pieces]) for key in ("heading", "turn", "length")
+        )
+        after = heading + turn
+        return PieceTable(
+            start=np.array([piece.start for piece in self.pieces]),
+            end=np.array([piece.end for piece in self.pieces]),
+            along=np.stack([np.cos(heading), np.sin(heading)], axis=-1),
+            after=np.stack([np.cos(after), np.sin(after)], axis=-1),
+            curvature=turn / length,
+        )
 
     @property
     def inner_radius(self) -> float:
