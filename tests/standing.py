@@ -15,7 +15,7 @@ from vgtsim.mjcf.build import build_arm_spec
 from vgtsim.mjcf.pose import fill_qpos, make_pose_map
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.plant.recorder import Recorder, find_addresses
-from vgtsim.statics import make_load_model, solve
+from vgtsim.statics import make_load_model, solve_members
 
 STEP = 0.005  # s
 STILL = 1e-8  # m/s: a speed lost in one step is an acceleration of 2e-6 m/s²
@@ -55,7 +55,7 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
     rows = np.array([model.equality(names.drive(name)).id for name in actuators])
     zero = pose.retracted + model.qpos0[pose.cylinders]
     data = mujoco.MjData(model)
-    wanted = chain.lengths(poses).reshape(len(poses), -1)
+    wanted = chain.lengths(poses)
     fill_qpos(pose, truss, chain.nodes(poses[0]), data.qpos)
     for k, q in enumerate(poses):
         if moved and k:
@@ -77,12 +77,12 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
 
 def _measure(chain: Chain, log: dict, lumped: bool) -> Standing:
     truss = chain.truss
-    q = chain.inputs_from_lengths(log["actual"].reshape(-1, *chain.length_shape))
+    q = chain.inputs_from_lengths(log["actual"])
     along = log["ends"][:, :, 1] - log["ends"][:, :, 0]
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     axial = np.einsum("tmk,tmk->tm", log["member_force"], along)
     model = make_load_model(chain, Payload(mass=0.0, radius=0.1), 9.80665, lumped=lumped)
-    expected = solve(model, log["nodes"])
+    expected = solve_members(model, log["nodes"])
     shear = log["member_force"] - axial[..., None] * along - expected.near_transverse
     pinned = truss.ring_actuators.ravel()
     balls = np.setdiff1d(np.arange(len(truss.members)), pinned)

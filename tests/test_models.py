@@ -14,7 +14,7 @@ from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.mjcf import build_arm_spec, load_model
-from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
+from vgtsim.statics import make_load_model, make_sections, rate, solve_members, utilise
 
 ROOT = Path(__file__).parents[1]
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
@@ -96,6 +96,6 @@ def test_use_that_a_readme_tells_is_found_again(folder):
     length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
     ratings = rate(make_sections(chain.manipulator, chain.truss), length, 1.67)
     payloads = (Payload(mass=mass, radius=0.15) for mass in (0.0, 453.59237))
-    used = [utilise(ratings, solve(make_load_model(chain, payload, 9.80665), nodes)) for payload in payloads]
+    used = [utilise(ratings, solve_members(make_load_model(chain, payload, 9.80665), nodes)) for payload in payloads]
     found = [use.strength.max() for use in used] + [use.pressure.max() for use in used]
     assert [float(figure) for figure in told.groups()] == pytest.approx(found, abs=ROUNDED)

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from vgtsim.cli import app, arms
+from vgtsim.cli import app
 from vgtsim.description import load_manipulator
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.workspace import sample_workspace
@@ -30,11 +30,7 @@ def test_models_lists_every_arm():
         assert name in result.output
 
 
-def test_models_without_a_checkout_says_where_the_arms_are(tmp_path, monkeypatch):
-    monkeypatch.setattr(arms, "MODELS", tmp_path / "models")
-    said = str(CliRunner().invoke(app, ["models"]).exception)
-    assert "shipped arms are in the checkout" in said
-    assert "vgtsim models CHECKOUT/models" in said
+def test_models_of_a_folder_without_arms_says_what_it_needs(tmp_path):
     other = str(CliRunner().invoke(app, ["models", str(tmp_path)]).exception)
     assert other.endswith("found no arms; allowed: a folder with NAME/NAME.toml files")
 
@@ -88,7 +84,7 @@ def test_workspace_figures_of_an_extensible_gimbal():
     normal = face / np.linalg.norm(face, axis=-1, keepdims=True)
     assert np.allclose(np.cos(found.tilt), 2 * normal[:, 2] ** 2 - 1, atol=1e-9)
     assert found.mobility == 3
-    assert found.reach < 2 * chain.geometries[0].height + offset
+    assert found.reach < 2 * chain.layout.places[0].modules.geometry.height[0] + offset
     assert 0 < found.volume < (2 * found.reach) ** 3
     assert np.all((found.dexterity > 0) & (found.dexterity <= 1))
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.tank import Tank
+from vgtsim.geometry import MastPipe, make_mast
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.start import bend_start
 from vgtsim.kinematics.truss import Truss
@@ -23,6 +24,7 @@ from vgtsim.positioning.strokes import StrokeBox, make_box
 from vgtsim.positioning.surroundings import Surroundings
 from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
 from vgtsim.statics.loads import LoadModel, make_load_model
+from vgtsim.statics.rating import MemberSections, make_sections
 from vgtsim.statics.stiffness import deflect
 
 Array = NDArray[np.float64]
@@ -92,6 +94,22 @@ class Site:
             split=simulation.members == "elastic",
             lumped=simulation.lumped,
         )
+
+    @cached_property
+    def case_model(self) -> LoadModel:
+        """The same for the load cases, which know no halves of tubes."""
+        simulation = self.task.simulation
+        return make_load_model(self.chain, self.task.payload, simulation.gravity, lumped=simulation.lumped)
+
+    @cached_property
+    def sections(self) -> MemberSections:
+        """Section properties of the members, which their strength follows from."""
+        return make_sections(self.arm, self.truss)
+
+    @cached_property
+    def mast(self) -> MastPipe:
+        """The pipe that carries the arm."""
+        return make_mast(self.scene)
 
     @cached_property
     def elastic_model(self) -> ElasticModel:

@@ -9,12 +9,13 @@ from matplotlib.collections import LineCollection
 
 from vgtsim.output.colours import force_colours, scale_end
 from vgtsim.output.figure import styled, to_svg
-from vgtsim.output.holds import find_holds, goal_name
-from vgtsim.output.html_loads import riser_reaction
 from vgtsim.output.html_report import list_sections
 from vgtsim.output.member_plots import plot_actuator_forces, plot_actuator_lengths, plot_axial_forces
 from vgtsim.output.run_plots import plot_clearance, plot_closure
 from vgtsim.output.truss_plot import plot_truss, worst_instant
+from vgtsim.site import Site
+from vgtsim.verification.holds import find_holds, goal_name
+from vgtsim.verification.supports import find_riser_reaction
 
 UNIT = re.compile(r", (m|mm|kN|kN·m|s|°)\b|, °|^m$|over capacity| kN ")
 
@@ -112,7 +113,7 @@ def test_history_of_the_load_on_the_riser_is_drawn(scene, log, report, chain):
     (section,) = [item for item in list_sections(scene, log, report, chain.truss) if item.name == "riser"]
     with styled():
         force, moment = section.plot().axes
-    expected = riser_reaction(scene, log) / 1e3
+    expected = find_riser_reaction(Site(scene), log) / 1e3
     for axes, part in ((force, expected[:, :3]), (moment, expected[:, 3:])):
         drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
         for axis, name in enumerate("xyz"):

@@ -12,9 +12,10 @@ from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.statics import make_load_model, solve
+from vgtsim.statics import make_load_model, solve_members
 from vgtsim.statics.bending import amplify, greatest_moments, interact, rod_bending_strength, tube_bending_strength
-from vgtsim.statics.rating import MODES, make_sections, rate, utilise
+from vgtsim.statics.rating import make_sections, rate
+from vgtsim.statics.utilisation import MODES, utilise
 
 HAND = 1e-4  # five digits
 ROOT = Path(__file__).parents[2] / "models"
@@ -73,7 +74,7 @@ def offset():
 def test_an_offset_actuator_is_rated_by_the_clauses(offset):
     """One actuator, worked through with the formulas written out anew."""
     chain, nodes = offset
-    forces = solve(make_load_model(chain, Payload(mass=453.6, radius=0.1), 9.81), nodes)
+    forces = solve_members(make_load_model(chain, Payload(mass=453.6, radius=0.1), 9.81), nodes)
     ends = chain.truss.ends
     length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
     use = utilise(rate(make_sections(chain.manipulator, chain.truss), length, OMEGA), forces)
@@ -105,7 +106,7 @@ def test_an_offset_actuator_is_rated_by_the_clauses(offset):
 
 def test_more_bending_is_used_more(offset):
     chain, nodes = offset
-    forces = solve(make_load_model(chain, Payload(mass=453.6, radius=0.1), 9.81), nodes)
+    forces = solve_members(make_load_model(chain, Payload(mass=453.6, radius=0.1), 9.81), nodes)
     ends = chain.truss.ends
     length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
     ratings = rate(make_sections(chain.manipulator, chain.truss), length, OMEGA)

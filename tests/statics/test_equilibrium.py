@@ -11,7 +11,7 @@ from vgtsim.description.scene import Payload
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.truss import Member, Truss
-from vgtsim.statics import Motion, diagnose, make_load_model, motion_from_log, solve
+from vgtsim.statics import Motion, diagnose, make_load_model, motion_from_log, solve_members
 from vgtsim.statics.framework import equilibrium_matrix, framework_of
 from vgtsim.statics.loads import hub_loads, member_loads
 
@@ -39,16 +39,18 @@ def model(chain, payload):
 
 @pytest.fixture(scope="module")
 def bent(chain):
-    """Seven seeded poses, shape (7, A, 3)."""
+    """Seven seeded poses, shape (7, n)."""
     rng = np.random.default_rng(20)
-    return chain.straight + np.array([0.25, 0.25, 0.02]) * rng.uniform(-1, 1, (7, *chain.straight.shape))
+    return chain.straight + np.resize([0.25, 0.25, 0.02], chain.straight.size) * rng.uniform(
+        -1, 1, (7, *chain.straight.shape)
+    )
 
 
 @pytest.fixture(scope="module")
 def path(chain):
     """A smooth motion of all modules at once, fast enough for inertia to count."""
     rng = np.random.default_rng(21)
-    amplitude = np.array([0.12, 0.12, 0.02]) * rng.uniform(0.5, 1, chain.straight.shape)
+    amplitude = np.resize([0.12, 0.12, 0.02], chain.straight.size) * rng.uniform(0.5, 1, chain.straight.shape)
     phase = rng.uniform(0, 2 * np.pi, chain.straight.shape)
     return lambda time: chain.straight + amplitude * np.sin(1.5 * time + phase)
 
@@ -72,7 +74,7 @@ def all_loads(model, nodes):
 
 def test_group_by_group_is_the_dense_solution(chain, model, bent):
     nodes = chain.nodes(bent)
-    bar = solve(model, nodes).bar
+    bar = solve_members(model, nodes).bar
     for instant, n in zip(bar, nodes, strict=True):
         dense = np.linalg.solve(equilibrium_matrix(framework_of(model.truss), n), -all_loads(model, n)[3:].ravel())
         assert np.abs(instant - dense[:-3]).max() < ROUNDING * np.abs(dense).max()
@@ -81,7 +83,7 @@ def test_group_by_group_is_the_dense_solution(chain, model, bent):
 def test_forces_agree_with_finite_elements(chain, model, bent):
     nodes = chain.nodes(bent[0])
     found = forces_with_pynite(model.truss, nodes, all_loads(model, nodes))
-    bar = solve(model, nodes).bar
+    bar = solve_members(model, nodes).bar
     assert np.abs(found - bar).max() < FINITE_ELEMENTS * np.abs(bar).max()
 
 
@@ -91,8 +93,8 @@ def test_hanging_straight_arm_is_the_hand_calculation(chain):
     light = {name: item.model_copy(update={"density": 1e-12}) for name, item in arm.materials.items()}
     weightless = Chain(arm.model_copy(update={"materials": light}), chain.mount)
     model = make_load_model(weightless, Payload(mass=100.0, radius=0.1), GRAVITY)
-    forces = solve(model, weightless.nodes(weightless.straight))
-    weight, half = 100.0 * GRAVITY, weightless.straight[0, 2]
+    forces = solve_members(model, weightless.nodes(weightless.straight))
+    weight, half = 100.0 * GRAVITY, weightless.straight[2]
     for module in arm.active:
         lean = np.sqrt(module.longeron**2 - arm.face_side**2 / 4 - half**2)
         for member, bar in zip(model.truss.members, forces.bar, strict=True):
@@ -109,7 +111,7 @@ def test_reaction_at_rest_holds_every_mass_point(chain, model, payload, bent):
     for q in bent:
         points, masses, weighty = cloud.points(q)
         held = (masses * weighty)[:, None] * np.array([0, 0, GRAVITY])
-        reaction = solve(model, chain.nodes(q), pivot=pivot).reaction
+        reaction = solve_members(model, chain.nodes(q), pivot=pivot).reaction
         moment = np.cross(points, held).sum(axis=0) - np.cross(pivot, held.sum(axis=0))
         assert np.abs(reaction[:3] - held.sum(axis=0)).max() < ROUNDING * held.sum()
         assert np.abs(reaction[3:] - moment).max() < ROUNDING * held.sum()
@@ -121,7 +123,7 @@ def test_reaction_in_motion_is_the_rate_of_momentum(chain, model, payload, path,
     cloud = Cloud(chain, payload.mass, payload.radius)
     loads, (points, _, weighty) = cloud.loads(path, time, GRAVITY), cloud.points(path(time))
     nodes, motion = moving(chain, path, time)
-    reaction = solve(model, nodes, motion, pivot=np.zeros(3)).reaction
+    reaction = solve_members(model, nodes, motion, pivot=np.zeros(3)).reaction
     weight = model.mass * GRAVITY
     force = (loads * weighty[:, None]).sum(axis=0)
     assert np.linalg.norm(force - [0, 0, weight]) > 1e-3 * weight  # inertia does count in this motion
@@ -147,23 +149,23 @@ def test_drive_forces_at_rest_are_the_gradient_of_potential_energy(chain, model,
     cloud = Cloud(chain, payload.mass, payload.radius)
     _, masses, weighty = cloud.points(bent[0])
     held = (masses * weighty)[:, None] * np.array([0, 0, GRAVITY])
-    bar = solve(model, chain.nodes(bent[0])).bar[model.truss.actuated]
-    expected = virtual_forces(chain, cloud, bent[0], held).ravel()
+    bar = solve_members(model, chain.nodes(bent[0])).bar[model.truss.actuated]
+    expected = virtual_forces(chain, cloud, bent[0], held)
     assert np.abs(bar - expected).max() < DIFFERENCES * np.abs(bar).max()
 
 
 def test_drive_forces_in_motion_do_the_work_of_inertia(chain, model, payload, path):
     cloud = Cloud(chain, payload.mass, payload.radius)
     nodes, motion = moving(chain, path, 0.7)
-    bar = solve(model, nodes, motion).bar[model.truss.actuated]
-    still = solve(model, nodes).bar[model.truss.actuated]
-    expected = virtual_forces(chain, cloud, path(0.7), cloud.loads(path, 0.7, GRAVITY)).ravel()
+    bar = solve_members(model, nodes, motion).bar[model.truss.actuated]
+    still = solve_members(model, nodes).bar[model.truss.actuated]
+    expected = virtual_forces(chain, cloud, path(0.7), cloud.loads(path, 0.7, GRAVITY))
     assert np.abs(bar - still).max() > 1e-2 * np.abs(bar).max()
     assert np.abs(bar - expected).max() < DIFFERENCES * np.abs(bar).max()
 
 
 def test_members_hand_their_weight_to_their_hubs(chain, model, bent):
-    forces = solve(model, chain.nodes(bent))
+    forces = solve_members(model, chain.nodes(bent))
     weight = model.members.mass.sum(axis=1) * GRAVITY
     down = forces.direction @ np.array([0, 0, -1.0])
     along = forces.near_axial - forces.far_axial
@@ -177,7 +179,7 @@ def test_members_hand_their_weight_to_their_hubs(chain, model, bent):
 def test_hub_forces_of_neighbours_balance_at_every_free_node(chain, model, path):
     """Near and far forces, rebuilt from the public fields, and the hub's own load leave nothing over."""
     nodes, motion = moving(chain, path, 1.3)
-    forces = solve(model, nodes, motion)
+    forces = solve_members(model, nodes, motion)
     rest = hub_loads(model, nodes, motion)
     shares = member_loads(model, nodes, motion)
     far_shear = shares.far - np.sum(shares.far * forces.direction, axis=-1, keepdims=True) * forces.direction
@@ -189,29 +191,29 @@ def test_hub_forces_of_neighbours_balance_at_every_free_node(chain, model, path)
 def test_forces_superpose(chain, model, bent):
     nodes = chain.nodes(bent)
     extra = np.random.default_rng(3).normal(0, 1e3, nodes.shape)
-    one, two = solve(model, nodes, nodal_forces=extra), solve(model, nodes, nodal_forces=2 * extra)
-    none = solve(model, nodes)
+    one, two = solve_members(model, nodes, nodal_forces=extra), solve_members(model, nodes, nodal_forces=2 * extra)
+    none = solve_members(model, nodes)
     assert two.bar - one.bar == pytest.approx(one.bar - none.bar, abs=ROUNDING * np.abs(two.bar).max())
     assert one.reaction[:, :3] - none.reaction[:, :3] == pytest.approx(-extra.sum(axis=1), abs=1e-5)
 
 
 def test_batches_of_any_shape_are_their_instants(chain, model, bent):
     nodes = chain.nodes(bent[:6])
-    flat, square = solve(model, nodes), solve(model, nodes.reshape(2, 3, *nodes.shape[1:]))
-    single = solve(model, nodes[4])
+    flat, square = solve_members(model, nodes), solve_members(model, nodes.reshape(2, 3, *nodes.shape[1:]))
+    single = solve_members(model, nodes[4])
     for name in ("bar", "near_axial", "far_axial", "near_transverse", "direction", "reaction"):
         assert np.array_equal(getattr(flat, name), getattr(square, name).reshape(getattr(flat, name).shape))
         assert getattr(single, name) == pytest.approx(getattr(flat, name)[4], abs=1e-6)
-    assert solve(model, nodes[:0]).bar.shape == (0, len(model.truss.members))
+    assert solve_members(model, nodes[:0]).bar.shape == (0, len(model.truss.members))
 
 
 def test_instants_without_motion_are_left_open(chain, model, bent):
     nodes = chain.nodes(bent[:2])
     motion = Motion(np.zeros(nodes.shape), np.zeros(nodes.shape))
     motion.velocity[0], motion.acceleration[0] = np.nan, np.nan
-    forces = solve(model, nodes, motion)
+    forces = solve_members(model, nodes, motion)
     assert np.isnan(forces.bar[0]).all()
-    assert forces.bar[1] == pytest.approx(solve(model, nodes[1]).bar, abs=1e-6)
+    assert forces.bar[1] == pytest.approx(solve_members(model, nodes[1]).bar, abs=1e-6)
 
 
 def rebuilt(truss, members):
@@ -232,7 +234,7 @@ def test_missing_member_is_named_a_mechanism(chain, model, bent):
     assert caught.value.rank == 3 * len(chain.truss.nodes) - 10
     assert caught.value.members
     with pytest.raises(TrussError, match="1 mechanism"):
-        solve(make_short(loose, lost), chain.nodes(bent[0]))
+        solve_members(make_short(loose, lost), chain.nodes(bent[0]))
 
 
 def make_short(model, lost):
@@ -260,7 +262,7 @@ def test_flattened_module_is_a_mechanism(chain, model):
     top = [chain.truss.nodes.index(f"m1/mid/{i}") for i in (1, 2, 3)]
     nodes[top, 2] = nodes[0, 2]
     with pytest.raises(TrussError, match="mechanism") as caught:
-        solve(model, nodes)
+        solve_members(model, nodes)
     assert any(name.startswith("m1/") for name in caught.value.members)
 
 
@@ -270,5 +272,5 @@ def test_singular_pose_of_a_batch_is_named(chain, model, bent):
     nodes[530] = chain.nodes(chain.straight)
     nodes[530, [chain.truss.nodes.index(f"m1/mid/{i}") for i in (1, 2, 3)], 2] = nodes[530, 0, 2]
     with pytest.raises(TrussError, match=r"instant 530: .*mechanism") as caught:
-        solve(model, nodes)
+        solve_members(model, nodes)
     assert any(name.startswith("m1/") for name in caught.value.members)

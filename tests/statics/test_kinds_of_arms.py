@@ -12,7 +12,7 @@ from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.statics import solve
+from vgtsim.statics import solve_members
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.stiffness import deflect, node_loads, tool_point
 
@@ -39,7 +39,7 @@ def arm(request):
 
 def test_member_forces_agree_with_finite_elements(arm):
     model, poses = arm
-    bars = solve(model.loads, poses).bar
+    bars = solve_members(model.loads, poses).bar
     for nodes, bar in zip(poses, bars, strict=True):
         found = forces_with_pynite(model.truss, nodes, node_loads(model, nodes[None])[0])
         assert np.abs(bar).max() > 100.0
@@ -59,5 +59,5 @@ def test_displacements_agree_with_finite_elements(arm):
 
 def test_stiffness_and_joints_agree(arm):
     model, poses = arm
-    bar, joints = deflect(model, poses).bar, solve(model.loads, poses).bar
+    bar, joints = deflect(model, poses).bar, solve_members(model.loads, poses).bar
     assert np.abs(bar - joints).max() < ROUNDING * np.abs(joints).max()

@@ -7,8 +7,8 @@ import pytest
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
-from vgtsim.statics.rating import ROD_FACTOR, Section, column_strength, pin_shear, rod_buckling, tension_yield
+from vgtsim.statics import make_load_model, make_sections, rate, solve_members, utilise
+from vgtsim.statics.rating import ROD_FACTOR, MemberSections, column_strength, pin_shear, rod_buckling, tension_yield
 
 HAND = 5e-4  # the hand calculations below carry four digits
 TABLE = 0.05  # ksi: half the last digit that the AISC table prints
@@ -81,7 +81,7 @@ def test_pins_are_rated_where_they_are_given(chain):
     section = make_sections(chain.manipulator.model_copy(update={"tubes": tubes, "cylinders": bare}), chain.truss)
     given = [member.section == pinned for member in chain.truss.members]
     assert np.isfinite(section.pin).tolist() == given
-    forces = solve(make_load_model(chain, Payload(mass=400, radius=0.1), 9.81), chain.nodes(chain.straight))
+    forces = solve_members(make_load_model(chain, Payload(mass=400, radius=0.1), 9.81), chain.nodes(chain.straight))
     use = utilise(rate(section, np.ones(len(given)), OMEGA), forces)
     most = np.abs(np.stack([forces.near_axial, forces.bar, forces.far_axial])).max(axis=0)
     assert use.pin[given] == pytest.approx(most[given] * OMEGA / pin_shear(0.02, 315e6))
@@ -118,8 +118,8 @@ def made_up(forces, bar):
 
 
 def test_utilisation_takes_the_worst_along_the_member(chain):
-    forces = solve(make_load_model(chain, Payload(mass=1, radius=0.1), 9.81), chain.nodes(chain.straight))
-    section = Section(
+    forces = solve_members(make_load_model(chain, Payload(mass=1, radius=0.1), 9.81), chain.nodes(chain.straight))
+    section = MemberSections(
         area=np.full(2, 1e-3),
         gyration_radius=np.full(2, 0.01),
         yield_strength=np.full(2, 315e6),
@@ -143,7 +143,7 @@ def test_utilisation_takes_the_worst_along_the_member(chain):
 
 
 def test_unknown_forces_stay_unknown(chain):
-    forces = solve(make_load_model(chain, Payload(mass=1, radius=0.1), 9.81), chain.nodes(chain.straight))
+    forces = solve_members(make_load_model(chain, Payload(mass=1, radius=0.1), 9.81), chain.nodes(chain.straight))
     lengths = np.ones(len(chain.truss.members))
     unknown = replace(forces, bar=np.full_like(forces.bar, np.nan))
     use = utilise(rate(make_sections(chain.manipulator, chain.truss), lengths, OMEGA), unknown)

@@ -15,7 +15,7 @@ from vgtsim.description.scene import Payload
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.statics import Motion, diagnose, make_load_model, motion_from_log, solve
+from vgtsim.statics import Motion, diagnose, make_load_model, motion_from_log, solve_members
 from vgtsim.statics.capacity import find_allowance
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import block_loads, hub_loads, member_loads
@@ -165,7 +165,7 @@ def test_forces_and_moments_are_those_of_rigid_bodies(single, payload):
     extra = np.random.default_rng(41).normal(0, 2e3, (7, len(single.truss.nodes), 3))
     for nodes, push in zip(single.nodes(poses(single)), extra, strict=True):
         loads = all_loads(model, nodes) + push
-        forces = solve(model, nodes, nodal_forces=push)
+        forces = solve_members(model, nodes, nodal_forces=push)
         longerons, actuators = solve_bodies(single, nodes, loads)
         scale = np.abs(forces.bar).max()
         assert np.abs(forces.bar[:12] - longerons).max() < ROUNDING * scale
@@ -210,7 +210,7 @@ def test_bending_agrees_with_a_frame_program(single, payload):
         frame.add_member(f"below{k}", f"n{foot}", f"n{middle}", "steel", "bar")
         frame.add_member(f"above{k}", f"n{middle}", f"n{head}", "steel", "bar")
     frame.analyze_linear(check_stability=False)
-    forces = solve(model, nodes)
+    forces = solve_members(model, nodes)
     axial = np.array([-frame.members[f"m{i}"].axial(0.0, "Combo 1") for i in range(len(truss.members))])
     assert np.abs(axial - forces.bar).max() < FINITE_ELEMENTS * np.abs(axial).max()
     ends = [(frame.members[f"m{i}"], i) for i in pinned]
@@ -229,7 +229,7 @@ def test_moments_and_shear_hold_the_actuator(single, payload):
     """Moment equilibrium of each actuator about its near pin, in the plane of its bending."""
     model, pinned = make_load_model(single, payload, GRAVITY), single.truss.ring_actuators[0]
     nodes, weight = single.nodes(poses(single)), model.members
-    forces = solve(model, nodes)
+    forces = solve_members(model, nodes)
     axis = (nodes[:, 9] - nodes[:, 3]) / OFFSET
     span = nodes[:, single.truss.ends[pinned, 1]] - nodes[:, single.truss.ends[pinned, 0]]
     length = np.linalg.norm(span, axis=-1)
@@ -248,7 +248,7 @@ def test_moments_on_a_block_are_half_the_offset_times_the_difference_of_its_long
     push = np.zeros((7, len(truss.nodes), 3))
     push[:, truss.tip] = np.random.default_rng(45).normal(0, 2e3, (7, 3, 3))
     nodes = single.nodes(poses(single))
-    forces = solve(none, nodes, nodal_forces=push)
+    forces = solve_members(none, nodes, nodal_forces=push)
     pull = np.zeros(nodes.shape)
     for index in range(12):
         first, second = truss.ends[index]
@@ -264,7 +264,7 @@ def test_moments_on_a_block_are_half_the_offset_times_the_difference_of_its_long
 
 
 def test_no_offset_bends_nothing(hanging_arm, payload):
-    forces = solve(make_load_model(hanging_arm, payload, GRAVITY), hanging_arm.nodes(hanging_arm.straight))
+    forces = solve_members(make_load_model(hanging_arm, payload, GRAVITY), hanging_arm.nodes(hanging_arm.straight))
     assert not forces.near_moment.any()
     assert not forces.far_moment.any()
 
@@ -278,11 +278,11 @@ def test_bending_vanishes_with_the_offset():
     load = np.zeros((15, 3))
     load[-3:] = np.random.default_rng(42).normal(0, 2e3, (3, 3))
     none = Payload(mass=0.0, radius=0.1)
-    plain = solve(make_load_model(bare, none, 0.0), bare.nodes(q), nodal_forces=load[6:])
+    plain = solve_members(make_load_model(bare, none, 0.0), bare.nodes(q), nodal_forces=load[6:])
     moments, errors = [], []
     for offset in (1e-2, 1e-3):
         chain = Chain(with_offset(arm, offset), hanging_mount(4.0))
-        found = solve(make_load_model(chain, none, 0.0), chain.nodes(q), nodal_forces=load)
+        found = solve_members(make_load_model(chain, none, 0.0), chain.nodes(q), nodal_forces=load)
         moments.append(np.linalg.norm(found.near_moment, axis=-1).max())
         errors.append(np.abs(found.bar - plain.bar).max() / np.abs(plain.bar).max())
     assert moments[0] > 1.0
@@ -297,12 +297,14 @@ def test_drive_forces_of_an_offset_arm_do_the_work_of_weight_and_inertia(double,
     phase = np.random.default_rng(43).uniform(0, 6, double.straight.shape)
 
     def path(time):
-        return double.straight + np.array([0.12, 0.1, 0.02]) * np.sin(1.5 * time * moving + phase)
+        return double.straight + np.resize([0.12, 0.1, 0.02], double.straight.size) * np.sin(
+            1.5 * time * moving + phase
+        )
 
     times = 0.7 + 0.005 * np.arange(-2, 3)
     nodes = np.stack([double.nodes(path(t)) for t in times])
     rates = motion_from_log(times, nodes)
-    forces = solve(model, nodes[2], Motion(rates.velocity[2], rates.acceleration[2]), pivot=np.zeros(3))
+    forces = solve_members(model, nodes[2], Motion(rates.velocity[2], rates.acceleration[2]), pivot=np.zeros(3))
     loads, points = cloud.loads(path, 0.7, GRAVITY), cloud.points(path(0.7))[0]
     lengths = double.lengths(path(0.7))
     expected = []

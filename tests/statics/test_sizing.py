@@ -15,11 +15,12 @@ from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
 from vgtsim.statics import make_load_model, make_sections, rate
 from vgtsim.statics.cases import find_envelope
-from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import weigh
 from vgtsim.statics.motion import Motion
-from vgtsim.statics.rating import SLENDERNESS_ADVICE, pin_shear, utilise
+from vgtsim.statics.rating import SLENDERNESS_ADVICE, pin_shear
 from vgtsim.statics.sizing import Demand, size_arm
+from vgtsim.statics.utilisation import utilise
 
 ARM = Path(__file__).parents[2] / "models" / "arm15" / "arm15.toml"
 CASES = (LoadCase(name="run"), LoadCase(name="quake", shaking=0.15), LoadCase(name="tool", reaction=300.0))
@@ -30,7 +31,7 @@ GRAVITY, OMEGA, TARGET = 9.80665, 1.67, 0.9
 def poses(hanging_arm):
     rng = np.random.default_rng(51)
     q = np.repeat(hanging_arm.straight[None], 60, axis=0)
-    q[..., :2] += 0.2 * rng.uniform(-1, 1, (*q.shape[:2], 2))
+    q.reshape(60, 5, 3)[..., :2] += 0.2 * rng.uniform(-1, 1, (60, 5, 2))
     return hanging_arm.nodes(q)
 
 
@@ -116,7 +117,7 @@ def test_inertia_of_the_tour_is_part_of_the_demand(hanging_arm, poses, payload):
     still, shaken = (Demand(poses, moving, payload, run, GRAVITY, OMEGA) for moving in (None, motion))
     found = size_arm(hanging_arm, load_catalogue(), shaken, TARGET)
     chain = Chain(found.manipulator, hanging_arm.mount)
-    forces = solve(make_load_model(chain, payload, GRAVITY), poses, motion)
+    forces = solve_members(make_load_model(chain, payload, GRAVITY), poses, motion)
     ends = chain.truss.ends
     length = np.linalg.norm(poses[:, ends[:, 1]] - poses[:, ends[:, 0]], axis=-1)
     used = utilise(rate(make_sections(found.manipulator, chain.truss), length, OMEGA), forces)

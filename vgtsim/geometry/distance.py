@@ -21,8 +21,8 @@ def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array
     """Signed distance to the inner surface of the tank, its riser openings taken as closed.
 
     The nearest point of a surface of revolution lies in the meridian plane of the point. In that plane each
-    piece has a foot for the points of its own sector; the tank is convex and smooth, so that the least of
-    these signed distances is the distance itself, on either side.
+    piece has a foot for the points of its own sector; the tank is convex and smooth, so the least of these
+    signed distances is the distance itself, on either side.
 
     Args:
         profile: The tank.
@@ -33,11 +33,12 @@ def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array
         nearest point of the surface, shape (..., 3). Where several points of the surface are nearest, one is
         taken.
     """
-    rho, z, outward, shape = _meridian(points)
-    distances = _to_pieces(profile, rho, z)
-    nearest = distances.argmin(axis=0)
-    gradient = _in_space(_piece_gradient(profile, rho, z, nearest), outward)
-    return distances.min(axis=0).reshape(shape), gradient.reshape(*shape, 3)
+    points = np.asarray(points, float)
+    meridian = _Meridian(np.hypot(points[..., 0], points[..., 1]), points[..., 2])
+    feet = _to_pieces(profile, meridian)
+    piece = feet.argmin(axis=0)
+    distance = np.take_along_axis(feet, piece[None], axis=0)[0]
+    return distance, _in_space(_inward(profile, meridian, piece), points, meridian.rho)
 
 
 def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, Array]:
@@ -48,82 +49,94 @@ def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple
     them.
 
     Args:
-        tank: Its arm riser is read.
+        tank: The tank; its arm riser is read.
         profile: Its profile.
         points: In frame G, shape (..., 3), m.
 
     Returns:
         Distance, shape (...), m, positive inside either; and its gradient, unit vectors of shape (..., 3).
     """
-    rho, z, outward, shape = _meridian(points)
-    near = _find_nearest(tank, profile, rho, z)
-    gradient = _piece_gradient(profile, rho, z, near.piece)
-    to_rim = np.stack([rho, z], -1) - near.rim
-    reach = np.hypot(to_rim[:, 0], to_rim[:, 1])
-    gradient = np.where(near.at_rim[:, None], to_rim / np.where(reach > 0, reach, 1.0)[:, None], gradient)
-    gradient[near.in_bore] = [-1.0, 0.0]
-    return near.distance.reshape(shape), _in_space(gradient, outward).reshape(*shape, 3)
+    points = np.asarray(points, float)
+    found = _enclose(tank, profile, points)
+    meridian, (bore, rim) = found.meridian, found.mouth_circle
+    gradient = _inward(profile, meridian, found.piece)
+    to_rim = np.stack([meridian.rho - bore, meridian.z - rim], axis=-1)
+    reach = np.where(found.reach > 0, found.reach, 1.0)
+    gradient = np.where(found.at_rim[..., None], to_rim / reach[..., None], gradient)
+    gradient = np.where(found.in_bore[..., None], [-1.0, 0.0], gradient)
+    return found.distance, _in_space(gradient, points, meridian.rho)
 
 
-def mouth_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
-    """The distance of `enclosure_distance`, and whether the nearest surface is the riser's rim or bore.
+def enclosure_depth(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
+    """`enclosure_distance` without its gradient, and whether the riser's rim or bore is the nearest surface.
 
     Args:
-        tank: Its arm riser is read.
+        tank: The tank; its arm riser is read.
         profile: Its profile.
         points: In frame G, shape (..., 3), m.
 
     Returns:
-        Distance, shape (...), m; true where the riser is nearest, shape (...).
+        Distance, shape (...), m, and true where the riser is nearest, shape (...).
     """
-    rho, z, _, shape = _meridian(points)
-    near = _find_nearest(tank, profile, rho, z)
-    return near.distance.reshape(shape), (near.at_rim | near.in_bore).reshape(shape)
+    found = _enclose(tank, profile, np.asarray(points, float))
+    return found.distance, found.at_rim | found.in_bore
 
 
 @dataclass(frozen=True)
-class _Nearest:
-    """Nearest surface of the opened tank to n points of the meridian plane.
+class _Meridian:
+    """Points in their meridian plane: distance from the axis and height, shape (...) each, m."""
+
+    rho: Array
+    z: Array
+
+
+@dataclass(frozen=True)
+class _Enclosed:
+    """Where points are in the tank and its riser, all of shape (...).
 
     Attributes:
-        distance: Signed, shape (n,), m.
-        piece: Index of the nearest piece of the profile, shape (n,); of no meaning where the riser is nearest.
-        at_rim: Where the riser's rim is nearest, shape (n,).
-        in_bore: Where the riser's bore is nearest, shape (n,).
-        rim: The rim (r, z), shape (2,), m.
+        distance: Signed, m.
+        meridian: The points in their meridian planes.
+        piece: Index of the piece of the profile that is nearest, of those that count.
+        reach: Distance from the rim of the riser, m.
+        at_rim: Whether the rim is nearest.
+        in_bore: Whether the bore of the riser is nearest.
+        mouth_circle: Radius and height of the rim, m.
     """
 
     distance: Array
+    meridian: _Meridian
     piece: NDArray[np.intp]
+    reach: Array
     at_rim: NDArray[np.bool_]
     in_bore: NDArray[np.bool_]
-    rim: Array
+    mouth_circle: tuple[float, float]
 
 
-def _find_nearest(tank: Tank, profile: Profile, rho: Array, z: Array) -> _Nearest:
+def _enclose(tank: Tank, profile: Profile, points: Array) -> _Enclosed:
+    rho, z = np.hypot(points[..., 0], points[..., 1]), points[..., 2]
     bore = tank.arm_riser.bore / 2
-    rim, dome = float(profile.ceiling_at(bore)), profile.piece("dome")
-    distances = _to_pieces(profile, rho, z)
-    piece, distance = distances.argmin(axis=0), distances.min(axis=0)
-    in_bore = (z >= rim) & ((rho < bore) | (bore - rho > distance))
+    rim, dome = profile.rim(bore), profile.pieces[-1].centre
+    meridian = _Meridian(rho, z)
+    feet = _to_pieces(profile, meridian)
+    closed = feet.min(axis=0)
+    reach = np.hypot(rho - bore, z - rim)
     # below the rim, points whose foot on the dome would fall into the opening
-    below = (z < rim) & (rho * (rim - dome.centre[1]) < bore * (z - dome.centre[1]))
-    at_rim = np.zeros(rho.shape, dtype=bool)
-    if below.any():
-        others = distances[:-1, below]  # all pieces but the dome
-        least, reach = others.min(axis=0), np.hypot(rho[below] - bore, z[below] - rim)
-        at_rim[below] = reach < least
-        piece[below] = others.argmin(axis=0)
-        distance[below] = np.minimum(reach, least)
-    return _Nearest(np.where(in_bore, bore - rho, distance), piece, at_rim, in_bore, np.array([bore, rim]))
+    below = (z < rim) & (rho * (rim - dome[1]) < bore * (z - dome[1]))
+    above = (z >= rim) & ((rho < bore) | (bore - rho > closed))
+    feet[-1:][below[None]] = np.inf  # the dome ends at the rim
+    piece = feet.argmin(axis=0)
+    others = feet.min(axis=0)
+    distance = np.where(above, bore - rho, np.where(below, np.minimum(reach, others), closed))
+    return _Enclosed(distance, meridian, piece, reach, below & (reach < others), above, (bore, rim))
 
 
 def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike) -> tuple[Array, Array, Array]:
     """Least distance between segments.
 
-    The squared distance is a convex quadratic of the two parameters on the unit square. The free minimum over s is
-    clipped, then t is the best for that s, then s the best for that t: the least value on the square. Parallel segments
-    and segments of no length need no case of their own.
+    The squared distance is a convex quadratic of the two parameters on the unit square. The free minimum is
+    clipped in s, t is the best for that s, clipped, and s the best for that t. Parallel segments and segments
+    of no length need no case of their own.
 
     Args:
         a0: First ends of the first segments, shape (..., 3), m.
@@ -136,68 +149,58 @@ def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike)
         a0 + s (a1 - a0) and b0 + t (b1 - b0). With the unit vector n from the second to the first, the
         gradient of the distance is (1 - s) n, s n, -(1 - t) n, -t n by a0, a1, b0, b1.
 
-    Source: C. Ericson, Real-Time Collision Detection (2005), section 5.1.9.
+    Source: C. Ericson, Real-Time Collision Detection, section 5.1.9.
     """
     a0, a1, b0, b1 = (np.asarray(point, float) for point in (a0, a1, b0, b1))
     u, v, w = a1 - a0, b1 - b0, a0 - b0
-    uu, vv, uv, uw, vw = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, w), _dot(v, w)
-    s = _ratio(uv * vw - vv * uw, uu * vv - uv**2)
+    uu, vv, uv = _dot(u, u), _dot(v, v), _dot(u, v)
+    uw, vw = _dot(u, w), _dot(v, w)
+    s = _ratio(uv * vw - vv * uw, uu * vv - uv * uv)
     t = _ratio(uv * s + vw, vv)
     s = _ratio(uv * t - uw, uu)
     gap = w + s[..., None] * u - t[..., None] * v
     return np.sqrt(_dot(gap, gap)), s, t
 
 
-def _meridian(points: ArrayLike) -> tuple[Array, Array, Array, tuple[int, ...]]:
-    """Distance from the axis and height, each (n,), outward unit vector, (n, 2), x on the axis, and the batch's shape."""
-    points = np.asarray(points, float)
-    flat = points.reshape(-1, 3)
-    rho = np.hypot(flat[:, 0], flat[:, 1])
-    outward = flat[:, :2] / np.where(rho > 0, rho, 1.0)[:, None]
-    outward[rho == 0] = [1.0, 0.0]
-    return rho, flat[:, 2], outward, points.shape[:-1]
+def _in_space(gradient: Array, points: Array, rho: Array) -> Array:
+    """A gradient (r, z) of the meridian plane as a vector (x, y, z); outward is along x on the axis."""
+    off = rho > 0
+    scale = gradient[..., 0] / np.where(off, rho, 1.0)
+    x, y = np.where(off, scale * points[..., 0], gradient[..., 0]), scale * points[..., 1]
+    return np.stack([x, y, gradient[..., 1]], axis=-1)
 
 
-def _in_space(gradient: Array, outward: Array) -> Array:
-    """A gradient (r, z) of the meridian plane as a vector (x, y, z)."""
-    return np.concatenate([gradient[:, :1] * outward, gradient[:, 1:]], axis=-1)
-
-
-def _to_pieces(profile: Profile, rho: Array, z: Array) -> Array:
-    """Signed distances of n points to all pieces, shape (5, n), m; infinite outside a piece's sector.
-
-    A piece's distance is counted from its start, not from its centre, so it stays finite when the piece is straight.
-    """
-    table = profile.table
-    start, end, along, after = (item.T[..., None] for item in (table.start, table.end, table.along, table.after))
-    curvature = table.curvature[:, None]
-    r, h = rho - start[0], z - start[1]
-    x, y = r * along[0] + h * along[1], h * along[0] - r * along[1]
-    reach = np.hypot(curvature * x, 1 - curvature * y)
-    distance = (2 * y - curvature * (x**2 + y**2)) / (1 + reach)
-    beyond = (rho - end[0]) * after[0] + (z - end[1]) * after[1] > _SECTOR_SLACK
-    distance[(x < -_SECTOR_SLACK) | beyond] = np.inf
+def _to_pieces(profile: Profile, meridian: _Meridian) -> Array:
+    """Signed distance to each of the P pieces, shape (P, ...); infinite outside a piece's sector."""
+    table = profile.table(meridian.rho.ndim)
+    r, h = meridian.rho - table.start[0], meridian.z - table.start[1]
+    x, y = r * table.along[0] + h * table.along[1], h * table.along[0] - r * table.along[1]
+    k = table.curvature
+    # from the centre, in units of the radius; stays finite when the piece is straight
+    reach = np.hypot(k * x, 1 - k * y)
+    distance = (2 * y - k * (x * x + y * y)) / (1 + reach)
+    past = (meridian.rho - table.end[0]) * table.leaving[0] + (meridian.z - table.end[1]) * table.leaving[1]
+    distance[(x < -_SECTOR_SLACK) | (past > _SECTOR_SLACK)] = np.inf
     return distance
 
 
-def _piece_gradient(profile: Profile, rho: Array, z: Array, which: NDArray[np.intp]) -> Array:
-    """Gradient (r, z) of the distance to one piece for each of n points, shape (n, 2)."""
-    table = profile.table
-    start, along, curvature = table.start[which].T, table.along[which].T, table.curvature[which]
-    r, h = rho - start[0], z - start[1]
-    turn_x = curvature * (r * along[0] + h * along[1])
-    turn_y = 1 - curvature * (h * along[0] - r * along[1])
+def _inward(profile: Profile, meridian: _Meridian, piece: NDArray[np.intp]) -> Array:
+    """Unit direction (r, z) from the nearest point of a piece, shape (..., 2)."""
+    table = profile.table(0)
+    along_r, along_z, k = table.along[0][piece], table.along[1][piece], table.curvature[piece]
+    r, h = meridian.rho - table.start[0][piece], meridian.z - table.start[1][piece]
+    turn_x, turn_y = k * (r * along_r + h * along_z), 1 - k * (h * along_r - r * along_z)
     reach = np.hypot(turn_x, turn_y)
     scale = np.where(reach > 0, reach, 1.0)
     lean, rise = -turn_x / scale, np.where(reach > 0, turn_y / scale, 1.0)
-    return np.stack([lean * along[0] - rise * along[1], lean * along[1] + rise * along[0]], axis=-1)
+    return np.stack([lean * along_r - rise * along_z, lean * along_z + rise * along_r], axis=-1)
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.einsum("...i,...i->...", a, b)
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
 def _ratio(numerator: Array, denominator: Array) -> Array:
     """Quotient clipped to [0, 1]; zero where the denominator vanishes."""
-    safe = denominator > 0
-    return np.where(safe, np.clip(numerator / np.where(safe, denominator, 1.0), 0.0, 1.0), 0.0)
+    # an infinite divisor makes the quotient zero: one array fewer than two masks
+    return np.minimum(np.maximum(numerator / np.where(denominator > 0, denominator, np.inf), 0.0), 1.0)

@@ -148,10 +148,10 @@ def _ring(
 
 
 def _bore(tank: Tank, profile: Profile, tolerance: float) -> list[Panel]:
-    riser, shell = tank.arm_riser, tank.shell
+    riser = tank.arm_riser
     radius = riser.bore / 2
     rim = float(profile.ceiling_at(radius))
-    top = shell.crown + shell.dome_thickness + shell.soil_cover + riser.above_grade
+    top = tank.grade + riser.above_grade
     sectors = _sectors(radius, tolerance)
     line = _Tangent(riser.name, np.array([radius, rim]), pi / 2)
     middle = np.array([radius + DEPTH / 2, (rim + top) / 2])

@@ -74,14 +74,14 @@ def make_dome(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
 def make_soil(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
     """Half of the soil on the dome up to grade."""
     below = _cover(tank, profile, _ceiling(tank, profile))
-    above = np.stack([below[:, 0], np.full(len(below), grade(tank))], -1)
+    above = np.stack([below[:, 0], np.full(len(below), tank.grade)], -1)
     return revolve_strip(below, above, front)
 
 
 def make_arm_riser(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
     """Half of the arm riser's pipe, from the dome's underside to its flange."""
     riser = tank.arm_riser
-    span = np.array([float(profile.ceiling_at(riser.bore / 2)), grade(tank) + riser.above_grade])
+    span = np.array([float(profile.ceiling_at(riser.bore / 2)), tank.grade + riser.above_grade])
     inner, outer = (
         np.stack([np.full(2, radius), span], -1) for radius in (riser.bore / 2, riser.bore / 2 + riser.wall)
     )
@@ -90,7 +90,7 @@ def make_arm_riser(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh
 
 def make_riser(tank: Tank, profile: Profile, riser: Riser) -> trimesh.Trimesh:
     """The pipe of one of the other risers, whole and in its place."""
-    bottom, top = float(profile.ceiling_at(riser.radius)), grade(tank) + riser.above_grade
+    bottom, top = float(profile.ceiling_at(riser.radius)), tank.grade + riser.above_grade
     pipe = trimesh.creation.annulus(
         riser.bore / 2, riser.bore / 2 + riser.wall, height=top - bottom, sections=_PIPE_SECTORS
     )
@@ -106,11 +106,6 @@ def make_waste(tank: Tank, profile: Profile) -> trimesh.Trimesh:
     bed = bed[bed[:, 1] < level]
     rim = [[float(profile.radius_at(level)), level], [0.0, level]]
     return trimesh.creation.revolve(np.concatenate([bed, rim]), sections=2 * _SECTORS)
-
-
-def grade(tank: Tank) -> float:
-    """Height of the ground above the lowest point of the floor, m."""
-    return tank.shell.crown + tank.shell.dome_thickness + tank.shell.soil_cover
 
 
 def _curve(profile: Profile, names: tuple[str, ...]) -> Array:

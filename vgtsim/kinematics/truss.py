@@ -29,6 +29,7 @@ from vgtsim.description.modules import (
     joint_offset,
 )
 
+Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 # ends as (base | foot | head | top, corner); L1 to L12 of figure 3.10; without a joint offset foot and head are one
@@ -148,6 +149,14 @@ class Truss:
     def member_names(self) -> tuple[str, ...]:
         """Names of the members."""
         return tuple(member.name for member in self.members)
+
+    def spans(self, nodes: Array) -> Array:
+        """Vectors from the near to the far ends of the members, shape (..., M, 3), m, for nodes of shape (..., N, 3)."""
+        return nodes[..., self.ends[:, 1], :] - nodes[..., self.ends[:, 0], :]
+
+    def lengths(self, nodes: Array) -> Array:
+        """Lengths of the members, shape (..., M), m, for nodes of shape (..., N, 3)."""
+        return np.linalg.norm(self.spans(nodes), axis=-1)
 
     @property
     def base(self) -> slice:

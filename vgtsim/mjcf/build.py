@@ -8,10 +8,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.constants import GRAVITY
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import DoubleOctahedral, Prism, Section
 from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
+from vgtsim.geometry import make_mast
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.layout import make_static
 from vgtsim.kinematics.sampling import sample_inputs
@@ -33,7 +35,6 @@ STIFF_TUBES = 1e4  # on elastic tubes meanwhile: they must not ring
 ELASTIC_ITERATIONS = 3  # of the solver: without contacts the problem is linear; zero tolerance would spend a hundred
 _MOST_LEAN = 0.35  # of a mid-plane in the reach pose, rad: half of what its module bends
 _REACH_SAMPLE = 200  # configurations that the reach pose of a mixed arm is picked from
-MAST_STICK_UP = 0.5  # length of mast above the riser's flange at the working depth, m
 
 
 def scene_chain(scene: Scene) -> Chain:
@@ -53,7 +54,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
 
     Args:
         scene: The scene.
-        poses: Inputs, shape (A, 3), of keyframes besides `stowed` and `straight`, by name.
+        poses: Inputs, shape (n,), of keyframes besides `stowed` and `straight`, by name.
         timestep: In place of the scene's, s.
 
     Returns:
@@ -61,13 +62,13 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
     """
     step = timestep or scene.task.simulation.timestep
     chain, task, tank = scene_chain(scene), scene.task, scene.tank
-    grade = tank.shell.crown + tank.shell.dome_thickness + tank.shell.soil_cover + tank.arm_riser.above_grade
+    mast = make_mast(scene)
     keyed = _withdrawn_poses(chain, scene) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
     rigging = Rigging(
-        mast_diameter=task.mast.outer_diameter,
-        mast_wall=task.mast.wall,
-        mast_density=task.mast.density,
-        mast_length=grade - scene.pivot_height + MAST_STICK_UP,
+        mast_diameter=mast.outer_diameter,
+        mast_wall=mast.wall,
+        mast_density=mast.density,
+        mast_length=mast.length,
         feed_range=(0.0, max(lift for _, lift in keyed.values())),
         payload_mass=task.payload.mass,
         payload_radius=task.payload.radius,
@@ -120,7 +121,7 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *,
         servo_damping=1e6,
         lumped=lumped,
     )
-    spec = _start_spec(manipulator.name, timestep, gravity=9.80665, weight_scale=HOLDING_WEIGHTS)
+    spec = _start_spec(manipulator.name, timestep, gravity=GRAVITY, weight_scale=HOLDING_WEIGHTS)
     add_arm(spec, chain, rigging)
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0)
     floor.rgba = [0.86, 0.87, 0.88, 1]
@@ -136,13 +137,13 @@ def reach_pose(chain: Chain) -> Array:
         chain: The arm, its root on the z axis of its mount.
 
     Returns:
-        q, shape (*q): a uniform chain bent evenly by its first modules, to the horizontal if three can; of any other,
+        q, shape (n,): a uniform chain bent evenly by its first modules, to the horizontal if three can; of any other,
         the one of a seeded sample whose tool is farthest from the axis.
     """
     if chain.manipulator.uniform:
         q = np.array(chain.straight)
-        bent = min(3, len(q))
-        q[:bent, 0] = np.sin(min(np.pi / 4 / bent, _MOST_LEAN))
+        bent = min(3, len(chain.layout.names))
+        q[: 3 * bent : 3] = np.sin(min(np.pi / 4 / bent, _MOST_LEAN))
         return q
     sample = sample_inputs(chain, _REACH_SAMPLE, seed=0)
     out = chain.tool(sample)[0] - chain.mount[:3, 3]
@@ -155,7 +156,7 @@ def build_model(scene: Scene, poses: Mapping[str, Array] | None = None) -> mujoc
 
     Args:
         scene: The scene.
-        poses: Inputs, shape (A, 3), of keyframes besides `stowed` and `straight`, by name.
+        poses: Inputs, shape (n,), of keyframes besides `stowed` and `straight`, by name.
 
     Returns:
         The model.
@@ -194,7 +195,7 @@ def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float
     """
     crown = scene.tank.shell.crown
     low = scene.tank.waste.level + scene.task.payload.radius + 1.0
-    q, height = np.array(chain.straight).ravel(), low + scene.manipulator.tip_plate.tool_offset
+    q, height = np.array(chain.straight), low + scene.manipulator.tip_plate.tool_offset
     faces = chain.frames(chain.straight)[1]
     active = len(chain.layout.names)
     for k, module in reversed(list(enumerate(scene.manipulator.modules))):
@@ -207,12 +208,12 @@ def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float
             height += float(np.linalg.norm(faces[k + 1] - faces[k]))
             continue
         if height + module.straight > crown - RISER_MOUTH:
-            q[own] = chain.stowed.ravel()[own]
+            q[own] = chain.stowed[own]
         height += 2 * q[own][2] + module.joint_offset
     stowed_length = scene.pivot_height - chain.tool(chain.stowed)[0][2]
     return {
         "stowed": (chain.stowed, crown + stowed_length - scene.pivot_height),
-        "straight": (q.reshape(chain.input_shape), height - scene.pivot_height),
+        "straight": (q, height - scene.pivot_height),
     }
 
 

@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 
 from vgtsim.description import Scene
 from vgtsim.output.colours import HOLD, LIMIT
-from vgtsim.output.holds import find_holds, goal_name
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
+from vgtsim.verification.holds import find_holds, goal_name
 
 WIDTH = 9.6  # inches; the page shows it at full column width
 _INK = "#010203"  # stands for the page's text colour until the SVG is written

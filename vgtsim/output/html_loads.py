@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from vgtsim.description import Scene
 from vgtsim.kinematics import Truss
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 from vgtsim.verification.report import Report
+from vgtsim.verification.supports import find_riser_reaction
 
 Array = NDArray[np.float64]
 
@@ -55,25 +57,6 @@ def member_rows(log: RunLog, report: Report, truss: Truss) -> str:
     return "\n".join(rows)
 
 
-def riser_reaction(scene: Scene, log: RunLog) -> Array:
-    """Force and moment that the riser carries at its mouth, which the dome must not carry.
-
-    Args:
-        scene: Gives mast and depth.
-        log: The run.
-
-    Returns:
-        Of the arm and mast on the riser, about the axis at the crown, frame G, shape (T, 6), N and N·m.
-    """
-    mast, shell = scene.task.mast, scene.tank.shell
-    inner = mast.outer_diameter - 2 * mast.wall
-    length = mast.pivot_depth + shell.dome_thickness + shell.soil_cover + scene.tank.arm_riser.above_grade
-    mass = mast.density * np.pi / 4 * (mast.outer_diameter**2 - inner**2) * length
-    force = -log.mast_reaction[:, :3] + [0.0, 0.0, -mass * scene.task.simulation.gravity]
-    lever = np.array([0.0, 0.0, -mast.pivot_depth])
-    return np.concatenate([force, -log.mast_reaction[:, 3:] + np.cross(lever, -log.mast_reaction[:, :3])], axis=1)
-
-
 def reaction_rows(scene: Scene, log: RunLog) -> str:
     """Write the peaks of the loads on mast and riser.
 
@@ -84,7 +67,7 @@ def reaction_rows(scene: Scene, log: RunLog) -> str:
     Returns:
         Table rows.
     """
-    places = (("mast at the pivot", -log.mast_reaction), ("riser at the crown", riser_reaction(scene, log)))
+    places = (("mast at the pivot", -log.mast_reaction), ("riser at the crown", find_riser_reaction(Site(scene), log)))
     rows = []
     for name, wrench in places:
         lateral = np.linalg.norm(wrench[:, :2], axis=1)

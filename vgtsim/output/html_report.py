@@ -17,7 +17,7 @@ from vgtsim.kinematics import Truss
 from vgtsim.output import html_facts as facts
 from vgtsim.output import html_tables as tables
 from vgtsim.output.figure import styled, to_svg
-from vgtsim.output.html_loads import member_rows, reaction_rows, riser_reaction
+from vgtsim.output.html_loads import member_rows, reaction_rows
 from vgtsim.output.member_plots import (
     plot_actuator_forces,
     plot_actuator_lengths,
@@ -29,7 +29,9 @@ from vgtsim.output.run_plots import plot_clearance, plot_closure, plot_reaction,
 from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 from vgtsim.verification.report import Report
+from vgtsim.verification.supports import find_riser_reaction
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,7 @@ def list_sections(scene: Scene, log: RunLog, report: Report, truss: Truss) -> li
             "Load on the riser",
             "Force and moment of arm and mast on the riser at the crown, in frame G: what the dome must not carry.",
             (),
-            lambda: plot_reaction(scene, log, riser_reaction(scene, log)),
+            lambda: plot_reaction(scene, log, find_riser_reaction(Site(scene), log)),
         ),
         Section(
             "closure",

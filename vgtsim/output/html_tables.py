@@ -7,9 +7,9 @@ from html import escape
 import numpy as np
 
 from vgtsim.description import Scene
-from vgtsim.output.holds import find_holds
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.runlog import RunLog
+from vgtsim.verification.holds import find_holds
 from vgtsim.verification.report import CHECK_NAMES, Check, Report
 
 

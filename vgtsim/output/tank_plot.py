@@ -24,7 +24,7 @@ def draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
     """
     profile = make_profile(tank.shell)
     r, z = profile.points(_SPACING).T
-    bore, top = tank.arm_riser.bore / 2, tank.shell.crown + tank.shell.dome_thickness + tank.shell.soil_cover
+    bore, top = tank.arm_riser.bore / 2, tank.grade
     wet = z <= tank.waste.level
     level = np.append(z[wet], tank.waste.level)
     width = np.append(r[wet], np.interp(tank.waste.level, z, r))

@@ -14,7 +14,7 @@ from vgtsim.kinematics import Chain
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
-from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.motion import Motion, motion_from_log
 from vgtsim.statics.stiffness import node_loads
 
@@ -76,7 +76,7 @@ def describe_truss(scene: Scene, log: RunLog, chain: Chain, time: float | None =
     motion = motion_from_log(log.time, log.nodes)
     speed, change = motion.velocity[record], motion.acceleration[record]
     now = Motion(speed, change) if np.isfinite(change).all() else None
-    load, bar = node_loads(model, nodes, now), solve(model.loads, nodes, now).bar
+    load, bar = node_loads(model, nodes, now), solve_members(model.loads, nodes, now).bar
     edges = [f"tip/edge/{i + 1}" for i in range(3)]
     ends = np.concatenate([truss.ends, truss.tip_edges])
     length = np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1)

@@ -7,22 +7,22 @@ from contextlib import closing, contextmanager
 from itertools import chain
 from pathlib import Path
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description import Scene
 from vgtsim.errors import MissingLibraryError
+from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
 from vgtsim.mjcf import build_spec, tank
 from vgtsim.output.colours import scale_end
 from vgtsim.output.encoder import open_film
-from vgtsim.output.holds import goal_name
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, project, show
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
+from vgtsim.verification.holds import goal_name
 from vgtsim.verification.report import Report
 
 Array = NDArray[np.float64]

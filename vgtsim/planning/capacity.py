@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics.chain import Chain
 from vgtsim.positioning.goals import GoalSpace, Position
@@ -12,14 +13,10 @@ from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import Differences
 from vgtsim.positioning.positioning import Positioning, assembles, solve
 from vgtsim.positioning.strokes import make_box
-from vgtsim.statics import equilibrium
-from vgtsim.statics.capacity import PAYLOAD_RADIUS
-from vgtsim.statics.loads import make_load_model
-from vgtsim.statics.rating import make_sections, rate, utilise
+from vgtsim.statics import find_use, make_load_model, make_sections, smooth_peak
 
 Array = NDArray[np.float64]
 
-_POWER = 12  # of the mean that stands for the greatest utilisation: smooth, and near the greatest of 132
 _STEPS = 60
 _PROMISED = 1e-4  # fall of the utilisation that is not worth another step
 _SPARE = 1e-3  # kept at the ends of strokes, m
@@ -30,13 +27,13 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
 
     Args:
         chain: The arm.
-        q: Inputs inside the strokes, shape (K, A, 3).
+        q: Inputs inside the strokes, shape (K, n).
         payload: Under which utilisation is meant, kg.
         gravity: Downward, m/s².
         safety_factor: Omega of AISC 360.
 
     Returns:
-        Inputs of those that could be moved with their tool points where they were, shape (k, A, 3).
+        Inputs of those that could be moved with their tool points where they were, shape (k, n).
 
     Raises:
         TrussError: The arm is a mechanism in one of the postures.
@@ -48,13 +45,10 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
     if not len(start):
         return start
     model = make_load_model(chain, Payload(mass=payload, radius=PAYLOAD_RADIUS), gravity)
-    section, ends = make_sections(chain.manipulator, chain.truss), chain.truss.ends
+    sections = make_sections(chain.manipulator, chain.truss)
 
     def used(postures: Array) -> Array:
-        nodes = chain.nodes(postures)
-        length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
-        found = utilise(rate(section, length, safety_factor), equilibrium.solve(model, nodes))
-        return np.sum(np.maximum(found.strength, found.pressure) ** _POWER, axis=1) ** (1 / _POWER)
+        return smooth_peak(find_use(model, sections, chain.nodes(postures), safety_factor).worst)
 
     goal = GoalSpace((Position(chain.tool(start)[0], tolerance=1e-4),))
     problem = Positioning(chain, box, goal, Differences("utilisation", used))

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.resolution import OBJECTIVES, split_objective
+from vgtsim.constants import GRAVITY, SAFETY_FACTOR
+from vgtsim.description.redundancy import OBJECTIVES, split_objective
 from vgtsim.description.scene import Payload, Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
@@ -26,14 +27,12 @@ from vgtsim.positioning.objectives import (
     WeightedSum,
 )
 from vgtsim.positioning.plane import goal_plane
-from vgtsim.statics import make_load_model, make_sections, rate, solve, utilise
+from vgtsim.statics import find_use, make_load_model, make_sections, smooth_peak, solve_members
 
 Array = NDArray[np.float64]
 
 MARGIN = 0.02  # kept at the goals beyond the path's clearance, so that a path can leave them, m
-_GRAVITY = 9.80665  # when no scene says, m/s²
-_SAFETY = 1.67  # AISC 360, allowable strength, when no scene says
-_POWER = 12  # of the mean that stands for a greatest value: smooth, and above a tenth of 132 equal ones
+_FORCE = 1e5  # N: actuator forces count in units of what a middling cylinder pushes
 
 
 def make_objective(chain: Chain, goal: GoalSpace, names: tuple[str, ...], scene: Scene | None) -> Objective:
@@ -87,9 +86,9 @@ def _condition(chain: Chain, goal: GoalSpace, q: Array) -> Array:
 
 def _forces(chain: Chain, scene: Scene | None, utilisation: bool) -> Callable[[Array], Array]:
     """Smooth stand-in for the greatest actuator force, 100 kN, or utilisation of any member, at rest."""
-    safety, sections = _SAFETY, make_sections(chain.manipulator, chain.truss)
+    safety, sections = SAFETY_FACTOR, make_sections(chain.manipulator, chain.truss)
     if scene is None:
-        model = make_load_model(chain, Payload(mass=0.0, radius=1e-3), _GRAVITY)
+        model = make_load_model(chain, Payload(mass=0.0, radius=1e-3), GRAVITY)
     else:
         task, safety = scene.task, scene.task.limits.safety_factor
         split, lumped = task.simulation.members == "elastic", task.simulation.lumped
@@ -97,14 +96,8 @@ def _forces(chain: Chain, scene: Scene | None, utilisation: bool) -> Callable[[A
 
     def value(q: Array) -> Array:
         nodes = chain.nodes(q)
-        forces = solve(model, nodes)
         if utilisation:
-            ends = chain.truss.ends
-            lengths = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
-            used = utilise(rate(sections, lengths, safety), forces)
-            size = np.maximum(used.strength, used.pressure)
-        else:
-            size = np.abs(forces.bar[:, chain.truss.actuated]) / 1e5
-        return np.sum(size**_POWER, axis=1) ** (1 / _POWER)
+            return smooth_peak(find_use(model, sections, nodes, safety).worst)
+        return smooth_peak(np.abs(solve_members(model, nodes).bar[:, chain.truss.actuated]) / _FORCE)
 
     return value

@@ -14,7 +14,7 @@ from vgtsim.mjcf import names
 from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Hydraulics, advance, make_hydraulics
 from vgtsim.plant.oil import Oil, State, fill, find_state
 from vgtsim.plant.springs import Springs
-from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.equilibrium import solve_members
 
 Array = NDArray[np.float64]
 Bits = NDArray[np.int64]
@@ -175,5 +175,5 @@ def find_drive(
     hydraulics = make_hydraulics(scene, chain)
     span = nodes[truss.ends[truss.actuated]]
     length = np.linalg.norm(span[:, 1] - span[:, 0], axis=-1)
-    oil = fill(hydraulics.cylinders, length, solve(springs.elastic.loads, nodes).bar[truss.actuated])
+    oil = fill(hydraulics.cylinders, length, solve_members(springs.elastic.loads, nodes).bar[truss.actuated])
     return HydraulicDrive(data, springs, hydraulics, oil, find_state(hydraulics.cylinders, oil, length))

@@ -16,7 +16,7 @@ from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.plant.oil import VAPOUR, Cylinders, Oil, State, make_cylinders, pressures
-from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import make_load_model
 
 Array = NDArray[np.float64]
@@ -145,8 +145,8 @@ def require_pressure(scene: Scene, chain: Chain, time: Array, lengths: Array) ->
     """
     simulation = scene.task.simulation
     model = make_load_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
-    nodes = chain.nodes(chain.inputs_from_lengths(lengths.reshape(len(lengths), *chain.length_shape)))
-    forces, parts = solve(model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
+    nodes = chain.nodes(chain.inputs_from_lengths(lengths))
+    forces, parts = solve_members(model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
     used = np.where(forces > 0, forces / parts.pull, -forces / parts.push)
     record, worst = (int(i) for i in np.unravel_index(np.argmax(used), used.shape))
     if used[record, worst] <= 1:

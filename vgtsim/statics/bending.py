@@ -17,14 +17,11 @@ ALPHA = 1.6  # AISC 360-22 C2.1: allowable loads are taken times this for second
 
 
 def rod_bending_strength(diameter: ArrayLike, yield_strength: ArrayLike) -> Array:
-    """Nominal strength of a solid round in bending.
+    """Nominal strength of a solid round in bending: Mn = Fy Z, at most 1.6 Fy S, shape (...), N·m; Z is 1.70 S.
 
     Args:
         diameter: Shape (...), m.
         yield_strength: Fy, shape (...), Pa.
-
-    Returns:
-        Mn = Fy Z, at most 1.6 Fy S, shape (...), N·m; for a round, Z is 1.70 S.
 
     Source: AISC 360-22 equation F11-1.
     """
@@ -33,15 +30,12 @@ def rod_bending_strength(diameter: ArrayLike, yield_strength: ArrayLike) -> Arra
 
 
 def tube_bending_strength(outer: ArrayLike, inner: ArrayLike, yield_strength: ArrayLike) -> Array:
-    """Nominal strength of a compact round tube in bending.
+    """Nominal strength of a compact round tube in bending: Mn = Fy Z, shape (...), N·m.
 
     Args:
         outer: Outer diameter, shape (...), m.
         inner: Inner diameter, shape (...), m.
         yield_strength: Fy, shape (...), Pa.
-
-    Returns:
-        Mn = Fy Z, shape (...), N·m.
 
     Source: AISC 360-22 equation F8-1. A cylinder's barrel is compact by far: D/t below 0.07 E/Fy, 44 for this steel.
     """
@@ -50,14 +44,11 @@ def tube_bending_strength(outer: ArrayLike, inner: ArrayLike, yield_strength: Ar
 
 
 def interact(axial: ArrayLike, bending: ArrayLike) -> Array:
-    """Use of a member in axial force and bending together.
+    """Use of a member in axial force and bending together, shape (...); at most 1 is strong enough.
 
     Args:
         axial: Pr/Pc, force over allowable force, shape (...).
         bending: Mr/Mc, moment over allowable moment, shape (...).
-
-    Returns:
-        Shape (...); at most 1 is strong enough.
 
     Source: AISC 360-22 equations H1-1a and H1-1b.
     """
@@ -82,15 +73,12 @@ def amplify(push: ArrayLike, euler: ArrayLike) -> Array:
 
 
 def greatest_moments(near: Array, far: Array, mouth: Array) -> tuple[Array, Array]:
-    """Greatest bending moments in barrels and in rods.
+    """Greatest bending moments in barrels and in rods, shapes (..., M), N·m.
 
     Args:
         near: Moment of each actuator on its first block, shape (..., M, 3), N·m.
         far: The same on its second, shape (..., M, 3), N·m.
         mouth: Of the barrel, in parts of the length from the near end, shape (..., M).
-
-    Returns:
-        In the barrel and in the rod, shapes (..., M), N·m.
     """
     there = near + mouth[..., None] * (-far - near)
     begin, middle, end = (np.linalg.norm(item, axis=-1) for item in (near, there, far))

@@ -7,19 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.constants import GRAVITY, PAYLOAD, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description.scene import Payload
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
-from vgtsim.statics.equilibrium import solve
+from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import make_load_model
-from vgtsim.statics.rating import MODES, make_sections, rate
+from vgtsim.statics.rating import LIMITS, make_sections, rate
 from vgtsim.statics.stiffness import deflect
 
 Array = NDArray[np.float64]
 
-LIMITS = (*MODES[:3], "oil pressure", MODES[3])
-PAYLOAD_RADIUS = 0.15  # m
 _UNIT = 1000.0  # payload of the second load, kg
 _GREATEST_BEND = np.pi / 4  # of a module, rad
 _ROUND = 2000  # shapes solved at a time
@@ -52,7 +51,7 @@ class CapacityMap:
         sag: Displacement of the tool under the reference payload, shape (C,), m.
         member: Name of the governing member, per cell.
         limit: What governs, per cell.
-        q: Inputs of the posture, shape (C, A, 3).
+        q: Inputs of the posture, shape (C, n).
         reference: Payload of the sag, kg.
     """
 
@@ -68,12 +67,12 @@ class CapacityMap:
     @property
     def bends(self) -> Array:
         """Angle between the end faces of each active module, shape (C, A), rad."""
-        return 2 * np.arcsin(np.minimum(np.hypot(self.q[..., 0], self.q[..., 1]), 1.0))
+        return 2 * np.arcsin(np.minimum(np.hypot(self.q[:, ::3], self.q[:, 1::3]), 1.0))
 
     @property
     def azimuths(self) -> Array:
         """Direction each active module bends to, from the x axis of its base frame, shape (C, A), rad."""
-        return np.arctan2(self.q[..., 1], self.q[..., 0])
+        return np.arctan2(self.q[:, 1::3], self.q[:, ::3])
 
 
 def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor: float, radius: float) -> Allowance:
@@ -98,29 +97,24 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
     require_no_offset(chain, "an allowable payload is asked for")
     n = np.asarray(nodes, float)
     empty, loaded = (
-        solve(make_load_model(chain, Payload(mass=mass, radius=radius), gravity), n) for mass in (0.0, _UNIT)
+        solve_members(make_load_model(chain, Payload(mass=mass, radius=radius), gravity), n) for mass in (0.0, _UNIT)
     )
-    ends = chain.truss.ends
-    length = np.linalg.norm(n[..., ends[:, 1], :] - n[..., ends[:, 0], :], axis=-1)
-    ratings = rate(make_sections(chain.manipulator, chain.truss), length, safety_factor)
+    ratings = rate(make_sections(chain.manipulator, chain.truss), chain.truss.lengths(n), safety_factor)
     along, growth = empty.along, (loaded.along - empty.along) / _UNIT
-    rows = [
-        _room(along, growth, ratings.tension, np.inf),
-        _room(along, growth, np.inf, ratings.compression),
-        _room(along, growth, np.inf, ratings.rod),
-        _room(along[1:2], growth[1:2], ratings.pull, ratings.push),
-        _room(along, growth, ratings.pin, ratings.pin),
-    ]
+    rows = []
+    for name, (pull, push) in ratings.limits.items():
+        part = slice(1, 2) if name == "oil pressure" else slice(None)  # a drive feels its bar force alone
+        rows.append(_find_room(along[part], growth[part], pull, push))
     room = np.stack(rows, axis=-1)
     flat = room.reshape(*room.shape[:-2], -1)
     worst = np.argmin(flat, axis=-1)
     return Allowance(flat.min(axis=-1), worst // len(LIMITS), worst % len(LIMITS))
 
 
-def _room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) -> Array:
+def _find_room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) -> Array:
     """Payload at which each member's force reaches what it may be, shape (..., M), kg."""
     bound = np.where(growth > 0, pull, push)
-    rate_of = np.maximum(np.abs(growth), 1e-12)
+    rate_of = np.maximum(np.abs(growth), 1e-12)  # N/kg: a member that the payload does not load gets endless room
     return np.min((bound - np.sign(growth) * force) / rate_of, axis=0)
 
 
@@ -135,7 +129,7 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
         seed: Of the draw.
 
     Returns:
-        Inputs, shape (K, A, 3).
+        Inputs, shape (K, n).
 
     Raises:
         DescriptionError: The arm has other active modules than double octahedra.
@@ -145,16 +139,16 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
         found = f"{chain.manipulator.name}, whose active modules are {', '.join(chain.layout.names)}"
         raise DescriptionError(None, "modules", found, "double octahedra alone: they bend in a plane by their inputs")
     rng = np.random.default_rng(seed)
-    active = len(chain.straight)
+    active = len(chain.layout.names)
     # evenly curved arms as well as free ones: the former reach far, the latter fill the plane
     bend = _GREATEST_BEND * rng.uniform(-1, 1, (shapes, active))
     even = rng.uniform(0, 1, (shapes, 1)) < 0.5
     bend = np.where(even, 0.7 * bend[:, :1] * np.linspace(1, -1, active) ** 2 + 0.3 * bend, bend)
     q = np.repeat(chain.straight[None], shapes, axis=0)
-    q[..., 0] = np.sin(bend / 2)
+    q[:, ::3] = np.sin(bend / 2)
     length = chain.lengths(q)
     low, high = chain.stroke
-    kept = np.all((length >= low) & (length <= high), axis=(1, 2))
+    kept = np.all((length >= low) & (length <= high), axis=1)
     if not kept.any():
         raise TrussError(0, (), f"none of {shapes} shapes is within the strokes")
     return q[kept]
@@ -163,16 +157,16 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
 def map_capacity(
     chain: Chain,
     q: ArrayLike,
-    gravity: float = 9.80665,
-    safety_factor: float = 1.67,
-    reference: float = 453.59237,
+    gravity: float = GRAVITY,
+    safety_factor: float = SAFETY_FACTOR,
+    reference: float = PAYLOAD,
     cell: float = 0.5,
 ) -> CapacityMap:
     """Map the allowable payload over radius and depth: of the postures in each cell, the one that carries most.
 
     Args:
         chain: The arm, hanging; depth counts from its base face.
-        q: Inputs of the postures, shape (K, A, 3).
+        q: Inputs of the postures, shape (K, n).
         gravity: Downward, m/s².
         safety_factor: Omega of AISC 360.
         reference: Payload of the sag, kg.
@@ -198,14 +192,14 @@ def map_capacity(
     sag = np.linalg.norm(deflect(elastic, chain.nodes(postures[best])).tool[:, :3], axis=1)
     names = chain.truss.member_names
     return CapacityMap(
-        (column[best] + 0.5) * cell,
-        (row[best] + 0.5) * cell,
-        payload[best],
-        sag,
-        tuple(names[i] for i in member[best]),
-        tuple(LIMITS[i] for i in limit[best]),
-        postures[best],
-        reference,
+        radius=(column[best] + 0.5) * cell,
+        depth=(row[best] + 0.5) * cell,
+        payload=payload[best],
+        sag=sag,
+        member=tuple(names[i] for i in member[best]),
+        limit=tuple(LIMITS[i] for i in limit[best]),
+        q=postures[best],
+        reference=reference,
     )
 
 
@@ -227,7 +221,7 @@ def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:
 
 
 def place_tool(chain: Chain, q: Array) -> Array:
-    """Radius and depth of the tool point, shape (2, K), m, for inputs of shape (K, A, 3)."""
+    """Radius and depth of the tool point, shape (2, K), m, for inputs of shape (K, n)."""
     tool, _ = chain.tool(q)
     return np.stack([np.linalg.norm(tool[:, :2] - chain.mount[:2, 3], axis=1), chain.mount[2, 3] - tool[:, 2]])
 

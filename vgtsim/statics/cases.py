@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.scene import LoadCase
-from vgtsim.statics.equilibrium import MemberForces, solve
+from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.loads import LoadModel, tool_forces
 from vgtsim.statics.motion import Motion
-from vgtsim.statics.rating import Section, rate, utilise
+from vgtsim.statics.rating import MemberSections, rate
+from vgtsim.statics.utilisation import utilise
 
 Array = NDArray[np.float64]
 
@@ -77,11 +78,11 @@ def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: Motio
     """
     n = np.asarray(nodes, float)
     wrench = np.array([*case.force, *case.moment])
-    still = solve(apply_case(model, case), n, nodal_forces=tool_forces(model, n, wrench))
+    still = solve_members(apply_case(model, case), n, nodal_forces=tool_forces(model, n, wrench))
     if motion is None:
         return still
     payload = model.payload.model_copy(update={"mass": case.payload * model.payload.mass})
-    inertia = solve(replace(model, gravity=np.zeros(3), payload=payload), n, motion)
+    inertia = solve_members(replace(model, gravity=np.zeros(3), payload=payload), n, motion)
     return _combine(still, inertia, 1.0, (*_AXIAL, *_MOMENTS, "near_transverse", "reaction"))
 
 
@@ -114,11 +115,11 @@ def bound_case(
     spans = []
     if case.shaking:
         pulls = case.shaking * case.dead * size * np.eye(3)[:2]
-        spans.append([solve(_factored(model, case, pull), n) for pull in pulls])
+        spans.append([solve_members(_factored(model, case, pull), n) for pull in pulls])
     if case.reaction:
         free = replace(model, gravity=np.zeros(3))
         wrenches = case.reaction * np.eye(6)[:3]
-        spans.append([solve(free, n, nodal_forces=tool_forces(model, n, wrench)) for wrench in wrenches])
+        spans.append([solve_members(free, n, nodal_forces=tool_forces(model, n, wrench)) for wrench in wrenches])
     high = low = middle
     lines = {name: _line([getattr(item, name) for effects in spans for item in effects]) for name in _MOMENTS if spans}
     for effects in spans:
@@ -147,13 +148,13 @@ def _combine(
 
 
 def find_envelope(
-    model: LoadModel, section: Section, nodes: ArrayLike, cases: Sequence[LoadCase], safety_factor: float
+    model: LoadModel, sections: MemberSections, nodes: ArrayLike, cases: Sequence[LoadCase], safety_factor: float
 ) -> Envelope:
     """Hold every case against the ratings in every pose.
 
     Args:
         model: Masses under plain gravity.
-        section: Section properties.
+        sections: Of the members.
         nodes: Poses, shape (..., N, 3), m, in frame G.
         cases: At least one.
         safety_factor: Omega of AISC 360.
@@ -166,7 +167,7 @@ def find_envelope(
     """
     n = np.asarray(nodes, float)
     ends = model.truss.ends
-    ratings = rate(section, np.linalg.norm(n[..., ends[:, 1], :] - n[..., ends[:, 0], :], axis=-1), safety_factor)
+    ratings = rate(sections, model.truss.lengths(n), safety_factor)
     strength, pressure = [], []
     pull, push = np.zeros(len(ends)), np.zeros(len(ends))
     for case in cases:

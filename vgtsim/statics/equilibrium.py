@@ -65,7 +65,7 @@ class MemberForces:
         return self.near_axial[..., None] * self.direction + self.near_transverse
 
 
-def solve(
+def solve_members(
     model: LoadModel,
     nodes: ArrayLike,
     motion: Motion | None = None,

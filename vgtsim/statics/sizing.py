@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import pi
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,25 +11,18 @@ from numpy.typing import NDArray
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.scene import LoadCase, Payload
-from vgtsim.description.sections import Cylinder, Material, Tube
+from vgtsim.description.sections import Cylinder, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.statics.cases import bound_case
 from vgtsim.statics.elasticity import require_no_offset
 from vgtsim.statics.loads import make_load_model, weigh
 from vgtsim.statics.motion import Motion
-from vgtsim.statics.rating import (
-    ROD_FACTOR,
-    SLENDERNESS_ADVICE,
-    column_strength,
-    pin_shear,
-    rod_buckling,
-    tension_yield,
-)
+from vgtsim.statics.rating import SLENDERNESS_ADVICE, describe_sections, rate
+from vgtsim.statics.utilisation import use_axial
 
 Array = NDArray[np.float64]
 Place = tuple[str, str]
-_Sized = TypeVar("_Sized", Tube, Cylinder)
 
 _FIELDS = {"longeron": "longeron_tube", "cross_longeron": "cross_longeron_tube", "batten": "batten_tube"}
 
@@ -78,7 +69,7 @@ class Sizing:
 
 @dataclass(frozen=True)
 class _Carried:
-    """What the members of one place carry, the worst of all cases, along each member; shapes (K, m)."""
+    """Greatest forces of all cases along the members of one place; shapes (K, m), N, and their lengths, m."""
 
     pull: Array
     push: Array
@@ -107,30 +98,49 @@ def size_arm(chain: Chain, catalogue: Catalogue, demand: Demand, target: float =
             of a place; its forces are named. A module has a joint offset: bending is not rated here.
     """
     require_no_offset(chain, "an arm is sized")
-    tubes = sorted(catalogue.tubes, key=_tube_area)
-    fitting = [size for size in catalogue.cylinders if _fits(size, chain.manipulator)]
-    if not fitting:
-        least = min(part.retracted - part.stroke for part in chain.manipulator.cylinders.values())
-        short = min(size.head + 2 * size.eye for size in catalogue.cylinders)
-        found = f"{len(catalogue.cylinders)} in the catalogue, of {short:.4g} m or more in heads and eyes"
-        allowed = f"one with at most {least:.4g} m, what the arm's strokes leave of its retracted cylinders"
-        raise DescriptionError(None, "cylinders", found, allowed)
-    parts = sorted(fitting, key=lambda size: _cylinder_mass(size, chain.manipulator))
+    sizes = _Sizes(catalogue, chain.manipulator)
     rank = dict.fromkeys(_places(chain), 0)
     count, settled = 0, not rank
-    arm, chosen = _rebuild(chain.manipulator, rank, tubes, parts, catalogue)
+    arm, chosen = _rebuild(chain.manipulator, rank, sizes)
     used: dict[Place, float] = {}
     while not settled:  # ends: ranks only grow, and there are finitely many
-        now, count = replace(chain, manipulator=arm), count + 1
-        new = {}
+        now, count, new = replace(chain, manipulator=arm), count + 1, {}
         for place, carried in _find_carried(now, demand).items():
-            sizes = parts if place[1] == "cylinder" else tubes
-            steel = catalogue.material_of(place[1])
-            pin = _pin(arm, place)
-            new[place], used[place] = _choose(place, carried, sizes, steel, pin, demand, target, rank[place])
+            new[place], used[place] = _choose(arm, place, carried, sizes, demand.safety_factor, target, rank[place])
         settled, rank = new == rank, new
-        arm, chosen = _rebuild(chain.manipulator, rank, tubes, parts, catalogue)
-    return Sizing(arm, chosen, used, (weigh(chain), weigh(replace(chain, manipulator=arm))), count)
+        arm, chosen = _rebuild(chain.manipulator, rank, sizes)
+    masses = weigh(chain), weigh(replace(chain, manipulator=arm))
+    return Sizing(manipulator=arm, chosen=chosen, utilisation=used, mass=masses, passes=count)
+
+
+class _Sizes:
+    """Sizes of the catalogue, the lightest first, as parts of an arm."""
+
+    def __init__(self, catalogue: Catalogue, arm: Manipulator) -> None:
+        fitting = [size for size in catalogue.cylinders if _fits(size, arm)]
+        if not fitting:
+            least = min(part.retracted - part.stroke for part in arm.cylinders.values())
+            short = min(size.head + 2 * size.eye for size in catalogue.cylinders)
+            found = f"{len(catalogue.cylinders)} in the catalogue, of {short:.4g} m or more in heads and eyes"
+            allowed = f"one with at most {least:.4g} m, what the arm's strokes leave of its retracted cylinders"
+            raise DescriptionError(None, "cylinders", found, allowed)
+        self.catalogue = catalogue
+        self.tubes = sorted(catalogue.tubes, key=_tube_area)
+        self.cylinders = sorted(fitting, key=lambda size: _cylinder_mass(size, arm))
+
+    def of(self, field: str) -> Sequence[TubeSize | CylinderSize]:
+        """Sizes for a field of a module."""
+        return self.cylinders if field == "cylinder" else self.tubes
+
+    def fit(self, arm: Manipulator, field: str, old: str, index: int) -> tuple[str, Tube | Cylinder]:
+        """Name of a size and the part that it makes of an old one, whose pins and stroke stay."""
+        size = self.of(field)[index]
+        given = size.model_dump(exclude_none=True)
+        if isinstance(size, CylinderSize):
+            name = f"c{size.bore / INCH * 100:.0f}r{size.rod / INCH * 100:.0f}"
+            return name, arm.cylinders[old].model_copy(update=given | {"material": self.catalogue.cylinder_material})
+        name = f"t{size.outer_diameter / INCH * 100:.0f}x{size.wall / INCH * 1000:.0f}"
+        return name, arm.tubes[old].model_copy(update=given | {"material": self.catalogue.tube_material})
 
 
 def _tube_area(size: TubeSize) -> tuple[float, float]:
@@ -163,93 +173,44 @@ def _place(chain: Chain, index: int) -> Place:
 
 def _find_carried(chain: Chain, demand: Demand) -> dict[Place, _Carried]:
     model = make_load_model(chain, demand.payload, demand.gravity)
-    nodes, ends = demand.nodes, chain.truss.ends
-    length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
+    length = chain.truss.lengths(demand.nodes)
     pull = push = drive_pull = drive_push = np.zeros(length.shape)
     for case in demand.cases:
-        high, low = bound_case(model, nodes, case, demand.motion)
-        for along in ("near_axial", "bar", "far_axial"):
-            pull, push = np.maximum(pull, getattr(high, along)), np.maximum(push, -getattr(low, along))
+        high, low = bound_case(model, demand.nodes, case, demand.motion)
+        pull, push = np.maximum(pull, high.along.max(axis=0)), np.maximum(push, -low.along.min(axis=0))
         drive_pull, drive_push = np.maximum(drive_pull, high.bar), np.maximum(drive_push, -low.bar)
     found: dict[Place, list[int]] = {}
-    for index in range(len(ends)):
+    for index in range(len(chain.truss.members)):
         found.setdefault(_place(chain, index), []).append(index)
-    arrays = (pull, push, drive_pull, drive_push, length)
-    return {place: _Carried(*(array[:, rows] for array in arrays)) for place, rows in found.items()}
+    arrays = {"pull": pull, "push": push, "drive_pull": drive_pull, "drive_push": drive_push, "length": length}
+    return {
+        place: _Carried(**{name: array[:, rows] for name, array in arrays.items()}) for place, rows in found.items()
+    }
 
 
 def _choose(
-    place: Place,
-    carried: _Carried,
-    sizes: Sequence[TubeSize | CylinderSize],
-    steel: Material,
-    pin: float | None,
-    demand: Demand,
-    target: float,
-    least: int,
+    arm: Manipulator, place: Place, carried: _Carried, sizes: _Sizes, safety_factor: float, target: float, least: int
 ) -> tuple[int, float]:
     """Rank of the lightest size that carries the load, and how much of it is used."""
-    used = np.inf
-    for index in range(least, len(sizes)):
-        size = sizes[index]
-        if isinstance(size, TubeSize):
-            used = _tube_use(size, steel, pin, carried, demand.safety_factor)
-        else:
-            used = _cylinder_use(size, steel, pin, carried, demand.safety_factor)
+    old = getattr(next(module for module in arm.modules if module.name == place[0]), place[1])
+    steel, offered, used = sizes.catalogue.material_of(place[1]), sizes.of(place[1]), np.inf
+    for index in range(least, len(offered)):
+        part = sizes.fit(arm, place[1], old, index)[1]
+        ratings = rate(describe_sections([(part, steel)]), carried.length, safety_factor)
+        if isinstance(part, Tube) and ratings.slenderness.max() > SLENDERNESS_ADVICE:
+            continue
+        use = use_axial(ratings, carried.pull, carried.push, carried.drive_pull, carried.drive_push)
+        used = float(use.worst.max())
         if used <= target:
             return index, used
     forces = f"{carried.pull.max() / 1e3:.1f} kN of pull and {carried.push.max() / 1e3:.1f} kN of push"
-    allowed = f"what the largest of {len(sizes)} sizes in the catalogue carries, 1/{used / target:.3g} of it"
+    allowed = f"what the largest of {len(offered)} sizes in the catalogue carries, 1/{used / target:.3g} of it"
     raise DescriptionError(None, f"modules.{place[0]}.{place[1]}", forces, allowed)
 
 
-def _pin(arm: Manipulator, place: Place) -> float | None:
-    """Pin that the arm gives the members of a place."""
-    name = getattr(next(item for item in arm.modules if item.name == place[0]), place[1])
-    return (arm.cylinders[name] if place[1] == "cylinder" else arm.tubes[name]).pin
-
-
-def _tube_use(size: TubeSize, steel: Material, pin: float | None, carried: _Carried, safety_factor: float) -> float:
-    tube = Tube(outer_diameter=size.outer_diameter, wall=size.wall, material="steel")
-    slender = carried.length / tube.gyration_radius
-    if slender.max() > SLENDERNESS_ADVICE:
-        return np.inf
-    column = column_strength(tube.area, slender, steel.yield_strength, steel.youngs_modulus)
-    tension = carried.pull / tension_yield(tube.area, steel.yield_strength)
-    shear = _pin_use(pin, steel, carried)
-    return float(safety_factor * max(tension.max(), (carried.push / column).max(), shear))
-
-
-def _cylinder_use(
-    size: CylinderSize, steel: Material, pin: float | None, carried: _Carried, safety_factor: float
-) -> float:
-    rod = pi / 4 * size.rod**2
-    column = column_strength(rod, carried.length / (size.rod / 4), steel.yield_strength, steel.youngs_modulus)
-    euler = rod_buckling(size.rod, steel.youngs_modulus, carried.length) / ROD_FACTOR
-    full = size.pressure * pi / 4 * size.bore**2
-    oil = np.maximum(carried.drive_pull / (full - size.pressure * rod), carried.drive_push / full)
-    tension = carried.pull / tension_yield(rod, steel.yield_strength)
-    strength = max(tension.max(), (carried.push / column).max(), _pin_use(size.pin or pin, steel, carried))
-    return float(max(safety_factor * strength, (carried.push / euler).max(), oil.max()))
-
-
-def _pin_use(pin: float | None, steel: Material, carried: _Carried) -> float:
-    """Greatest force over the nominal shear strength of the pins; zero where none is given."""
-    if pin is None:
-        return 0.0
-    return float(np.maximum(carried.pull, carried.push).max() / pin_shear(pin, steel.yield_strength))
-
-
-def _rebuild(
-    arm: Manipulator,
-    rank: Mapping[Place, int],
-    tubes: Sequence[TubeSize],
-    parts: Sequence[CylinderSize],
-    catalogue: Catalogue,
-) -> tuple[Manipulator, dict[Place, str]]:
+def _rebuild(arm: Manipulator, rank: Mapping[Place, int], sizes: _Sizes) -> tuple[Manipulator, dict[Place, str]]:
     """The arm with the chosen sizes, and their names."""
-    new_tubes: dict[str, Tube] = {}
-    new_parts: dict[str, Cylinder] = {}
+    new: dict[str, dict[str, Tube | Cylinder]] = {"tubes": {}, "cylinders": {}}
     chosen: dict[Place, str] = {}
     modules = []
     for module in arm.modules:
@@ -259,31 +220,12 @@ def _rebuild(
                 continue
             # the last module's battens are the tip plate, but the file names a tube
             index = rank.get((module.name, field), 0)
-            old = getattr(module, field)
-            if field == "cylinder":
-                size = parts[index]
-                changed = size.model_dump(exclude_none=True) | {"material": catalogue.cylinder_material}
-                name = f"c{size.bore / INCH * 100:.0f}r{size.rod / INCH * 100:.0f}"
-                update[field] = _add(new_parts, name, module.name, arm.cylinders[old].model_copy(update=changed))
-            else:
-                tube = tubes[index]
-                changed = tube.model_dump() | {"material": catalogue.tube_material}
-                name = f"t{tube.outer_diameter / INCH * 100:.0f}x{tube.wall / INCH * 1000:.0f}"
-                update[field] = _add(new_tubes, name, module.name, arm.tubes[old].model_copy(update=changed))
-            chosen[module.name, field] = update[field]
+            name, part = sizes.fit(arm, field, getattr(module, field), index)
+            parts = new["cylinders" if field == "cylinder" else "tubes"]
+            if parts.setdefault(name, part) != part:  # modules differ in pins or strokes
+                name = f"{name}_{module.name}"
+                parts[name] = part
+            chosen[module.name, field] = update[field] = name
         modules.append(module.model_copy(update=update))
-    changes = {
-        "materials": arm.materials | catalogue.materials,
-        "tubes": new_tubes,
-        "cylinders": new_parts,
-        "modules": tuple(modules),
-    }
+    changes = {"materials": arm.materials | sizes.catalogue.materials, **new, "modules": tuple(modules)}
     return arm.model_copy(update=changes), chosen
-
-
-def _add(sections: dict[str, _Sized], name: str, module: str, section: _Sized) -> str:
-    """Keep a section under its size's name, with the module's where modules differ in pins or strokes."""
-    if sections.setdefault(name, section) != section:
-        name = f"{name}_{module}"
-        sections[name] = section
-    return name

@@ -11,18 +11,11 @@ from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.runlog import RunLog
 from vgtsim.statics.cases import find_envelope
-from vgtsim.statics.equilibrium import MemberForces, solve
+from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.loads import make_load_model
 from vgtsim.statics.motion import Motion, motion_from_log
-from vgtsim.statics.rating import (
-    MODES,
-    SLENDERNESS_ADVICE,
-    Ratings,
-    Utilisation,
-    make_sections,
-    rate,
-    utilise,
-)
+from vgtsim.statics.rating import SLENDERNESS_ADVICE, Ratings, make_sections, rate
+from vgtsim.statics.utilisation import MODES, Utilisation, utilise
 from vgtsim.verification.findings import Finding, worst_of
 
 Array = NDArray[np.float64]
@@ -85,9 +78,9 @@ def find_loads(log: RunLog, chain: Chain, scene: Scene) -> Loads:
         axial=log.axial(chain.truss.ends),
         shear=log.shear(),
         moment=log.member_moment,
-        moving=solve(model, log.nodes, motion),
+        moving=solve_members(model, log.nodes, motion),
         settled=settled,
-        resting=solve(model, log.nodes[settled], at_rest),
+        resting=solve_members(model, log.nodes[settled], at_rest),
     )
 
 

@@ -1,4 +1,4 @@
-"""The settled stays at the goals: when they were, and how well the tool stood."""
+"""The settled stays at the goals: when they were, and at which goal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vgtsim.description import Scene
+from vgtsim.description.scene import Scene
 from vgtsim.runlog import RunLog
 
 
@@ -30,33 +30,18 @@ class Hold:
 
 
 def find_holds(log: RunLog) -> tuple[Hold, ...]:
-    """List the settled stays in order.
-
-    Args:
-        log: The run.
-
-    Returns:
-        One for each unbroken settled stretch at one goal.
-    """
+    """List the unbroken settled stretches at one goal each, in order."""
     key = np.where(log.settled, log.goal, -1)
     edges = np.flatnonzero(np.diff(key)) + 1
     starts, ends = np.append(0, edges), np.append(edges, len(key)) - 1
     return tuple(
-        Hold(int(key[first]), int(first), int(last), float(log.time[first]), float(log.time[last]))
-        for first, last in zip(starts, ends, strict=True)
-        if key[first] >= 0
+        Hold(goal=int(key[i]), first=int(i), last=int(j), start=float(log.time[i]), end=float(log.time[j]))
+        for i, j in zip(starts, ends, strict=True)
+        if key[i] >= 0
     )
 
 
 def goal_name(scene: Scene, index: int) -> str:
-    """Name of a logged goal.
-
-    Args:
-        scene: The scene.
-        index: As logged; -1 before the first goal.
-
-    Returns:
-        The name, or an empty string where there is none.
-    """
+    """Name of a logged goal; empty for the index -1, which stands before the first goal."""
     goals = scene.task.motion.goals
     return goals[index].name if 0 <= index < len(goals) else ""

@@ -1,0 +1,60 @@
+"""The mast and what it loads: the same in report, site and simulated model."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from playing import bend, change, play, shorten
+
+from vgtsim.mjcf import build_spec, names
+from vgtsim.site import Site
+from vgtsim.verification.supports import find_riser_reaction
+
+ROUNDING = 1e-9  # relative: sums of some hundred masses
+HELD = 1e-5  # of the weight: an arm that settles still moves a little
+
+
+@pytest.fixture(scope="module")
+def site(reach_scene):
+    return Site(reach_scene)
+
+
+@pytest.fixture(scope="module")
+def log(reach_scene):
+    short = change(shorten(reach_scene, 1), log_rate=40.0)
+    return play(short, bend(short, [0.4], [0.4]), bend(short, [0.6], [0.8]), 6.0)
+
+
+def moving_mass(model):
+    """Mass of everything but the tank, kg."""
+    return float(model.body_mass[model.body_weldid != 0].sum())
+
+
+def test_model_and_site_have_one_mast(site):
+    model = build_spec(site.scene).compile()
+    assert model.body(names.MAST).mass[0] == pytest.approx(site.mast.mass, rel=ROUNDING)
+    assert site.mast.mass == pytest.approx(1432, abs=0.5)  # reference scene, kg
+    assert site.load_model.mass + site.mast.mass == pytest.approx(moving_mass(model), rel=ROUNDING)
+
+
+def test_reported_reaction_at_rest_is_the_weight_of_all_that_the_model_hangs_in_the_riser(reach_scene, log):
+    site = Site(shorten(reach_scene, 1))
+    model = build_spec(site.scene).compile()
+    weight = moving_mass(model) * site.task.simulation.gravity
+    found = find_riser_reaction(site, log)[-1]
+    assert -found[2] == pytest.approx(weight, rel=HELD)
+    assert np.abs(found[:2]).max() < HELD * weight
+
+
+def test_riser_carries_the_mast_too_and_more_moment_by_its_height(reach_scene, log):
+    site = Site(shorten(reach_scene, 1))
+    rng = np.random.default_rng(3)
+    log = dataclasses.replace(log, mast_reaction=1e4 * rng.standard_normal(log.mast_reaction.shape))
+    riser, pivot, depth = find_riser_reaction(site, log), -log.mast_reaction, site.task.mast.pivot_depth
+    assert riser[:, 2] - pivot[:, 2] == pytest.approx(-site.mast.mass * site.task.simulation.gravity)
+    assert riser[:, :2] == pytest.approx(pivot[:, :2])
+    assert riser[:, 3] == pytest.approx(pivot[:, 3] + depth * pivot[:, 1])
+    assert riser[:, 4] == pytest.approx(pivot[:, 4] - depth * pivot[:, 0])
+    assert riser[:, 5] == pytest.approx(pivot[:, 5])
