@@ -47,8 +47,8 @@ class Answer:
     """What was found.
 
     Attributes:
-        q: Inputs, shape (*q).
-        lengths: Of the actuators, shape (*l), m.
+        q: Inputs, shape (n,).
+        lengths: Of the actuators, shape (J,), m.
         rows: Desired, reached and residual of every goal row.
         facts: Objective, iterations, condition number and what binds, by name.
     """
