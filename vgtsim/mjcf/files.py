@@ -48,7 +48,7 @@ def write_scene_files(site: Site, first_goal: np.ndarray, folder: Path) -> tuple
 
     Args:
         site: The scene's.
-        first_goal: Inputs at its first goal, shape (A, 3).
+        first_goal: Inputs at its first goal, shape (n,).
         folder: Existing folder.
 
     Returns:

@@ -46,7 +46,7 @@ def check_closure(log: RunLog, chain: Chain) -> Finding:
 def check_kinematics(log: RunLog, chain: Chain) -> Finding:
     """Greatest distance of a node from the forward kinematics of the actual lengths, m."""
     try:
-        q = chain.inputs_from_lengths(log.actual.reshape(-1, *chain.length_shape))
+        q = chain.inputs_from_lengths(log.actual)
     except AssemblyError as error:
         return Finding(float("nan"), error.module, float("nan"), str(error))
     apart = np.linalg.norm(log.nodes - chain.nodes(q), axis=-1)
@@ -78,8 +78,8 @@ def check_settled_shape(log: RunLog, chain: Chain, scene: Scene) -> Finding:
             lengths = log.actual[picked]
             for _ in range(_OIL_PASSES):
                 lengths = log.actual[picked] - (bar / elastic.stiffness(lengths))[:, chain.truss.actuated]
-        unloaded = chain.nodes(chain.inputs_from_lengths(lengths.reshape(-1, *chain.length_shape)))
-        start = chain.nodes(chain.inputs_from_lengths(log.commanded[0].reshape(chain.length_shape)))
+        unloaded = chain.nodes(chain.inputs_from_lengths(lengths))
+        start = chain.nodes(chain.inputs_from_lengths(log.commanded[0]))
         beta = damping_time(elastic, start, scene.task.simulation.damping_ratio)
         apart = np.linalg.norm(log.nodes[picked] - settle(elastic, unloaded, left, beta), axis=-1)
     except (AssemblyError, TrussError) as error:
@@ -165,7 +165,7 @@ def check_tracking(log: RunLog, errors: Array, scene: Scene) -> Finding:
 
 def check_strokes(log: RunLog, chain: Chain) -> Finding:
     """Least distance of a cylinder from the ends of its stroke, m."""
-    low, high = chain.stroke.reshape(2, -1)
+    low, high = chain.stroke
     room = np.minimum(log.actual - low, high - log.actual)
     names = [chain.truss.member_names[i] for i in chain.truss.actuated]
     worst = worst_of(-room, log.time, names)
