@@ -12,7 +12,6 @@ from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.mjcf import scene_chain
 from vgtsim.planning import solve_first_goal
 from vgtsim.planning.arm_alone import ArmAlone
 from vgtsim.planning.objectives import make_objective
@@ -90,7 +89,7 @@ def test_modules_turned_to_each_other_are_not_coupled(pytestconfig):
 
 
 def test_loads_of_an_objective_are_those_of_the_scene(reach_scene):
-    chain = scene_chain(reach_scene)
+    chain = Site(reach_scene).chain
     q = solve_first_goal(Site(reach_scene))
 
     def value(name, simulation=None, limits=None):

@@ -1,26 +1,20 @@
-"""Where to put the actuators: one goal, or a path."""
+"""Verbs for the tool: one goal, or a path."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from vgtsim.cli.application import (
-    ERR,
-    OUT,
-    OutFolder,
-    SceneOrArm,
-    app,
-    finish,
-    list_files,
-)
-from vgtsim.description import load_manipulator, load_scene
+from vgtsim.cli.application import ERR, OUT, OutFolder, SceneOrArm, app, finish, list_files
 from vgtsim.description.files import is_scene
 from vgtsim.description.redundancy import Method
 from vgtsim.description.shipped import find_file
+
+if TYPE_CHECKING:
+    from vgtsim.planning.arm_alone import Place
 
 
 @app.command(epilog="Example: vgtsim ik type_ii_reach --position 8 2 1 --direction 1 0 0 --plot ik.svg")
@@ -34,18 +28,14 @@ def ik(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the solution to this file.")] = None,
 ) -> None:
     """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
-    from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.output.write import prepare_file
-    from vgtsim.planning.arm_alone import ArmAlone
     from vgtsim.planning.resolution import Request, answer_as_json, solve_request
-    from vgtsim.site import Site
 
     if json_file is not None:
         prepare_file(json_file)
     if plot is not None:
         prepare_file(plot, (".svg", ".png"))
-    file = find_file(description, "scene", "arm")
-    place = Site(load_scene(file)) if is_scene(file) else ArmAlone(Chain(load_manipulator(file), hanging_mount(0.0)))
+    place = _load(description)
     chain = place.chain
     answer = solve_request(place, Request(position, direction, method, tuple(objective or ("mid_stroke",))))
     table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
@@ -74,16 +64,12 @@ def track(
 ) -> None:
     """Follow a path with the tool: lengths over time inside the cylinders' rates and accelerations, CSV and drawing."""
     from vgtsim.description import load_tool_path
-    from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.output.track_files import write_track
     from vgtsim.output.write import prepare_folder
-    from vgtsim.planning.arm_alone import ArmAlone
     from vgtsim.planning.following import follow_request, report
     from vgtsim.site import Site
 
-    file = find_file(description, "scene", "arm")
-    site = Site(load_scene(file)) if is_scene(file) else None
-    place = site or ArmAlone(Chain(load_manipulator(file), hanging_mount(0.0)))
+    place = _load(description)
     chain = place.chain
     path = load_tool_path(path_file)
     with ERR.status("solving the path"):
@@ -95,11 +81,18 @@ def track(
     OUT.print(table)
     folder = prepare_folder(out or Path("out") / path.name)
     list_files(*write_track(chain, followed, facts, folder / path.name))
-    wanted = site.task.motion.clearance if site else 0.0
-    clear, spare = (
-        float(facts.get("least clearance, m", wanted)),
-        float(facts["least distance to the end of a stroke, m"]),
-    )
+    wanted = place.task.motion.clearance if isinstance(place, Site) else 0.0
+    clear = float(facts.get("least clearance, m", wanted))
+    spare = float(facts["least distance to the end of a stroke, m"])
     if clear < wanted or spare < 0:
         ERR.print(f"[bold red]clearance {clear:.3f} m, wanted {wanted:.3f} m; stroke to spare {spare:.4f} m[/]")
     finish(clear >= wanted and spare >= 0, None)
+
+
+def _load(description: Path) -> Place:
+    """A scene's site, or an arm alone, which hangs with its base face at the origin."""
+    from vgtsim.planning.arm_alone import ArmAlone
+    from vgtsim.site import load_arm, load_site
+
+    file = find_file(description, "scene", "arm")
+    return load_site(file) if is_scene(file) else ArmAlone(load_arm(file))
