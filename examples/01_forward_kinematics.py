@@ -21,7 +21,9 @@ rng = np.random.default_rng(1)
 lengths = straight.lengths + rng.uniform(-0.05, 0.05, (2000, len(straight.lengths)))
 batch = vgtsim.forward_kinematics(arm, lengths=lengths)
 reach = np.hypot(*batch.tool[:, :2].T)
-print(f"{len(batch.tool)} postures of cylinders within 50 mm: the tool is up to {reach.max():.2f} m off the mast's axis")
+print(
+    f"{len(batch.tool)} postures of cylinders within 50 mm: the tool is up to {reach.max():.2f} m off the mast's axis"
+)
 
 # The nodes give the lengths back: each member is as long as its two nodes are apart.
 members = arm.truss.lengths(batch.nodes)[:, arm.truss.actuated]

@@ -22,4 +22,6 @@ for objective in ("mid_stroke", "condition_number", ("mid_stroke", "in_plane:10"
 try:
     vgtsim.solve_goal(arm, (30.0, 0.0, 0.0), direction)
 except ReachError as error:  # the error carries its evidence
-    print(f"a goal 30 m out: {error.shortfall:.1f} m short, {len(error.binding)} cylinders at the ends of their strokes")
+    print(
+        f"a goal 30 m out: {error.shortfall:.1f} m short, {len(error.binding)} cylinders at the ends of their strokes"
+    )

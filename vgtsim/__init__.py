@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from vgtsim.output import write_outputs as write
     from vgtsim.planning import plan_tour as plan
     from vgtsim.plant import run
-    from vgtsim.postures import Posture, forward_kinematics, jacobian, member_forces, solve_goal
+    from vgtsim.posture import Posture, forward_kinematics, jacobian, member_forces, solve_goal
     from vgtsim.site import Site, load_arm
     from vgtsim.site import load_site as load
     from vgtsim.verification import verify
@@ -41,19 +41,19 @@ __all__ = [
 ]
 
 _HOME = {  # of each name: its room, and its name there if that is another
-    "Posture": ("postures", "Posture"),
+    "Posture": ("posture", "Posture"),
     "Site": ("site", "Site"),
     "build_model": ("mjcf", "build_model"),
-    "forward_kinematics": ("postures", "forward_kinematics"),
-    "jacobian": ("postures", "jacobian"),
+    "forward_kinematics": ("posture", "forward_kinematics"),
+    "jacobian": ("posture", "jacobian"),
     "load": ("site", "load_site"),
     "load_arm": ("site", "load_arm"),
     "load_model": ("mjcf", "load_model"),
-    "member_forces": ("postures", "member_forces"),
+    "member_forces": ("posture", "member_forces"),
     "plan": ("planning", "plan_tour"),
     "render": ("output", "film"),
     "run": ("plant", "run"),
-    "solve_goal": ("postures", "solve_goal"),
+    "solve_goal": ("posture", "solve_goal"),
     "verify": ("verification", "verify"),
     "write": ("output", "write_outputs"),
 }

@@ -17,7 +17,8 @@ from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS
 from vgtsim.description.redundancy import Method
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain
-from vgtsim.planning.inverse import Request, solve_request
+from vgtsim.planning.arm_alone import ArmAlone
+from vgtsim.planning.resolution import Request, solve_request
 from vgtsim.site import Site
 from vgtsim.statics import MemberForces, make_load_model, solve_members
 
@@ -104,9 +105,8 @@ def solve_goal(
     x, y, z = np.asarray(position, float)
     u, v, w = np.asarray(direction, float)
     terms = (objective,) if isinstance(objective, str) else tuple(objective)
-    request = Request((x, y, z), (u, v, w), Method(method), terms)
-    answer = solve_request(_chain(arm), request, arm.scene if isinstance(arm, Site) else None)
-    return forward_kinematics(arm, answer.q)
+    place = arm if isinstance(arm, Site) else ArmAlone(arm)
+    return forward_kinematics(arm, solve_request(place, Request((x, y, z), (u, v, w), Method(method), terms)).q)
 
 
 def member_forces(arm: Chain | Site, q: ArrayLike, *, payload: float | None = None) -> MemberForces:
@@ -125,12 +125,11 @@ def member_forces(arm: Chain | Site, q: ArrayLike, *, payload: float | None = No
         TrussError: The truss is a mechanism in this posture.
     """
     chain = _chain(arm)
-    if isinstance(arm, Site) and payload is None:
-        model = arm.load_model
+    if payload is None:
+        model = (arm if isinstance(arm, Site) else ArmAlone(arm)).load_model
     else:
         gravity = arm.task.simulation.gravity if isinstance(arm, Site) else GRAVITY
-        radius = arm.task.payload.radius if isinstance(arm, Site) else PAYLOAD_RADIUS
-        model = make_load_model(chain, Payload(mass=payload or 0.0, radius=radius), gravity)
+        model = make_load_model(chain, Payload(mass=payload, radius=PAYLOAD_RADIUS), gravity)
     return solve_members(model, chain.nodes(q))
 
 
