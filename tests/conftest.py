@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import vgtsim.graphics  # noqa: F401  before any test imports MuJoCo
 from vgtsim.description import Manipulator, Scene, Tank, load_manipulator, load_scene, load_tank
 from vgtsim.kinematics import Chain, hanging_mount
 

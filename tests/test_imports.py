@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import ast
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ROOMS = (
     ("errors",),
-    ("constants", "replacing", "units"),
+    ("constants", "graphics", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),
     ("kinematics",),
@@ -22,7 +25,7 @@ ROOMS = (
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
-NO_MUJOCO = set(LEVEL) - {"mjcf", "plant", "output", "cli"}
+NO_MUJOCO = set(LEVEL) - {"graphics", "mjcf", "plant", "output", "cli"}
 FILES = sorted((ROOT / "vgtsim").rglob("*.py"))
 
 
@@ -49,9 +52,41 @@ def test_imports_point_down(path):
         assert LEVEL[other] < LEVEL[room], f"{room} imports {other}"
     assert not any(name.split(".")[0] == "studies" for name in modules)
     if room in NO_MUJOCO:
-        assert not any(name.split(".")[0] == "mujoco" for name in modules)
+        assert not any(name.split(".")[0] == "mujoco" or name == "vgtsim.graphics" for name in modules)
 
 
 def test_every_room_has_its_place():
     rooms = {path.relative_to(ROOT / "vgtsim").with_suffix("").parts[0] for path in FILES} - {"__init__"}
     assert rooms == set(LEVEL)
+
+
+HEAVY = ("matplotlib", "mujoco", "scipy", "trimesh")
+SAY = "import os; from sys import modules; print(os.environ == before, [n for n in HEAVY if n in modules])"
+
+
+def report_import(statement: str, **environment: str) -> str:
+    """Outcome of an import in a process of its own: whether the environment is as before, and the heavy modules loaded."""
+    code = (
+        f"import os; HEAVY = {HEAVY}; before = dict(os.environ); {statement}; {SAY}; print(os.environ.get('MUJOCO_GL'))"
+    )
+    kept = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=kept | environment, capture_output=True, text=True, check=True
+    )
+    return done.stdout
+
+
+def test_the_package_alone_changes_and_loads_nothing():
+    assert report_import("import vgtsim; dir(vgtsim)") == "True []\nNone\n"
+
+
+@pytest.mark.parametrize("module", ["mjcf.names", "plant.loop", "output.video", "output.replay"])
+def test_graphics_are_chosen_before_mujoco_is_imported(module):
+    same, choice = report_import(f"import vgtsim.{module}").splitlines()
+    assert same.startswith("False")
+    assert "mujoco" in same
+    assert choice in ("egl", "disable")
+
+
+def test_the_choice_of_the_user_stays():
+    assert report_import("import vgtsim.mjcf", MUJOCO_GL="disable").endswith("disable\n")

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 from typer.testing import CliRunner
 
-from vgtsim.cli import app, arms
+from vgtsim.cli import app
 from vgtsim.description import load_manipulator
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.workspace import sample_workspace
@@ -30,11 +30,7 @@ def test_models_lists_every_arm():
         assert name in result.output
 
 
-def test_models_without_a_checkout_says_where_the_arms_are(tmp_path, monkeypatch):
-    monkeypatch.setattr(arms, "MODELS", tmp_path / "models")
-    said = str(CliRunner().invoke(app, ["models"]).exception)
-    assert "shipped arms are in the checkout" in said
-    assert "vgtsim models CHECKOUT/models" in said
+def test_models_of_a_folder_without_arms_says_what_it_needs(tmp_path):
     other = str(CliRunner().invoke(app, ["models", str(tmp_path)]).exception)
     assert other.endswith("found no arms; allowed: a folder with NAME/NAME.toml files")
 

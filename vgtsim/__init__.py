@@ -2,22 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
-import os
 from typing import TYPE_CHECKING, Any
-
-
-def _choose_graphics() -> None:
-    """Let MuJoCo draw through EGL, or not at all: it looks at this when first imported, and fails if told in vain."""
-    try:
-        ctypes.CDLL("libEGL.so.1")
-    except OSError:
-        os.environ.setdefault("MUJOCO_GL", "disable")
-    else:
-        os.environ.setdefault("MUJOCO_GL", "egl")
-
-
-_choose_graphics()
 
 if TYPE_CHECKING:
     from vgtsim.description import load_scene

@@ -36,9 +36,12 @@ class Status(IntEnum):
     MISSING_LIBRARY = 4
 
 
-SceneFile = Annotated[Path, typer.Argument(help="TOML file of a scene.", show_default=False)]
+SceneName = Annotated[Path, typer.Argument(help="TOML file of a scene, or name of a shipped one.", show_default=False)]
+ArmName = Annotated[Path, typer.Argument(help="TOML file of an arm, or name of a shipped one.", show_default=False)]
+SceneOrArm = Annotated[
+    Path, typer.Argument(help="TOML file of a scene or of an arm, or name of a shipped one.", show_default=False)
+]
 RunFolder = Annotated[Path, typer.Argument(help="Folder that `vgtsim run` left.", show_default=False)]
-ArmFile = Annotated[Path, typer.Argument(help="TOML file of an arm.", show_default=False)]
 OutFolder = Annotated[Path | None, typer.Option("--out", help="Folder for the results, by default out/NAME.")]
 
 

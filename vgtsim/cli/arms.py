@@ -12,23 +12,23 @@ from rich.table import Table
 from vgtsim.cli.application import (
     ERR,
     OUT,
-    ArmFile,
+    ArmName,
     OutFolder,
     app,
     list_files,
 )
 from vgtsim.constants import GRAVITY, PAYLOAD, SAFETY_FACTOR
 from vgtsim.description import load_manipulator, load_scene
+from vgtsim.description.shipped import MODELS, find_file
 from vgtsim.errors import DescriptionError
 
-MODELS = Path(__file__).parents[2] / "models"
 _LISTED_SAMPLE = 500  # configurations that the listed reach is the greatest of
 
 
 @app.command(epilog="Example: vgtsim models")
 def models(
     folder: Annotated[
-        Path | None, typer.Argument(help="Folder of arms, NAME/NAME.toml each [default: the checkout's].")
+        Path | None, typer.Argument(help="Folder of arms, NAME/NAME.toml each [default: the shipped arms].")
     ] = None,
 ) -> None:
     """List the shipped arms with degrees of freedom, reach and mass."""
@@ -40,10 +40,7 @@ def models(
     folder = folder or MODELS
     files = sorted(folder.glob("*/*.toml"))
     if not files:
-        allowed = "a folder with NAME/NAME.toml files"
-        if folder == MODELS:  # installed without the checkout
-            allowed += "; the shipped arms are in the checkout, not in the package: vgtsim models CHECKOUT/models"
-        raise DescriptionError(folder, "", "no arms", allowed)
+        raise DescriptionError(folder, "", "no arms", "a folder with NAME/NAME.toml files")
     for file in files:
         arm = load_manipulator(file)
         chain = Chain(arm, hanging_mount(0.0))
@@ -53,9 +50,9 @@ def models(
     OUT.print(table)
 
 
-@app.command(epilog="Example: vgtsim show models/mixed/mixed.toml --lengths 'm1=36 in,1.0,38 in' --inputs 'h1=60 deg'")
+@app.command(epilog="Example: vgtsim show mixed --lengths 'm1=36 in,1.0,38 in' --inputs 'h1=60 deg'")
 def show(
-    arm_file: ArmFile,
+    arm_name: ArmName,
     out: OutFolder = None,
     lengths: Annotated[list[str] | None, typer.Option(help="MODULE=l1,l2,...: actuator lengths; repeatable.")] = None,
     inputs: Annotated[list[str] | None, typer.Option(help="MODULE=x1,...: canonical inputs; repeatable.")] = None,
@@ -67,7 +64,7 @@ def show(
     from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
     from vgtsim.output.write import prepare_folder
 
-    arm = load_manipulator(arm_file)
+    arm = load_manipulator(arm_name)
     chain = Chain(arm, hanging_mount(0.0))
     given = bool(lengths or inputs)
     q = read_pose(chain, lengths or (), inputs or ()) if given else reach_pose(chain)
@@ -78,9 +75,9 @@ def show(
     OUT.print(f"tool at {point} m, direction {axis}; base face at the origin, hanging", soft_wrap=True)
 
 
-@app.command(epilog="Example: vgtsim workspace models/arm15/arm15.toml --samples 20000")
+@app.command(epilog="Example: vgtsim workspace arm15 --samples 20000")
 def workspace(
-    arm_file: ArmFile,
+    arm_name: ArmName,
     out: OutFolder = None,
     samples: Annotated[int, typer.Option(min=10, help="Number of configurations.")] = 5000,
     seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
@@ -93,7 +90,7 @@ def workspace(
     from vgtsim.output.workspace_plot import plot_workspace
     from vgtsim.output.write import prepare_folder
 
-    arm = load_manipulator(arm_file)
+    arm = load_manipulator(arm_name)
     chain = Chain(arm, hanging_mount(0.0))
     check_strokes(chain)
     found = sample_workspace(chain, samples, seed)
@@ -110,9 +107,9 @@ def workspace(
     list_files(*write_drawing(plot_workspace(found, arm.title), stem))
 
 
-@app.command(epilog="Example: vgtsim capacity models/arm15/arm15.toml")
+@app.command(epilog="Example: vgtsim capacity arm15")
 def capacity(
-    arm_file: ArmFile,
+    arm_name: ArmName,
     out: OutFolder = None,
     payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = PAYLOAD,
     safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = SAFETY_FACTOR,
@@ -129,7 +126,7 @@ def capacity(
     from vgtsim.planning.capacity import unload
     from vgtsim.statics.capacity import draw_shapes, find_gain, map_capacity
 
-    arm, gravity = load_manipulator(arm_file), GRAVITY
+    arm, gravity = load_manipulator(arm_name), GRAVITY
     chain = Chain(arm, hanging_mount(0.0))
     with ERR.status("solving shapes"):
         plane = map_capacity(chain, draw_shapes(chain), gravity, safety_factor, payload)
@@ -153,10 +150,12 @@ def capacity(
         )
 
 
-@app.command(epilog="Example: vgtsim size models/arm15/arm15.toml --task scenes/type_ii_reach.toml --out sized.toml")
+@app.command(epilog="Example: vgtsim size arm15 --task type_ii_reach --out sized.toml")
 def size(
-    model_file: ArmFile,
-    task: Annotated[Path, typer.Option("--task", help="Scene whose tour and load cases it must stand.")],
+    arm_name: ArmName,
+    task: Annotated[
+        Path, typer.Option("--task", help="Scene, by file or name, whose tour and load cases it must stand.")
+    ],
     out: Annotated[Path, typer.Option("--out", help="File of the sized arm.")] = Path("sized.toml"),
     reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.05,
     catalogue_file: Annotated[Path | None, typer.Option("--catalogue", help="TOML file [default: built in].")] = None,
@@ -174,14 +173,15 @@ def size(
     from vgtsim.site import Site
 
     catalogue = load_catalogue(catalogue_file)
-    scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(model_file))
+    file = find_file(arm_name, "arm")
+    scene = dataclasses.replace(load_scene(task), manipulator=load_manipulator(file))
     prepare_file(out)
     with ERR.status("planning tours and choosing sizes"):
         design = design_arm(Site(scene), catalogue, 1 - reserve, anywhere=anywhere)
     found, (tour, beside) = design.sizing, design.poses
     reach = " and in any posture" if anywhere else ""
     reason = f"{reserve:.0%} in reserve over the tour of {scene.task.name}{reach}, cases {', '.join(design.cases)}"
-    write_sized_arm(model_file, out, found.manipulator, catalogue, reason)
+    write_sized_arm(file, out, found.manipulator, catalogue, reason)
     title = f"{scene.manipulator.name}: {tour} poses of the tour, {beside} beside it; {found.passes} passes"
     table = Table("module", "member", "section", "used", title=title)
     for place, section in found.chosen.items():

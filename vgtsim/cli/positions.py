@@ -12,6 +12,7 @@ from vgtsim.cli.application import (
     ERR,
     OUT,
     OutFolder,
+    SceneOrArm,
     app,
     finish,
     list_files,
@@ -19,11 +20,12 @@ from vgtsim.cli.application import (
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
 from vgtsim.description.resolution import Method
+from vgtsim.description.shipped import find_file
 
 
-@app.command(epilog="Example: vgtsim ik scenes/type_ii_reach.toml --position 8 2 1 --direction 1 0 0 --plot ik.svg")
+@app.command(epilog="Example: vgtsim ik type_ii_reach --position 8 2 1 --direction 1 0 0 --plot ik.svg")
 def ik(
-    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    description: SceneOrArm,
     position: Annotated[tuple[float, float, float], typer.Option(help="Tool point in the tank's frame, m.")],
     direction: Annotated[tuple[float, float, float], typer.Option(help="Tool direction in the tank's frame.")],
     method: Annotated[Method, typer.Option(help="How redundancy is resolved.")] = Method.NULLSPACE,
@@ -41,8 +43,9 @@ def ik(
         prepare_file(json_file)
     if plot is not None:
         prepare_file(plot, (".svg", ".png"))
-    scene = load_scene(description) if is_scene(description) else None
-    chain = scene_chain(scene) if scene else Chain(load_manipulator(description), hanging_mount(0.0))
+    file = find_file(description, "scene", "arm")
+    scene = load_scene(file) if is_scene(file) else None
+    chain = scene_chain(scene) if scene else Chain(load_manipulator(file), hanging_mount(0.0))
     answer = solve_request(chain, Request(position, direction, method, tuple(objective or ("mid_stroke",))), scene)
     table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
     for row in answer.rows:
@@ -59,10 +62,12 @@ def ik(
         draw_posture(chain, answer.q, position, plot)
 
 
-@app.command(epilog="Example: vgtsim track scenes/type_ii_reach.toml --path scenes/paths/waste_raster.toml")
+@app.command(epilog="Example: vgtsim track type_ii_reach --path waste_raster")
 def track(
-    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
-    path_file: Annotated[Path, typer.Option("--path", help="TOML file of a path of the tool.")],
+    description: SceneOrArm,
+    path_file: Annotated[
+        Path, typer.Option("--path", help="TOML file of a path of the tool, or name of a shipped one.")
+    ],
     out: OutFolder = None,
     objective: Annotated[list[str] | None, typer.Option(help="NAME or NAME:WEIGHT; may be repeated.")] = None,
 ) -> None:
@@ -74,8 +79,9 @@ def track(
     from vgtsim.planning.following import follow_request, report
     from vgtsim.site import Site
 
-    site = Site(load_scene(description)) if is_scene(description) else None
-    chain = site.chain if site else Chain(load_manipulator(description), hanging_mount(0.0))
+    file = find_file(description, "scene", "arm")
+    site = Site(load_scene(file)) if is_scene(file) else None
+    chain = site.chain if site else Chain(load_manipulator(file), hanging_mount(0.0))
     path = load_tool_path(path_file)
     with ERR.status("solving the path"):
         followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), site)

@@ -11,7 +11,8 @@ from vgtsim.cli.application import (
     ERR,
     OutFolder,
     RunFolder,
-    SceneFile,
+    SceneName,
+    SceneOrArm,
     app,
     finish,
     list_files,
@@ -19,13 +20,14 @@ from vgtsim.cli.application import (
 )
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.files import is_scene
+from vgtsim.description.shipped import find_file
 from vgtsim.errors import DivergenceError, MissingLibraryError
 from vgtsim.runlog import RunLog, load_run
 
 
-@app.command(epilog="Example: vgtsim run scenes/type_ii_reach.toml --video")
+@app.command(epilog="Example: vgtsim run type_ii_reach --video")
 def run(
-    scene_file: SceneFile,
+    scene_name: SceneName,
     out: OutFolder = None,
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
 ) -> None:
@@ -38,7 +40,7 @@ def run(
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    site = Site(load_scene(scene_file))
+    site = Site(load_scene(scene_name))
     scene, chain = site.scene, site.chain
     folder = out or Path("out") / scene.task.name
     with ERR.status("planning the tour"):
@@ -60,9 +62,9 @@ def run(
     finish(report.passed, missing)
 
 
-@app.command(epilog="Example: vgtsim build scenes/type_ii_reach.toml --out out/model")
+@app.command(epilog="Example: vgtsim build type_ii_reach --out out/model")
 def build(
-    description: Annotated[Path, typer.Argument(help="TOML file of a scene or of an arm.", show_default=False)],
+    description: SceneOrArm,
     out: OutFolder = None,
 ) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
@@ -73,16 +75,18 @@ def build(
     from vgtsim.planning import check_site, solve_first_goal
     from vgtsim.site import Site
 
-    if is_scene(description):
-        site = Site(load_scene(description))
+    file = find_file(description, "scene", "arm")
+    if is_scene(file):
+        site = Site(load_scene(file))
         check_site(site)
         scene = site.scene
         folder = prepare_folder(out or Path("out") / scene.task.name)
         files = write_scene_files(scene, solve_first_goal(site), folder)
     else:
-        manipulator = load_manipulator(description)
+        manipulator = load_manipulator(file)
         check_strokes(Chain(manipulator, hanging_mount(0.0)))
-        files = write_arm_files(manipulator, prepare_folder(out or description.parent) / manipulator.name)
+        beside = file.parent if file == description else Path("out") / manipulator.name  # not among the shipped files
+        files = write_arm_files(manipulator, prepare_folder(out or beside) / manipulator.name)
     list_files(*files)
 
 
@@ -132,7 +136,9 @@ def export(
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
 def view(
-    model_file: Annotated[Path, typer.Argument(help="Generated .xml or .mjb.", show_default=False)],
+    model_file: Annotated[
+        Path, typer.Argument(help="Generated .xml or .mjb, or name of a shipped arm.", show_default=False)
+    ],
 ) -> None:
     """Open a generated model in MuJoCo's viewer with its scaled weights."""
     from vgtsim.mjcf import load_model

@@ -14,6 +14,7 @@ from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
 from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.schema import Description, Provenance
+from vgtsim.description.shipped import Kind, find_file
 from vgtsim.description.tank import Tank
 from vgtsim.description.tool_path import SHAPES, ToolPath
 from vgtsim.errors import DescriptionError
@@ -24,93 +25,57 @@ _Model = TypeVar("_Model", bound=Description)
 _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
-def load_manipulator(path: str | Path) -> Manipulator:
-    """Read an arm.
-
-    Args:
-        path: TOML file of the arm.
-
-    Returns:
-        The validated arm.
+def load_manipulator(arm: str | Path) -> Manipulator:
+    """Read an arm: the path of its TOML file, or the name of a shipped one.
 
     Raises:
         DescriptionError: The file is missing, is not TOML, or describes no possible arm.
     """
-    return load_description(Path(path), Manipulator)
+    return load_description(find_file(arm, "arm"), Manipulator)
 
 
-def load_tank(path: str | Path) -> Tank:
-    """Read a tank.
-
-    Args:
-        path: TOML file of the tank.
-
-    Returns:
-        The validated tank.
+def load_tank(tank: str | Path) -> Tank:
+    """Read a tank: the path of its TOML file, or the name of a shipped one.
 
     Raises:
         DescriptionError: The file is missing, is not TOML, or describes no possible tank.
     """
-    return load_description(Path(path), Tank)
+    return load_description(find_file(tank, "tank"), Tank)
 
 
 def load_tool_path(path: str | Path) -> ToolPath:
-    """Read a path of the tool.
-
-    Args:
-        path: TOML file of the path.
-
-    Returns:
-        The validated path.
+    """Read a path of the tool: the path of its TOML file, or the name of a shipped one.
 
     Raises:
         DescriptionError: The file is missing, is not TOML, or describes no path.
     """
-    return load_description(Path(path), ToolPath)
+    return load_description(find_file(path, "path"), ToolPath)
 
 
-def load_scene(path: str | Path) -> Scene:
-    """Read a scene together with the arm and tank it names.
+def load_scene(scene: str | Path) -> Scene:
+    """Read a scene with its arm and its tank: the path of its TOML file, or the name of a shipped one.
 
-    A scene may name another as its `base`: it then holds only what differs, table by table; lists count as one figure.
-
-    Args:
-        path: TOML file of the scene; the paths in it are relative to it.
-
-    Returns:
-        The validated scene.
+    A scene may name another as its `base`. It then holds the entries that differ, table by table; a list is one entry.
+    Paths in a scene are relative to its file; a shipped arm, tank or base may be named instead.
 
     Raises:
         DescriptionError: One of the files is missing, is not TOML, or is inconsistent.
     """
-    file = Path(path)
-    written = _validate(file, SceneFile, _read_scene(file))
-    manipulator = load_manipulator(file.parent / written.manipulator)
-    tank = load_tank(file.parent / written.tank)
-    return Scene(task=written, manipulator=manipulator, tank=tank, file=file)
+    file = find_file(scene, "scene")
+    task = _validate(file, SceneFile, _read_scene(file))
+    manipulator = load_manipulator(find_file(task.manipulator, "arm", beside=file.parent))
+    tank = load_tank(find_file(task.tank, "tank", beside=file.parent))
+    return Scene(task=task, manipulator=manipulator, tank=tank, file=file)
 
 
 def dump_scene(scene: Scene) -> str:
-    """Write a scene with its arm and tank as one JSON text, for a run's log.
-
-    Args:
-        scene: The scene.
-
-    Returns:
-        Text that `parse_scene` reads back; figures are SI.
-    """
+    """Write a scene, its arm and its tank as one JSON text for a log; figures are SI. `parse_scene` reads it back."""
     parts = {"task": scene.task, "manipulator": scene.manipulator, "tank": scene.tank}
     return json.dumps({name: part.model_dump(mode="json") for name, part in parts.items()} | {"file": str(scene.file)})
 
 
 def parse_scene(text: str) -> Scene:
-    """Read a scene back.
-
-    Args:
-        text: From `dump_scene`.
-
-    Returns:
-        The scene.
+    """Read a scene from the text that `dump_scene` wrote.
 
     Raises:
         DescriptionError: The text is not a scene of this version.
@@ -128,13 +93,7 @@ def parse_scene(text: str) -> Scene:
 
 
 def is_scene(path: str | Path) -> bool:
-    """Tell a scene's file from an arm's: a scene names an arm, or a scene to start from.
-
-    Args:
-        path: TOML file.
-
-    Returns:
-        Whether it is a scene.
+    """Tell the file of a scene from the file of an arm: a scene names an arm, or a base.
 
     Raises:
         DescriptionError: The file is missing or is not TOML.
@@ -143,20 +102,21 @@ def is_scene(path: str | Path) -> bool:
 
 
 def _read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
-    """Tables of a scene with those of its base under them; `above` are the files that led here."""
+    """Read the tables of a scene over those of its base; `above` are the files that led here."""
     data = _read_toml(file)
     base = data.pop("base", None)
     if base is None:
         return data
     if not isinstance(base, str):
         raise DescriptionError(file, "base", _short(base), "the path of a scene's file")
-    path = file.parent / base
+    path = find_file(base, "scene", beside=file.parent)
     if path.resolve() in (file.resolve(), *above):
         raise DescriptionError(file, "base", base, "a scene that does not lead back here")
     under = _read_scene(path, (*above, file.resolve()))
-    for name in ("manipulator", "tank"):
+    kinds: dict[str, Kind] = {"manipulator": "arm", "tank": "tank"}
+    for name, kind in kinds.items():
         if isinstance(under.get(name), str):
-            under[name] = os.path.relpath(path.parent / under[name], file.parent)
+            under[name] = os.path.relpath(find_file(under[name], kind, beside=path.parent), file.parent)
     return _overlay(under, data)
 
 
@@ -173,14 +133,7 @@ def _overlay(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
 
 
 def load_description(file: Path, kind: type[_Model]) -> _Model:
-    """Read a file of any kind.
-
-    Args:
-        file: TOML file.
-        kind: What it describes.
-
-    Returns:
-        The validated description.
+    """Read a TOML file of any kind.
 
     Raises:
         DescriptionError: The file is missing, is not TOML, or describes nothing of that kind.

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry.distance import enclosure_distance, enclosure_parts, interior_distance, segment_distance
+from vgtsim.geometry.distance import enclosure_depth, enclosure_distance, interior_distance, segment_distance
+from vgtsim.geometry.pairs import MemberPairs, nearest_members, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "arm_clearance",
     "enclosure_distance",
     "interior_distance",
+    "nearest_pair",
     "obstacles",
     "segment_distance",
     "self_clearance",
@@ -163,7 +165,7 @@ def arm_clearance(
 def _gaps(balls: Array, ends: Index, tank: Tank, profile: Profile, around: Obstacles) -> Array:
     """Distances of centre lines and centres from each place, shape (B, M + balls, P), m."""
     a, b = balls[:, ends[:, 0]], balls[:, ends[:, 1]]
-    depth, _, mouth = enclosure_parts(tank, profile, balls)
+    depth, mouth = enclosure_depth(tank, profile, balls)
     inf = np.inf
     shell, riser = np.where(mouth, inf, depth), np.where(mouth, depth, inf)
     member_shell = np.minimum(shell[:, ends[:, 0]], shell[:, ends[:, 1]])
@@ -188,7 +190,7 @@ def _along(a: Array, b: Array, tank: Tank, profile: Profile) -> tuple[Array, NDA
     least, at_riser = np.full(len(a), np.inf), np.zeros(len(a), bool)
     for _ in range(_CUTS):
         t = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _SAMPLES)
-        depth, _, mouth = enclosure_parts(tank, profile, a[:, None] + t[..., None] * (b - a)[:, None])
+        depth, mouth = enclosure_depth(tank, profile, a[:, None] + t[..., None] * (b - a)[:, None])
         best = depth.argmin(axis=1)
         least, at_riser = depth[rows, best], mouth[rows, best]
         low, high = t[rows, np.maximum(best - 1, 0)], t[rows, np.minimum(best + 1, _SAMPLES - 1)]
@@ -213,38 +215,15 @@ def self_clearance(
         Distance, shape (...), m, infinite without such a pair; and the members that come nearest, shape (...,
         2), -1 without one.
     """
-    nodes, module = np.asarray(nodes, float), np.asarray(module)
-    pairs = np.asarray(ends, np.intp)
-    radii = np.broadcast_to(np.asarray(radii, float), (len(ends),))
-    batch = nodes.shape[:-2]
-    flat = nodes.reshape(-1, *nodes.shape[-2:])
-    apart = module[None, :] - module[:, None] >= 2
-    distance, pair = np.full(len(flat), np.inf), np.full((len(flat), 2), -1)
-    if apart.any():
-        for first in range(0, len(flat), _CHUNK):
-            part = slice(first, first + _CHUNK)
-            distance[part], pair[part] = _nearest_pair(flat[part], pairs, radii, apart)
+    return nearest_pair(pair_members(ends, radii, module, 2), nodes)
+
+
+def nearest_pair(pairs: MemberPairs, nodes: ArrayLike) -> tuple[Array, Index]:
+    """`self_clearance` with pairs that are tabulated already, for nodes of shape (..., N, 3), m."""
+    nodes = np.asarray(nodes, float)
+    batch, flat = nodes.shape[:-2], nodes.reshape(-1, *nodes.shape[-2:])
+    distance, pair = np.empty(len(flat)), np.empty((len(flat), 2), np.intp)
+    for first in range(0, len(flat), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        distance[part], pair[part] = nearest_members(pairs, flat[part])
     return distance.reshape(batch), pair.reshape(*batch, 2)
-
-
-def _nearest_pair(nodes: Array, ends: Index, radii: Array, apart: NDArray[np.bool_]) -> tuple[Array, Index]:
-    """Least distance and pair of members for each of a few configurations.
-
-    Midpoints bound a pair's distance from above, and less both half lengths from below; only pairs whose
-    lower bound is at most the configuration's least upper bound are measured.
-    """
-    a, b = nodes[:, ends[:, 0]], nodes[:, ends[:, 1]]
-    middle, half = (a + b) / 2, np.linalg.norm(b - a, axis=-1) / 2
-    square = np.einsum("bmi,bmi->bm", middle, middle)
-    spread = square[:, :, None] + square[:, None, :] - 2 * middle @ middle.swapaxes(1, 2)
-    upper = np.sqrt(np.maximum(spread, 0.0)) - radii[:, None] - radii[None, :]
-    upper[:, ~apart] = np.inf
-    lower = upper - half[:, :, None] - half[:, None, :]
-    bound = upper.min(axis=(1, 2), keepdims=True)
-    which, first, second = np.nonzero(lower <= bound)
-    gap = segment_distance(a[which, first], b[which, first], a[which, second], b[which, second])[0]
-    gap -= radii[first] + radii[second]
-    order = np.lexsort((gap, which))
-    _, leading = np.unique(which[order], return_index=True)
-    best = order[leading]
-    return gap[best], np.stack([first[best], second[best]], -1)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry.profile import Piece, Profile
+from vgtsim.geometry.profile import Profile
 
 Array = NDArray[np.float64]
 
@@ -19,8 +21,8 @@ def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array
     """Signed distance to the inner surface of the tank, its riser openings taken as closed.
 
     The nearest point of a surface of revolution lies in the meridian plane of the point. In that plane each
-    piece has a foot for the points of its own sector; the tank is convex and smooth, so that the least of
-    these signed distances is the distance itself, on either side.
+    piece has a foot for the points of its own sector; the tank is convex and smooth, so the least of these
+    signed distances is the distance itself, on either side.
 
     Args:
         profile: The tank.
@@ -31,9 +33,12 @@ def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array
         nearest point of the surface, shape (..., 3). Where several points of the surface are nearest, one is
         taken.
     """
-    rho, z, outward = _meridian(points)
-    distance, gradient = _least([_to_piece(piece, rho, z) for piece in profile.pieces])
-    return distance, _in_space(gradient, outward)
+    points = np.asarray(points, float)
+    meridian = _Meridian(np.hypot(points[..., 0], points[..., 1]), points[..., 2])
+    feet = _to_pieces(profile, meridian)
+    piece = feet.argmin(axis=0)
+    distance = np.take_along_axis(feet, piece[None], axis=0)[0]
+    return distance, _in_space(_inward(profile, meridian, piece), points, meridian.rho)
 
 
 def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, Array]:
@@ -51,12 +56,19 @@ def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple
     Returns:
         Distance, shape (...), m, positive inside either; and its gradient, unit vectors of shape (..., 3).
     """
-    distance, gradient, _ = enclosure_parts(tank, profile, points)
-    return distance, gradient
+    points = np.asarray(points, float)
+    found = _enclose(tank, profile, points)
+    meridian, (bore, rim) = found.meridian, found.mouth_circle
+    gradient = _inward(profile, meridian, found.piece)
+    to_rim = np.stack([meridian.rho - bore, meridian.z - rim], axis=-1)
+    reach = np.where(found.reach > 0, found.reach, 1.0)
+    gradient = np.where(found.at_rim[..., None], to_rim / reach[..., None], gradient)
+    gradient = np.where(found.in_bore[..., None], [-1.0, 0.0], gradient)
+    return found.distance, _in_space(gradient, points, meridian.rho)
 
 
-def enclosure_parts(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """`enclosure_distance`, and whether the nearest surface is the riser's rim or bore.
+def enclosure_depth(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
+    """`enclosure_distance` without its gradient, and whether the riser's rim or bore is the nearest surface.
 
     Args:
         tank: The tank; its arm riser is read.
@@ -64,35 +76,67 @@ def enclosure_parts(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Ar
         points: In frame G, shape (..., 3), m.
 
     Returns:
-        Distance, shape (...), m; gradient, shape (..., 3); true where the riser is nearest, shape (...).
+        Distance, shape (...), m, and true where the riser is nearest, shape (...).
     """
-    rho, z, outward = _meridian(points)
+    found = _enclose(tank, profile, np.asarray(points, float))
+    return found.distance, found.at_rim | found.in_bore
+
+
+@dataclass(frozen=True)
+class _Meridian:
+    """Points in their meridian plane: distance from the axis and height, shape (...) each, m."""
+
+    rho: Array
+    z: Array
+
+
+@dataclass(frozen=True)
+class _Enclosed:
+    """Where points are in the tank and its riser, all of shape (...).
+
+    Attributes:
+        distance: Signed, m.
+        meridian: The points in their meridian planes.
+        piece: Index of the piece of the profile that is nearest, of those that count.
+        reach: Distance from the rim of the riser, m.
+        at_rim: Whether the rim is nearest.
+        in_bore: Whether the bore of the riser is nearest.
+        mouth_circle: Radius and height of the rim, m.
+    """
+
+    distance: Array
+    meridian: _Meridian
+    piece: NDArray[np.intp]
+    reach: Array
+    at_rim: NDArray[np.bool_]
+    in_bore: NDArray[np.bool_]
+    mouth_circle: tuple[float, float]
+
+
+def _enclose(tank: Tank, profile: Profile, points: Array) -> _Enclosed:
+    rho, z = np.hypot(points[..., 0], points[..., 1]), points[..., 2]
     bore = tank.arm_riser.bore / 2
-    rim = float(profile.ceiling_at(bore))
-    dome = profile.piece("dome")
-    candidates = [_to_piece(piece, rho, z) for piece in profile.pieces]
-    closed, closed_gradient = _least(candidates)
-    to_rim = np.stack([rho - bore, z - rim], -1)
-    reach = np.linalg.norm(to_rim, axis=-1)
-    rim_gradient = to_rim / np.where(reach > 0, reach, 1.0)[..., None]
+    rim, dome = profile.rim(bore), profile.pieces[-1].centre
+    meridian = _Meridian(rho, z)
+    feet = _to_pieces(profile, meridian)
+    closed = feet.min(axis=0)
+    reach = np.hypot(rho - bore, z - rim)
     # below the rim, points whose foot on the dome would fall into the opening
-    below = (z < rim) & (rho * (rim - dome.centre[1]) < bore * (z - dome.centre[1]))
-    others, others_gradient = _least(candidates[:-1])
+    below = (z < rim) & (rho * (rim - dome[1]) < bore * (z - dome[1]))
     above = (z >= rim) & ((rho < bore) | (bore - rho > closed))
-    mouth = (below & (reach < others)) | above
+    feet[-1:][below[None]] = np.inf  # the dome ends at the rim
+    piece = feet.argmin(axis=0)
+    others = feet.min(axis=0)
     distance = np.where(above, bore - rho, np.where(below, np.minimum(reach, others), closed))
-    flat = np.broadcast_to([-1.0, 0.0], closed_gradient.shape)
-    open_gradient = np.where((reach < others)[..., None], rim_gradient, others_gradient)
-    gradient = np.where(above[..., None], flat, np.where(below[..., None], open_gradient, closed_gradient))
-    return distance, _in_space(gradient, outward), mouth
+    return _Enclosed(distance, meridian, piece, reach, below & (reach < others), above, (bore, rim))
 
 
 def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike) -> tuple[Array, Array, Array]:
     """Least distance between segments.
 
-    The squared distance is a convex quadratic of the two parameters on the unit square, so that its least
-    value is at the free minimum or on one of the four edges; all five are formed and the least is taken.
-    Parallel segments and segments of no length need no case of their own.
+    The squared distance is a convex quadratic of the two parameters on the unit square. The free minimum is
+    clipped in s, t is the best for that s, clipped, and s the best for that t. Parallel segments and segments
+    of no length need no case of their own.
 
     Args:
         a0: First ends of the first segments, shape (..., 3), m.
@@ -104,77 +148,59 @@ def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike)
         Distance, shape (...), m, and the parameters s, t in [0, 1], shape (...), of the closest points
         a0 + s (a1 - a0) and b0 + t (b1 - b0). With the unit vector n from the second to the first, the
         gradient of the distance is (1 - s) n, s n, -(1 - t) n, -t n by a0, a1, b0, b1.
+
+    Source: C. Ericson, Real-Time Collision Detection, section 5.1.9.
     """
     a0, a1, b0, b1 = (np.asarray(point, float) for point in (a0, a1, b0, b1))
-    u, v, w = np.broadcast_arrays(a1 - a0, b1 - b0, a0 - b0)
+    u, v, w = a1 - a0, b1 - b0, a0 - b0
     uu, vv, uv = _dot(u, u), _dot(v, v), _dot(u, v)
     uw, vw = _dot(u, w), _dot(v, w)
-    zero = np.zeros_like(uu)
-    s = _ratio(uv * vw - vv * uw, uu * vv - uv**2)
-    choices = [(s, _ratio(uv * s + vw, vv))]
-    choices += [(end, _ratio(uv * end + vw, vv)) for end in (zero, zero + 1)]
-    choices += [(_ratio(uv * end - uw, uu), end) for end in (zero, zero + 1)]
-    best_s, best_t = choices[0]
-    least = _square(u, v, w, best_s, best_t)
-    for s, t in choices[1:]:
-        square = _square(u, v, w, s, t)
-        nearer = square < least
-        least, best_s, best_t = (np.where(nearer, *pair) for pair in ((square, least), (s, best_s), (t, best_t)))
-    return np.sqrt(least), best_s, best_t
+    s = _ratio(uv * vw - vv * uw, uu * vv - uv * uv)
+    t = _ratio(uv * s + vw, vv)
+    s = _ratio(uv * t - uw, uu)
+    gap = w + s[..., None] * u - t[..., None] * v
+    return np.sqrt(_dot(gap, gap)), s, t
 
 
-def _meridian(points: ArrayLike) -> tuple[Array, Array, Array]:
-    """Distance from the axis, height, and the outward unit vector (..., 2); x on the axis."""
-    points = np.asarray(points, float)
-    rho = np.hypot(points[..., 0], points[..., 1])
-    outward = points[..., :2] / np.where(rho > 0, rho, 1.0)[..., None]
-    return rho, points[..., 2], np.where((rho > 0)[..., None], outward, [1.0, 0.0])
+def _in_space(gradient: Array, points: Array, rho: Array) -> Array:
+    """A gradient (r, z) of the meridian plane as a vector (x, y, z); outward is along x on the axis."""
+    off = rho > 0
+    scale = gradient[..., 0] / np.where(off, rho, 1.0)
+    x, y = np.where(off, scale * points[..., 0], gradient[..., 0]), scale * points[..., 1]
+    return np.stack([x, y, gradient[..., 1]], axis=-1)
 
 
-def _in_space(gradient: Array, outward: Array) -> Array:
-    """A gradient (r, z) of the meridian plane as a vector (x, y, z)."""
-    return np.concatenate([gradient[..., :1] * outward, gradient[..., 1:]], axis=-1)
-
-
-def _to_piece(piece: Piece, rho: Array, z: Array) -> tuple[Array, Array]:
-    """Signed distance and gradient to one piece; infinite outside its sector."""
-    along = np.array([np.cos(piece.heading), np.sin(piece.heading)])
-    inward = np.array([-along[1], along[0]])
-    r, h = rho - piece.start[0], z - piece.start[1]
-    x, y = r * along[0] + h * along[1], r * inward[0] + h * inward[1]
-    k = piece.curvature
+def _to_pieces(profile: Profile, meridian: _Meridian) -> Array:
+    """Signed distance to each of the P pieces, shape (P, ...); infinite outside a piece's sector."""
+    table = profile.table(meridian.rho.ndim)
+    r, h = meridian.rho - table.start[0], meridian.z - table.start[1]
+    x, y = r * table.along[0] + h * table.along[1], h * table.along[0] - r * table.along[1]
+    k = table.curvature
     # from the centre, in units of the radius; stays finite when the piece is straight
-    turn_x, turn_y = k * x, 1 - k * y
+    reach = np.hypot(k * x, 1 - k * y)
+    distance = (2 * y - k * (x * x + y * y)) / (1 + reach)
+    past = (meridian.rho - table.end[0]) * table.leaving[0] + (meridian.z - table.end[1]) * table.leaving[1]
+    distance[(x < -_SECTOR_SLACK) | (past > _SECTOR_SLACK)] = np.inf
+    return distance
+
+
+def _inward(profile: Profile, meridian: _Meridian, piece: NDArray[np.intp]) -> Array:
+    """Unit direction (r, z) from the nearest point of a piece, shape (..., 2)."""
+    table = profile.table(0)
+    along_r, along_z, k = table.along[0][piece], table.along[1][piece], table.curvature[piece]
+    r, h = meridian.rho - table.start[0][piece], meridian.z - table.start[1][piece]
+    turn_x, turn_y = k * (r * along_r + h * along_z), 1 - k * (h * along_r - r * along_z)
     reach = np.hypot(turn_x, turn_y)
-    distance = (2 * y - k * (x**2 + y**2)) / (1 + reach)
-    end = piece.end
-    heading = piece.heading + piece.turn
-    before_end = (rho - end[0]) * np.cos(heading) + (z - end[1]) * np.sin(heading) <= _SECTOR_SLACK
     scale = np.where(reach > 0, reach, 1.0)
     lean, rise = -turn_x / scale, np.where(reach > 0, turn_y / scale, 1.0)
-    gradient = lean[..., None] * along + rise[..., None] * inward
-    return np.where((x >= -_SECTOR_SLACK) & before_end, distance, np.inf), gradient
-
-
-def _least(candidates: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    distance, gradient = candidates[0]
-    for other, other_gradient in candidates[1:]:
-        nearer = other < distance
-        distance = np.where(nearer, other, distance)
-        gradient = np.where(nearer[..., None], other_gradient, gradient)
-    return distance, gradient
+    return np.stack([lean * along_r - rise * along_z, lean * along_z + rise * along_r], axis=-1)
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return np.einsum("...i,...i->...", a, b)
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
 def _ratio(numerator: Array, denominator: Array) -> Array:
     """Quotient clipped to [0, 1]; zero where the denominator vanishes."""
-    safe = denominator > 0
-    return np.where(safe, np.clip(numerator / np.where(safe, denominator, 1.0), 0.0, 1.0), 0.0)
-
-
-def _square(u: Array, v: Array, w: Array, s: Array, t: Array) -> Array:
-    gap = w + s[..., None] * u - t[..., None] * v
-    return _dot(gap, gap)
+    # an infinite divisor makes the quotient zero: one array fewer than two masks
+    return np.minimum(np.maximum(numerator / np.where(denominator > 0, denominator, np.inf), 0.0), 1.0)

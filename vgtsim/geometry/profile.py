@@ -9,6 +9,7 @@ flat floor and the wall are pieces of no curvature and need no case of their own
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import acos, ceil, cos, inf, pi, sin, tan
 
 import numpy as np
@@ -89,6 +90,42 @@ class Piece:
 
 
 @dataclass(frozen=True)
+class PieceTable:
+    """P pieces as arrays of shape (P, 1, ...), so that they broadcast against points; pairs are (r, z).
+
+    Attributes:
+        start: First points, m.
+        end: Last points, m.
+        along: Unit directions of the curve at the first points.
+        leaving: The same at the last points.
+        curvature: 1/m.
+    """
+
+    start: tuple[Array, Array]
+    end: tuple[Array, Array]
+    along: tuple[Array, Array]
+    leaving: tuple[Array, Array]
+    curvature: Array
+
+
+def _make_table(pieces: tuple[Piece, ...], axes: int) -> PieceTable:
+    def column(values: list[float]) -> Array:
+        return np.reshape(np.array(values), (-1, *[1] * axes))
+
+    def pair(values: list[tuple[float, float]]) -> tuple[Array, Array]:
+        return column([value[0] for value in values]), column([value[1] for value in values])
+
+    last = [piece.heading + piece.turn for piece in pieces]
+    return PieceTable(
+        start=pair([piece.start for piece in pieces]),
+        end=pair([piece.end for piece in pieces]),
+        along=pair([(cos(piece.heading), sin(piece.heading)) for piece in pieces]),
+        leaving=pair([(cos(heading), sin(heading)) for heading in last]),
+        curvature=column([piece.curvature for piece in pieces]),
+    )
+
+
+@dataclass(frozen=True)
 class Profile:
     """The whole curve.
 
@@ -111,6 +148,26 @@ class Profile:
     def piece(self, name: str) -> Piece:
         """The piece of that name."""
         return next(piece for piece in self.pieces if piece.name == name)
+
+    def rim(self, bore: float) -> float:
+        """Height at which a bore of that radius on the axis meets the dome, m; each worked out once."""
+        if bore not in self._rims:
+            self._rims[bore] = float(self.ceiling_at(bore))
+        return self._rims[bore]
+
+    def table(self, axes: int) -> PieceTable:
+        """Numbers of the pieces as arrays that broadcast against points with that many axes, made once."""
+        if axes not in self._tables:
+            self._tables[axes] = _make_table(self.pieces, axes)
+        return self._tables[axes]
+
+    @cached_property
+    def _rims(self) -> dict[float, float]:
+        return {}
+
+    @cached_property
+    def _tables(self) -> dict[int, PieceTable]:
+        return {}
 
     def points(self, spacing: float) -> Array:
         """A polyline through the profile, all tangent points included.

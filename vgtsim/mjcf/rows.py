@@ -13,6 +13,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from vgtsim.description.shipped import find_file
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import names
 
@@ -88,7 +89,8 @@ def load_model(path: str | Path) -> mujoco.MjModel:
     """Load a generated model with its scaled weights.
 
     Args:
-        path: `.xml` written by this project (the factor in it is applied) or `.mjb` (weights travel in the file).
+        path: `.xml` written by this project (the factor in it is applied) or `.mjb` (weights travel in the file); or the
+            name of a shipped arm.
 
     Returns:
         The model, ready to step.
@@ -96,7 +98,7 @@ def load_model(path: str | Path) -> mujoco.MjModel:
     Raises:
         DescriptionError: The file is missing, of another kind, or carries no factor.
     """
-    file = Path(path)
+    file = find_file(path, "model")
     if not file.is_file():
         raise DescriptionError(file, "", "no such file", "a generated .xml or .mjb")
     if file.suffix == ".mjb":

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.judging import Cut
+from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
 from vgtsim.mjcf import names
 from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map

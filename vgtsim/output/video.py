@@ -7,12 +7,12 @@ from contextlib import closing, contextmanager
 from itertools import chain
 from pathlib import Path
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description import Scene
 from vgtsim.errors import MissingLibraryError
+from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
 from vgtsim.mjcf import build_spec, tank
 from vgtsim.output.colours import scale_end

@@ -1,5 +1,6 @@
 """The step loop."""
 
+import vgtsim.graphics  # noqa: F401  before MuJoCo
 from vgtsim.plant.loop import run
 
 __all__ = ["run"]

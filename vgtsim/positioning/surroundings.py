@@ -1,4 +1,4 @@
-"""What an arm must keep clear of, as rows for a solver: each near pair's gap and its derivative."""
+"""The distance of an arm from everything that it must keep clear of, with derivatives for a solver."""
 
 from __future__ import annotations
 
@@ -14,27 +14,29 @@ from vgtsim.geometry import (
     Obstacles,
     Profile,
     arm_clearance,
+    enclosure_depth,
     enclosure_distance,
     make_profile,
+    member_balls,
+    near_members,
+    nearest_pair,
     obstacles,
     segment_distance,
-    self_clearance,
 )
 from vgtsim.kinematics.chain import Chain
-from vgtsim.positioning.capsules import Capsules, make_capsules, near_pairs
+from vgtsim.positioning.capsules import Capsules, make_capsules
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
 _STEP = 1e-6  # of the differences of the sag, in units of the inputs
-_Part = tuple[
-    Index, Array, Index, Array
-]  # configuration, gap, points (R, k) and the gap's derivative by them (R, k, 3)
+_TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
 
 
 @dataclass(frozen=True)
-class Rows:
-    """The pairs that are nearer than some reach.
+class NearPairs:
+    """The pairs of bodies that are nearer than some reach.
 
     Attributes:
         config: Configuration of each pair, shape (R,).
@@ -49,6 +51,38 @@ class Rows:
 
 
 @dataclass(frozen=True)
+class _Gaps:
+    """Some pairs of one sort.
+
+    Attributes:
+        config: Configuration, shape (R,).
+        gap: Shape (R,), m.
+        points: The points of the arm on which the gap depends, shape (R, k).
+        slope: Derivative of the gap by them, shape (R, k, 3).
+    """
+
+    config: Index
+    gap: Array
+    points: Index
+    slope: Array
+
+
+@dataclass(frozen=True)
+class _Pillars:
+    """Upright cylinders: C of them, equipment and then the mast.
+
+    Attributes:
+        axes: Ends of the axes, shape (C, 2, 3), m.
+        radii: Shape (C,), m.
+        meets: Which capsules may meet which cylinder, shape (C, M): the first module hangs from the mast.
+    """
+
+    axes: Array
+    radii: Array
+    meets: Mask
+
+
+@dataclass(frozen=True)
 class Surroundings:
     """Tank, equipment, waste, mast and the arm itself.
 
@@ -57,7 +91,8 @@ class Surroundings:
         tank: The tank.
         payload_radius: Of the ball about the tool point, m.
         mast_radius: Of the pipe above the arm's base, m.
-        sag: Displacements of the points of poses under load, from their nodes; absent for an arm that does not give.
+        sag: Displacements of nodes and tool point under load, shape (..., N + 1, 3), m, of nodes of shape
+            (..., N, 3); absent for an arm that does not give.
     """
 
     chain: Chain
@@ -82,11 +117,17 @@ class Surroundings:
         return make_capsules(self.chain, self.payload_radius)
 
     @cached_property
-    def _mast(self) -> tuple[Array, Index]:
-        """Axis of the mast, shape (2, 3), m, and the capsules that may meet it: not the first module's."""
+    def _pillars(self) -> _Pillars:
         foot = self.chain.mount[:3, 3]
         head = np.array([foot[0], foot[1], max(self.profile.crown, foot[2])])
-        return np.stack([foot, head]), np.flatnonzero(self.capsules.module >= 1)
+        count = len(self.obstacles.radii)
+        meets = np.ones((count + 1, len(self.capsules.ends)), bool)
+        meets[-1] = self.capsules.module >= 1
+        return _Pillars(
+            np.concatenate([self.obstacles.axes, [[foot, head]]]),
+            np.append(self.obstacles.radii, self.mast_radius),
+            meets,
+        )
 
     def points(self, q: Array) -> Array:
         """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, *q)."""
@@ -94,39 +135,35 @@ class Surroundings:
         points = np.concatenate([nodes, self.chain.tool(q)[0][..., None, :]], axis=-2)
         return points if self.sag is None else points + self.sag(nodes)
 
-    def rows(self, q: Array, reach: float, slopes: bool = True, payload: bool = True) -> Rows:
+    def rows(self, q: Array, reach: float, slopes: bool = True, payload: bool = True) -> NearPairs:
         """Pairs nearer than a reach.
 
         Args:
             q: Inputs, shape (W, *q).
             reach: m.
             slopes: Whether the gradients are wanted.
-            payload: Whether the payload's distance from what stands counts; from the arm it always does.
+            payload: Whether the payload's distance from tank, equipment, waste and mast counts; its distance
+                from the arm always does.
 
         Returns:
             One row for each pair, in a fixed order.
         """
         points = self.points(q)
-        last = None if payload else -1
-        every = np.arange(len(self.capsules.ends))[:last]
-        parts = [self._shell(points[:, :last], reach), self._waste(points[:, :last], reach), self._own(points, reach)]
-        for axis, radius in zip(self.obstacles.axes, self.obstacles.radii, strict=True):
-            parts.append(self._cylinder(points, reach, axis, float(radius), every))
-        axis, mine = self._mast
-        parts.append(self._cylinder(points, reach, axis, self.mast_radius, mine[:last]))
-        config = np.concatenate([part[0] for part in parts])
-        gap = np.concatenate([part[1] for part in parts])
+        fixed = points if payload else points[:, :-1]  # the tool point is the last one
+        parts = [self._shell(fixed, reach), self._waste(fixed, reach), *self._members(points, reach, payload)]
+        config = np.concatenate([part.config for part in parts])
+        gap = np.concatenate([part.gap for part in parts])
         if not slopes or not len(gap):
-            return Rows(config, gap, np.zeros((len(gap), q[0].size if slopes else 0)))
-        used = np.unique(config)
+            return NearPairs(config, gap, np.zeros((len(gap), q[0].size if slopes else 0)))
+        used, at = np.unique(config, return_inverse=True)
         J = self._slopes(q[used])
-        at = np.searchsorted(used, config)
-        lengths = np.cumsum([0, *(len(part[0]) for part in parts)])
+        bounds = np.cumsum([0, *(len(part.config) for part in parts)])
         gradient = [
-            np.einsum("rkx,rkxj->rj", part[3], J[at[low:high, None], part[2]])
-            for part, low, high in zip(parts, lengths[:-1], lengths[1:], strict=True)
+            np.einsum("rkx,rkxj->rj", part.slope, J[at[low:high, None], part.points])
+            for part, low, high in zip(parts, bounds[:-1], bounds[1:], strict=True)
+            if high > low
         ]
-        return Rows(config, gap, np.concatenate(gradient))
+        return NearPairs(config, gap, np.concatenate(gradient))
 
     def _slopes(self, q: Array) -> Array:
         """Derivative of the points by the inputs, shape (W, N + 1, 3, n)."""
@@ -140,52 +177,53 @@ class Surroundings:
         change = sag(self.chain.nodes(near)) - sag(self.chain.nodes(q))[:, None]
         return np.moveaxis(change / _STEP, 1, -1)
 
-    def _shell(self, points: Array, reach: float) -> _Part:
-        """The tank is convex, so a capsule is nearest to it at an end; the mast flange does not move."""
-        distance, inward = enclosure_distance(self.tank, self.profile, points[:, 3:])
-        gap = distance - self.capsules.point_radii[3 : points.shape[1]]
+    def _shell(self, points: Array, reach: float) -> _Gaps:
+        """The tank is convex, so a capsule is nearest to it at an end; the mast flange's 3 nodes do not move."""
+        moving = points[:, 3:]
+        gap = enclosure_depth(self.tank, self.profile, moving)[0] - self.capsules.point_radii[3 : points.shape[1]]
         config, point = np.nonzero(gap < reach)
-        return config, gap[config, point], point[:, None] + 3, inward[config, point][:, None, :]
+        inward = np.zeros((0, 3))
+        if len(config):  # of the few near points alone: the gradient is half of the work
+            inward = enclosure_distance(self.tank, self.profile, moving[config, point])[1]
+        return _Gaps(config, gap[config, point], point[:, None] + 3, inward[:, None, :])
 
-    def _waste(self, points: Array, reach: float) -> _Part:
+    def _waste(self, points: Array, reach: float) -> _Gaps:
         gap = points[..., 2] - self.obstacles.waste_level - self.capsules.point_radii[: points.shape[1]]
         config, point = np.nonzero(gap < reach)
         up = np.broadcast_to([0.0, 0.0, 1.0], (len(point), 1, 3))
-        return config, gap[config, point], point[:, None], up
+        return _Gaps(config, gap[config, point], point[:, None], up)
 
-    def _cylinder(self, points: Array, reach: float, axis: Array, radius: float, mine: Index) -> _Part:
-        ends, radii = self.capsules.ends[mine], self.capsules.radii[mine]
-        # a capsule that is farther from a vertical line through the axis than its own length cannot be near
-        flat = np.hypot(points[..., 0] - axis[0, 0], points[..., 1] - axis[0, 1])[:, ends].min(axis=-1)
-        config, near = np.nonzero(flat < self._longest + radii + radius + reach)
-        a, b = points[config, ends[near, 0]], points[config, ends[near, 1]]
-        distance, s, t = segment_distance(a, b, axis[0], axis[1])
-        gap = distance - radii[near] - radius
-        keep = gap < reach
-        apart = a + s[:, None] * (b - a) - axis[0] - t[:, None] * (axis[1] - axis[0])
-        unit = apart / np.maximum(distance, 1e-9)[:, None]
-        slope = np.stack([(1 - s)[:, None] * unit, s[:, None] * unit], axis=1)
-        return config[keep], gap[keep], ends[near[keep]], slope[keep]
-
-    @cached_property
-    def _longest(self) -> float:
-        """Length of the longest member in any shape, m."""
-        nodes = self.chain.nodes(self.chain.straight)
-        ends = self.chain.truss.ends
-        spans = np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1)
-        return max(float(spans.max()), float(self.chain.stroke.max()))
-
-    def _own(self, points: Array, reach: float) -> _Part:
-        first, second, config = near_pairs(self.capsules, points, reach)
-        ends = np.concatenate([self.capsules.ends[first], self.capsules.ends[second]], axis=1)
-        corner = points[config[:, None], ends]
-        distance, s, t = segment_distance(corner[:, 0], corner[:, 1], corner[:, 2], corner[:, 3])
-        gap = distance - self.capsules.radii[first] - self.capsules.radii[second]
-        keep = gap < reach
-        weight = np.stack([1 - s, s, t - 1, -t], axis=1)
-        unit = np.einsum("rk,rkx->rx", weight, corner) / np.maximum(distance, 1e-9)[:, None]
-        slope = weight[..., None] * unit[:, None, :]
-        return config[keep], gap[keep], ends[keep], slope[keep]
+    def _members(self, points: Array, reach: float, payload: bool) -> tuple[_Gaps, _Gaps]:
+        """Capsules near upright cylinders, and capsules near one another: all measured in one call."""
+        capsules, pillars = self.capsules, self._pillars
+        ends, radii = capsules.ends, capsules.radii
+        balls = member_balls(ends, points)
+        away = balls.middle[:, None, :, :2] - pillars.axes[:, 0, None, :2]
+        room = balls.half[:, None] + (radii + pillars.radii[:, None] + reach)
+        # a ball about a capsule that is beside the whole upright line is beside the cylinder
+        near = (away[..., 0] ** 2 + away[..., 1] ** 2 < room**2) & pillars.meets
+        config, pillar, capsule = np.nonzero(near if payload else near[..., :-1])  # the payload is the last capsule
+        mine, (first, second) = near_members(capsules.far_pairs, points, balls, reach)
+        split = len(config)
+        whole, one = np.concatenate([config, mine]), np.concatenate([capsule, first])
+        a0, a1 = balls.first[whole, one], balls.last[whole, one]
+        b0 = np.concatenate([pillars.axes[pillar, 0], balls.first[mine, second]])
+        b1 = np.concatenate([pillars.axes[pillar, 1], balls.last[mine, second]])
+        distance, s, t = segment_distance(a0, a1, b0, b1)
+        gap = distance - radii[one] - np.concatenate([pillars.radii[pillar], radii[second]])
+        keep = np.flatnonzero(gap < reach)
+        split = int(np.searchsorted(keep, split))
+        apart = a0[keep] - b0[keep] + s[keep, None] * (a1 - a0)[keep] - t[keep, None] * (b1 - b0)[keep]
+        unit = apart / np.maximum(distance[keep], _TOUCHING)[:, None]
+        by_first = np.stack([1 - s[keep], s[keep]], axis=1)[..., None] * unit[:, None]
+        by_second = np.stack([t[keep] - 1, -t[keep]], axis=1)[..., None] * unit[:, None]
+        alone, own = keep[:split], keep[split:]
+        both = np.concatenate([ends[one[own]], ends[second[own - len(config)]]], axis=1)
+        slope = np.concatenate([by_first[split:], by_second[split:]], axis=1)
+        return (
+            _Gaps(whole[alone], gap[alone], ends[one[alone]], by_first[:split]),
+            _Gaps(whole[own], gap[own], both, slope),
+        )
 
     def clearance(self, q: Array) -> tuple[Array, list[str]]:
         """Least clearance of every configuration, from everything and of the arm from itself.
@@ -198,7 +236,7 @@ class Surroundings:
         """
         capsules, points = self.capsules, self.points(q)
         members = len(self.chain.truss.members)
-        found = arm_clearance(
+        around = arm_clearance(
             points[:, :-1],
             capsules.ends[:members],
             capsules.radii[:members],
@@ -208,24 +246,20 @@ class Surroundings:
             self.obstacles,
             (points[:, -1], self.payload_radius),
         )
-        own, _ = self_clearance(points, capsules.ends, capsules.radii, capsules.module)
-        axis, mine = self._mast
-        a, b = points[:, capsules.ends[mine, 0]], points[:, capsules.ends[mine, 1]]
-        mast = segment_distance(a, b, axis[0], axis[1])[0] - capsules.radii[mine] - self.mast_radius
-        columns = np.concatenate(
-            [found.distance, own[:, None], mast.min(axis=1, keepdims=True, initial=np.inf)], axis=1
-        )
-        names = (*found.places, "the arm itself", "mast")
+        own, _ = nearest_pair(capsules.judged_pairs, points)
+        columns = np.concatenate([around.distance, own[:, None], self._from_mast(points)[:, None]], axis=1)
+        names = (*around.places, "the arm itself", "mast")
         return columns.min(axis=1), [names[k] for k in columns.argmin(axis=1)]
 
+    def _from_mast(self, points: Array) -> Array:
+        """Least distance of all but the first module from the mast, shape (W,), m."""
+        pillars, capsules = self._pillars, self.capsules
+        mine = np.flatnonzero(pillars.meets[-1])
+        a, b = points[:, capsules.ends[mine, 0]], points[:, capsules.ends[mine, 1]]
+        distance = segment_distance(a, b, pillars.axes[-1, 0], pillars.axes[-1, 1])[0]
+        return np.min(distance - capsules.radii[mine] - self.mast_radius, axis=1, initial=np.inf)
+
     def least(self, q: Array) -> tuple[float, str]:
-        """Least clearance of one configuration, m, and what is that near.
-
-        Args:
-            q: Inputs, shape (*q).
-
-        Returns:
-            Clearance and place.
-        """
+        """Least clearance, m, of one configuration of shape (*q), and what is that near."""
         distance, names = self.clearance(q[None])
         return float(distance[0]), names[0]

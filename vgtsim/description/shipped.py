@@ -1,0 +1,52 @@
+"""The shipped arms, tanks, scenes and paths: found by name, in a checkout and in an installed package alike."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from vgtsim.description.schema import closest
+from vgtsim.errors import DescriptionError
+
+Kind = Literal["arm", "model", "tank", "scene", "path"]  # a model is the MJCF of an arm
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+# The wheel holds both folders inside the package; in a checkout they stand beside it.
+_ROOT = _PACKAGE if (_PACKAGE / "models").is_dir() else _PACKAGE.parent
+MODELS = _ROOT / "models"
+_PATTERNS: dict[Kind, str] = {
+    "arm": "models/*/*.toml",
+    "model": "models/*/*.xml",
+    "tank": "scenes/tanks/*.toml",
+    "scene": "scenes/*.toml",
+    "path": "scenes/paths/*.toml",
+}
+
+
+def list_shipped(kind: Kind) -> dict[str, Path]:
+    """Files of all shipped descriptions of a kind by name, in the order of their names."""
+    return {file.stem: file for file in sorted(_ROOT.glob(_PATTERNS[kind]))}
+
+
+def find_file(name: str | Path, *kinds: Kind, beside: Path | None = None) -> Path:
+    """Find a description by the path of its file, or a shipped one by its name.
+
+    A file of that path goes first. Text with a folder or an ending is always a path.
+
+    Args:
+        name: A path such as "my/arm.toml", or a name such as "arm15".
+        kinds: Kinds of shipped descriptions that the name may stand for.
+        beside: Folder that a path is relative to, by default the working folder.
+
+    Raises:
+        DescriptionError: There is no such name; the error gives the nearest one and the list.
+    """
+    path = (beside or Path()) / name
+    if path.is_file() or Path(name).name != str(name) or Path(name).suffix:
+        return path
+    known = {key: file for kind in kinds for key, file in list_shipped(kind).items()}
+    if str(name) not in known:
+        what = " or ".join(kinds)
+        allowed = f"the path of a file, or the name of a shipped {what}{closest(str(name), known)}"
+        raise DescriptionError(None, what, repr(str(name)), allowed)
+    return known[str(name)]

@@ -1,0 +1,180 @@
+"""Pairs of an arm's members that may meet: which of them are near one another in a configuration.
+
+Members are compared in two steps. A ball about each module rules out most pairs of modules; a ball about each member
+rules out most pairs that are left. What depends on the members alone is tabulated once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.geometry.distance import segment_distance
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+_ROUNDING = 1e-9  # m
+
+
+@dataclass(frozen=True)
+class MemberPairs:
+    """Pairs of members whose modules are far enough apart along the arm to meet.
+
+    Attributes:
+        ends: Points of each of M members by index, shape (M, 2); a ball has the same point twice.
+        radii: Shape (M,), m.
+        corners: Points of each of L modules that have members, shape (L, P); short rows repeat a point.
+        thick: Greatest radius in each of those modules, shape (L,), m.
+        modules: Pairs of rows of `corners`, shape (2, Q).
+        members: Pairs of members, those of a pair of modules in a row, shape (2, R).
+        begin: Where the members of each pair of modules begin, shape (Q + 1,).
+    """
+
+    ends: Index
+    radii: Array
+    corners: Index
+    thick: Array
+    modules: Index
+    members: Index
+    begin: Index
+
+
+def pair_members(ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np.integer], apart: int) -> MemberPairs:
+    """Tabulate the pairs of members whose modules differ by at least `apart`.
+
+    Args:
+        ends: Point indices of the members, shape (M, 2).
+        radii: Shape (M,), m, or one for all.
+        module: Module of each member, shape (M,).
+        apart: Least difference of two modules that may meet.
+    """
+    ends = np.asarray(ends, np.intp)
+    thick = np.broadcast_to(np.asarray(radii, float), (len(ends),))
+    names, row = np.unique(np.asarray(module), return_inverse=True)
+    members = [np.flatnonzero(row == k) for k in range(len(names))]
+    points = [np.unique(ends[own]) for own in members]
+    widest = max(len(own) for own in points)
+    corners = np.array([np.resize(own, widest) for own in points])
+    low, high = np.nonzero(names[None, :] - names[:, None] >= apart)
+    first = [np.repeat(members[k], len(members[m])) for k, m in zip(low, high, strict=True)]
+    second = [np.tile(members[m], len(members[k])) for k, m in zip(low, high, strict=True)]
+    none = np.zeros(0, np.intp)
+    return MemberPairs(
+        ends=ends,
+        radii=thick,
+        corners=corners,
+        thick=np.array([thick[own].max() for own in members]),
+        modules=np.stack([low, high]),
+        members=np.stack([np.concatenate([none, *first]), np.concatenate([none, *second])]),
+        begin=np.cumsum([0, *(len(own) for own in first)]),
+    )
+
+
+@dataclass(frozen=True)
+class MemberBalls:
+    """Balls about the members of W configurations.
+
+    Attributes:
+        first: First ends, shape (W, M, 3), m.
+        last: Second ends, shape (W, M, 3), m.
+        middle: Shape (W, M, 3), m.
+        half: Half of each member's length, shape (W, M), m.
+    """
+
+    first: Array
+    last: Array
+    middle: Array
+    half: Array
+
+
+def member_balls(ends: Index, points: Array) -> MemberBalls:
+    """Balls about members, from points of shape (W, N, 3), m."""
+    first, last = np.take(points, ends[:, 0], axis=1), np.take(points, ends[:, 1], axis=1)
+    return MemberBalls(first, last, (first + last) / 2, _norm(last - first) / 2)
+
+
+def near_members(pairs: MemberPairs, points: Array, balls: MemberBalls, reach: float) -> tuple[Index, Index]:
+    """Pairs of members that may be nearer than a reach.
+
+    Args:
+        pairs: The arm.
+        points: Shape (W, N, 3), m.
+        balls: Of the members at those points.
+        reach: Between the surfaces, m.
+
+    Returns:
+        Configuration of each pair, shape (R,), and its members, shape (2, R). No pair within the reach is missing.
+    """
+    config, members, away = _pairs_of_modules(pairs, balls, _module_gaps(pairs, points) < reach)
+    near = np.flatnonzero(away - _grown(pairs, balls, config, members) < reach)
+    return config[near], members[:, near]
+
+
+def _pairs_of_modules(pairs: MemberPairs, balls: MemberBalls, chosen: Mask) -> tuple[Index, Index, Array]:
+    """Pairs of members of chosen pairs of modules, shape (W, Q), as `near_members`, and their midpoints' distance."""
+    config, pair = np.nonzero(chosen)
+    count = np.diff(pairs.begin)[pair]
+    # the members of all chosen pairs of modules, one pair of modules after the other
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    members = pairs.members[:, np.repeat(pairs.begin[pair], count) + within]
+    config = np.repeat(config, count)
+    return config, members, _norm(balls.middle[config, members[0]] - balls.middle[config, members[1]])
+
+
+def _grown(pairs: MemberPairs, balls: MemberBalls, config: Index, members: Index) -> Array:
+    """Sum of the radii of the balls that hold two members, shape (R,), m."""
+    size = balls.half + pairs.radii
+    return size[config, members[0]] + size[config, members[1]]
+
+
+def nearest_members(pairs: MemberPairs, points: Array) -> tuple[Array, Index]:
+    """Least distance between members of each configuration, shape (W,), m, and the two members, shape (W, 2).
+
+    The midpoints of two members bound their distance from above. Only pairs whose balls come within the bound of some
+    pair of near modules are measured.
+    """
+    count = len(points)
+    if not pairs.members.size:
+        return np.full(count, np.inf), np.full((count, 2), -1)
+    balls, every, gaps = member_balls(pairs.ends, points), np.arange(count), _module_gaps(pairs, points)
+    likely = np.zeros(gaps.shape, bool)
+    likely[every, gaps.argmin(axis=1)] = True
+    bound = _least_upper(pairs, *_pairs_of_modules(pairs, balls, likely))
+    config, members, away = _pairs_of_modules(pairs, balls, gaps <= bound[:, None])
+    bound = _least_upper(pairs, config, members, away)
+    near = np.flatnonzero(away - _grown(pairs, balls, config, members) <= bound[config])
+    config, (first, second) = config[near], members[:, near]
+    ends = (
+        balls.first[config, first],
+        balls.last[config, first],
+        balls.first[config, second],
+        balls.last[config, second],
+    )
+    gap = segment_distance(*ends)[0] - pairs.radii[first] - pairs.radii[second]
+    order = np.lexsort((second, first, gap, config))
+    best = order[np.searchsorted(config[order], every)]
+    return gap[best], np.stack([first[best], second[best]], -1)
+
+
+def _least_upper(pairs: MemberPairs, config: Index, members: Index, away: Array) -> Array:
+    """Least distance of midpoints less the radii in each configuration, shape (W,), m; configurations in order."""
+    upper = away - pairs.radii[members[0]] - pairs.radii[members[1]]
+    # a little more: the pair that gives the bound must not be lost by rounding
+    return np.minimum.reduceat(upper, np.flatnonzero(np.diff(config, prepend=-1))) + _ROUNDING
+
+
+def _module_gaps(pairs: MemberPairs, points: Array) -> Array:
+    """Distance between the balls about the modules of each pair, a lower bound, shape (W, Q), m."""
+    own = points[:, pairs.corners]
+    centre = (own.min(axis=2) + own.max(axis=2)) / 2
+    size = _norm(own - centre[:, :, None]).max(axis=2) + pairs.thick
+    low, high = pairs.modules
+    return _norm(centre[:, low] - centre[:, high]) - size[:, low] - size[:, high]
+
+
+def _norm(vectors: Array) -> Array:
+    return np.sqrt(np.einsum("...i,...i->...", vectors, vectors))
