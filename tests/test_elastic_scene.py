@@ -90,5 +90,5 @@ def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
 
 
 def test_every_check_passes(scene, program):
-    report = verify(scene, run(build_model(scene), program, scene))
+    report = verify(Site(scene), run(build_model(scene), program, scene))
     assert report.passed, [check for check in report.checks if not check.passed]

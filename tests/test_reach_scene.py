@@ -22,7 +22,7 @@ def folder(reach_scene, tmp_path_factory):
     chain = scene_chain(reach_scene)
     log = run(build_model(reach_scene), plan_tour(Site(reach_scene)), reach_scene)
     path = tmp_path_factory.mktemp("reach")
-    write_outputs(reach_scene, log, verify(reach_scene, log), chain, path)
+    write_outputs(reach_scene, log, verify(Site(reach_scene), log), chain, path)
     return path
 
 
@@ -37,7 +37,7 @@ def test_every_check_passes(folder):
 
 def test_log_verifies_again_without_the_description_files(folder):
     scene, log = load_run(folder / "run.npz")
-    assert verify(scene, log).passed
+    assert verify(Site(scene), log).passed
 
 
 def test_a_goal_that_was_moved_fails_tracking(folder):
@@ -49,6 +49,6 @@ def test_a_goal_that_was_moved_fails_tracking(folder):
     goals[2] = goals[2].model_copy(update={"position": (x, y, z + 0.002)})
     motion = scene.task.motion.model_copy(update={"goals": tuple(goals)})
     moved = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
-    rows = [check for check in verify(moved, log).checks if check.name == "tracking"]
+    rows = [check for check in verify(Site(moved), log).checks if check.name == "tracking"]
     assert not rows[0].passed
     assert rows[0].where == goals[2].name

@@ -79,10 +79,11 @@ def report_as(
 
 
 def measures_in(module: ModuleType) -> list[Measure]:
-    """Rows that a module defines, alone or in a tuple, in their order in the file."""
+    """Rows that a module defines, each named `check_...`, alone or in a tuple, in their order in the file."""
     found: list[Measure] = []
-    for value in vars(module).values():
-        found += [item for item in (value if isinstance(value, tuple) else (value,)) if isinstance(item, Measure)]
+    for name, value in vars(module).items():
+        if name.startswith("check_"):
+            found += value if isinstance(value, tuple) else (value,)
     return found
 
 
