@@ -13,7 +13,6 @@ from playing import bend, change, play, shorten
 
 from vgtsim.description import load_scene
 from vgtsim.errors import DescriptionError
-from vgtsim.mjcf import scene_chain
 from vgtsim.output.write import write_reports
 from vgtsim.site import Site
 from vgtsim.verification import Evidence, verify
@@ -84,7 +83,7 @@ def test_rows_are_judged_by_the_scene_s_limits(hanging):
 def test_rows_are_in_the_written_reports(hanging, tmp_path):
     scene, log = hanging
     report = verify(Site(scene), log)
-    write_reports(scene, log, report, scene_chain(scene), tmp_path)
+    write_reports(Site(scene), log, report, tmp_path)
     data = json.loads((tmp_path / "report.json").read_text())
     written = [row for row in data["checks"] if row["quantity"].endswith("load cases")]
     assert {row["name"] for row in written} == {"member_utilisation", "actuator_force"}

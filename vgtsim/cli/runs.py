@@ -41,7 +41,7 @@ def run(
     from vgtsim.verification import verify as judge
 
     site = Site(load_scene(scene_name))
-    scene, chain = site.scene, site.chain
+    scene = site.scene
     folder = out or Path("out") / scene.task.name
     with ERR.status("planning the tour"):
         tour = plan_tour(site)
@@ -53,11 +53,11 @@ def run(
         log = simulate(model, tour, scene)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
-            save_log(scene, error.log, folder)
+            save_log(site, error.log, folder)
         raise
     with ERR.status("verifying"):
-        report = judge(scene, log)
-    missing = write_outputs(scene, log, report, chain, folder, video=video)
+        report = judge(site, log)
+    missing = write_outputs(site, log, report, folder, video=video)
     show_report(report, folder)
     finish(report.passed, missing)
 
@@ -93,13 +93,14 @@ def build(
 @app.command(epilog="Example: vgtsim verify out/type_ii_reach")
 def verify(folder: RunFolder) -> None:
     """Make every check again from a folder's log, and write its report anew."""
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import prepare_folder, write_reports
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
     scene, log = load_run(folder / "run.npz")
-    report = judge(scene, log)
-    write_reports(scene, log, report, scene_chain(scene), prepare_folder(folder))
+    site = Site(scene)
+    report = judge(site, log)
+    write_reports(site, log, report, prepare_folder(folder))
     show_report(report, folder)
     finish(report.passed, None)
 
@@ -110,13 +111,13 @@ def render(
     camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
 ) -> None:
     """Film a folder's log."""
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import film
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
     scene, log = load_run(folder / "run.npz")
-    path = film(scene, log, judge(scene, log), scene_chain(scene), folder, camera)
-    list_files(path)
+    site = Site(scene)
+    list_files(film(site, log, judge(site, log), folder, camera))
 
 
 @app.command(epilog="Example: vgtsim export out/type_ii_reach --time 12.5")
@@ -126,12 +127,12 @@ def export(
     vtk: Annotated[bool, typer.Option("--vtk/--no-vtk", help="Also write truss.vtu, for ParaView.")] = True,
 ) -> None:
     """Write the truss of one instant with loads and forces, for other tools: JSON, PyNiteFEA, VTK."""
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.truss_export import write_truss
     from vgtsim.output.write import prepare_folder
+    from vgtsim.site import Site
 
     scene, log = load_run(folder / "run.npz")
-    list_files(*write_truss(scene, log, scene_chain(scene), prepare_folder(folder), time, vtk=vtk))
+    list_files(*write_truss(Site(scene), log, prepare_folder(folder), time, vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
