@@ -37,16 +37,16 @@ def bend(scene: Scene, angles: list[float], azimuths: list[float]) -> np.ndarray
     """Inputs of a pose from each module's bend, rad."""
     q = np.array(scene_chain(scene).straight)
     tilt = np.sin(np.array(angles) / 2)
-    q[:, 0], q[:, 1] = tilt * np.cos(azimuths), tilt * np.sin(azimuths)
+    q[::3], q[1::3] = tilt * np.cos(azimuths), tilt * np.sin(azimuths)
     return q
 
 
 def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit: Edit | None = None) -> RunLog:
     """Move from one pose to another, smoothly, and hold."""
     step = scene.task.simulation.timestep
-    s = np.linspace(0, 1, max(round(duration / step), 1) + 1)[:, None, None]
+    s = np.linspace(0, 1, max(round(duration / step), 1) + 1)[:, None]
     s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
-    lengths = scene_chain(scene).lengths(start + s * (end - start)).reshape(len(s), -1)
+    lengths = scene_chain(scene).lengths(start + s * (end - start))
     program = Tour(start, (Leg("goal", 0, lengths, end, 1.0, "nothing"),), step)
     spec = build_spec(scene)
     if edit is not None:

@@ -55,7 +55,7 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
     rows = np.array([model.equality(names.drive(name)).id for name in actuators])
     zero = pose.retracted + model.qpos0[pose.cylinders]
     data = mujoco.MjData(model)
-    wanted = chain.lengths(poses).reshape(len(poses), -1)
+    wanted = chain.lengths(poses)
     fill_qpos(pose, truss, chain.nodes(poses[0]), data.qpos)
     for k, q in enumerate(poses):
         if moved and k:
@@ -77,7 +77,7 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
 
 def _measure(chain: Chain, log: dict, lumped: bool) -> Standing:
     truss = chain.truss
-    q = chain.inputs_from_lengths(log["actual"].reshape(-1, *chain.length_shape))
+    q = chain.inputs_from_lengths(log["actual"])
     along = log["ends"][:, :, 1] - log["ends"][:, :, 0]
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     axial = np.einsum("tmk,tmk->tm", log["member_force"], along)

@@ -52,7 +52,7 @@ def settled_clearance(scene, elastic, program):
         return np.concatenate([settled - nodes, tool[..., None, :]], axis=-2)
 
     lengths = np.concatenate([leg.lengths[::100] for leg in program.legs] + [program.legs[-1].lengths[-1:]])
-    q = chain.inputs_from_lengths(lengths.reshape(len(lengths), -1, 3))
+    q = chain.inputs_from_lengths(lengths)
     return dataclasses.replace(Site(scene).surroundings, sag=sag).clearance(q)[0].min()
 
 
@@ -80,7 +80,7 @@ def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
     around = Site(scene).surroundings
     rows = around.rows(q[None], 1.0)
     nearest = int(rows.gap.argmin())
-    shifts = step * np.eye(q.size).reshape(-1, *q.shape)
+    shifts = step * np.eye(q.size)
     gaps = [[around.rows((q + sign * shift)[None], 1.0).gap.min() for sign in (1, -1)] for shift in shifts]
     slope = (np.array(gaps)[:, 0] - np.array(gaps)[:, 1]) / (2 * step)
     size = np.abs(slope).max()

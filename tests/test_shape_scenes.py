@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from vgtsim.description import load_scene
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.planning import plan_tour

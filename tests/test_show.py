@@ -84,7 +84,7 @@ def test_workspace_figures_of_an_extensible_gimbal():
     normal = face / np.linalg.norm(face, axis=-1, keepdims=True)
     assert np.allclose(np.cos(found.tilt), 2 * normal[:, 2] ** 2 - 1, atol=1e-9)
     assert found.mobility == 3
-    assert found.reach < 2 * chain.geometries[0].height + offset
+    assert found.reach < 2 * chain.layout.places[0].modules.geometry.height[0] + offset
     assert 0 < found.volume < (2 * found.reach) ** 3
     assert np.all((found.dexterity > 0) & (found.dexterity <= 1))
 

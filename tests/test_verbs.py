@@ -73,7 +73,7 @@ def test_capacity_maps_what_a_small_arm_carries(mapped):
         assert row["governing_member"] in chain.truss.member_names
         assert float(row["payload_kg"]) > 0
         q = np.array(chain.straight)
-        q[0, 0] = np.sin(np.radians(float(row["bend_1_deg"])) / 2)
+        q[0] = np.sin(np.radians(float(row["bend_1_deg"])) / 2)
         tool = chain.tool(q)[0]
         assert abs(np.hypot(*tool[:2]) - float(row["radius_m"])) < HALF_CELL
         assert abs(-tool[2] - float(row["depth_m"])) < HALF_CELL
@@ -299,7 +299,7 @@ def test_show_draws_a_given_pose(tmp_path):
 def test_ik_finds_what_it_is_asked_for(tmp_path):
     chain = Chain(load_manipulator(MODELS / "arm9/arm9.toml"), hanging_mount(0.0))
     q = np.array(chain.straight)
-    q[:, 0] = 0.1
+    q[::3] = 0.1
     position, direction = chain.tool(q)
     words = ["--position", *position, "--direction", *direction, "--json", tmp_path / "ik.json"]
     result = invoke("ik", MODELS / "arm9/arm9.toml", *words)

@@ -15,8 +15,8 @@ class DescriptionError(VgtError):
     Attributes:
         file: The file that was read, or None when the data did not come from a file.
         key: Dotted path of the offending entry.
-        found: What stands there; empty where `allowed` says it all.
-        allowed: What may stand there.
+        found: The entry; empty if `allowed` says it all.
+        allowed: Possible entries.
     """
 
     def __init__(self, file: Path | None, key: str, found: str, allowed: str) -> None:
@@ -40,11 +40,11 @@ class AssemblyError(VgtError):
 
 
 class SingularityError(AssemblyError):
-    """Given lengths could only be come to through a singularity: beyond it the module may be on another assembly mode.
+    """Given lengths lie behind a singularity; the module may be on another assembly mode there.
 
     Attributes:
-        value: Smallest singular value where the way ends, a pure number.
-        member: The member most concerned there.
+        value: Smallest singular value at the end of the way, a pure number.
+        member: The member with the largest part in it.
         reached: Fraction of the way covered.
     """
 
@@ -59,9 +59,9 @@ class ReachError(VgtError):
 
     Attributes:
         goal: Name of the goal.
-        shortfall: Distance between the goal and the nearest tool position found, m.
+        shortfall: Distance between the goal and the nearest tool position, m.
         binding: Names of the limits that stop the arm.
-        detail: What else there is to say.
+        detail: Further words.
     """
 
     def __init__(self, goal: str, shortfall: float, binding: tuple[str, ...] = (), detail: str = "") -> None:
@@ -71,11 +71,11 @@ class ReachError(VgtError):
 
 
 class GoalError(VgtError):
-    """Goal rows cannot all hold, whatever the arm does.
+    """Goal rows cannot all hold in any posture.
 
     Attributes:
-        rows: Names of the rows concerned.
-        residual: What is left of them at the best compromise, m or rad; zero when they are too many for the inputs.
+        rows: Names of these rows.
+        residual: Their residual at the best compromise, m or rad; zero if there are more rows than inputs.
     """
 
     def __init__(self, rows: tuple[str, ...], residual: float, detail: str) -> None:
@@ -84,11 +84,11 @@ class GoalError(VgtError):
 
 
 class ObjectiveError(VgtError):
-    """An objective returned something that is not a number.
+    """An objective is not finite.
 
     Attributes:
         objective: Its name.
-        count: Number of configurations at which it did.
+        count: Number of configurations at which it is not.
     """
 
     def __init__(self, objective: str, count: int, detail: str) -> None:
@@ -101,8 +101,8 @@ class PathError(VgtError):
 
     Attributes:
         leg: Name of the goal at the end of the leg.
-        clearance: Greatest least-clearance over the candidate paths, m.
-        place: What is met there.
+        clearance: Least clearance of the best candidate path, m.
+        place: Name of the obstacle there.
     """
 
     def __init__(self, leg: str, clearance: float, place: str) -> None:
@@ -111,12 +111,12 @@ class PathError(VgtError):
 
 
 class RateError(VgtError):
-    """A path of goals asks more of an actuator than it can do in the time between two of them.
+    """A path of goals needs more of an actuator than it can do between two goals.
 
     Attributes:
-        point: Index of the goal at the end of the step.
-        motion: Least of the greatest changes of an actuator's length found there, m.
-        limit: Change allowed, m.
+        point: Index of the second of these goals.
+        motion: Needed change of the actuator's length, m, at the best posture.
+        limit: Allowed change, m.
     """
 
     def __init__(self, point: int, motion: float, limit: float) -> None:
@@ -125,12 +125,12 @@ class RateError(VgtError):
 
 
 class FollowError(VgtError):
-    """Between the goals of a path the tool leaves it, however close the goals: the posture jumps there.
+    """The tool leaves its path between two goals, however close they are: the posture jumps there.
 
     Attributes:
         piece: Name of the piece.
-        deviation: Greatest distance of the tool, m, or of its direction, rad, from the path.
-        tolerance: Allowed.
+        deviation: Greatest distance of the tool from the path, m, or of its direction, rad.
+        tolerance: Allowed deviation.
         goals: Number of goals solved on the piece.
     """
 
@@ -146,7 +146,7 @@ class TrussError(VgtError):
     Attributes:
         rank: Rank of the equilibrium matrix.
         members: Names of the members that take part.
-        detail: What is wrong.
+        detail: The defect, in words.
     """
 
     def __init__(self, rank: int, members: tuple[str, ...], detail: str) -> None:
@@ -161,7 +161,7 @@ class DivergenceError(VgtError):
         time: Simulated time, s.
         row: Name of the worst constraint row.
         value: Its violation.
-        log: What was recorded until then, a `RunLog`, or None.
+        log: Records until then, a `RunLog`, or None.
     """
 
     def __init__(self, time: float, row: str, value: float, log: object = None) -> None:

@@ -13,24 +13,20 @@ if TYPE_CHECKING:
 
     import pint
 
+# pint evaluates the text as an expression, so odd texts raise errors of Python
+_UNREADABLE = (ArithmeticError, AttributeError, AssertionError, TypeError, ValueError, SyntaxError)
+
 
 @lru_cache(maxsize=1)
 def _registry() -> pint.UnitRegistry:
-    """Build the unit registry once; importing pint is slow and only parsing needs it."""
+    """Build the unit registry once. Import pint here: it is slow, and only parsing needs it."""
     import pint
 
     return pint.UnitRegistry()
 
 
 def to_si(value: float | str, unit: str) -> float:
-    """Convert a quantity to the SI unit given.
-
-    Args:
-        value: A bare number, taken to be in `unit`, or a string such as "42 in".
-        unit: SI unit that fixes the dimension, for example "m" or "N/m**2".
-
-    Returns:
-        The magnitude in `unit`.
+    """Convert a quantity such as "42 in" to a number in an SI unit; a bare number is already in that unit.
 
     Raises:
         ValueError: The text is not a quantity, has another dimension, or is not finite.
@@ -53,13 +49,7 @@ def to_si(value: float | str, unit: str) -> float:
 
 
 def to_base(value: float | str) -> tuple[float, str]:
-    """Convert a quantity of any dimension to SI base units.
-
-    Args:
-        value: A bare number, which goes with any dimension, or a string such as "42 in".
-
-    Returns:
-        The magnitude in base units, and the dimension; an empty text for a bare number.
+    """Convert a quantity of any dimension to a number in SI base units, and its dimension; a bare number has none, "".
 
     Raises:
         ValueError: The text is not a quantity.
@@ -75,15 +65,7 @@ def _read_quantity(text: str, unit: str) -> Any:
 
     try:
         return _registry().Quantity(text)
-    except (
-        pint.PintError,
-        ArithmeticError,
-        AttributeError,
-        AssertionError,
-        TypeError,
-        ValueError,
-        SyntaxError,
-    ) as error:
+    except _UNREADABLE + (pint.PintError,) as error:
         raise ValueError(f"not a quantity; expected something like '1 {unit}'") from error
 
 

@@ -165,7 +165,9 @@ def test_segment_distance_agrees_with_capsules_in_mujoco():
 def arm_configurations(count, pivot, seed, bend=0.2):
     chain = Chain(ARM, hanging_mount(pivot))
     rng = np.random.default_rng(seed)
-    q = chain.straight + rng.uniform(-1, 1, (count, len(ARM.active), 3)) * [bend, bend, 0.02]
+    q = chain.straight + rng.uniform(-1, 1, (count, chain.layout.inputs)) * np.resize(
+        [bend, bend, 0.02], chain.layout.inputs
+    )
     return chain, chain.nodes(q)
 
 
@@ -242,8 +244,10 @@ def test_obstacles_hang_from_the_dome_or_end_where_described():
 def test_self_clearance_is_the_least_over_all_pairs_of_distant_modules():
     chain = Chain(ARM, hanging_mount(8.0))
     rng = np.random.default_rng(10)
-    q = chain.straight + rng.uniform(-1, 1, (70, len(ARM.active), 3)) * [0.05, 0.05, 0.02]
-    q[:, :, 0] += rng.uniform(0, 0.5, (70, 1))  # from straight to curled upon itself
+    q = chain.straight + rng.uniform(-1, 1, (70, chain.layout.inputs)) * np.resize(
+        [0.05, 0.05, 0.02], chain.layout.inputs
+    )
+    q[:, ::3] += rng.uniform(0, 0.5, (70, 1))  # from straight to curled upon itself
     nodes = chain.nodes(q)
     truss = chain.truss
     radii = rng.uniform(0.02, 0.08, len(truss.ends))

@@ -69,7 +69,7 @@ def test_cylinders_are_a_barrel_and_a_rod_with_smeared_ends(chain, inertia):
 
 def test_tubes_keep_their_length_when_the_arm_bends(chain, inertia):
     """Lengths are taken in one pose; they must be those of every pose."""
-    q = chain.straight + np.array([0.15, -0.1, 0.01])
+    q = chain.straight + np.tile([0.15, -0.1, 0.01], len(chain.layout.names))
     nodes = chain.nodes(q)
     length = np.linalg.norm(nodes[chain.truss.ends[:, 1]] - nodes[chain.truss.ends[:, 0]], axis=-1)
     tubes = np.setdiff1d(np.arange(len(length)), chain.truss.actuated)

@@ -67,7 +67,7 @@ def make_scene() -> Scene:
 
 
 def poses(chain: Chain) -> np.ndarray:
-    """Inputs of the start and of four poses that stay inside the tank, shape (5, A, 3)."""
+    """Inputs of the start and of four poses that stay inside the tank, shape (5, n)."""
     bends = np.array(
         [
             [30, 10, 35, 20, -5],
@@ -78,10 +78,10 @@ def poses(chain: Chain) -> np.ndarray:
         ]
     )
     azimuth = np.deg2rad([350, 110, 60, 350, 160])
-    q = np.broadcast_to(chain.straight, (5, *chain.straight.shape)).copy()
+    q = np.broadcast_to(chain.straight, (5, chain.straight.size)).copy()
     tilt = np.deg2rad(bends) / 2  # the mid-plane leans half the bend
-    q[..., 0] = np.sin(tilt) * np.cos(azimuth)[:, None]
-    q[..., 1] = np.sin(tilt) * np.sin(azimuth)[:, None]
+    q[:, ::3] = np.sin(tilt) * np.cos(azimuth)[:, None]
+    q[:, 1::3] = np.sin(tilt) * np.sin(azimuth)[:, None]
     return q
 
 
@@ -99,10 +99,10 @@ def make_log(scene: Scene, records: int = 240, duration: float = 120.0) -> RunLo
     legs = len(stations) - 1
     leg = np.minimum((time / duration * legs).astype(int), legs - 1)
     part = np.clip((time / duration * legs - leg) / 0.85, 0, 1)
-    blend = (10 * part**3 - 15 * part**4 + 6 * part**5)[:, None, None]
+    blend = (10 * part**3 - 15 * part**4 + 6 * part**5)[:, None]
     q = (1 - blend) * stations[leg] + blend * stations[leg + 1]
     nodes = chain.nodes(q)
-    lengths = chain.lengths(q).reshape(records, -1)
+    lengths = chain.lengths(q)
     tool, normal = chain.tool(q)
     axial = static_forces(truss, nodes)
     span = nodes[:, truss.ends[:, 1]] - nodes[:, truss.ends[:, 0]]

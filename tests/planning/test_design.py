@@ -25,15 +25,15 @@ def program(hanging_arm):
     part = np.linspace(0, 1, 401)
     way = 10 * part**3 - 15 * part**4 + 6 * part**5
     q = np.repeat(hanging_arm.straight[None], 401, axis=0)
-    q[:, 0, 0] += 0.15 * way
-    q[:, 2, 1] += 0.1 * way
-    return Tour(q[0], (Leg("goal", 0, hanging_arm.lengths(q).reshape(401, -1), q[-1], 1.0, "none"),), STEP)
+    q[:, 0] += 0.15 * way
+    q[:, 7] += 0.1 * way
+    return Tour(q[0], (Leg("goal", 0, hanging_arm.lengths(q), q[-1], 1.0, "none"),), STEP)
 
 
 def test_sampled_motion_is_that_of_a_log_of_every_step(hanging_arm, program):
     nodes, motion = sample_motion(hanging_arm, program, spacing=0.05)
     lengths = program.legs[0].lengths
-    every = hanging_arm.nodes(hanging_arm.inputs_from_lengths(lengths.reshape(len(lengths), -1, 3)))
+    every = hanging_arm.nodes(hanging_arm.inputs_from_lengths(lengths))
     log = motion_from_log(STEP * np.arange(len(lengths)), every)
     inner = slice(1, -1)  # at the ends the log's polynomials are one-sided
     assert nodes == pytest.approx(every[::10], abs=1e-12)
@@ -47,7 +47,7 @@ def test_postures_reach_out_all_round_inside_the_strokes(hanging_arm):
     nodes = sample_postures(hanging_arm)
     ends = hanging_arm.truss.ends[hanging_arm.truss.actuated]
     length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
-    low, high = (bound.ravel() for bound in hanging_arm.stroke)
+    low, high = hanging_arm.stroke
     assert np.all((length >= low - 1e-9) & (length <= high + 1e-9))
     tip = nodes[:, hanging_arm.truss.tip].mean(axis=1)
     far = tip[np.hypot(tip[:, 0], tip[:, 1]) > 11.0]

@@ -44,7 +44,7 @@ def distance_to_segment(points, first, last):
 
 def test_every_difference_stays_within_rates_and_accelerations(followed, path):
     step = followed.time[1]
-    rates = np.abs(np.diff(followed.lengths, axis=0)) / step / followed.limits.rate.ravel()
+    rates = np.abs(np.diff(followed.lengths, axis=0)) / step / followed.limits.rate
     accelerations = np.abs(np.diff(followed.lengths, n=2, axis=0)) / step**2
     assert rates.max() <= DIFFERENCES
     assert accelerations.max() <= path.acceleration * DIFFERENCES
@@ -87,7 +87,7 @@ def test_reported_figures_are_those_of_the_lengths(hanging_arm, followed):
     tool = hanging_arm.tool(followed.q)[0]
     assert facts["length of the tool's way, m"] == pytest.approx(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum())
     assert facts["duration, s"] == pytest.approx(0.01 * (len(followed.lengths) - 1))
-    low, high = hanging_arm.stroke.reshape(2, -1)
+    low, high = hanging_arm.stroke
     least = min((followed.lengths - low).min(), (high - followed.lengths).min())
     assert facts["least distance to the end of a stroke, m"] == pytest.approx(least)
     assert facts["goals that are local optima, %"] == 100

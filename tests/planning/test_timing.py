@@ -18,7 +18,7 @@ def spline(hanging_arm):
     part = np.linspace(0, 1, 30)
     shape = bend_all(hanging_arm, np.radians([15.0, 30.0, 30.0, 10.0, -10.0]), 0.0)
     more = bend_all(hanging_arm, np.radians([25.0, 20.0, 30.0, 20.0, 10.0]), 0.0)
-    way = swing(hanging_arm, (1 - part)[:, None, None] * shape + part[:, None, None] * more, 0.3 + 2.0 * part)
+    way = swing(hanging_arm, (1 - part)[:, None] * shape + part[:, None] * more, 0.3 + 2.0 * part)
     return make_interp_spline(part, way, k=5)
 
 
@@ -33,7 +33,7 @@ def lengths(hanging_arm, spline, limits):
 
 
 def test_speeds_stay_within_the_rates_and_reach_them(lengths, limits):
-    speed = np.abs(np.diff(lengths, axis=0)) / TIMESTEP / limits.rate.ravel()
+    speed = np.abs(np.diff(lengths, axis=0)) / TIMESTEP / limits.rate
     assert speed.max() <= DIFFERENCES
     assert speed.max() > 0.95
 
@@ -50,7 +50,7 @@ def test_acceleration_has_no_steps(lengths):
 
 
 def test_motion_starts_and_ends_at_rest_at_the_ends_of_the_path(hanging_arm, spline, lengths):
-    ends = hanging_arm.lengths(spline(np.array([0.0, 1.0]))).reshape(2, -1)
+    ends = hanging_arm.lengths(spline(np.array([0.0, 1.0])))
     np.testing.assert_allclose(lengths[[0, -1]], ends, atol=1e-12)
     for end in (lengths[:3], lengths[-3:]):
         assert np.abs(np.diff(end, axis=0)).max() < 1e-9  # the smooth step starts with the fourth power of time
@@ -58,10 +58,10 @@ def test_motion_starts_and_ends_at_rest_at_the_ends_of_the_path(hanging_arm, spl
 
 def test_every_row_lies_on_the_path(hanging_arm, spline, lengths):
     def off(u, row):
-        return float(np.linalg.norm(hanging_arm.lengths(spline(u)).ravel() - row))
+        return float(np.linalg.norm(hanging_arm.lengths(spline(u)) - row))
 
     samples = np.linspace(0, 1, 400)
-    on_path = hanging_arm.lengths(spline(samples)).reshape(400, -1)
+    on_path = hanging_arm.lengths(spline(samples))
     for row in lengths[:: len(lengths) // 7]:
         near = samples[np.argmin(np.linalg.norm(on_path - row, axis=1))]
         bounds = (max(near - 0.005, 0), min(near + 0.005, 1))
@@ -85,7 +85,7 @@ def test_a_short_path_never_reaches_full_speed(hanging_arm, spline, limits):
     part = np.linspace(0.0, 1.0, 12)
     short = make_interp_spline(part, spline(0.01 * part), k=5)
     lengths = time_lengths(hanging_arm, short, limits, TIMESTEP)
-    speed = np.abs(np.diff(lengths, axis=0)) / TIMESTEP / limits.rate.ravel()
+    speed = np.abs(np.diff(lengths, axis=0)) / TIMESTEP / limits.rate
     acceleration = np.abs(np.diff(lengths, n=2, axis=0)) / TIMESTEP**2
     assert speed.max() < 0.9
     assert 0.8 * ACCELERATION < acceleration.max() <= ACCELERATION * DIFFERENCES

@@ -56,7 +56,7 @@ def test_legs_end_at_their_goals(short_tour, program):
     chain, q = chain_of(short_tour), program.start
     for leg, goal in zip(program.legs, short_tour.task.motion.goals, strict=True):
         assert short_tour.task.motion.goals[leg.goal].name == leg.name == goal.name
-        q = chain.inputs_from_lengths(leg.lengths[-1].reshape(-1, 3), start=leg.q)
+        q = chain.inputs_from_lengths(leg.lengths[-1], start=leg.q)
         position, direction = chain.tool(q)
         assert np.linalg.norm(position - goal.position) < GOAL
         assert np.linalg.norm(np.cross(direction, goal.direction)) < GOAL
@@ -65,7 +65,7 @@ def test_legs_end_at_their_goals(short_tour, program):
 
 def test_each_leg_begins_where_the_last_one_ended(short_tour, program):
     chain = chain_of(short_tour)
-    before = chain.lengths(program.start).ravel()
+    before = chain.lengths(program.start)
     for leg in program.legs:
         np.testing.assert_allclose(leg.lengths[0], before, atol=1e-12)
         before = leg.lengths[-1]
@@ -75,9 +75,8 @@ def test_legs_keep_the_planned_clearance_and_strokes(short_tour, program):
     motion, chain = short_tour.task.motion, chain_of(short_tour)
     for leg in program.legs:
         assert leg.clearance >= motion.clearance
-        lengths = leg.lengths.reshape(len(leg.lengths), -1, 3)
-        assert np.all(lengths >= chain.stroke[0] + motion.stroke_margin)
-        assert np.all(lengths <= chain.stroke[1] - motion.stroke_margin)
+        assert np.all(leg.lengths >= chain.stroke[0] + motion.stroke_margin)
+        assert np.all(leg.lengths <= chain.stroke[1] - motion.stroke_margin)
 
 
 def test_duration_counts_the_steps_in_motion(short_tour, program):

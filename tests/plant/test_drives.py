@@ -176,7 +176,7 @@ def test_goals_are_aimed_at_with_what_servos_give_under_load(cylinders, members)
     elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=True)
     spring = np.where(elastic.spring > 0, 1e13 if members == "rigid" else elastic.spring, 0.0)
     rod, oil = np.full(elastic.rod.shape, 5e7), np.full(elastic.oil.shape, np.inf)
-    unloaded = chain.nodes(chain.inputs_from_lengths(leg.lengths[-1].reshape(-1, 3)))
+    unloaded = chain.nodes(chain.inputs_from_lengths(leg.lengths[-1]))
     held = settle(dataclasses.replace(elastic, spring=spring, rod=rod, oil=oil), unloaded)
     assert np.linalg.norm(tool_point(elastic.loads, held) - goal.position) < 2e-4
     assert np.linalg.norm(tool_point(elastic.loads, unloaded) - goal.position) > 5e-3  # it gives, and visibly

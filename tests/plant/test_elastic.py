@@ -92,7 +92,7 @@ def ring(scene, q, displaced, seconds):
     model = finish_model(spec, scene)
     data, chain = mujoco.MjData(model), scene_chain(scene)
     springs = fit_springs(model, data, chain, scene, chain.nodes(q))
-    springs.command(chain.lengths(q).ravel(), np.zeros(len(springs.joints)))
+    springs.command(chain.lengths(q), np.zeros(len(springs.joints)))
     data.qpos[:] = qpos_from_nodes(model, chain.truss, displaced)
     sites, history = find_addresses(model, chain.truss).nodes, []
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)

@@ -121,7 +121,7 @@ def test_a_collision_says_which_drives_it_is_under():
 def test_a_loop_that_cannot_close_stops_the_run_and_names_the_row(module_scene, motion):
     """Two batten actuators ordered to lengths whose sum is less than the third's."""
     chain, step = scene_chain(module_scene), module_scene.task.simulation.timestep
-    start = chain.lengths(motion[0]).ravel()
+    start = chain.lengths(motion[0])
     lengths = start + np.linspace(0, 1, 401)[:, None] * (np.array([2.6, 0.9, 0.9]) - start)
     program = Tour(motion[0], (Leg("apart", 0, lengths, motion[0], 1.0, "nothing"),), step)
     model = build_model(module_scene)

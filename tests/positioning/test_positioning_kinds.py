@@ -65,7 +65,7 @@ def test_kernel_agrees_with_the_chain(chain):
     count = chain.layout.actuators
     found = (state.angular, state.linear, state.legs[:, :count], kernel.dense(state.blocks)[:, :count])
     for ours, other in zip(found, theirs, strict=True):
-        np.testing.assert_allclose(ours, other.reshape(ours.shape), atol=ROUNDING)
+        np.testing.assert_allclose(ours, other, atol=ROUNDING)
     np.testing.assert_allclose(state.legs[:, count:], np.tile(kernel.static, (8, 1)), atol=GOAL)
     assert np.all(state.assembles)
 
@@ -78,7 +78,7 @@ def test_rows_and_curvatures_are_those_of_differences(chain):
     position, direction = chain.tool(q)
     tool = (Position(position), Direction(direction))
     inner = (Orientation(R[:, face], module=module), Position(P[:, face], module=module))
-    goal, which, x = GoalSpace((*tool, *inner)), np.arange(2), q.reshape(2, -1)
+    goal, which, x = GoalSpace((*tool, *inner)), np.arange(2), q
     state = kernel.state(x)
     error, J = evaluate(chain, goal, state, which)
     np.testing.assert_allclose(error, 0.0, atol=ROUNDING)
@@ -100,7 +100,7 @@ def test_rows_and_curvatures_are_those_of_differences(chain):
 
 def test_objectives_have_the_slopes_of_differences(chain):
     q, kernel, box = sample_inputs(chain, 2, 4, 0.6), Kernel(chain), make_box(chain, 0.0)
-    x, move = q.reshape(2, -1), np.random.default_rng(5).standard_normal((2, chain.layout.inputs))
+    x, move = q, np.random.default_rng(5).standard_normal((2, chain.layout.inputs))
     lengths = chain.lengths(chain.straight)
     plane = goal_plane(chain, [3.0, 2.0, 1.0])
     parts = (StrokeBarrier(), MidStroke(), LengthVariation(), Nearness(lengths), plane)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.errors import ReachError
 from vgtsim.geometry import segment_distance
 from vgtsim.kinematics.bending import bend_all, swing
@@ -116,10 +116,10 @@ def test_no_posture_comes_nearer_than_the_nearest(hanging_arm, posture):
     problem = tool_problem(hanging_arm, *goal)
     q, left = come_nearest(problem, bring_starts_inside(problem, make_seeds(hanging_arm, posture, np.array(goal[0]))))
     best = np.argmin(np.linalg.norm(left, axis=1))
-    box, start = problem.box, hanging_arm.lengths(q[best]).ravel()
+    box, start = problem.box, hanging_arm.lengths(q[best])
 
     def rows(lengths):
-        state = problem.kernel.state(hanging_arm.inputs_from_lengths(lengths.reshape(-1, 3), start=q[best])[None])
+        state = problem.kernel.state(hanging_arm.inputs_from_lengths(lengths, start=q[best])[None])
         error, J = evaluate(hanging_arm, problem.goal, state, np.zeros(1, int))
         return error[0], np.linalg.solve(problem.kernel.dense(state.blocks)[0].T, J[0].T).T
 
@@ -127,7 +127,7 @@ def test_no_posture_comes_nearer_than_the_nearest(hanging_arm, posture):
         lambda lengths: rows(lengths)[0],
         start,
         lambda lengths: rows(lengths)[1],
-        (box.least.ravel(), box.greatest.ravel()),
+        (box.least, box.greatest),
     )
     assert np.linalg.norm(left[best]) > 0.01
     assert np.linalg.norm(left[best]) <= 1.02 * np.linalg.norm(other.fun)  # the barrier keeps millimetres
@@ -161,18 +161,18 @@ def test_planar_goal_has_a_planar_solution(hanging_arm, posture):
     goal = (9 * outward + [0, 0, 3.0], outward)
     objective = WeightedSum(((1000.0, goal_plane(hanging_arm, goal[0])), (1.0, StrokeBarrier())))
     found = ask(hanging_arm, "plane", *goal, posture, objective=objective)
-    nodes_across = found.q[:, 0] * np.sin(-angle) - found.q[:, 1] * np.cos(-angle)
+    nodes_across = found.q[::3] * np.sin(-angle) - found.q[1::3] * np.cos(-angle)
     assert np.max(np.abs(nodes_across)) < 0.02  # a sideways bend of 2 degrees
 
 
 def test_coupled_solution_is_coupled(hanging_arm, posture):
     reduction = couple(hanging_arm.straight, ((0, 1), (4, 3)))
-    z = reduction.variables(bend_all(hanging_arm, np.radians([30.0, 30.0, 10.0, 5.0, 5.0]), 0.4).ravel())
-    position, direction = hanging_arm.tool(reduction.inputs(z).reshape(-1, 3))
+    z = reduction.variables(bend_all(hanging_arm, np.radians([30.0, 30.0, 10.0, 5.0, 5.0]), 0.4))
+    position, direction = hanging_arm.tool(reduction.inputs(z))
     problem = replace(tool_problem(hanging_arm, position, direction), reduction=reduction)
     found = solve_goal("coupled", problem, Method.COUPLED, posture, None, SETTINGS)
-    np.testing.assert_allclose(found.q[0], found.q[1], atol=ROUNDING)
-    np.testing.assert_allclose(found.q[4], found.q[3], atol=ROUNDING)
+    np.testing.assert_allclose(found.q[:3], found.q[3:6], atol=ROUNDING)
+    np.testing.assert_allclose(found.q[12:], found.q[9:12], atol=ROUNDING)
     assert np.linalg.norm(hanging_arm.tool(found.q)[0] - position) <= GOAL * np.sqrt(3)
 
 
@@ -199,10 +199,10 @@ def test_plane_and_hinges_have_the_slopes_and_curvatures_of_differences(hanging_
     for objective in (goal_plane(hanging_arm, [4.0, -8.0, 1.0]), hinges, WeightedSum(((2.0, hinges),))):
         ahead, here, behind = (objective.terms(at(q + sign * BEND_STEP * move)) for sign in (1, 0, -1))
         rise = (ahead.value - behind.value)[0] / (2 * BEND_STEP)
-        assert here.slope[0] @ move.ravel() == pytest.approx(rise, rel=1e-4)
+        assert here.slope[0] @ move == pytest.approx(rise, rel=1e-4)
         curve = here.dense[0] + hinge_curvature(objective, at(q))
         bend = (ahead.value - 2 * here.value + behind.value)[0] / BEND_STEP**2
-        assert np.squeeze(move.ravel() @ np.squeeze(curve) @ move.ravel()) == pytest.approx(bend, rel=1e-3)
+        assert np.squeeze(move @ np.squeeze(curve) @ move) == pytest.approx(bend, rel=1e-3)
     left_out = hinge_curvature(hinges, at(q))[0]
     assert np.abs(left_out).max() > 0.1 * np.abs(hinges.terms(at(q)).dense).max()  # it matters
 
@@ -230,10 +230,10 @@ def test_swing_turns_the_tool_about_the_mast(hanging_arm):
 def test_bring_inside_moves_only_modules_that_are_outside(hanging_arm):
     box = make_box(hanging_arm, 0.005)
     q = np.array(hanging_arm.straight)
-    q[2, 0] = 0.6
+    q[6] = 0.6
     moved = bring_inside(hanging_arm, box, q)
     assert np.all(box.spare(hanging_arm.lengths(moved)) > 0)
-    np.testing.assert_array_equal(np.delete(moved, 2, axis=0), np.delete(q, 2, axis=0))
+    np.testing.assert_array_equal(np.delete(moved, [6, 7, 8]), np.delete(q, [6, 7, 8]))
 
 
 def test_rows_and_clearance_agree(hanging_arm, tank_around):
@@ -256,7 +256,7 @@ def test_row_gradients_are_those_of_central_differences(hanging_arm, tank_around
     assert len(rows.gap) > 20
     assert len(rows.gap) == len(ahead.gap) == len(behind.gap)
     rise = (ahead.gap - behind.gap) / (2 * STEP)
-    np.testing.assert_allclose(rows.gradient @ move.ravel(), rise, rtol=1e-4, atol=1e-4)
+    np.testing.assert_allclose(rows.gradient @ move[0], rise, rtol=1e-4, atol=1e-4)
 
 
 def test_modules_two_apart_stay_apart_over_the_strokes(hanging_arm, tank_around):

@@ -76,7 +76,7 @@ def test_dynamic_programming_is_the_best_of_all_choices(hanging_arm, problem):
     """Against all 81 paths through three candidates at four goals."""
     rng = np.random.default_rng(3)
     low, high = problem.box.least, problem.box.greatest
-    layers = hanging_arm.inputs_from_lengths(low + (0.4 + 0.2 * rng.random((4, 3, 5, 3))) * (high - low))
+    layers = hanging_arm.inputs_from_lengths(low + (0.4 + 0.2 * rng.random((4, 3, 15))) * (high - low))
     best = resolve_globally(problem, layers, 1.0)
     costs = []
     for choice in np.ndindex(3, 3, 3, 3):

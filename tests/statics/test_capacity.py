@@ -19,7 +19,7 @@ OMEGA, GRAVITY = 1.67, 9.80665
 def nodes(hanging_arm):
     rng = np.random.default_rng(41)
     q = np.repeat(hanging_arm.straight[None], 12, axis=0)
-    q[..., :2] += 0.25 * rng.uniform(-1, 1, (*q.shape[:2], 2))
+    q.reshape(12, 5, 3)[..., :2] += 0.25 * rng.uniform(-1, 1, (12, 5, 2))
     return hanging_arm.nodes(q)
 
 
@@ -73,7 +73,7 @@ def test_posture_of_a_cell_is_in_it_and_carries_what_the_map_says(hanging_arm):
     for q, mass in zip(found.q[::5], found.payload[::5], strict=True):
         assert greatest_use(hanging_arm, hanging_arm.nodes(q), mass)[0] == pytest.approx(1.0, rel=BOUNDARY)
     bent = np.array(found.q)
-    bent[..., 0], bent[..., 1] = (np.sin(found.bends / 2) * f(found.azimuths) for f in (np.cos, np.sin))
+    bent[:, ::3], bent[:, 1::3] = (np.sin(found.bends / 2) * f(found.azimuths) for f in (np.cos, np.sin))
     assert bent == pytest.approx(found.q, abs=1e-12)
 
 

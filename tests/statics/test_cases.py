@@ -30,7 +30,7 @@ def model(hanging_arm):
 @pytest.fixture(scope="module")
 def nodes(hanging_arm):
     q = np.array(hanging_arm.straight)
-    q[:3, 0], q[3, 1] = 0.25, -0.1
+    q[:9:3], q[10] = 0.25, -0.1
     return hanging_arm.nodes(q)
 
 

@@ -39,16 +39,18 @@ def model(chain, payload):
 
 @pytest.fixture(scope="module")
 def bent(chain):
-    """Seven seeded poses, shape (7, A, 3)."""
+    """Seven seeded poses, shape (7, n)."""
     rng = np.random.default_rng(20)
-    return chain.straight + np.array([0.25, 0.25, 0.02]) * rng.uniform(-1, 1, (7, *chain.straight.shape))
+    return chain.straight + np.resize([0.25, 0.25, 0.02], chain.straight.size) * rng.uniform(
+        -1, 1, (7, *chain.straight.shape)
+    )
 
 
 @pytest.fixture(scope="module")
 def path(chain):
     """A smooth motion of all modules at once, fast enough for inertia to count."""
     rng = np.random.default_rng(21)
-    amplitude = np.array([0.12, 0.12, 0.02]) * rng.uniform(0.5, 1, chain.straight.shape)
+    amplitude = np.resize([0.12, 0.12, 0.02], chain.straight.size) * rng.uniform(0.5, 1, chain.straight.shape)
     phase = rng.uniform(0, 2 * np.pi, chain.straight.shape)
     return lambda time: chain.straight + amplitude * np.sin(1.5 * time + phase)
 
@@ -92,7 +94,7 @@ def test_hanging_straight_arm_is_the_hand_calculation(chain):
     weightless = Chain(arm.model_copy(update={"materials": light}), chain.mount)
     model = make_load_model(weightless, Payload(mass=100.0, radius=0.1), GRAVITY)
     forces = solve_members(model, weightless.nodes(weightless.straight))
-    weight, half = 100.0 * GRAVITY, weightless.straight[0, 2]
+    weight, half = 100.0 * GRAVITY, weightless.straight[2]
     for module in arm.active:
         lean = np.sqrt(module.longeron**2 - arm.face_side**2 / 4 - half**2)
         for member, bar in zip(model.truss.members, forces.bar, strict=True):
@@ -148,7 +150,7 @@ def test_drive_forces_at_rest_are_the_gradient_of_potential_energy(chain, model,
     _, masses, weighty = cloud.points(bent[0])
     held = (masses * weighty)[:, None] * np.array([0, 0, GRAVITY])
     bar = solve_members(model, chain.nodes(bent[0])).bar[model.truss.actuated]
-    expected = virtual_forces(chain, cloud, bent[0], held).ravel()
+    expected = virtual_forces(chain, cloud, bent[0], held)
     assert np.abs(bar - expected).max() < DIFFERENCES * np.abs(bar).max()
 
 
@@ -157,7 +159,7 @@ def test_drive_forces_in_motion_do_the_work_of_inertia(chain, model, payload, pa
     nodes, motion = moving(chain, path, 0.7)
     bar = solve_members(model, nodes, motion).bar[model.truss.actuated]
     still = solve_members(model, nodes).bar[model.truss.actuated]
-    expected = virtual_forces(chain, cloud, path(0.7), cloud.loads(path, 0.7, GRAVITY)).ravel()
+    expected = virtual_forces(chain, cloud, path(0.7), cloud.loads(path, 0.7, GRAVITY))
     assert np.abs(bar - still).max() > 1e-2 * np.abs(bar).max()
     assert np.abs(bar - expected).max() < DIFFERENCES * np.abs(bar).max()
 

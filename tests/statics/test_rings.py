@@ -297,7 +297,9 @@ def test_drive_forces_of_an_offset_arm_do_the_work_of_weight_and_inertia(double,
     phase = np.random.default_rng(43).uniform(0, 6, double.straight.shape)
 
     def path(time):
-        return double.straight + np.array([0.12, 0.1, 0.02]) * np.sin(1.5 * time * moving + phase)
+        return double.straight + np.resize([0.12, 0.1, 0.02], double.straight.size) * np.sin(
+            1.5 * time * moving + phase
+        )
 
     times = 0.7 + 0.005 * np.arange(-2, 3)
     nodes = np.stack([double.nodes(path(t)) for t in times])

@@ -31,7 +31,7 @@ GRAVITY, OMEGA, TARGET = 9.80665, 1.67, 0.9
 def poses(hanging_arm):
     rng = np.random.default_rng(51)
     q = np.repeat(hanging_arm.straight[None], 60, axis=0)
-    q[..., :2] += 0.2 * rng.uniform(-1, 1, (*q.shape[:2], 2))
+    q.reshape(60, 5, 3)[..., :2] += 0.2 * rng.uniform(-1, 1, (60, 5, 2))
     return hanging_arm.nodes(q)
 
 

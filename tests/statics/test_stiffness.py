@@ -30,8 +30,8 @@ def poses(hanging_arm):
     """Straight, bent to the horizontal, and five at random: nodes, shape (7, N, 3)."""
     rng = np.random.default_rng(31)
     q = np.repeat(hanging_arm.straight[None], 7, axis=0)
-    q[1, :3, 0] = np.sin(np.pi / 12)
-    q[2:] += np.array([0.2, 0.2, 0.02]) * rng.uniform(-1, 1, q[2:].shape)
+    q[1, :9:3] = np.sin(np.pi / 12)
+    q[2:] += np.tile([0.2, 0.2, 0.02], 5) * rng.uniform(-1, 1, q[2:].shape)
     return hanging_arm.nodes(q)
 
 

@@ -1,4 +1,4 @@
-"""Standard tubes and cylinders to choose from, and an arm's file written anew with the chosen ones."""
+"""Standard tubes and cylinders to choose from, and the writer of an arm's file with the chosen ones."""
 
 from __future__ import annotations
 
@@ -21,35 +21,20 @@ from vgtsim.units import Length, Pressure
 
 INCH = 0.0254
 PSI = 6894.757293168361
-_KEPT = ("retracted", "stroke", "rate", "bulk_modulus", "leakage")  # of a cylinder: the arm's, whatever its bore
+_KEPT = ("retracted", "stroke", "rate", "bulk_modulus", "leakage")  # figures of a cylinder that its bore leaves alone
 _TUBE = ("outer_diameter", "wall", "pin")
 _CYLINDER = ("bore", "rod", "barrel_wall", "head", "eye", "pin")
 
 
 class TubeSize(Description):
-    """A stock size of round tube.
-
-    Attributes:
-        outer_diameter: m.
-        wall: m.
-    """
+    """A stock size of round tube, m."""
 
     outer_diameter: Length = Field(gt=0)
     wall: Length = Field(gt=0)
 
 
 class CylinderSize(Description):
-    """A stock size of cylinder; length and stroke are the arm's.
-
-    Attributes:
-        bore: m.
-        rod: m.
-        barrel_wall: m.
-        head: Total thickness of steel in heads and piston, m.
-        eye: Distance from a pin to barrel or full rod, m.
-        pressure: Rated, Pa.
-        pin: Diameter of the pins at its ends, m; absent for the arm's own.
-    """
+    """A stock size of cylinder, m and Pa, with the meanings of `Cylinder`. Length and stroke are those of the arm."""
 
     bore: Length = Field(gt=0)
     rod: Length = Field(gt=0)
@@ -61,18 +46,16 @@ class CylinderSize(Description):
 
 
 class Catalogue(Description):
-    """What sections and bores may be chosen from.
+    """Tubes and cylinders to choose from, in any order.
 
     Attributes:
-        tube_standard: Where the tube sizes come from.
-        cylinder_standard: Where bores, rods and pressure come from.
-        cylinder_parts: What stands behind walls, heads, eyes and pins.
-        material_standard: Where the mechanical properties come from.
+        tube_standard: Source of the tube sizes.
+        cylinder_standard: Source of bores, rods and pressures.
+        cylinder_parts: Reason for walls, heads, eyes and pins.
+        material_standard: Source of the mechanical properties.
         materials: By name.
-        tube_material: Of every tube.
-        cylinder_material: Of every cylinder's barrel, rod and pins.
-        tubes: In any order.
-        cylinders: In any order.
+        tube_material: Material of every tube.
+        cylinder_material: Material of the barrel, rod and pins of every cylinder.
     """
 
     tube_standard: str
@@ -93,18 +76,12 @@ class Catalogue(Description):
         return self
 
     def material_of(self, field: str) -> Material:
-        """Material of what a module's field takes: of a cylinder or of a tube."""
+        """Material of the cylinder or tube that a module's field names."""
         return self.materials[self.cylinder_material if field == "cylinder" else self.tube_material]
 
 
 def load_catalogue(path: str | Path | None = None) -> Catalogue:
-    """Read a catalogue.
-
-    Args:
-        path: TOML file; absent for the one that comes with the package.
-
-    Returns:
-        The catalogue.
+    """Read a catalogue from a TOML file, by default from the one in the package.
 
     Raises:
         DescriptionError: The file is missing, is not TOML, or holds no catalogue.
@@ -114,16 +91,14 @@ def load_catalogue(path: str | Path | None = None) -> Catalogue:
 
 
 def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Catalogue, reason: str) -> None:
-    """Write an arm's file again with other tubes and cylinders; everything else, labels included, is kept.
-
-    Of the comments those before the first line are kept.
+    """Write an arm's file with other tubes and cylinders; all other entries and labels stay, and the comments at its top.
 
     Args:
-        source: The arm's file.
+        source: File of the arm before sizing.
         target: File to write, whole or not at all; may be the source.
         arm: The sized arm.
-        catalogue: What its sections were chosen from.
-        reason: What stands behind a choice.
+        catalogue: Source of the sections.
+        reason: Note beside each choice.
 
     Raises:
         OSError: The file cannot be written.
@@ -163,7 +138,7 @@ def _material(material: Material, catalogue: Catalogue) -> dict[str, dict[str, A
 
 
 def _section(section: Tube | Cylinder, keys: tuple[str, ...], note: str) -> dict[str, Any]:
-    """Sizes in inches, as stocked, and the material's name."""
+    """Make the entries of a section: its sizes in inches, as in the standards, and its material."""
     sizes = {key: getattr(section, key) for key in keys}
     return {key: _sized(value, note) for key, value in sizes.items() if value is not None} | {
         "material": section.material
@@ -175,7 +150,7 @@ def _sized(value: float, note: str) -> dict[str, str]:
 
 
 def _toml_lines(data: Mapping[str, Any], prefix: str = "") -> list[str]:
-    """Plain values first, then tables, then lists of tables."""
+    """Lines of a table: plain values must stand before tables and lists of tables."""
     plain = {key: value for key, value in data.items() if not _is_table(value) and not _is_list(value)}
     lines = [f"{key} = {_toml_value(value)}" for key, value in plain.items()]
     for key, value in data.items():

@@ -1,4 +1,4 @@
-"""What becomes of a run: the limits it is judged by, and how it is filmed."""
+"""The limits of a run, and its film."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ CameraName = Literal["overview", "cutaway", "riser", "tool"]
 
 
 class Limits(Description):
-    """What the run is judged by; each is named after its check.
+    """Limits of the checks; each is named after its check.
 
     Attributes:
         closure: Greatest gap between a member's end and its hub, m.
         kinematics_agreement: Greatest distance of a node from forward kinematics, m.
-        tracking_position: Tool from a settled goal, m.
-        tracking_angle: Tool direction from a settled goal, rad.
+        tracking_position: Distance of the tool from a settled goal, m.
+        tracking_angle: Angle of the tool direction from a settled goal, rad.
         end_moment: Moment at a member's end, N·m.
-        excess_shear: Shear beyond the member's own weight and inertia, N.
+        excess_shear: Shear beyond that of the member's weight and inertia, N.
         lumped_shear: Shear of a member whose mass sits in its hubs, N.
-        axial_force_settled: Error over the largest force, at rest.
+        axial_force_settled: Error of the axial forces over the largest one, at rest.
         axial_force_moving: The same in motion.
         member_utilisation: Demand over capacity.
         actuator_force: Demand over capacity.
@@ -31,8 +31,8 @@ class Limits(Description):
         clearance: Least distance to anything, m.
         contacts: Number of logged contacts.
         safety_factor: On member strength, AISC 360 Omega.
-        chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above the tank's, Pa.
-        saturation: Part of the records in which a cylinder may be at its force, pressure, flow or stroke limit.
+        chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above that of the oil tank, Pa.
+        saturation: Part of the records in which a cylinder may be at a limit of force, pressure, flow or stroke.
     """
 
     closure: Length = Field(gt=0)
@@ -55,27 +55,14 @@ class Limits(Description):
 
 
 class Cut(Description):
-    """One shot of the video.
-
-    Attributes:
-        camera: Name of a camera of the model.
-        until: Simulated time at which the shot ends, s; absent for the last one.
-    """
+    """One shot of the video; it ends at the simulated time `until`, s. The last shot has none."""
 
     camera: CameraName
     until: Time | None = None
 
 
 class Video(Description):
-    """How the run is filmed.
-
-    Attributes:
-        width: Pixels.
-        height: Pixels.
-        fps: Frames a second of film.
-        speed: Simulated seconds in a second of film.
-        cuts: Shots in order.
-    """
+    """The film: size in pixels, frames a second, simulated seconds in a second of film, and the shots in order."""
 
     width: int = Field(default=1280, ge=160, le=3840)
     height: int = Field(default=720, ge=120, le=2160)

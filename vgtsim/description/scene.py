@@ -1,4 +1,4 @@
-"""A scene: an arm on a mast in a tank, its load, its task, and the limits it is judged by."""
+"""A scene: an arm on a mast in a tank, its load, its task and its limits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.resolution import Method, ObjectiveName, choose_coupling
+from vgtsim.description.redundancy import Method, ObjectiveName, choose_coupling
 from vgtsim.description.schema import Description, Name, Provenance
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
@@ -33,14 +33,14 @@ Vector = tuple[Length, Length, Length]
 
 
 class Mast(Description):
-    """The pipe that carries the arm down through the riser.
+    """The pipe that carries the arm through the riser.
 
     Attributes:
         pivot_depth: Depth of the arm's base face below the dome's crown, m.
         outer_diameter: m.
         wall: m.
-        density: Of its material, kg/m³.
-        riser_spare: Least distance that the stowed arm leaves of the riser's bore all round, m; absent for 1.5 in.
+        density: kg/m³.
+        riser_spare: Least gap between the stowed arm and the riser's bore, m; absent for 1.5 in.
     """
 
     pivot_depth: Length = Field(gt=0)
@@ -57,11 +57,11 @@ class Mast(Description):
 
 
 class Payload(Description):
-    """What hangs at the tool point: a ball about it.
+    """The load at the tool point, a ball about it.
 
     Attributes:
         mass: kg.
-        radius: Of its envelope, m.
+        radius: m.
     """
 
     mass: Mass = Field(ge=0)
@@ -74,7 +74,7 @@ class Goal(Description):
     Attributes:
         name: Unique in the scene.
         position: Tool point in frame G, m.
-        direction: Outward normal of the tip plate in frame G; normalised on reading.
+        direction: Outward unit normal of the tip plate in frame G; normalised on reading.
     """
 
     name: Name
@@ -92,14 +92,14 @@ class Goal(Description):
 
 
 class Bend(Description):
-    """Shape of one active module: bent symmetrically, the plane midway between its end faces inclined by half the angle.
+    """Shape of one active module: a symmetric bend, whose mid-plane is inclined by half the angle.
 
     Attributes:
-        angle: Angle between its end faces, rad; of a hinge, what it opens beyond its straight pose.
-        azimuth: Direction it bends to, from the x axis of the arm's base frame while the arm is straight, rad; a hinge has
-            none.
-        extension: 2d of equation 3.54 of a double octahedron, distance between the centroids of an octahedron's faces,
-            m; absent for the module's straight extension.
+        angle: Angle between the end faces, rad. A hinge opens by this angle beyond its straight pose.
+        azimuth: Direction of the bend, from the x axis of the arm's base frame while the arm is straight, rad. A hinge
+            has none.
+        extension: Double octahedron: 2d of equation 3.54, m. Octahedron: distance between the centroids of its faces,
+            m. Absent for the straight extension.
     """
 
     angle: Angle = 0.0
@@ -108,20 +108,20 @@ class Bend(Description):
 
 
 class Motion(Description):
-    """How the tour is driven.
+    """The tour and how it is driven.
 
     Attributes:
         start: Shape of each active module at the start, from the mast to the tool.
         method: How redundancy is resolved at the goals.
-        objective: What is made least there, by names with a weight or without: `NAME` or `NAME:WEIGHT`.
-        coupling: Modules that follow others, [follower, leader] each, with the coupled method; absent for the two
+        objective: Terms of the objective at the goals, each `NAME` or `NAME:WEIGHT`.
+        coupling: Names (follower, leader) of coupled modules, for the coupled method. Absent for the two modules
             nearest the mast and the two nearest the tool.
         rate_fraction: Part of the cylinders' rated speed that the plan may use.
         acceleration: Greatest acceleration of a cylinder, m/s².
         stroke_margin: Distance that the plan keeps from the ends of the strokes, m.
         clearance: Distance that the plan keeps from tank, riser, obstacles and the arm itself, m.
         settle_speed: A hold is settled when no node is faster than this, m/s.
-        hold: Time a settled goal is held, s.
+        hold: Time for which a settled goal is held, s.
         patience: Longest wait for settling, s.
         goals: The tour.
     """
@@ -163,15 +163,16 @@ class Simulation(Description):
         log_rate: Records a second.
         gravity: Downward, m/s².
         weight_scale: Factor on the inverse weights that regularise the constraints.
-        drive: What holds the cylinder lengths: `rigid`, `servo`, or `hydraulic` (valve and oil, elastic members only).
-        servo_stiffness: Stiffness of the position servos, N/m.
-        servo_damping: Damping of the position servos, N·s/m.
-        members: Whether members keep their lengths (`rigid`) or are springs along their axes (`elastic`); under the
-            `rigid` drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
-        member_mass: Whether a member's mass is spread along it (`distributed`) or sits in its two hubs (`lumped`), which
-            leaves it a massless bar.
-        damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture; proportional to
-            stiffness, so faster modes are damped more. 0 for as little as the step can hold.
+        drive: The cylinder lengths are imposed (`rigid`), held by a spring and damper (`servo`), or moved by valve and
+            oil (`hydraulic`, elastic members only).
+        servo_stiffness: N/m.
+        servo_damping: N·s/m.
+        members: `rigid` members keep their lengths; `elastic` ones are springs along their axes. Under the `rigid`
+            drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
+        member_mass: The mass of a member is spread along it (`distributed`), or sits in its two hubs (`lumped`) and
+            leaves a massless bar.
+        damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture. It is proportional
+            to stiffness, so faster modes are damped more. 0 for the least that the step can hold.
         valve_gain: Speed of a hydraulic cylinder per length error, 1/s.
         lock_band: Length error below which a cylinder at rest is locked, m.
     """
@@ -209,18 +210,18 @@ class Simulation(Description):
 
 
 class LoadCase(Description):
-    """A combination of static loads that the arm must stand anywhere along its run.
+    """A combination of static loads that the arm must carry in every pose of its run.
 
     Attributes:
         name: Unique in the scene.
-        dead: Factor on the arm's own weight.
+        dead: Factor on the arm's weight.
         payload: Factor on the payload's weight.
         dynamic: Factor on all weight, for jerks and sudden stops.
-        seismic: Static coefficients along x, y and z of frame G: parts of gravity that act on all masses besides.
-        shaking: The same along any horizontal direction, for each member the worst.
+        seismic: Accelerations of all masses along x, y and z of frame G, parts of gravity.
+        shaking: Horizontal acceleration of all masses, part of gravity; each member takes its worst direction.
         force: On the tool in frame G, N.
         moment: On the tool in frame G, N·m.
-        reaction: Force on the tool in any direction, for each member the worst, N.
+        reaction: Force on the tool, N; each member takes its worst direction.
     """
 
     name: Name
@@ -235,21 +236,9 @@ class LoadCase(Description):
 
 
 class SceneFile(Description):
-    """A scene as written.
+    """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
 
-    Attributes:
-        name: Short name.
-        title: One line for people.
-        manipulator: Path of the arm's file, relative to the scene's.
-        tank: Path of the tank's file, relative to the scene's.
-        mast: What carries the arm.
-        payload: What the arm carries.
-        motion: The task.
-        simulation: Settings of the step loop.
-        limits: What the run is judged by.
-        loads: Load cases beside the run itself.
-        video: How the run is filmed.
-        provenance: Where the figures come from, by key path.
+    `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run.
     """
 
     name: Name
@@ -275,14 +264,7 @@ class SceneFile(Description):
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene with the arm and tank it names.
-
-    Attributes:
-        task: The scene file.
-        manipulator: The arm.
-        tank: The tank.
-        file: Where the scene was read from.
-    """
+    """A scene's file with the arm and the tank that it names."""
 
     task: SceneFile
     manipulator: Manipulator
@@ -290,10 +272,10 @@ class Scene:
     file: Path
 
     def __post_init__(self) -> None:
-        """Check what only the three files together can tell.
+        """Check that the three files fit together.
 
         Raises:
-            DescriptionError: The pivot is outside the tank, or the start does not fit the arm.
+            DescriptionError: The pivot is outside the tank, the mast is too thick, or the start does not fit the arm.
         """
         if not 0 < self.pivot_height < self.tank.shell.crown:
             raise self.error(
@@ -322,7 +304,7 @@ class Scene:
         return self.tank.shell.crown - self.task.mast.pivot_depth
 
     def coupled_modules(self) -> tuple[tuple[int, int], ...]:
-        """For each pair of coupled modules the one that follows and the one it follows, counted from the mast.
+        """Indices (follower, leader) of each pair of coupled modules among the active ones, from the mast.
 
         Raises:
             DescriptionError: The arm cannot be coupled so.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Annotated, Any
 
@@ -12,7 +12,7 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 
 
 class Description(BaseModel):
-    """A frozen record read from TOML; a key it does not know is an error that names the nearest one it does."""
+    """A frozen record read from TOML. An unknown key is an error that gives the nearest known key."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -26,16 +26,8 @@ class Description(BaseModel):
         return data
 
 
-def closest(name: str, allowed: Any) -> str:
-    """Say which names are allowed, the nearest one first.
-
-    Args:
-        name: The name that was found.
-        allowed: Iterable of the names that may stand there.
-
-    Returns:
-        Text to append to an error message.
-    """
+def closest(name: str, allowed: Iterable[object]) -> str:
+    """Make the end of an error message that gives the nearest allowed name, then all allowed names."""
     names = [str(item) for item in allowed]
     near = get_close_matches(name, names, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
@@ -43,12 +35,12 @@ def closest(name: str, allowed: Any) -> str:
 
 
 class Provenance(Description):
-    """Where a figure comes from.
+    """The source of a figure.
 
     Attributes:
         label: `sourced`, `derived` or `assumed`.
         note: The source, the derivation or the reason.
-        range: For assumed figures, the least and greatest value that would be believed; a figure outside is refused.
+        range: Least and greatest believable value of an assumed figure; a figure outside is refused.
     """
 
     label: Annotated[str, Field(pattern="^(sourced|derived|assumed)$")]

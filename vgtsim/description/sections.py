@@ -1,4 +1,4 @@
-"""Materials, tubes and cylinders: the catalogue data that members are made of."""
+"""Materials, tubes, joint blocks and cylinders of the members."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Tube(Description):
         outer_diameter: m.
         wall: Wall thickness, m.
         material: Name of its material.
-        pin: Diameter of the pins at its ends, in double shear, m; absent where the joint is rated elsewhere.
+        pin: Diameter of the pins at its ends, in double shear, m; absent if the joint is not rated here.
     """
 
     outer_diameter: Length = Field(gt=0)
@@ -62,21 +62,21 @@ class Tube(Description):
 
 
 class Block(Description):
-    """The joint block of a mid-plane node with a joint offset: a round post with a joint ball at either end.
+    """The joint block of a mid-plane node with a joint offset: a round post with a joint ball at each end.
 
-    Lower longerons end at the ball of its foot, upper ones at that of its head; the actuators are pinned to the middle
-    of the post and turn about its axis.
+    Lower longerons end at the ball of its foot, upper longerons at the ball of its head. The actuators are pinned to the
+    middle of the post and turn about its axis.
 
     Attributes:
         diameter: Of the post, m.
         material: Name of its material.
-        pin_damping: Torque over speed of a pin that turns on the post, N·m·s/rad: a greased bush. Nothing else holds
-            the block from turning about its own axis, and nothing loads it there.
+        pin_damping: Torque over speed of a pin that turns on the post, N·m·s/rad. It is all that resists a turn of the
+            block about its axis; no load acts there.
     """
 
     diameter: Length = Field(gt=0)
     material: Name
-    pin_damping: float = Field(default=0.05, gt=0)
+    pin_damping: float = Field(default=0.05, gt=0)  # a greased bush
 
 
 class Cylinder(Description):
@@ -86,16 +86,16 @@ class Cylinder(Description):
         bore: Piston diameter, m.
         rod: Rod diameter, m.
         barrel_wall: Wall thickness of the barrel, m.
-        head: Total thickness of steel in the two heads and the piston, m, at bore diameter.
-        eye: Distance from a pin to the barrel or to the full rod, m; a slim rod eye.
+        head: Total thickness of steel at bore diameter in the two heads and the piston, m.
+        eye: Distance from a pin to the barrel or to the full rod, m.
         retracted: Least length from pin to pin, m.
         stroke: m.
         pressure: Supply pressure, Pa.
         rate: Greatest speed of the rod, m/s.
-        bulk_modulus: Of the oil, Pa; 1.4 GPa is the low end of makers' data for mineral oil free of air.
+        bulk_modulus: Of the oil, Pa.
         leakage: Flow of oil across the piston per pressure while the lock valve is open, m³/(s·Pa).
         material: Name of its material.
-        pin: Diameter of the pins at its ends, in double shear, m; absent where the joint is rated elsewhere.
+        pin: Diameter of the pins at its ends, in double shear, m; absent if the joint is not rated here.
     """
 
     bore: Length = Field(gt=0)
@@ -107,7 +107,7 @@ class Cylinder(Description):
     stroke: Length = Field(gt=0)
     pressure: Pressure = Field(gt=0)
     rate: Speed = Field(gt=0)
-    bulk_modulus: Pressure = Field(default=1.4e9, gt=0)
+    bulk_modulus: Pressure = Field(default=1.4e9, gt=0)  # low end of makers' data for mineral oil without air
     leakage: float = Field(default=0.0, ge=0)
     material: Name
     pin: Length | None = Field(default=None, gt=0)
@@ -117,7 +117,7 @@ class Cylinder(Description):
         if self.rod >= self.bore:
             raise ValueError(f"rod of {self.rod:.4g} m thinner than the bore {self.bore:.4g} m")
         needed = self.stroke + self.head + 2 * self.eye
-        if self.retracted < needed - 1e-9:
+        if self.retracted < needed - 1e-9:  # m, rounding of inches
             raise ValueError(
                 f"retracted length {self.retracted:.4g} m at least stroke, heads with piston, and two eyes: {needed:.4g} m"
             )
@@ -130,7 +130,7 @@ class Cylinder(Description):
 
     @property
     def dead_length(self) -> float:
-        """Length that is neither stroke nor barrel for it: retracted - stroke, m."""
+        """Retracted length less the stroke, m: heads, piston and eyes."""
         return self.retracted - self.stroke
 
     @property
@@ -140,16 +140,17 @@ class Cylinder(Description):
 
     @property
     def barrel_length(self) -> float:
-        """From the base pin to the mouth of the barrel, m: all of the retracted length but the rod's eye."""
+        """Distance from the base pin to the mouth of the barrel, m: the retracted length less the rod's eye."""
         return self.retracted - self.eye
 
     @property
     def rod_length(self) -> float:
-        """From the rod pin to the piston, m: it still sits in the barrel at full extension."""
+        """Distance from the rod pin to the piston, m: the piston stays in the barrel at full extension."""
         return self.stroke + self.dead_length / 2
 
     def barrel_mass(self, density: float) -> float:
         """Mass of barrel and heads, kg, for a density in kg/m³."""
+        # the two heads take two thirds of the steel in `head`, the piston one third
         shell = pi / 4 * (self.barrel_diameter**2 - self.bore**2) * (self.barrel_length - self.eye)
         return density * (shell + pi / 4 * self.bore**2 * self.head * 2 / 3)
 

@@ -1,4 +1,4 @@
-"""An underground single-shell tank and what stands in it.
+"""An underground single-shell tank, its risers, equipment and waste.
 
 Tank frame G: origin on the tank axis at the lowest point of the floor, z up.
 """
@@ -16,14 +16,14 @@ class Shell(Description):
 
     Attributes:
         inner_diameter: m.
-        dish_depth: Height of the dish-to-knuckle tangent above the lowest point, m.
-        knuckle_radius: Radius of the arc from the dish to the wall, m.
-        wall_top: Height at which the wall ends and the dome springs, m.
+        dish_depth: Height at which the dished floor meets the knuckle, m.
+        knuckle_radius: Radius of the arc from the floor to the wall, m.
+        wall_top: Height at which the wall ends and the dome starts, m.
         haunch_radius: Radius of the arc from the wall to the dome cap, m.
         crown: Height of the dome's underside on the axis, m.
         dome_thickness: m.
         liner_thickness: m.
-        soil_cover: Depth of soil over the dome's crown, m.
+        soil_cover: Depth of soil over the crown, m.
     """
 
     inner_diameter: Length = Field(gt=0)
@@ -60,7 +60,7 @@ class Riser(Description):
         radius: Distance of its axis from the tank axis, m.
         azimuth: Angle of its axis from +x about +z, rad.
         above_grade: Height of its flange above the soil, m.
-        wall: Thickness of its pipe, m.
+        wall: Wall thickness of its pipe, m.
     """
 
     name: Name
@@ -92,13 +92,7 @@ class Equipment(Description):
 
 
 class Waste(Description):
-    """What is left in the tank, level.
-
-    Attributes:
-        kind: Sludge, saltcake, ...
-        level: Height of its surface above the lowest point of the floor, m.
-        density: kg/m³.
-    """
+    """The waste left in the tank (sludge, saltcake), with a level surface at that height, m, and its density, kg/m³."""
 
     kind: str
     level: Length = Field(ge=0)
@@ -106,17 +100,9 @@ class Waste(Description):
 
 
 class Tank(Description):
-    """A tank with its risers, equipment and waste.
+    """A tank; the arm enters through `arm_riser`, on the tank axis, and the equipment is in its way.
 
-    Attributes:
-        name: Short name.
-        title: One line for people.
-        shell: Liner and dome.
-        arm_riser: The riser the arm enters by, on the tank axis.
-        risers: The others.
-        equipment: Obstacles.
-        waste: What is left.
-        provenance: Where the figures come from, by key path.
+    `provenance` gives the sources of the figures by key path.
     """
 
     name: Name
@@ -143,11 +129,7 @@ class Tank(Description):
         for item in (*self.risers, *self.equipment):
             if item.radius >= inner:
                 raise ValueError(f"{item.name}: radius {item.radius:.4g} m inside the tank radius {inner:.4g} m")
-        taken = [item.name for item in (self.arm_riser, *self.risers, *self.equipment)] + [
-            "shell",
-            "riser",
-            "waste",
-        ]
+        taken = [item.name for item in (self.arm_riser, *self.risers, *self.equipment)] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):
             raise ValueError(f"names of risers and equipment must differ, and from shell, riser, waste: {taken}")
         for item in self.equipment:

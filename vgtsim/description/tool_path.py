@@ -1,4 +1,8 @@
-"""A path of the tool: lines, arcs, splines and rasters one after the other."""
+"""A path of the tool: lines, arcs, splines and rasters in sequence.
+
+Each piece starts at the end of the piece before it. The tool turns evenly to the `direction` at the end of a piece, and keeps
+its direction where none is given. Points and directions are in frame G.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from vgtsim.units import Acceleration, Angle, Length, Number, Speed
 
 
 def _not_zero(value: tuple[float, float, float]) -> tuple[float, float, float]:
-    if hypot(*value) < 1e-9:
+    if hypot(*value) < 1e-9:  # rounding of a figure such as "0 m", not a short vector
         raise ValueError("a vector that is not zero")
     return value
 
@@ -22,13 +26,7 @@ Heading = Annotated[tuple[Number, Number, Number], AfterValidator(_not_zero)]
 
 
 class LinePiece(Description):
-    """A straight line from where the last piece ended.
-
-    Attributes:
-        shape: `line`.
-        to: Its end in frame G, m.
-        direction: Of the tool at its end, turned to evenly on the way; absent to keep it.
-    """
+    """A straight line to the point `to`, m."""
 
     shape: Literal["line"]
     to: Vector
@@ -36,14 +34,12 @@ class LinePiece(Description):
 
 
 class ArcPiece(Description):
-    """A circular arc from where the last piece ended.
+    """A circular arc.
 
     Attributes:
-        shape: `arc`.
-        centre: A point of its axis in frame G, m.
-        axis: Direction of the axis.
-        angle: Turned about it, rad.
-        direction: Of the tool at its end, turned to evenly on the way; absent to keep it.
+        centre: A point of its axis, m.
+        axis: Direction of its axis.
+        angle: Turn about the axis, rad.
     """
 
     shape: Literal["arc"]
@@ -54,13 +50,7 @@ class ArcPiece(Description):
 
 
 class SplinePiece(Description):
-    """A cubic spline from where the last piece ended, through way-points.
-
-    Attributes:
-        shape: `spline`.
-        through: Way-points in frame G, m; it ends at the last.
-        direction: Of the tool at its end, turned to evenly on the way; absent to keep it.
-    """
+    """A cubic spline through way-points, m; it ends at the last one."""
 
     shape: Literal["spline"]
     through: tuple[Vector, ...] = Field(min_length=1)
@@ -68,12 +58,11 @@ class SplinePiece(Description):
 
 
 class RasterPiece(Description):
-    """Rows to and fro over a parallelogram, from where the last piece ended; the tool keeps its direction.
+    """Rows to and fro over a parallelogram; the tool keeps its direction.
 
     Attributes:
-        shape: `raster`.
-        width: Along the first row in frame G, m.
-        depth: Across all rows in frame G, m.
+        width: Vector along the first row, m.
+        depth: Vector across all rows, m.
         rows: Number of rows.
     """
 
@@ -88,17 +77,15 @@ SHAPES = ("line", "arc", "spline", "raster")
 
 
 class ToolPath(Description):
-    """A path as written.
+    """A path as written; the arm rests at the end of each piece.
 
     Attributes:
-        name: Short name.
-        start: Tool point at its beginning, in frame G, m.
-        direction: Outward normal of the tip plate there, in frame G.
-        tolerance: Greatest distance of the tool from the path between two goals, m; and of its direction, rad.
+        start: Tool point at the start, m.
+        direction: Outward normal of the tip plate at the start.
+        tolerance: Greatest distance of the tool from the path between two goals, m, and of its direction, rad.
         rate_fraction: Part of the cylinders' rated speed that may be used.
         acceleration: Greatest acceleration of a cylinder, m/s².
-        speed: Greatest speed of the tool point, m/s; absent for whatever the cylinders allow.
-        pieces: In order; the arm rests where one ends and the next begins.
+        speed: Greatest speed of the tool point, m/s; absent for the speed that the cylinders allow.
     """
 
     name: Name

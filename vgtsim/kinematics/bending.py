@@ -51,16 +51,15 @@ def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
 
     Args:
         chain: The arm.
-        q: Inputs, shape (..., *q).
+        q: Inputs, shape (..., n).
         angle: About Z of B_1, scalar or shape (...), rad.
 
     Returns:
-        Inputs, shape (..., *q).
+        Inputs, shape (..., n).
     """
     cos, sin = np.broadcast_arrays(np.cos(angle), np.sin(angle))
-    batch = q.shape[: q.ndim - len(chain.input_shape)]
-    shape = np.broadcast_shapes(batch, cos.shape)
-    x = np.broadcast_to(q.reshape(*batch, -1), (*shape, chain.layout.inputs)).copy()
+    shape = np.broadcast_shapes(q.shape[:-1], cos.shape)
+    x = np.broadcast_to(q, (*shape, chain.layout.inputs)).copy()
     turn = np.zeros((*cos.shape, 1, 3, 3))
     turn[..., 0, 0, 0] = turn[..., 0, 1, 1] = cos
     turn[..., 0, 1, 0], turn[..., 0, 0, 1] = sin, -sin
@@ -73,7 +72,7 @@ def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
             R, P = pose_transform(own)
             own = pose_parameters(turn @ R @ np.swapaxes(turn, -1, -2), (turn @ P[..., None])[..., 0])
         x[..., place.columns] = own
-    return x.reshape(*shape, *chain.input_shape)
+    return x
 
 
 def straight_yaws(chain: Chain) -> Array:
@@ -96,11 +95,11 @@ def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
             it, rad.
 
     Returns:
-        Inputs, shape (..., *q). Static longerons are left aside, and a tetrahedron's hinge opens by its angle.
+        Inputs, shape (..., n). Static longerons are left aside, and a tetrahedron's hinge opens by its angle.
     """
     angle, direction = np.broadcast_arrays(np.asarray(angles, float), np.asarray(directions, float))
     direction = direction - straight_yaws(chain)
-    x = np.broadcast_to(chain.straight.ravel(), (*angle.shape[:-1], chain.layout.inputs)).copy()
+    x = np.broadcast_to(chain.straight, (*angle.shape[:-1], chain.layout.inputs)).copy()
     for place in chain.layout.places:
         bend, to, own = angle[..., place.active], direction[..., place.active], x[..., place.columns]
         half = np.stack([np.sin(bend / 2) * np.cos(to), np.sin(bend / 2) * np.sin(to), np.cos(bend / 2)], axis=-1)
@@ -114,4 +113,4 @@ def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
         else:
             own = own + bend[..., None]
         x[..., place.columns] = own
-    return x.reshape(*angle.shape[:-1], *chain.input_shape)
+    return x

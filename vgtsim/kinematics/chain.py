@@ -1,11 +1,9 @@
 """Chains of modules: every node, frame and Jacobian of an arm from the inputs of its active modules (chapter 4).
 
-Inputs q are canonical. A chain whose active modules are all double-octahedral (a uniform one) takes q of shape
-(..., A, 3): for each of the A modules its mid-plane (u_x, u_y, d), see `double_octahedron`; its actuator lengths have
-that shape too. Any other chain takes the inputs of all modules in one row, shape (..., n): for a double octahedron its
-mid-plane, for a general one its angles phi_1 to phi_3, for a tetrahedron its hinge angle theta, for an octahedron its
-pose (x, y, z, roll, pitch, yaw); its lengths have shape (..., J) in the order of the truss's actuators. Below, (..., *q)
-stands for either. Leading dimensions are batches. Positions are in frame G, the frame that the mount maps B_1 into.
+Inputs q are canonical and stand in one row, shape (..., n), from the mast to the tool: for a double octahedron its
+mid-plane (u_x, u_y, d), for a general one its angles phi_1 to phi_3, for a tetrahedron its hinge angle theta, for an
+octahedron its pose (x, y, z, roll, pitch, yaw). Actuator lengths have shape (..., J), in the order of the truss's
+actuators. Leading dimensions are batches. Positions are in frame G, the frame that the mount maps B_1 into.
 
 All modules of a kind are solved in one call, static modules are absorbed into constants, and one product runs along the
 arm.
@@ -21,7 +19,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.kinematics import double_octahedron as octa
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.layout import Layout, Place, make_layout
 from vgtsim.kinematics.truss import Truss, make_truss
@@ -58,54 +55,38 @@ class Chain:
         return make_layout(self.manipulator, self.truss)
 
     @cached_property
-    def geometries(self) -> tuple[octa.Geometry, ...]:
-        """Fixed dimensions of the double-octahedral modules."""
-        side = self.manipulator.face_side
-        return tuple(octa.Geometry(side, item.longeron, item.joint_offset) for item in self.manipulator.active)
-
-    @cached_property
-    def input_shape(self) -> tuple[int, ...]:
-        """Shape of the inputs of one configuration: (A, 3) or (n,)."""
-        return (len(self.layout.names), 3) if self.manipulator.uniform else (self.layout.inputs,)
-
-    @property
-    def length_shape(self) -> tuple[int, ...]:
-        """Shape of the actuator lengths of one configuration: (A, 3) or (J,)."""
-        return self.input_shape if self.manipulator.uniform else (self.layout.actuators,)
-
-    @cached_property
     def straight(self) -> Array:
-        """Inputs of the straight working pose, shape (*q)."""
+        """Inputs of the straight working pose, shape (n,)."""
         row = np.empty(self.layout.inputs)
         for place in self.layout.places:
             row[place.columns] = place.straight
-        return row.reshape(self.input_shape)
+        return row
 
     @cached_property
     def stowed(self) -> Array:
-        """Inputs of the stowed pose, shape (*q): double octahedra stowed, other modules straight."""
-        row = np.array(self.straight).ravel()
+        """Inputs of the stowed pose, shape (n,): double octahedra stowed, other modules straight."""
+        row = np.array(self.straight)
         for place in self.layout.places:
             if isinstance(place.modules, DoubleOctahedra):
                 wanted = np.full(place.columns.shape, self.manipulator.stowed_length)
                 row[place.columns] = place.modules.solve(wanted, None)
-        return row.reshape(self.input_shape)
+        return row
 
     @cached_property
     def stroke(self) -> Array:
-        """Least and greatest actuator lengths, shape (2, A, 3) or (2, J), m."""
+        """Least and greatest actuator lengths, shape (2, J), m."""
         truss = self.truss
         cylinders = [self.manipulator.cylinders[truss.members[i].section] for i in truss.actuated]
-        ends = np.array([[item.retracted for item in cylinders], [item.extended for item in cylinders]])
-        return ends.reshape(2, *self.length_shape)
+        return np.array([[item.retracted for item in cylinders], [item.extended for item in cylinders]])
 
-    def input_row(self, q: ArrayLike) -> Array:
-        """Inputs of shape (..., *q) in one row, shape (..., n)."""
+    def _inputs(self, q: ArrayLike) -> Array:
+        """Inputs as an array, shape (..., n)."""
         given = np.asarray(q, float)
-        trailing = given.ndim - len(self.input_shape)
-        if trailing < 0 or given.shape[trailing:] != self.input_shape:
-            raise ValueError(f"inputs of shape {given.shape}; {self.manipulator.name} takes (..., {self.input_shape})")
-        return given.reshape(*given.shape[:trailing], self.layout.inputs)
+        if given.shape[-1:] != (self.layout.inputs,):
+            raise ValueError(
+                f"inputs of shape {given.shape}; {self.manipulator.name} takes (..., {self.layout.inputs})"
+            )
+        return given
 
     def _place_bases(self, x: Array) -> tuple[Array, Array]:
         """Bases of the active modules, then the last face, in G, (..., A + 1, 4, 4), and T_BT, (..., A, 4, 4)."""
@@ -135,20 +116,20 @@ class Chain:
         """Frames of all faces (equations 4.3 and 4.7).
 
         Args:
-            q: Inputs, shape (..., *q).
+            q: Inputs, shape (..., n).
 
         Returns:
             R, shape (..., K + 1, 3, 3), and P, shape (..., K + 1, 3), m, in frame G, for the mast flange and then the
             top face of each of the K modules.
         """
-        faces = self._faces(*self._place_bases(self.input_row(q)))
+        faces = self._faces(*self._place_bases(self._inputs(q)))
         return faces[..., :3, :3], faces[..., :3, 3]
 
     def nodes(self, q: ArrayLike) -> Array:
         """Positions of all nodes.
 
         Args:
-            q: Inputs, shape (..., *q).
+            q: Inputs, shape (..., n).
 
         Returns:
             In frame G, in the order of the truss, shape (..., N, 3), m.
@@ -156,7 +137,7 @@ class Chain:
         Raises:
             AssemblyError: A mid-plane misses a longeron circle; the module is named.
         """
-        x = self.input_row(q)
+        x = self._inputs(q)
         return self._nodes(x, *self._place_bases(x))
 
     def _nodes(self, x: Array, base: Array, local: Array) -> Array:
@@ -174,12 +155,12 @@ class Chain:
         """Tool point and tool direction.
 
         Args:
-            q: Inputs, shape (..., *q).
+            q: Inputs, shape (..., n).
 
         Returns:
             Position, shape (..., 3), m, and outward unit normal of the tip plate, shape (..., 3), in frame G.
         """
-        return self._tool(self._place_bases(self.input_row(q))[0])
+        return self._tool(self._place_bases(self._inputs(q))[0])
 
     def _tool(self, base: Array) -> tuple[Array, Array]:
         direction = base[..., -1, :3, 2]
@@ -189,43 +170,37 @@ class Chain:
         """Actuator lengths.
 
         Args:
-            q: Inputs, shape (..., *q).
+            q: Inputs, shape (..., n).
 
         Returns:
-            Shape (..., A, 3) or (..., J), m.
+            Shape (..., J), m.
 
         Raises:
             AssemblyError: A mid-plane misses a longeron circle, or a pose is outside the subspace that an octahedron's
                 static longerons leave; the module is named.
         """
-        x = self.input_row(q)
+        x = self._inputs(q)
         row = np.empty((*x.shape[:-1], self.layout.actuators))
         for place in self.layout.places:
             legs = place.modules.length_jacobian(place.take(x))[0]
             row[..., _moving(place)] = legs[..., place.modules.actuated]
-        return row.reshape(*x.shape[:-1], *self.length_shape)
+        return row
 
     def length_jacobian(self, q: ArrayLike) -> tuple[Array, Array]:
         """Actuator lengths and their derivatives; each module's depend on its own inputs only.
 
         Args:
-            q: Inputs, shape (..., *q).
+            q: Inputs, shape (..., n).
 
         Returns:
-            Of a uniform chain the lengths, shape (..., A, 3), m, and the blocks dl/dg, shape (..., A, 3, 3); of any
-            other the lengths, shape (..., J), and dl/dq, shape (..., J, n).
+            Lengths, shape (..., J), m, and dl/dq, shape (..., J, n).
 
         Raises:
             AssemblyError: As `lengths`.
         """
-        x = self.input_row(q)
-        if self.manipulator.uniform:
-            (place,) = self.layout.places
-            return place.modules.length_jacobian(place.take(x))
-        row, J = (
-            np.empty((*x.shape[:-1], self.layout.actuators)),
-            np.zeros((*x.shape[:-1], self.layout.actuators, self.layout.inputs)),
-        )
+        x = self._inputs(q)
+        row = np.empty((*x.shape[:-1], self.layout.actuators))
+        J = np.zeros((*row.shape, self.layout.inputs))
         for place in self.layout.places:
             legs, block = place.modules.length_jacobian(place.take(x))
             moving = place.modules.actuated
@@ -234,11 +209,24 @@ class Chain:
             J[..., _moving(place)[:, None], columns] = block[..., moving, :]
         return row, J
 
+    def length_rates(self, q: ArrayLike, rates: ArrayLike) -> Array:
+        """Speeds of the actuators, shape (..., J), at inputs and their rates, each of shape (..., n).
+
+        Raises:
+            AssemblyError: As `lengths`.
+        """
+        x, dx = self._inputs(q), self._inputs(rates)
+        row = np.empty((*x.shape[:-1], self.layout.actuators))
+        for place in self.layout.places:
+            block = place.modules.length_jacobian(place.take(x))[1]
+            row[..., _moving(place)] = (block @ place.take(dx)[..., None])[..., place.modules.actuated, 0]
+        return row
+
     def input_rates(self, q: ArrayLike, only: Collection[str] | None = None) -> Array:
         """Rates of the inputs q per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 
         Args:
-            q: Inputs, shape (..., *q).
+            q: Inputs, shape (..., n).
             only: Names of the modules whose actuators move; absent for all.
 
         Returns:
@@ -248,7 +236,7 @@ class Chain:
             AssemblyError: As `lengths`.
             LinAlgError: A module is singular.
         """
-        x = self.input_row(q)
+        x = self._inputs(q)
         rates = np.zeros((*x.shape[:-1], self.layout.inputs, self.layout.actuators))
         for place in self.layout.places:
             chosen = [m for m, name in enumerate(place.modules.names) if only is None or name in only]
@@ -264,27 +252,28 @@ class Chain:
         Every module stays on the assembly mode of its start, with proof; see `mode_following`.
 
         Args:
-            actuators: Shape (..., A, 3) or (..., J), m.
-            start: Inputs on the wanted modes, shape (..., *q); absent for those of the straight pose.
+            actuators: Shape (..., J), m.
+            start: Inputs on the wanted modes, shape (..., n); absent for those of the straight pose.
 
         Returns:
-            q, shape (..., *q).
+            q, shape (..., n).
 
         Raises:
             AssemblyError: A module does not assemble; it is named.
             SingularityError: A module would have to pass a singularity on the way.
         """
-        given = np.asarray(actuators, float)
-        batch = given.shape[: given.ndim - len(self.length_shape)]
-        wanted = given.reshape(*batch, self.layout.actuators)
-        near = self.input_row(self.straight if start is None else start)
-        row = np.empty((*batch, self.layout.inputs))
+        wanted = np.asarray(actuators, float)
+        if wanted.shape[-1:] != (self.layout.actuators,):
+            taken = f"{self.manipulator.name} takes (..., {self.layout.actuators})"
+            raise ValueError(f"lengths of shape {wanted.shape}; {taken}")
+        near = self._inputs(self.straight if start is None else start)
+        row = np.empty((*wanted.shape[:-1], self.layout.inputs))
         for place in self.layout.places:
             begin = near[..., place.columns]
             if isinstance(place.modules, DoubleOctahedra) and start is None:
                 begin = None
             row[..., place.columns] = place.modules.solve(self._legs(place, wanted), begin)
-        return row.reshape(*batch, *self.input_shape)
+        return row
 
     def _legs(self, place: Place, wanted: Array) -> Array:
         """Lengths of all legs of a set, static ones included, shape (..., M, legs), m."""
@@ -313,13 +302,13 @@ class Chain:
         """Tool and its geometric Jacobian in closed form (section 6.1.2).
 
         Args:
-            q: Inputs, shape (..., *q).
+            q: Inputs, shape (..., n).
 
         Returns:
-            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, n), n = 3 A in a
-            uniform chain: velocity of the tool point over angular velocity of the tip plate; all in frame G.
+            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, n):
+            velocity of the tool point over angular velocity of the tip plate; all in frame G.
         """
-        x = self.input_row(q)
+        x = self._inputs(q)
         base, local = self._place_bases(x)
         angular, linear, top = self._screws(x, base, local)
         position, direction = self._tool(base)
@@ -344,12 +333,12 @@ class Chain:
         """Positions of all nodes and their derivatives, in closed form.
 
         Args:
-            q: Inputs, shape (..., *q).
+            q: Inputs, shape (..., n).
 
         Returns:
             Nodes, shape (..., N, 3), m, and dn/dq, shape (..., N, 3, n), in frame G.
         """
-        x, layout = self.input_row(q), self.layout
+        x, layout = self._inputs(q), self.layout
         base, local = self._place_bases(x)
         nodes = self._nodes(x, base, local)
         angular, linear, top = self._screws(x, base, local)

@@ -38,7 +38,7 @@ def read_pose(chain: Chain, lengths: Sequence[str], inputs: Sequence[str]) -> Ar
         inputs: `MODULE=x1,...`: canonical inputs, see `chain`; bare numbers in m and rad or quantities.
 
     Returns:
-        Canonical inputs, shape (*q).
+        Canonical inputs, shape (n,).
 
     Raises:
         DescriptionError: A name, a number of inputs, a unit, inputs that no pose has, a length outside its stroke, or a
@@ -53,7 +53,7 @@ def read_pose(chain: Chain, lengths: Sequence[str], inputs: Sequence[str]) -> Ar
             raise DescriptionError(None, f"--inputs {name}", "lengths too", "one or the other")
     mixed = mix_inputs(chain, written["--lengths"])
     y = mixed.from_canonical(chain.straight)
-    low, high = chain.stroke.reshape(2, -1)
+    low, high = chain.stroke
     units = {name: _UNITS[type(place.modules)] for place in chain.layout.places for name in place.modules.names}
     for share in mixed.shares:
         option = "--lengths" if share.conventional else "--inputs"
@@ -105,17 +105,16 @@ def _require_stroke(share: Share, lengths: Array, low: Array, high: Array) -> No
 
 def _require_pose(mixed: MixedInputs, q: Array) -> None:
     """Refuse inputs that are no pose, are outside the strokes, or are on another assembly mode than the straight pose."""
-    chain, row = mixed.chain, mixed.chain.input_row(q)
-    low, high = chain.stroke.reshape(2, -1)
+    chain = mixed.chain
+    low, high = chain.stroke
     for share in mixed.shares:
-        alone = chain.input_row(chain.straight).copy()
-        alone[share.inputs] = row[share.inputs]
-        key, pose = f"--inputs {share.name}", alone.reshape(chain.input_shape)
+        key, pose = f"--inputs {share.name}", np.array(chain.straight)
+        pose[share.inputs] = q[share.inputs]
         try:
             lengths = chain.lengths(pose)
         except ValueError as error:
             raise DescriptionError(None, key, f"inputs that {share.name} cannot have", str(error)) from None
-        _require_stroke(share, lengths.ravel()[share.actuators], low[share.actuators], high[share.actuators])
+        _require_stroke(share, lengths[share.actuators], low[share.actuators], high[share.actuators])
         away = np.abs(chain.nodes(pose) - chain.nodes(chain.inputs_from_lengths(lengths))).max()
         if away > _SAME:
             allowed = f"the assembly that {share.name} comes to from its straight pose with these lengths"

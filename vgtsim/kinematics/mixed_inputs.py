@@ -78,7 +78,7 @@ class MixedInputs:
         """Row y of canonical inputs.
 
         Args:
-            q: Shape (..., *q) of the chain.
+            q: Shape (..., n) of the chain.
 
         Returns:
             Shape (..., w).
@@ -86,9 +86,9 @@ class MixedInputs:
         Raises:
             AssemblyError: As `Chain.lengths`.
         """
-        x = self.chain.input_row(q)
+        x = np.asarray(q, float)
         y = np.empty((*x.shape[:-1], self.size))
-        lengths = self.chain.lengths(q).reshape(*x.shape[:-1], -1) if self.conventional else None
+        lengths = self.chain.lengths(q) if self.conventional else None
         for share in self.shares:
             source, columns = (lengths, share.actuators) if share.conventional else (x, share.inputs)
             assert source is not None
@@ -102,11 +102,11 @@ class MixedInputs:
 
         Args:
             y: Shape (..., w).
-            start: Canonical inputs on the wanted modes, shape (..., *q); absent for those of the straight pose. What it
+            start: Canonical inputs on the wanted modes, shape (..., n); absent for those of the straight pose. What it
                 says of canonical modules is not looked at.
 
         Returns:
-            q, shape (..., *q).
+            q, shape (..., n).
 
         Raises:
             AssemblyError: A module does not assemble; it is named.
@@ -115,28 +115,25 @@ class MixedInputs:
         chain, row = self.chain, np.asarray(y, float)
         if row.shape[-1:] != (self.size,):
             raise ValueError(f"inputs of shape {row.shape}; {chain.manipulator.name} so mixed takes (..., {self.size})")
-        batch, held = row.shape[:-1], chain.input_row(chain.straight)
-        lengths = np.broadcast_to(chain.lengths(chain.straight).ravel(), (*batch, chain.layout.actuators)).copy()
-        near = None if start is None else np.array(chain.input_row(start))
+        batch, held = row.shape[:-1], chain.straight
+        lengths = np.broadcast_to(chain.lengths(chain.straight), (*batch, chain.layout.actuators)).copy()
+        near = None if start is None else np.array(start, float)
         for share in self.shares:
             if share.conventional:
                 lengths[..., share.actuators] = row[..., share.own]
             elif near is not None:  # held at the straight pose while the others are followed
                 near[..., share.inputs] = held[share.inputs]
-        if near is not None:
-            near = near.reshape(*near.shape[:-1], *chain.input_shape)
-        q = np.array(chain.inputs_from_lengths(lengths.reshape(*batch, *chain.length_shape), near))
-        x = q.reshape(*batch, chain.layout.inputs)
+        q = chain.inputs_from_lengths(lengths, near)
         for share in self.shares:
             if not share.conventional:
-                x[..., share.inputs] = row[..., share.own]
-        return x.reshape(q.shape)
+                q[..., share.inputs] = row[..., share.own]
+        return q
 
     def rates(self, q: ArrayLike) -> Array:
         """Rates of the canonical inputs per unit rate of each mixed one.
 
         Args:
-            q: Canonical inputs, shape (..., *q).
+            q: Canonical inputs, shape (..., n).
 
         Returns:
             dq/dy, shape (..., n, w).
@@ -146,8 +143,7 @@ class MixedInputs:
             LinAlgError: A conventional module is singular.
         """
         chain = self.chain
-        x = chain.input_row(q)
-        rates = np.zeros((*x.shape[:-1], chain.layout.inputs, self.size))
+        rates = np.zeros((*np.shape(q)[:-1], chain.layout.inputs, self.size))
         by_length = chain.input_rates(q, self.conventional) if self.conventional else None
         for share in self.shares:
             columns = np.arange(self.size)[share.own]

@@ -23,13 +23,13 @@ def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Arr
         part: Of each stroke that is used, about its middle.
 
     Returns:
-        q, shape (count, *q). Lengths that can only be come to through a singularity are drawn again.
+        q, shape (count, n). Lengths that can only be come to through a singularity are drawn again.
 
     Raises:
         SingularityError: Hardly any lengths can be reached.
     """
     rng = np.random.default_rng(seed)
-    least, greatest = chain.stroke.reshape(2, -1)
+    least, greatest = chain.stroke
     middle, half = (least + greatest) / 2, part * (greatest - least) / 2
     x = np.empty((count, chain.layout.inputs))
     for place in chain.layout.places:
@@ -49,7 +49,7 @@ def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Arr
                 if tries > 100:
                     raise SingularityError(modules.names[m], 0.0, chain.truss.member_names[moving[0]], 0.0, 0.0)
             x[:, place.columns[m]] = rows[:count]
-    return x.reshape(count, *chain.input_shape)
+    return x
 
 
 def singular_values(chain: Chain, q: Array) -> tuple[Array, Array]:
@@ -57,13 +57,12 @@ def singular_values(chain: Chain, q: Array) -> tuple[Array, Array]:
 
     Args:
         chain: The arm.
-        q: Inputs, shape (N, *q).
+        q: Inputs, shape (N, n).
 
     Returns:
         Smallest singular value of each module, a pure number, and the leg worst of it, shapes (N, A).
     """
-    x = q.reshape(len(q), -1)
     value, worst = np.empty((2, len(q), len(chain.layout.names)))
     for place in chain.layout.places:
-        value[:, place.active], worst[:, place.active] = find_singular(place.modules, place.take(x))
+        value[:, place.active], worst[:, place.active] = find_singular(place.modules, place.take(q))
     return value, worst

@@ -23,9 +23,9 @@ def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
         bends: One for each active module; an extension that is absent is that of the straight pose.
 
     Returns:
-        Shape (*q).
+        Shape (n,).
     """
-    row = bend_all(chain, [bend.angle for bend in bends], [bend.azimuth for bend in bends]).ravel()
+    row = bend_all(chain, [bend.angle for bend in bends], [bend.azimuth for bend in bends])
     for a, (bend, module) in enumerate(zip(bends, chain.manipulator.actuated, strict=True)):
         if bend.extension is None:
             continue
@@ -34,4 +34,4 @@ def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
             row[columns[2]] = (bend.extension - module.joint_offset) / 2
         elif isinstance(module, Octahedral):
             row[columns[:3]] *= bend.extension / np.linalg.norm(row[columns[:3]])
-    return row.reshape(chain.input_shape)
+    return row

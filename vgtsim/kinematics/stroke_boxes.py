@@ -51,7 +51,7 @@ def check_strokes(chain: Chain) -> None:
         AssemblyError: Lengths within the strokes do not make the module; it is named.
         SingularityError: The module, the smallest singular value where the way ends, and the member.
     """
-    low, high = chain.stroke.reshape(2, -1)
+    low, high = chain.stroke
     done: set[tuple[object, ...]] = set()
     for place in chain.layout.places:
         modules = place.modules

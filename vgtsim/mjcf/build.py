@@ -54,7 +54,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
 
     Args:
         scene: The scene.
-        poses: Inputs, shape (A, 3), of keyframes besides `stowed` and `straight`, by name.
+        poses: Inputs, shape (n,), of keyframes besides `stowed` and `straight`, by name.
         timestep: In place of the scene's, s.
 
     Returns:
@@ -137,13 +137,13 @@ def reach_pose(chain: Chain) -> Array:
         chain: The arm, its root on the z axis of its mount.
 
     Returns:
-        q, shape (*q): a uniform chain bent evenly by its first modules, to the horizontal if three can; of any other,
+        q, shape (n,): a uniform chain bent evenly by its first modules, to the horizontal if three can; of any other,
         the one of a seeded sample whose tool is farthest from the axis.
     """
     if chain.manipulator.uniform:
         q = np.array(chain.straight)
-        bent = min(3, len(q))
-        q[:bent, 0] = np.sin(min(np.pi / 4 / bent, _MOST_LEAN))
+        bent = min(3, len(chain.layout.names))
+        q[: 3 * bent : 3] = np.sin(min(np.pi / 4 / bent, _MOST_LEAN))
         return q
     sample = sample_inputs(chain, _REACH_SAMPLE, seed=0)
     out = chain.tool(sample)[0] - chain.mount[:3, 3]
@@ -156,7 +156,7 @@ def build_model(scene: Scene, poses: Mapping[str, Array] | None = None) -> mujoc
 
     Args:
         scene: The scene.
-        poses: Inputs, shape (A, 3), of keyframes besides `stowed` and `straight`, by name.
+        poses: Inputs, shape (n,), of keyframes besides `stowed` and `straight`, by name.
 
     Returns:
         The model.
@@ -195,7 +195,7 @@ def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float
     """
     crown = scene.tank.shell.crown
     low = scene.tank.waste.level + scene.task.payload.radius + 1.0
-    q, height = np.array(chain.straight).ravel(), low + scene.manipulator.tip_plate.tool_offset
+    q, height = np.array(chain.straight), low + scene.manipulator.tip_plate.tool_offset
     faces = chain.frames(chain.straight)[1]
     active = len(chain.layout.names)
     for k, module in reversed(list(enumerate(scene.manipulator.modules))):
@@ -208,12 +208,12 @@ def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float
             height += float(np.linalg.norm(faces[k + 1] - faces[k]))
             continue
         if height + module.straight > crown - RISER_MOUTH:
-            q[own] = chain.stowed.ravel()[own]
+            q[own] = chain.stowed[own]
         height += 2 * q[own][2] + module.joint_offset
     stowed_length = scene.pivot_height - chain.tool(chain.stowed)[0][2]
     return {
         "stowed": (chain.stowed, crown + stowed_length - scene.pivot_height),
-        "straight": (q.reshape(chain.input_shape), height - scene.pivot_height),
+        "straight": (q, height - scene.pivot_height),
     }
 
 

@@ -48,7 +48,7 @@ def write_scene_files(scene: Scene, first_goal: np.ndarray, folder: Path) -> tup
 
     Args:
         scene: The scene.
-        first_goal: Inputs at its first goal, shape (A, 3).
+        first_goal: Inputs at its first goal, shape (n,).
         folder: Existing folder.
 
     Returns:

@@ -26,7 +26,7 @@ class Rigging:
         feed_range: Lowest and highest position of the mast relative to its working depth, m.
         payload_mass: At the tool point, kg.
         payload_radius: m.
-        reference: Inputs of the reference pose, shape (*q): where the model stands when it is reset.
+        reference: Inputs of the reference pose, shape (n,): where the model stands when it is reset.
         timestep: Of the simulation, s; it sets the closures' time constants.
         servo_stiffness: N/m.
         servo_damping: N·s/m.

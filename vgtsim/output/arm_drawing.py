@@ -37,7 +37,7 @@ def draw_arm(chain: Chain, poses: dict[str, Array]) -> Figure:
 
     Args:
         chain: The arm, with z of frame G up.
-        poses: Inputs, shape (*q), by the name under the drawing.
+        poses: Inputs, shape (n,), by the name under the drawing.
 
     Returns:
         The figure: actuators as double lines, the mast flange and the tip plate as filled triangles.

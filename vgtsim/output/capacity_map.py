@@ -27,7 +27,7 @@ def write_capacity(found: CapacityMap, title: str, folder: Path) -> tuple[Path, 
     table, picture = folder / "capacity.csv", folder / "capacity.png"
     with replacing(table) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
-        bends = [f"{what}_{i + 1}_deg" for i in range(found.q.shape[1]) for what in ("bend", "azimuth")]
+        bends = [f"{what}_{i + 1}_deg" for i in range(found.bends.shape[1]) for what in ("bend", "azimuth")]
         sag = f"sag_with_{found.reference:.0f}_kg_m"
         writer.writerow(["radius_m", "depth_m", "payload_kg", "governing_member", "governing_limit", sag, *bends])
         for i in range(len(found.radius)):

@@ -25,7 +25,7 @@ class Postures:
     Attributes:
         title: What to call the goal.
         goal: Tool point wanted, in frame G, shape (3,), m.
-        q: Inputs, shape (k, *q), k at most four.
+        q: Inputs, shape (k, n), k at most four.
         labels: Of each posture.
     """
 
@@ -74,7 +74,7 @@ def draw_posture(chain: Chain, q: ArrayLike, goal: ArrayLike, path: Path) -> Non
 
     Args:
         chain: The arm.
-        q: Inputs, shape (*q).
+        q: Inputs, shape (n,).
         goal: Tool point wanted, in frame G, shape (3,), m.
         path: Image file; its suffix tells the format.
     """

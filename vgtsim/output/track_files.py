@@ -54,7 +54,7 @@ def _draw(followed: Followed) -> Figure:
     limits = followed.limits
     axes[0].plot(followed.time, followed.lengths, linewidth=0.8)
     axes[0].set_ylabel("length, m")
-    axes[1].plot(followed.time[1:], followed.rates / limits.rate.ravel(), linewidth=0.8)
+    axes[1].plot(followed.time[1:], followed.rates / limits.rate, linewidth=0.8)
     axes[1].set_ylabel("rate over its limit")
     axes[2].plot(followed.time[1:-1], followed.accelerations, linewidth=0.8)
     axes[2].set_ylabel("acceleration, m/s²")

@@ -27,13 +27,13 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
 
     Args:
         chain: The arm.
-        q: Inputs inside the strokes, shape (K, A, 3).
+        q: Inputs inside the strokes, shape (K, n).
         payload: Under which utilisation is meant, kg.
         gravity: Downward, m/s².
         safety_factor: Omega of AISC 360.
 
     Returns:
-        Inputs of those that could be moved with their tool points where they were, shape (k, A, 3).
+        Inputs of those that could be moved with their tool points where they were, shape (k, n).
 
     Raises:
         TrussError: The arm is a mechanism in one of the postures.

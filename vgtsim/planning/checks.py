@@ -78,7 +78,7 @@ def check_assembly(site: Site) -> None:
     except AssemblyError as error:
         place = next(item for item in chain.layout.places if error.module in item.modules.names)
         m = place.modules.names.index(error.module)
-        low, high = chain.stroke.reshape(2, -1)[:, place.lengths[m][place.modules.actuated[m]]]
+        low, high = chain.stroke[:, place.lengths[m][place.modules.actuated[m]]]
         module = next(item for item in scene.manipulator.actuated if item.name == error.module)
         key = "longerons" if isinstance(module, Octahedral) else "cylinder"
         raise scene.error(
@@ -90,16 +90,16 @@ def check_assembly(site: Site) -> None:
 
 def _check_start(site: Site) -> None:
     scene, chain, motion = site.scene, site.chain, site.task.motion
-    q, box = site.start, site.box.row
+    q, box = site.start, site.box
     owner, names = chain.layout.owner, chain.layout.names
     for a, name in enumerate(names):
-        alone = np.array(chain.straight).ravel()
-        alone[owner == a] = q.ravel()[owner == a]
+        alone = np.array(chain.straight)
+        alone[owner == a] = q[owner == a]
         try:
-            chain.lengths(alone.reshape(chain.input_shape))
+            chain.lengths(alone)
         except (AssemblyError, ValueError) as error:
             raise scene.error(f"motion.start.{a}", f"a shape {name} cannot take: {error}", "a smaller bend") from None
-    length = chain.lengths(q).ravel()
+    length = chain.lengths(q)
     spare = box.spare(length)
     if np.min(spare) <= 0:
         worst = int(np.argmin(spare))

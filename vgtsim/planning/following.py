@@ -46,7 +46,7 @@ class Followed:
 
     Attributes:
         time: s, shape (n,).
-        q: Inputs, shape (n, A, 3).
+        q: Inputs, shape (T, n).
         lengths: Of the actuators, shape (n, 3 A), m.
         stretch: Index of the stretch of each instant, shape (n,).
         names: Of the stretches.
@@ -77,7 +77,7 @@ class Followed:
 
     @property
     def accelerations(self) -> Array:
-        """Second differences over the squared step, shape (n - 2, 3 A), m/s²."""
+        """Second differences over the squared step, shape (T - 2, J), m/s²."""
         return np.diff(self.lengths, n=2, axis=0) / (self.time[1] - self.time[0]) ** 2
 
 
@@ -118,7 +118,7 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
         chain: The arm.
         problem: Strokes and objective; its goal is replaced.
         path: The path.
-        start: Configuration from which the first goal is sought, shape (A, 3).
+        start: Configuration from which the first goal is sought, shape (n,).
         timestep: s.
 
     Returns:
@@ -131,7 +131,7 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
     """
     stretches, limits = make_stretches(path), make_limits(chain, path.rate_fraction, path.acceleration)
     here = start
-    lengths, which, off, solved = [np.empty((0, chain.stroke[0].size))], [], [], []
+    lengths, which, off, solved = [np.empty((0, chain.layout.actuators))], [], [], []
     for i, stretch in enumerate(stretches):
         curve, found = _solve(problem, stretch, here, path.tolerance, first=i == 0)
         off.append(_deviation(chain, stretch, curve, _BETWEEN * (len(found.q) - 1) + 1))
@@ -144,7 +144,7 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
     away = np.max(off, axis=0)
     return Followed(
         np.asarray(timestep * np.arange(len(whole)), float),
-        chain.inputs_from_lengths(whole.reshape(len(whole), *chain.stroke[0].shape)),
+        chain.inputs_from_lengths(whole),
         whole,
         np.array(which),
         tuple(stretch.name for stretch in stretches),
@@ -168,9 +168,8 @@ def report(chain: Chain, followed: Followed, site: Site | None = None) -> dict[s
     Returns:
         By name, with units.
     """
-    rate = float(np.max(np.abs(followed.rates) / followed.limits.rate.ravel()))
+    rate = float(np.max(np.abs(followed.rates) / followed.limits.rate))
     way = np.linalg.norm(np.diff(chain.tool(followed.q)[0], axis=0), axis=1)
-    spare = followed.lengths.reshape(-1, *chain.stroke[0].shape)
     found: dict[str, str | float | int] = {
         "duration, s": float(followed.time[-1]),
         "length of the tool's way, m": float(way.sum()),
@@ -181,7 +180,7 @@ def report(chain: Chain, followed: Followed, site: Site | None = None) -> dict[s
         "greatest deviation of the tool, m": followed.deviation,
         "greatest deviation of its direction, rad": followed.turn,
         "least distance to the end of a stroke, m": float(
-            np.min(np.minimum(spare - chain.stroke[0], chain.stroke[1] - spare))
+            np.min(np.minimum(followed.lengths - chain.stroke[0], chain.stroke[1] - followed.lengths))
         ),
         "goals": followed.goals,
         "iterations": followed.iterations,
@@ -219,7 +218,7 @@ def _solve(
         if twice > _MOST:
             raise FollowError(stretch.name, off, tolerance, count)
         between = (every.q[1:] + every.q[:-1]) / 2
-        guess = np.where(assembles(problem.chain, problem.box, guess)[:, None, None], guess, between)
+        guess = np.where(assembles(problem.chain, problem.box, guess)[:, None], guess, between)
         goal = tool_goal(stretch.points(twice)[middle], stretch.directions(twice)[middle])
         found = solve(replace(problem, goal=goal), guess, _SOLVING)
         _refuse(problem, stretch, found, middle, twice)
@@ -257,7 +256,7 @@ def _timed(chain: Chain, curve: BSpline, limits: SpeedLimits, timestep: float, s
     rows = time_lengths(chain, curve, limits, timestep)
     if speed is None:
         return rows
-    q = chain.inputs_from_lengths(rows.reshape(len(rows), *chain.stroke[0].shape))
+    q = chain.inputs_from_lengths(rows)
     fastest = float(np.max(np.linalg.norm(np.diff(chain.tool(q)[0], axis=0), axis=1))) / timestep
     part = min(1.0, _STEADY * speed / max(fastest, 1e-12))
     return time_lengths(chain, curve, SpeedLimits(part * limits.rate, part**2 * limits.acceleration), timestep)

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.start import bend_start
@@ -47,8 +47,8 @@ class Answer:
     """What was found.
 
     Attributes:
-        q: Inputs, shape (*q).
-        lengths: Of the actuators, shape (*l), m.
+        q: Inputs, shape (n,).
+        lengths: Of the actuators, shape (J,), m.
         rows: Desired, reached and residual of every goal row.
         facts: Objective, iterations, condition number and what binds, by name.
     """

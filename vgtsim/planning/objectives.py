@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
-from vgtsim.description.resolution import OBJECTIVES, split_objective
+from vgtsim.description.redundancy import OBJECTIVES, split_objective
 from vgtsim.description.scene import Payload, Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain

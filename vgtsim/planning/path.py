@@ -52,7 +52,7 @@ class Path:
     """A smooth path through input space.
 
     Attributes:
-        spline: Inputs over the parameter 0 to 1, shape (*q) at each; its fourth derivative is continuous.
+        spline: Inputs over the parameter 0 to 1, shape (n,) at each; its fourth derivative is continuous.
         clearance: Least clearance over the path, m.
         place: What is that near.
         spare: Least distance of an actuator from the end of its stroke, m.
@@ -83,8 +83,8 @@ def plan_path(
     Args:
         chain: The arm.
         surroundings: What to keep clear of.
-        first: Inputs at the start, shape (*q).
-        last: Inputs at the end, shape (*q).
+        first: Inputs at the start, shape (n,).
+        last: Inputs at the end, shape (n,).
         leg: Name of the goal at the end, for errors.
         settings: How to plan.
 
@@ -117,13 +117,13 @@ def plan_path(
 
 
 def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator[list[Array]]:
-    """Groups of ways, shape (W, *q) each, the simplest group first."""
+    """Groups of ways, shape (W, n) each, the simplest group first."""
     part = np.linspace(0.0, 1.0, count)
     at, to = azimuth(chain, chain.tool(first)[0]), azimuth(chain, chain.tool(last)[0])
     near = float(np.mod(to - at + np.pi, 2 * np.pi) - np.pi)
     far = near - np.copysign(2 * np.pi, near)
     shape_first, shape_last = swing(chain, first, -at), swing(chain, last, -to)
-    plain = part.reshape(-1, *[1] * first.ndim)
+    plain = part[:, None]
     direct = (1 - plain) * shape_first + plain * shape_last
     swung = [swing(chain, direct, at + part * angle) for angle in (near, far)]
     straight = (1 - plain) * first + plain * last
@@ -155,5 +155,5 @@ def _judge(corridor: Corridor, spline: BSpline, samples: Array, length: Array) -
     """What a sampled path comes near to."""
     clearance, places = corridor.surroundings.clearance(samples)
     worst = int(np.argmin(clearance))
-    spare = float(np.min(corridor.box.row.spare(length)))
+    spare = float(np.min(corridor.box.spare(length)))
     return Path(spline, float(clearance[worst]), places[worst], spare, _travel(length))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vgtsim.description.modules import Tetrahedral
-from vgtsim.description.resolution import Method, choose_coupling
+from vgtsim.description.redundancy import Method, choose_coupling
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.bending import straight_yaws
@@ -103,7 +103,7 @@ def resolve_goal(
         how: By which method and objectives.
         name: Of the goal, for errors.
         goal: Tool point in frame G, shape (3,), m, and tool direction, shape (3,), any length but zero.
-        start: Present inputs, shape (*q).
+        start: Present inputs, shape (n,).
         scene: Gives stroke margin, payload and surroundings.
         keep: Clearance that the configuration has to keep.
 
@@ -122,7 +122,7 @@ def resolve_goal(
     reduction = None
     if how.coupling:
         _require_alike(chain, how.coupling, scene)
-        reduction = couple(chain.straight.ravel(), how.coupling, owner=chain.layout.owner)
+        reduction = couple(chain.straight, how.coupling, owner=chain.layout.owner)
     problem = Positioning(chain, stroke_box(chain, scene), rows, objective, reduction=reduction)
     return solve_goal(name, problem, how.method, start, keep, NewtonSettings(most=_STEPS))
 

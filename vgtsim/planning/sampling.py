@@ -38,7 +38,7 @@ def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array
         # a leg begins and ends at rest: the lengths before and after it are those at its ends
         rows.append(np.stack([leg.lengths[np.clip(picked + offset, 0, last)] for offset in (-1, 0, 1)], axis=1))
     lengths = np.concatenate(rows)
-    nodes = chain.nodes(chain.inputs_from_lengths(lengths.reshape(*lengths.shape[:2], *chain.length_shape)))
+    nodes = chain.nodes(chain.inputs_from_lengths(lengths))
     before, now, after = np.moveaxis(nodes, 1, 0)
     return now, Motion((after - before) / (2 * step), (after - 2 * now + before) / step**2)
 
@@ -56,21 +56,22 @@ def sample_postures(chain: Chain) -> Array:
     Returns:
         Shape (K, N, 3), m, in frame G.
     """
-    active = len(chain.straight)
+    active = len(chain.layout.names)
     shapes = []
     for bent in range(min(3, active), active + 1):
-        plain = np.array(chain.straight)
+        plain = np.reshape(chain.straight, (active, 3)).copy()
         plain[:bent, 0] = np.sin(min(np.pi / 2 / bent, _LEAN) / 2)
         shapes.append(plain)
         for turn in 2 * np.pi / _HOOKS * np.arange(_HOOKS if bent < active else 0):
             hooked = np.array(plain)
             hooked[bent:, :2] = np.sin(_HOOK / 2) * np.array([np.cos(turn), np.sin(turn)])
             shapes.append(hooked)
-    q = np.concatenate([swing(chain, np.stack(shapes), angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
+    shaped = np.reshape(shapes, (len(shapes), -1))
+    q = np.concatenate([swing(chain, shaped, angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
     rng = np.random.default_rng(0)
     bend, turn = rng.uniform((0.0, -np.pi), (_LEAN, np.pi), (_DRAWN, active, 2)).transpose(2, 0, 1)
     drawn = np.repeat(chain.straight[None], _DRAWN, axis=0)
-    drawn[..., 0], drawn[..., 1] = np.sin(bend / 2) * np.cos(turn), np.sin(bend / 2) * np.sin(turn)
+    drawn[:, ::3], drawn[:, 1::3] = np.sin(bend / 2) * np.cos(turn), np.sin(bend / 2) * np.sin(turn)
     q = np.concatenate([q, drawn])
     length, (low, high) = chain.lengths(q), chain.stroke
-    return chain.nodes(q[np.all((length >= low) & (length <= high), axis=(1, 2))])
+    return chain.nodes(q[np.all((length >= low) & (length <= high), axis=1)])

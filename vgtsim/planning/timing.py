@@ -28,7 +28,7 @@ class SpeedLimits:
     """What the cylinders may do.
 
     Attributes:
-        rate: Greatest speed of each actuator, shape (*l), m/s.
+        rate: Greatest speed of each actuator, shape (J,), m/s.
         acceleration: Greatest acceleration of any actuator, m/s².
     """
 
@@ -49,7 +49,7 @@ def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> Spee
     """
     truss, cylinders = chain.truss, chain.manipulator.cylinders
     rates = [rate_fraction * cylinders[truss.members[i].section].rate for i in truss.actuated]
-    return SpeedLimits(np.array(rates).reshape(chain.length_shape), acceleration)
+    return SpeedLimits(np.array(rates), acceleration)
 
 
 def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
@@ -57,7 +57,7 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
 
     Args:
         chain: The arm.
-        spline: Inputs over the parameter 0 to 1, shape (*q) at each.
+        spline: Inputs over the parameter 0 to 1, shape (n,) at each.
         limits: Of the actuators.
         timestep: s.
 
@@ -70,7 +70,7 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
     grid = np.linspace(0.0, 1.0, _GRID)
     speed = _scaled_speed(chain, spline, limits, grid)
     if np.max(speed) * limits.rate.max() < 1e-9:
-        return chain.lengths(spline(np.array([0.0, 1.0]))).reshape(2, -1)
+        return chain.lengths(spline(np.array([0.0, 1.0])))
     # a floor keeps the parameter's change finite where the path hardly moves an actuator
     speed = np.maximum(speed, 1e-3 * np.max(speed))
     steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
@@ -82,15 +82,13 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
     count = max(2, int(np.ceil(duration / timestep)))
     travelled = _run(np.linspace(0.0, 1.0, count + 1), fraction) * reach[-1]
     inputs = spline(np.clip(parameter(travelled), 0.0, 1.0))
-    return chain.lengths(inputs).reshape(count + 1, -1)
+    return chain.lengths(inputs)
 
 
 def _scaled_speed(chain: Chain, spline: BSpline, limits: SpeedLimits, parameter: Array) -> Array:
     """Norm of the actuators' speeds over their limits per unit of the parameter, shape (P,), s."""
-    # of a uniform chain blocks of modules, of any other one matrix
-    slopes, speeds = chain.length_jacobian(spline(parameter))[1], spline(parameter, 1)
-    rates = (slopes @ speeds[..., None])[..., 0] / limits.rate
-    return np.sum(rates.reshape(len(rates), -1) ** _POWER, axis=1) ** (1 / _POWER)
+    rates = chain.length_rates(spline(parameter), spline(parameter, 1)) / limits.rate
+    return np.sum(rates**_POWER, axis=1) ** (1 / _POWER)
 
 
 def _profile(reach: float, ramp: float) -> tuple[float, float]:

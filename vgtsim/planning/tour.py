@@ -32,8 +32,8 @@ class Leg:
     Attributes:
         name: Of the goal.
         goal: Its index in the scene.
-        lengths: Actuator lengths at every step, the first and last included, shape (n, 3 A), m.
-        q: Inputs at its end, shape (A, 3).
+        lengths: Actuator lengths at every step, the first and last included, shape (T, J), m.
+        q: Inputs at its end, shape (n,).
         clearance: Least clearance planned on the way, m.
         place: What is that near.
     """
@@ -56,7 +56,7 @@ class Tour:
     """Timed lengths from the start posture to every goal in turn.
 
     Attributes:
-        start: Inputs at the start, shape (A, 3).
+        start: Inputs at the start, shape (n,).
         legs: In the order of the goals; each begins with the lengths the last one ended with.
         timestep: Of the rows of each leg, s.
     """
@@ -82,7 +82,7 @@ def solve_first_goal(site: Site) -> Array:
         site: The site; it is not checked here, see `check_site`.
 
     Returns:
-        Inputs, shape (A, 3).
+        Inputs, shape (n,).
 
     Raises:
         ReachError: The goal cannot be met.
@@ -128,7 +128,7 @@ def plan_tour(site: Site) -> Tour:
 
 
 def _configure(site: Site, goal: Goal, start: Array, keep: Keep, aim: tuple[Array, Array] | None = None) -> Array:
-    """Inputs with the tool at a goal, or at an aim in its place, shape (A, 3)."""
+    """Inputs with the tool at a goal, or at an aim in its place, shape (n,)."""
     pose = aim or (np.array(goal.position), np.array(goal.direction))
     scene = site.scene
     return np.array(resolve_goal(site.chain, scene_resolution(scene), goal.name, pose, start, scene, keep).q)

@@ -145,7 +145,7 @@ def require_pressure(scene: Scene, chain: Chain, time: Array, lengths: Array) ->
     """
     simulation = scene.task.simulation
     model = make_load_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
-    nodes = chain.nodes(chain.inputs_from_lengths(lengths.reshape(len(lengths), *chain.length_shape)))
+    nodes = chain.nodes(chain.inputs_from_lengths(lengths))
     forces, parts = solve_members(model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
     used = np.where(forces > 0, forces / parts.pull, -forces / parts.push)
     record, worst = (int(i) for i in np.unravel_index(np.argmax(used), used.shape))

@@ -44,7 +44,7 @@ def anchor_successively(
 
     Args:
         problem: One goal; its own reduction is replaced.
-        start: Inputs inside the strokes, shape (*q).
+        start: Inputs inside the strokes, shape (n,).
         free: Active modules that are free at a time.
         settings: Of each stage.
         fall: Least fall of the objective in a whole cycle that still counts, of 1 + |objective|.

@@ -54,7 +54,7 @@ def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
         twist: Of the last face about the curve's tangent, beyond that of the straight arm, rad: of octahedra only.
 
     Returns:
-        Shape (*q); not limited by strokes. Static sections keep their length along the curve, and the active modules
+        Shape (n,); not limited by strokes. Static sections keep their length along the curve, and the active modules
         share the rest in proportion to their straight lengths.
 
     Raises:
@@ -81,7 +81,7 @@ def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
             end = chords.begin[a] + layout.after[a, 2, 3] * chords.direction[a]
         row[place.columns[m]] = q
         R, P = top @ layout.after[a, :3, :3], end
-    return row.reshape(chain.input_shape)
+    return row
 
 
 def _require_fitting(chain: Chain) -> None:

@@ -190,7 +190,7 @@ def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tupl
     Args:
         chain: The arm.
         goal: Rows.
-        q: Inputs, shape (*q).
+        q: Inputs, shape (n,).
         which: The goal.
 
     Returns:

@@ -94,9 +94,8 @@ class Kernel:
         return after[:, :3, :3], after[:, :3, 3], bool(np.any(after[:, :3, :3] != np.eye(3)))
 
     def state(self, q: ArrayLike) -> State:
-        """Kinematics of inputs of shape (b, n) or (b, *q)."""
-        given = np.asarray(q, float)
-        x = given.reshape(len(given), -1)
+        """Kinematics of inputs of shape (b, n)."""
+        x = np.asarray(q, float)
         places = self.chain.layout.places
         parts = [solve(place.take(x)) for place, solve in zip(places, self._solvers, strict=True)]
         base, local = self._bases(parts, len(x))

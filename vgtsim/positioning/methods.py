@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.positioning.anchoring import anchor_successively
 from vgtsim.positioning.goals import Direction, GoalSpace, Position
 from vgtsim.positioning.newton import NewtonSettings
@@ -41,7 +41,7 @@ def resolve(problem: Positioning, method: Method, starts: Array, settings: Newto
     Args:
         problem: One tool goal, strokes, objective; for the coupled method with its reduction.
         method: How redundancy is resolved.
-        starts: Inputs inside the strokes, shape (S, *q); shape control makes its own.
+        starts: Inputs inside the strokes, shape (S, n); shape control makes its own.
         settings: Of the iteration.
 
     Returns:
@@ -66,10 +66,10 @@ def bring_starts_inside(problem: Positioning, starts: Array) -> Array:
 
     Args:
         problem: Gives strokes and order reduction.
-        starts: Inputs, shape (S, *q).
+        starts: Inputs, shape (S, n).
 
     Returns:
-        Inputs inside the strokes that the order reduction allows, shape (S, *q).
+        Inputs inside the strokes that the order reduction allows, shape (S, n).
     """
     inside = bring_inside(problem.chain, problem.box, starts)
     if problem.reduction is None:

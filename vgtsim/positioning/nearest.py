@@ -25,11 +25,11 @@ def come_nearest(problem: Positioning, start: Array, most: int = 80) -> tuple[Ar
 
     Args:
         problem: One goal and strokes; its objective plays no part.
-        start: Inputs inside the strokes, shape (b, *q).
+        start: Inputs inside the strokes, shape (b, n).
         most: Greatest number of iterations for each kappa.
 
     Returns:
-        Inputs, shape (b, *q), and what is left of the goal rows there, shape (b, m), m and rad: a metre counts like a
+        Inputs, shape (b, n), and what is left of the goal rows there, shape (b, m), m and rad: a metre counts like a
         radian.
     """
     plain = replace(problem, objective=StrokeBarrier())

@@ -36,8 +36,8 @@ class Configurations:
 
     @property
     def q(self) -> Array:
-        """Inputs, shape (b, *q)."""
-        return self.state.q.reshape(-1, *self.kernel.chain.input_shape)
+        """Inputs, shape (b, n)."""
+        return self.state.q
 
     @property
     def length(self) -> Array:
@@ -87,7 +87,7 @@ class StrokeBarrier:
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        box = at.box.row
+        box = at.box
         first, second = box.slopes(at.length)
         return _of_lengths(at, box.barrier(at.length), first, second)
 
@@ -100,7 +100,7 @@ class MidStroke:
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        box = at.box.row
+        box = at.box
         half = (box.greatest - box.least) / 2
         away = (at.length - box.least) / half - 1
         value = 0.5 * np.sum(away**2, axis=1)
@@ -133,7 +133,7 @@ class LengthVariation:
 
     @staticmethod
     def exact(length: Array) -> float:
-        """Equation 8.8 as printed, m, for the lengths of one configuration, shape (*l)."""
+        """Equation 8.8 as printed, m, for the lengths of one configuration, shape (J,)."""
         return float(np.sum(np.abs(length - np.mean(length))))
 
 
@@ -142,7 +142,7 @@ class Nearness:
     """Half the sum of squares of the way of every actuator from a previous configuration, in half strokes.
 
     Attributes:
-        previous: Actuator lengths before, of every goal, shape (B, *l), or of all, shape (*l), m.
+        previous: Actuator lengths before, of every goal, shape (B, J), or of all, shape (J,), m.
     """
 
     previous: Array
@@ -150,7 +150,7 @@ class Nearness:
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        box = at.box.row
+        box = at.box
         half = (box.greatest - box.least) / 2
         before = self.previous.reshape(-1, at.length.shape[1])
         away = (at.length - (before[at.which] if len(before) > 1 else before)) / half
@@ -196,7 +196,7 @@ class Differences:
 
     Attributes:
         name: For reports and errors.
-        function: From inputs, shape (b, *q), to values, shape (b,), finite inside the strokes.
+        function: From inputs, shape (b, n), to values, shape (b,), finite inside the strokes.
         step: Of the differences, in units of the inputs.
     """
 
@@ -206,11 +206,10 @@ class Differences:
 
     def terms(self, at: Configurations) -> Terms:
         """By 2 n + 1 values for each configuration."""
-        q, shape = at.q, at.kernel.chain.input_shape
-        count = at.state.q.shape[1]
-        shift = self.step * np.eye(count).reshape(count, *shape)
+        q, count = at.q, at.q.shape[1]
+        shift = self.step * np.eye(count)
         near = np.concatenate([q[:, None], q[:, None] + shift, q[:, None] - shift], axis=1)
-        value = np.asarray(self.function(near.reshape(-1, *shape)), float)
+        value = np.asarray(self.function(near.reshape(-1, count)), float)
         if value.shape != (near.shape[0] * near.shape[1],) or not np.all(np.isfinite(value)):
             bad = int(np.sum(~np.isfinite(value))) if value.ndim == 1 else value.size
             raise ObjectiveError(self.name, bad, f"values of shape {value.shape} for inputs of shape {near.shape}")

@@ -50,18 +50,12 @@ class Positioning:
     reduction: Reduction | None = None
 
     def inputs(self, z: Array) -> Array:
-        """Inputs, shape (..., *q), of variables, shape (..., k)."""
-        row = self._row(z)
-        return row.reshape(*row.shape[:-1], *self.chain.input_shape)
-
-    def _row(self, z: Array) -> Array:
-        """Inputs in one row, shape (..., n)."""
+        """Inputs, shape (..., n), of variables, shape (..., k)."""
         return z if self.reduction is None else self.reduction.inputs(z)
 
     def variables(self, q: Array) -> Array:
-        """Variables, shape (..., k), of inputs, shape (..., *q)."""
-        row = q.reshape(*q.shape[: q.ndim - len(self.chain.input_shape)], -1)
-        return row if self.reduction is None else self.reduction.variables(row)
+        """Variables, shape (..., k), of inputs, shape (..., n)."""
+        return q if self.reduction is None else self.reduction.variables(q)
 
     @property
     def tolerance(self) -> Array:
@@ -70,12 +64,12 @@ class Positioning:
 
     def local(self, z: Array, which: Index) -> Local:
         """Rows and objective about a batch of variables, shape (b, k), for goals of shape (b,)."""
-        state = self.kernel.state(self._row(z))
+        state = self.kernel.state(self.inputs(z))
         count = self.chain.layout.actuators
-        spare = np.min(self.box.row.spare(state.legs[:, :count]), axis=1)
+        spare = np.min(self.box.spare(state.legs[:, :count]), axis=1)
         good = state.assembles & (spare > 0)
         if not np.all(good):  # what stands in for the others is never looked at
-            state = self.kernel.state(np.where(good[:, None], state.q, self.middle.ravel()))
+            state = self.kernel.state(np.where(good[:, None], state.q, self.middle))
         error, J = evaluate(self.chain, self.goal, state, which)
         terms = self.guarded.terms(Configurations(self.kernel, self.box, state, which))
         if not np.all(np.isfinite(terms.value)):
@@ -111,7 +105,7 @@ class Positioning:
 
     @cached_property
     def middle(self) -> Array:
-        """Inputs with every actuator at mid-stroke, shape (*q)."""
+        """Inputs with every actuator at mid-stroke, shape (n,)."""
         return centre(self.chain, self.box)
 
     @cached_property
@@ -123,7 +117,7 @@ class Positioning:
 
     def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
         """Curvature that the local model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""
-        state = self.kernel.state(self._row(z))
+        state = self.kernel.state(self.inputs(z))
         rows = len(self.goal.names)
         weights = np.zeros((len(z), self.chain.layout.actuators)) if by_length is None else by_length
         weights = np.concatenate([weights, multipliers[:, rows:]], axis=1)
@@ -140,7 +134,7 @@ class Positions:
     """Solutions of a batch of goals.
 
     Attributes:
-        q: Inputs, shape (B, *q).
+        q: Inputs, shape (B, n).
         error: Goal rows, shape (B, m), m and rad.
         value: Objective with the barrier, shape (B,).
         iterations: Shape (B,).
@@ -168,7 +162,7 @@ def solve(problem: Positioning, start: ArrayLike, settings: NewtonSettings | Non
 
     Args:
         problem: Goals, limits, objective.
-        start: Inputs inside the strokes, shape (*q) for all goals or (B, *q).
+        start: Inputs inside the strokes, shape (n,) for all goals or (B, n).
         settings: How; the tolerance is that of the goal rows.
 
     Returns:
@@ -233,5 +227,5 @@ def _come_near(problem: Positioning, z: Array, how: NewtonSettings) -> Array:
 
 
 def assembles(chain: Chain, box: StrokeBox, q: Array) -> NDArray[np.bool_]:
-    """Which configurations assemble inside the box, shape (b,), of inputs of shape (b, *q)."""
+    """Which configurations assemble inside the box, shape (b,), of inputs of shape (b, n)."""
     return inside(Kernel(chain), box, q)

@@ -83,13 +83,13 @@ def anchor(inputs: ArrayLike, fixed: ArrayLike) -> Reduction:
     """Hold some inputs where they are (section 7.2).
 
     Args:
-        inputs: Present inputs, shape (*q).
+        inputs: Present inputs, shape (n,).
         fixed: Which are held, bool, of the same shape.
 
     Returns:
         The reduction.
     """
-    held, now = np.asarray(fixed, bool).ravel(), np.asarray(inputs, float).ravel()
+    held, now = np.asarray(fixed, bool), np.asarray(inputs, float)
     return Reduction(np.eye(len(now))[:, ~held], np.where(held, now, 0.0))
 
 
@@ -102,7 +102,7 @@ def couple(
     """Tie active modules together: tau_first = k tau_second (section 7.3).
 
     Args:
-        reference: Inputs that count as zero, shape (A, 3), or (n,) with `owner`; zeros for the printed form.
+        reference: Inputs that count as zero, shape (n,); zeros for the printed form.
         pairs: For each pair the module that follows and the module it follows, counted from 0.
         ratio: k, or absent for a free ratio of each pair, which becomes a variable.
         owner: Active module of each input, shape (n,); absent for three inputs each.
@@ -138,5 +138,5 @@ def couple(
     # q - reference = C (z - reference of z): z are inputs of the leading and the uncoupled modules
     matrix = C[:, keep]
     if ratio is None:
-        return Reduction(matrix, zero.ravel(), tuple(free))
-    return Reduction(matrix, zero.ravel())
+        return Reduction(matrix, zero, tuple(free))
+    return Reduction(matrix, zero)

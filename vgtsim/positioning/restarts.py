@@ -30,7 +30,7 @@ class Postures:
     """Configurations inside the strokes and where they put the tool.
 
     Attributes:
-        q: Inputs, shape (N, *q).
+        q: Inputs, shape (N, n).
         position: Of the tool in B_1, shape (N, 3), m.
         direction: Of the tool in B_1, shape (N, 3).
     """
@@ -65,13 +65,13 @@ def make_postures(chain: Chain, box: StrokeBox, count: int = 600) -> Postures:
 
 def _double_octahedral(chain: Chain, box: StrokeBox, count: int, rng: np.random.Generator) -> Array:
     """Postures of an arm of double octahedra, by lengths: three equal ones lean as the bend says."""
-    shape = box.least.shape
-    part = 0.06 + 0.88 * rng.random((count, *shape))
-    curve = _curves(shape[0], count // 2, rng)
+    modules = len(chain.layout.names)
+    part = 0.06 + 0.88 * rng.random((count, modules, 3))
+    curve = _curves(modules, count // 2, rng)
     wave = 2 * np.pi / 3 * np.arange(3)
     lean = 0.45 * (curve[..., :1] * np.cos(wave) + curve[..., 1:] * np.sin(wave))
     part[: count // 2] = np.clip(0.5 * rng.uniform(0.4, 1.4, (count // 2, 1, 1)) + lean, 0.06, 0.94)
-    lengths = box.least + part * (box.greatest - box.least)
+    lengths = box.least + part.reshape(count, -1) * (box.greatest - box.least)
     return _assemble(chain, lengths)
 
 
@@ -84,7 +84,7 @@ def _curves(count: int, number: int, rng: np.random.Generator) -> Array:
 
 
 def _bent(chain: Chain, box: StrokeBox, count: int, rng: np.random.Generator) -> Array:
-    """Symmetric bends of all modules, those that leave the strokes drawn towards their middle, shape (count, *q)."""
+    """Symmetric bends of all modules, those that leave the strokes drawn towards their middle, shape (count, n)."""
     curve = _curves(len(chain.layout.names), count, rng)
     angle = _MOST_BEND * np.linalg.norm(curve, axis=-1)
     q = bend_all(chain, angle, np.arctan2(curve[..., 1], curve[..., 0]))
@@ -104,7 +104,7 @@ def solve_anywhere(
 
     Args:
         problem: Goals, limits, objective.
-        start: Inputs, shape (*q) or (B, *q); moved inside the strokes where they are not.
+        start: Inputs, shape (n,) or (B, n); moved inside the strokes where they are not.
         settings: How.
         postures: Table to restart from; made when absent.
         tries: Greatest number of restarts of a goal.
@@ -117,7 +117,7 @@ def solve_anywhere(
     """
     chain, box = problem.chain, problem.box
     begin = np.asarray(start, float)
-    rows = begin.reshape(-1, *chain.input_shape)
+    rows = np.atleast_2d(begin)
     if not np.all(assembles(chain, box, rows)):
         begin = bring_inside(chain, box, begin)
     found = solve(problem, begin, settings)
@@ -142,7 +142,7 @@ def solve_anywhere(
 
 
 def choose_postures(problem: Positioning, table: Postures, left: NDArray[np.intp], attempt: int) -> Array:
-    """One posture for each goal, swung to it, shape (b, *q)."""
+    """One posture for each goal, swung to it, shape (b, n)."""
     chain = problem.chain
     wanted = _tool_targets(problem.goal, chain, left)
     if wanted is None:
@@ -210,7 +210,7 @@ def _choose(goal: GoalSpace, which: NDArray[np.intp]) -> GoalSpace:
 
 
 def _assemble(chain: Chain, lengths: Array) -> Array:
-    """Inputs of those lengths, shape (N, *q), that assemble; a batch that fails is halved."""
+    """Inputs of those lengths, shape (N, n), that assemble; a batch that fails is halved."""
     try:
         return chain.inputs_from_lengths(lengths)
     except AssemblyError:

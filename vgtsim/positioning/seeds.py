@@ -24,11 +24,11 @@ def make_seeds(chain: Chain, start: Array, target: Array) -> Array:
 
     Args:
         chain: The arm.
-        start: Present configuration, shape (*q).
+        start: Present configuration, shape (n,).
         target: Tool position wanted, in frame G, shape (3,), m.
 
     Returns:
-        Inputs, shape (S, *q), some perhaps outside the strokes: the present ones swung to the target's azimuth, the
+        Inputs, shape (S, n), some perhaps outside the strokes: the present ones swung to the target's azimuth, the
         present ones, then bend patterns in the plane of the target.
     """
     there = azimuth(chain, target)

@@ -30,7 +30,7 @@ class Shape:
     """An arm in the shape of a curve.
 
     Attributes:
-        fitted: Inputs that put every segment's end on the curve, strokes left aside, shape (*q).
+        fitted: Inputs that put every segment's end on the curve, strokes left aside, shape (n,).
         overrun: Greatest excess of a fitted length over its stroke, m; at most zero when all are inside, infinite where a
             module does not assemble so.
         solution: The arm inside its strokes with its end conditions met, as near to the fit as it can be.
@@ -83,7 +83,7 @@ def solve_shapes(
     pairs = magnitudes or tuple((float(a), float(b)) for a in reach * MAGNITUDES for b in reach * MAGNITUDES)
     fits = np.array([fit(chain, cubic(base, face, a * out, b * along)) for a, b in pairs])
     state = Kernel(chain).state(fits)
-    overrun = np.where(state.assembles, -np.min(box.row.spare(state.legs[:, : chain.layout.actuators]), axis=1), np.inf)
+    overrun = np.where(state.assembles, -np.min(box.spare(state.legs[:, : chain.layout.actuators]), axis=1), np.inf)
     found = _finish(chain, box, goal, fits, settings)
     met = np.flatnonzero(found.met)
     if not len(met):
@@ -141,7 +141,7 @@ def follow_curve(
     end = curve.point(np.ones(1))[0] + chain.manipulator.tip_plate.tool_offset * along
     q = fit(chain, curve, twist)
     length = Kernel(chain).state(q[None]).legs[0, : chain.layout.actuators]
-    overrun = -float(np.min(box.row.spare(length)))
+    overrun = -float(np.min(box.spare(length)))
     near = bring_inside(chain, box, q)
     problem = Positioning(chain, box, tool_goal(end, along), Nearness(chain.lengths(near)), barrier=_BARRIER)
     solution = solve_anywhere(problem, near, settings)

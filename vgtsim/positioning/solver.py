@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.resolution import Method
+from vgtsim.description.redundancy import Method
 from vgtsim.errors import ReachError
 from vgtsim.positioning.methods import Notes, Resolved, bring_starts_inside, resolve
 from vgtsim.positioning.nearest import come_nearest
@@ -49,7 +49,7 @@ class GoalSolution:
     """A configuration that meets a goal.
 
     Attributes:
-        q: Inputs, shape (*q).
+        q: Inputs, shape (n,).
         error: Goal rows, shape (m,), m and rad.
         value: Of the objective with the stroke barrier.
         iterations: Over all starts.
@@ -90,7 +90,7 @@ def solve_goal(
         name: Of the goal, for errors.
         problem: One tool goal, strokes, objective; for the coupled method with its reduction.
         method: How redundancy is resolved.
-        start: Present inputs, shape (*q).
+        start: Present inputs, shape (n,).
         keep: Clearance asked for; the objective is made to keep it where it does not by itself.
         settings: Of the iteration.
 
@@ -125,7 +125,7 @@ def solve_goal(
 
 
 def _groups(problem: Positioning, method: Method, start: Array) -> Iterator[Array]:
-    """Starts inside the strokes, shape (S, *q): the likely one, the other seeds, postures that come near the goal."""
+    """Starts inside the strokes, shape (S, n): the likely one, the other seeds, postures that come near the goal."""
     target = np.asarray(problem.goal.parts[0].target, float)
     seeds = make_seeds(problem.chain, start, target)
     yield bring_starts_inside(problem, seeds[:1])

@@ -22,45 +22,39 @@ class StrokeBox:
     """Actuator lengths the plan may use.
 
     Attributes:
-        least: Shape (*l), as the chain's lengths, m.
-        greatest: Shape (*l), m.
+        least: Shape (J,), m.
+        greatest: Shape (J,), m.
     """
 
     least: Array
     greatest: Array
 
-    @property
-    def row(self) -> StrokeBox:
-        """The same box with lengths in one row, shape (J,)."""
-        return StrokeBox(self.least.ravel(), self.greatest.ravel())
-
     def barrier(self, length: Array) -> Array:
         """Sum of -log(4 (l - least)(greatest - l) / (greatest - least)²) over all actuators.
 
         Args:
-            length: Actuator lengths inside the box, shape (..., *l), m.
+            length: Actuator lengths inside the box, shape (..., J), m.
 
         Returns:
             Shape (...): zero at mid-stroke, growing without bound towards an end.
         """
         below, above = length - self.least, self.greatest - length
-        axes = tuple(range(-self.least.ndim, 0))
-        return -np.sum(np.log(4 * below * above / (self.greatest - self.least) ** 2), axis=axes)
+        return -np.sum(np.log(4 * below * above / (self.greatest - self.least) ** 2), axis=-1)
 
     def slopes(self, length: Array) -> tuple[Array, Array]:
         """First and second derivatives of the barrier.
 
         Args:
-            length: Actuator lengths inside the box, shape (..., *l), m.
+            length: Actuator lengths inside the box, shape (..., J), m.
 
         Returns:
-            Each shape (..., *l), 1/m and 1/m².
+            Each shape (..., J), 1/m and 1/m².
         """
         below, above = 1 / (length - self.least), 1 / (self.greatest - length)
         return above - below, above**2 + below**2
 
     def spare(self, length: Array) -> Array:
-        """Distance of each actuator to the nearer end of its box, negative outside, shape (..., *l), m."""
+        """Distance of each actuator to the nearer end of its box, negative outside, shape (..., J), m."""
         return np.minimum(length - self.least, self.greatest - length)
 
 
@@ -78,7 +72,7 @@ def make_box(chain: Chain, margin: float) -> StrokeBox:
         DescriptionError: The margins leave nothing of a stroke; the actuator is named.
     """
     least, greatest = chain.stroke
-    stroke = (greatest - least).ravel()
+    stroke = greatest - least
     shortest = int(np.argmin(stroke))
     if 2 * margin >= stroke[shortest]:
         name = chain.truss.members[chain.truss.actuated[shortest]].name
@@ -93,13 +87,13 @@ def room(kernel: Kernel, box: StrokeBox, q: Array) -> Array:
     Args:
         kernel: The arm.
         box: Lengths allowed.
-        q: Inputs, shape (b, *q).
+        q: Inputs, shape (b, n).
 
     Returns:
         Shape (b, A), m; minus infinity for a module that does not assemble.
     """
     state, layout = kernel.state(q), kernel.chain.layout
-    spare = box.row.spare(state.legs[:, : layout.actuators])
+    spare = box.spare(state.legs[:, : layout.actuators])
     owner = np.empty(layout.actuators, dtype=int)
     for place in layout.places:
         mine = np.arange(len(layout.names))[place.active]
@@ -109,12 +103,12 @@ def room(kernel: Kernel, box: StrokeBox, q: Array) -> Array:
 
 
 def inside(kernel: Kernel, box: StrokeBox, q: Array) -> NDArray[np.bool_]:
-    """Which configurations assemble inside the box, shape (b,), of inputs of shape (b, *q)."""
+    """Which configurations assemble inside the box, shape (b,), of inputs of shape (b, n)."""
     return np.min(room(kernel, box, q), axis=1) > 0
 
 
 def centre(chain: Chain, box: StrokeBox) -> Array:
-    """Inputs of the arm with every actuator at the middle of its box, shape (*q)."""
+    """Inputs of the arm with every actuator at the middle of its box, shape (n,)."""
     return chain.inputs_from_lengths((box.least + box.greatest) / 2)
 
 
@@ -124,13 +118,13 @@ def bring_inside(chain: Chain, box: StrokeBox, q: Array) -> Array:
     Args:
         chain: The arm.
         box: Lengths allowed.
-        q: Inputs, shape (..., *q).
+        q: Inputs, shape (..., n).
 
     Returns:
-        Inputs whose lengths are inside the box, shape (..., *q); module by module, so that those inside stay.
+        Inputs whose lengths are inside the box, shape (..., n); module by module, so that those inside stay.
     """
     kernel, owner = Kernel(chain), chain.layout.owner
-    row, middle = np.asarray(q, float).reshape(-1, len(owner)), centre(chain, box).ravel()
+    row, middle = np.asarray(q, float).reshape(-1, len(owner)), centre(chain, box)
     part = np.linspace(0.0, 1.0, _PARTS)[:, None, None]
     trials = (1 - part) * row + part * middle
     good = room(kernel, box, trials.reshape(-1, len(owner))) >= 0.02 * np.min(box.greatest - box.least)
@@ -145,12 +139,12 @@ def binding_actuators(chain: Chain, box: StrokeBox, q: Array) -> tuple[str, ...]
     Args:
         chain: The arm.
         box: Lengths allowed.
-        q: Inputs, shape (*q).
+        q: Inputs, shape (n,).
 
     Returns:
         Names such as `m3/actuator/2 retracted`.
     """
-    length, limits = Kernel(chain).state(q[None]).legs[0], box.row
+    length, limits = Kernel(chain).state(q[None]).legs[0], box
     names = []
     for j, member in enumerate(chain.truss.actuated):
         name = chain.truss.members[member].name

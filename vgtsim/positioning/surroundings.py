@@ -130,7 +130,7 @@ class Surroundings:
         )
 
     def points(self, q: Array) -> Array:
-        """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, *q)."""
+        """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, n)."""
         nodes = self.chain.nodes(q)
         points = np.concatenate([nodes, self.chain.tool(q)[0][..., None, :]], axis=-2)
         return points if self.sag is None else points + self.sag(nodes)
@@ -139,7 +139,7 @@ class Surroundings:
         """Pairs nearer than a reach.
 
         Args:
-            q: Inputs, shape (W, *q).
+            q: Inputs, shape (W, n).
             reach: m.
             slopes: Whether the gradients are wanted.
             payload: Whether the payload's distance from tank, equipment, waste and mast counts; its distance
@@ -154,7 +154,7 @@ class Surroundings:
         config = np.concatenate([part.config for part in parts])
         gap = np.concatenate([part.gap for part in parts])
         if not slopes or not len(gap):
-            return NearPairs(config, gap, np.zeros((len(gap), q[0].size if slopes else 0)))
+            return NearPairs(config, gap, np.zeros((len(gap), q.shape[1] if slopes else 0)))
         used, at = np.unique(config, return_inverse=True)
         J = self._slopes(q[used])
         bounds = np.cumsum([0, *(len(part.config) for part in parts)])
@@ -173,7 +173,7 @@ class Surroundings:
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
         """By differences: a solver does not come to rest on slopes that leave the sag out."""
-        near = q[:, None] + _STEP * np.eye(q[0].size).reshape(-1, *q.shape[1:])
+        near = q[:, None] + _STEP * np.eye(q.shape[1])
         change = sag(self.chain.nodes(near)) - sag(self.chain.nodes(q))[:, None]
         return np.moveaxis(change / _STEP, 1, -1)
 
@@ -229,7 +229,7 @@ class Surroundings:
         """Least clearance of every configuration, from everything and of the arm from itself.
 
         Args:
-            q: Inputs, shape (W, *q).
+            q: Inputs, shape (W, n).
 
         Returns:
             Shape (W,), m, and what is that near in each.
@@ -260,6 +260,6 @@ class Surroundings:
         return np.min(distance - capsules.radii[mine] - self.mast_radius, axis=1, initial=np.inf)
 
     def least(self, q: Array) -> tuple[float, str]:
-        """Least clearance, m, of one configuration of shape (*q), and what is that near."""
+        """Least clearance, m, of one configuration of shape (n,), and what is that near."""
         distance, names = self.clearance(q[None])
         return float(distance[0]), names[0]

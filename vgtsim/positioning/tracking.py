@@ -24,8 +24,8 @@ class Tracked:
     """A path of configurations.
 
     Attributes:
-        q: Inputs at every goal, shape (K, A, 3).
-        lengths: Of the actuators, shape (K, A, 3), m.
+        q: Inputs at every goal, shape (K, n).
+        lengths: Of the actuators, shape (K, J), m.
         cost: Sum of the objective over the goals and of the squared motion between them.
         iterations: At every goal, shape (K,); zeros where they were not counted.
     """
@@ -85,7 +85,7 @@ def track(problem: Positioning, positions: ArrayLike, directions: ArrayLike, sta
         problem: Arm, strokes and objective; its goal is replaced.
         positions: Tool points, shape (K, 3), m.
         directions: Tool directions, shape (K, 3) or (3,).
-        start: Configuration from which the first goal is met, shape (A, 3).
+        start: Configuration from which the first goal is met, shape (n,).
         most: Greatest change of an actuator between two goals, m: its rate times the time between them.
 
     Returns:
@@ -127,10 +127,10 @@ def sheets(problem: Positioning, positions: ArrayLike, directions: ArrayLike, se
         problem: Arm, strokes and objective; its goal is replaced.
         positions: Tool points, shape (K, 3), m.
         directions: Tool directions, shape (K, 3) or (3,).
-        seeds: Configurations to begin with, shape (C, A, 3).
+        seeds: Configurations to begin with, shape (C, n).
 
     Returns:
-        Shape (K, 2 C, A, 3); NaN where a goal is not met.
+        Shape (K, 2 C, n); NaN where a goal is not met.
     """
     at = np.asarray(positions, float)
     along = np.broadcast_to(np.asarray(directions, float), at.shape)
@@ -140,8 +140,8 @@ def sheets(problem: Positioning, positions: ArrayLike, directions: ArrayLike, se
         carried = solve(replace(problem, goal=goal, objective=Nearness(problem.chain.lengths(here))), here)
         best = solve(replace(problem, goal=goal), carried.q)
         met = np.concatenate([carried.met, best.met])
-        layers.append(np.where(met[:, None, None], np.concatenate([carried.q, best.q]), np.nan))
-        here = np.where(carried.met[:, None, None], carried.q, here)
+        layers.append(np.where(met[:, None], np.concatenate([carried.q, best.q]), np.nan))
+        here = np.where(carried.met[:, None], carried.q, here)
     return np.array(layers)
 
 
@@ -150,7 +150,7 @@ def resolve_globally(problem: Positioning, candidates: ArrayLike, most: float) -
 
     Args:
         problem: Arm, strokes and objective.
-        candidates: Configurations that meet the goals, shape (K, C, A, 3); NaN where there is none.
+        candidates: Configurations that meet the goals, shape (K, C, n); NaN where there is none.
         most: Greatest change of an actuator between two goals, m.
 
     Returns:
@@ -162,22 +162,20 @@ def resolve_globally(problem: Positioning, candidates: ArrayLike, most: float) -
     Source: R. Bellman's dynamic programming; chapter 9 of the dissertation leaves global resolution to future work.
     """
     layers = np.asarray(candidates, float)
-    known = ~np.isnan(layers[:, :, 0, 0])
-    safe = np.where(known[..., None, None], layers, problem.chain.straight)
+    known = ~np.isnan(layers[:, :, 0])
+    safe = np.where(known[..., None], layers, problem.chain.straight)
     lengths, values = problem.chain.lengths(safe), np.stack([_values(problem, layer) for layer in safe])
     values = np.where(known, values, np.inf)
     total, back = values[0], []
     for k in range(1, len(layers)):
         way = lengths[k][None] - lengths[k - 1][:, None]
         move = _motion(way, most)
-        move = np.where(np.abs(way).max(axis=(2, 3)) <= most, move, np.inf)
+        move = np.where(np.abs(way).max(axis=2) <= most, move, np.inf)
         through = total[:, None] + move
         back.append(np.argmin(through, axis=0))
         total = np.min(through, axis=0) + values[k]
         if not np.any(np.isfinite(total)):
-            raise RateError(
-                k, float(np.abs(way[np.ix_(known[k - 1], known[k])]).max(axis=(2, 3)).min(initial=np.inf)), most
-            )
+            raise RateError(k, float(np.abs(way[np.ix_(known[k - 1], known[k])]).max(axis=2).min(initial=np.inf)), most)
     chosen = [int(np.argmin(total))]
     for step in reversed(back):
         chosen.append(int(step[chosen[-1]]))
@@ -192,12 +190,12 @@ def _weight(problem: Positioning, most: float) -> float:
 
 
 def _motion(way: Array, most: float) -> Array:
-    """Cost of changes of length, shape (...), of shape (..., A, 3), m: `_STEADY` for one at its most."""
-    return _STEADY * np.sum((way / most) ** 2, axis=(-2, -1))
+    """Cost of changes of length, shape (...), of shape (..., J), m: `_STEADY` for one at its most."""
+    return _STEADY * np.sum((way / most) ** 2, axis=-1)
 
 
 def _values(problem: Positioning, q: Array) -> Array:
-    """Objective with its barrier, shape (b,), of inputs of shape (b, A, 3)."""
+    """Objective with its barrier, shape (b,), of inputs of shape (b, n)."""
     at = Configurations(problem.kernel, problem.box, problem.kernel.state(q), np.zeros(len(q), int))
     return problem.guarded.terms(at).value
 

@@ -51,7 +51,7 @@ class CapacityMap:
         sag: Displacement of the tool under the reference payload, shape (C,), m.
         member: Name of the governing member, per cell.
         limit: What governs, per cell.
-        q: Inputs of the posture, shape (C, A, 3).
+        q: Inputs of the posture, shape (C, n).
         reference: Payload of the sag, kg.
     """
 
@@ -67,12 +67,12 @@ class CapacityMap:
     @property
     def bends(self) -> Array:
         """Angle between the end faces of each active module, shape (C, A), rad."""
-        return 2 * np.arcsin(np.minimum(np.hypot(self.q[..., 0], self.q[..., 1]), 1.0))
+        return 2 * np.arcsin(np.minimum(np.hypot(self.q[:, ::3], self.q[:, 1::3]), 1.0))
 
     @property
     def azimuths(self) -> Array:
         """Direction each active module bends to, from the x axis of its base frame, shape (C, A), rad."""
-        return np.arctan2(self.q[..., 1], self.q[..., 0])
+        return np.arctan2(self.q[:, 1::3], self.q[:, ::3])
 
 
 def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor: float, radius: float) -> Allowance:
@@ -129,7 +129,7 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
         seed: Of the draw.
 
     Returns:
-        Inputs, shape (K, A, 3).
+        Inputs, shape (K, n).
 
     Raises:
         DescriptionError: The arm has other active modules than double octahedra.
@@ -139,16 +139,16 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
         found = f"{chain.manipulator.name}, whose active modules are {', '.join(chain.layout.names)}"
         raise DescriptionError(None, "modules", found, "double octahedra alone: they bend in a plane by their inputs")
     rng = np.random.default_rng(seed)
-    active = len(chain.straight)
+    active = len(chain.layout.names)
     # evenly curved arms as well as free ones: the former reach far, the latter fill the plane
     bend = _GREATEST_BEND * rng.uniform(-1, 1, (shapes, active))
     even = rng.uniform(0, 1, (shapes, 1)) < 0.5
     bend = np.where(even, 0.7 * bend[:, :1] * np.linspace(1, -1, active) ** 2 + 0.3 * bend, bend)
     q = np.repeat(chain.straight[None], shapes, axis=0)
-    q[..., 0] = np.sin(bend / 2)
+    q[:, ::3] = np.sin(bend / 2)
     length = chain.lengths(q)
     low, high = chain.stroke
-    kept = np.all((length >= low) & (length <= high), axis=(1, 2))
+    kept = np.all((length >= low) & (length <= high), axis=1)
     if not kept.any():
         raise TrussError(0, (), f"none of {shapes} shapes is within the strokes")
     return q[kept]
@@ -166,7 +166,7 @@ def map_capacity(
 
     Args:
         chain: The arm, hanging; depth counts from its base face.
-        q: Inputs of the postures, shape (K, A, 3).
+        q: Inputs of the postures, shape (K, n).
         gravity: Downward, m/s².
         safety_factor: Omega of AISC 360.
         reference: Payload of the sag, kg.
@@ -221,7 +221,7 @@ def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:
 
 
 def place_tool(chain: Chain, q: Array) -> Array:
-    """Radius and depth of the tool point, shape (2, K), m, for inputs of shape (K, A, 3)."""
+    """Radius and depth of the tool point, shape (2, K), m, for inputs of shape (K, n)."""
     tool, _ = chain.tool(q)
     return np.stack([np.linalg.norm(tool[:, :2] - chain.mount[:2, 3], axis=1), chain.mount[2, 3] - tool[:, 2]])
 

@@ -35,7 +35,7 @@ def check_kinematics(run: Evidence) -> Finding:
     """Greatest distance of a node from the forward kinematics of the actual lengths."""
     log, chain = run.log, run.site.chain
     try:
-        q = chain.inputs_from_lengths(log.actual.reshape(-1, *chain.length_shape))
+        q = chain.inputs_from_lengths(log.actual)
     except AssemblyError as error:
         return missing(str(error), error.module)
     return worst_of(np.linalg.norm(log.nodes - chain.nodes(q), axis=-1), log.time, chain.truss.nodes)
@@ -63,7 +63,7 @@ def check_settled_shape(run: Evidence) -> Finding:
     left = Motion(*(np.where(known, item[picked], 0.0) for item in (run.motion.velocity, run.motion.acceleration)))
     try:
         unloaded = _unload(run, picked, left)
-        start = site.chain.nodes(site.chain.inputs_from_lengths(log.commanded[0].reshape(site.chain.length_shape)))
+        start = site.chain.nodes(site.chain.inputs_from_lengths(log.commanded[0]))
         beta = damping_time(site.elastic_model, start, site.task.simulation.damping_ratio)
         apart = np.linalg.norm(log.nodes[picked] - settle(site.elastic_model, unloaded, left, beta), axis=-1)
     except (AssemblyError, TrussError) as error:
@@ -85,7 +85,7 @@ def _unload(run: Evidence, picked: Index, left: Motion) -> Array:
         lengths = log.actual[picked]
         for _ in range(_OIL_PASSES):
             lengths = log.actual[picked] - (bar / elastic.stiffness(lengths))[:, chain.truss.actuated]
-    return chain.nodes(chain.inputs_from_lengths(lengths.reshape(-1, *chain.length_shape)))
+    return chain.nodes(chain.inputs_from_lengths(lengths))
 
 
 @report_as("kinematics_agreement", "logged tool to its nodes", unit="m", limit="kinematics_agreement")

@@ -1,4 +1,4 @@
-"""How redundancy is resolved, as a scene or a command says it: a method, objectives by name, coupled modules."""
+"""How an arm uses its redundancy, as a scene or a command says it: a method, objectives by name, coupled modules."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OBJECTIVES = (
     "stroke_barrier",
     "utilisation",
 )
-TOOL_ROWS = 5  # a tool goal's: position and direction
+TOOL_ROWS = 5  # of a tool goal: three of the position, two of the direction
 
 Pairs = tuple[tuple[str, str], ...]
 
@@ -37,16 +37,10 @@ class Method(StrEnum):
 
 
 def split_objective(text: str) -> tuple[str, float]:
-    """Name and weight of an objective written `NAME` or `NAME:WEIGHT`.
-
-    Args:
-        text: As written.
-
-    Returns:
-        The name and its weight, 1 when none is given.
+    """Split an objective written `NAME` or `NAME:WEIGHT` into name and weight; the weight is 1 if none is written.
 
     Raises:
-        ValueError: The name is not known, or the weight is no number above zero; the message says what is allowed.
+        ValueError: The name is not known, or the weight is no number above zero. The message says what is allowed.
     """
     name, colon, number = text.partition(":")
     if name not in OBJECTIVES:
@@ -69,32 +63,32 @@ ObjectiveName = Annotated[str, AfterValidator(_known)]
 
 
 def choose_coupling(pairs: Pairs | None, modules: Sequence[Actuated]) -> tuple[tuple[int, int], ...]:
-    """Modules that follow others.
+    """Choose the modules that follow other modules.
 
     Args:
-        pairs: For each pair the module that follows and the module it follows; absent for those of section 8.1: the two
-            modules nearest the mast and the two nearest the tool, as far as these differ.
+        pairs: Names (follower, leader) of each pair. None stands for the pairs of section 8.1: the two modules nearest
+            the mast and the two nearest the tool, as far as these differ.
         modules: The active modules, from the mast to the tool.
 
     Returns:
-        The pairs by indices of the active modules.
+        Indices (follower, leader) of each pair among the active modules.
 
     Raises:
-        ValueError: The arm cannot be coupled so, or too few inputs are left for a tool goal; the message says what is
+        ValueError: The arm cannot be coupled so, or too few inputs are left for a tool goal. The message says what is
             allowed.
     """
     names, freedom = tuple(module.name for module in modules), [module.freedom for module in modules]
     if pairs is None:
         ends = ((0, 1), (len(names) - 1, len(names) - 2))[: min(len(names) // 2, 2)]
-        found = tuple(pair for pair in ends if modules[pair[0]].kind == modules[pair[1]].kind)
+        chosen = tuple(pair for pair in ends if modules[pair[0]].kind == modules[pair[1]].kind)
     else:
-        found = tuple((_index(follower, names), _index(leader, names)) for follower, leader in pairs)
-    if not found:
+        chosen = tuple((_index(follower, names), _index(leader, names)) for follower, leader in pairs)
+    if not chosen:
         raise ValueError(f"at least one pair [follower, leader] of the active modules: {', '.join(names)}")
-    followers, leaders = [pair[0] for pair in found], {pair[1] for pair in found}
+    followers, leaders = [pair[0] for pair in chosen], {pair[1] for pair in chosen}
     if len(set(followers)) < len(followers) or leaders & set(followers):
         raise ValueError("pairs [follower, leader] in which no module follows twice, or leads and follows")
-    for follower, leader in found:
+    for follower, leader in chosen:
         if modules[follower].kind != modules[leader].kind:
             kinds = f"{names[follower]} is {modules[follower].kind}, {names[leader]} {modules[leader].kind}"
             raise ValueError(f"pairs of modules of one kind; {kinds}")
@@ -103,7 +97,7 @@ def choose_coupling(pairs: Pairs | None, modules: Sequence[Actuated]) -> tuple[t
         each = max(freedom)
         most = max(0, len(names) - -(-TOOL_ROWS // each))
         raise ValueError(f"at most {most} pairs: a tool goal has {TOOL_ROWS} rows, and {left} inputs would be left")
-    return found
+    return chosen
 
 
 def _index(name: str, modules: tuple[str, ...]) -> int:
