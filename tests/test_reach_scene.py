@@ -6,7 +6,6 @@ import json
 
 import pytest
 
-from vgtsim.mjcf import build_model
 from vgtsim.output import write_outputs
 from vgtsim.planning import plan_tour
 from vgtsim.plant import run
@@ -20,7 +19,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope="module")
 def folder(reach_scene, tmp_path_factory):
     site = Site(reach_scene)
-    log = run(build_model(reach_scene), plan_tour(site), reach_scene)
+    log = run(site, plan_tour(site))
     path = tmp_path_factory.mktemp("reach")
     write_outputs(site, log, verify(site, log), path)
     return path

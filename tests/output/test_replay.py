@@ -16,7 +16,7 @@ FORCE = 1e-6  # N; rounding of forces of 1e5 N
 
 @pytest.fixture(scope="module")
 def replay(site, log):
-    model = build_spec(site.scene).compile()
+    model = build_spec(site).compile()
     return make_replay(model, site.truss, scale_end(log.axial(site.truss.ends)))
 
 

@@ -11,7 +11,7 @@ from finite_elements import settle_with_pynite
 from playing import bend, change, play
 
 from vgtsim.errors import DescriptionError
-from vgtsim.mjcf import build_spec, scene_chain
+from vgtsim.mjcf import build_spec
 from vgtsim.mjcf.build import finish_model
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.plant.hydraulics import FLOW
@@ -50,7 +50,7 @@ def out_of_the_tank(spec):
 
 
 def elastic_of(scene):
-    return make_elastic_model(scene_chain(scene), scene.task.payload, scene.task.simulation.gravity)
+    return make_elastic_model(Site(scene).chain, scene.task.payload, scene.task.simulation.gravity)
 
 
 def unloaded(scene, mass):
@@ -62,7 +62,7 @@ def unloaded(scene, mass):
 @pytest.mark.parametrize("mass", [0.0, 453.6])
 def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
     scene = unloaded(scene, mass)
-    q, chain = bend(scene, *POSES[pose]), scene_chain(scene)
+    q, chain = bend(scene, *POSES[pose]), Site(scene).chain
     log = play(scene, q, q, 0.1, out_of_the_tank)
     nodes = chain.nodes(q)
     assert log.settled.any()
@@ -79,7 +79,7 @@ def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
 
 def test_sag_under_a_tenth_of_gravity_is_the_linear_one(scene):
     light = change(scene, gravity=0.980665)
-    q, chain = bend(scene, *POSES["bent"]), scene_chain(scene)
+    q, chain = bend(scene, *POSES["bent"]), Site(scene).chain
     log, nodes = play(light, q, q, 0.1, out_of_the_tank), chain.nodes(q)
     sag, linear = (log.nodes[-1] - nodes)[-3:].mean(axis=0), deflect(elastic_of(light), nodes).nodes[-3:].mean(axis=0)
     assert np.linalg.norm(sag - linear) < SAG * np.linalg.norm(linear)
@@ -87,10 +87,10 @@ def test_sag_under_a_tenth_of_gravity_is_the_linear_one(scene):
 
 def ring(scene, q, displaced, seconds):
     """Node positions at every step after a release from displaced nodes, shape (T, N, 3)."""
-    spec = build_spec(scene)
+    spec = build_spec(Site(scene))
     out_of_the_tank(spec)
-    model = finish_model(spec, scene)
-    data, chain = mujoco.MjData(model), scene_chain(scene)
+    model = finish_model(spec, Site(scene))
+    data, chain = mujoco.MjData(model), Site(scene).chain
     springs = fit_springs(model, data, chain, scene, chain.nodes(q))
     springs.command(chain.lengths(q), np.zeros(len(springs.joints)))
     data.qpos[:] = qpos_from_nodes(model, chain.truss, displaced)
@@ -112,7 +112,7 @@ def crossings(signal, step):
 def horizontal(scene):
     scene = change(scene, damping_ratio=0.0)
     q, model = bend(scene, *POSES["horizontal"]), elastic_of(scene)
-    rest = settle(model, scene_chain(scene).nodes(q))
+    rest = settle(model, Site(scene).chain.nodes(q))
     return scene, q, rest, find_modes(model, rest, 6)
 
 
@@ -144,7 +144,7 @@ def energy(scene, q, history):
     """Kinetic, spring and potential energy along a history, J: from the project's statics, none of it MuJoCo's."""
     from vgtsim.statics.modes import mass_matrix
 
-    model, chain = elastic_of(scene), scene_chain(scene)
+    model, chain = elastic_of(scene), Site(scene).chain
     nodes, step = chain.nodes(q), scene.task.simulation.timestep
     rest, spring = lengths(chain, nodes), model.stiffness_at(nodes)
     stored = 0.5 * np.sum(spring * (lengths(chain, history[1:-1]) - rest) ** 2, axis=-1)
@@ -192,8 +192,8 @@ def test_undamped_energy_drift_is_the_integrators_and_halves_with_the_step(horiz
     omega, lost = 2 * np.pi * modes.frequency[0], []
     model = elastic_of(scene)
     base = potential(model, rest) + 0.5 * np.sum(
-        model.stiffness_at(scene_chain(scene).nodes(q))
-        * (lengths(scene_chain(scene), rest) - lengths(scene_chain(scene), scene_chain(scene).nodes(q))) ** 2
+        model.stiffness_at(Site(scene).chain.nodes(q))
+        * (lengths(Site(scene).chain, rest) - lengths(Site(scene).chain, Site(scene).chain.nodes(q))) ** 2
     )
     for step in (4e-3, 2e-3):
         now = change(scene, timestep=step, log_rate=1 / step)
@@ -274,7 +274,7 @@ def test_period_and_damping_are_those_of_the_servos(scene):
     found = []
     for stiffness in (4e5, 1e5):
         soft = change(scene, drive="servo", servo_stiffness=stiffness, gravity=1e-6)
-        model, chain = finish_model(build_spec(soft), soft), scene_chain(soft)
+        model, chain = finish_model(build_spec(Site(soft)), Site(soft)), Site(soft).chain
         springs = fit_springs(model, mujoco.MjData(model), chain, soft, chain.nodes(q))
         found.append((springs.period, springs.excess + soft.task.simulation.timestep))
     assert found[1] == pytest.approx(2 * np.array(found[0]), rel=0.02)

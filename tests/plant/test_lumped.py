@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playing import bend, change, play, shorten
 
-from vgtsim.mjcf import build_model, names, scene_chain
+from vgtsim.mjcf import build_model, names
 from vgtsim.site import Site
 from vgtsim.statics import make_load_model
 from vgtsim.verification import Evidence, shape, verify
@@ -64,9 +64,9 @@ def test_mass_of_the_model_is_that_of_the_description_either_way(reach_scene):
     masses = []
     for kind in ("distributed", "lumped"):
         scene = change(reach_scene, member_mass=kind)
-        chain, task = scene_chain(scene), scene.task
+        chain, task = Site(scene).chain, scene.task
         told = make_load_model(chain, task.payload, task.simulation.gravity, lumped=kind == "lumped").mass
-        model = build_model(scene)
+        model = build_model(Site(scene))
         others = [i for i in range(1, model.nbody) if model.body(i).name.startswith(("tank", names.MAST))]
         others.remove(model.body(names.FLANGE).id)
         built = model.body_mass.sum() - model.body_mass[others].sum()

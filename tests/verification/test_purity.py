@@ -13,7 +13,7 @@ from frame_analysis import solve_with_pynite
 from playing import bend, change, play, shorten
 
 from vgtsim.kinematics.start import bend_start
-from vgtsim.mjcf import names, scene_chain
+from vgtsim.mjcf import names
 from vgtsim.site import Site
 from vgtsim.statics import make_load_model, solve_members
 from vgtsim.verification import Evidence, members, shape
@@ -82,7 +82,7 @@ def test_members_in_motion_carry_axial_force_alone(scenes, count):
 
 def test_inertia_is_part_of_the_expected_force(scenes):
     """Without it the expectation for a fast motion is wrong by far more than with it."""
-    scene, chain = scenes[MODULE], scene_chain(scenes[MODULE])
+    scene, chain = scenes[MODULE], Site(scenes[MODULE]).chain
     start, end = (bend(scene, *pose) for pose in POSES[MODULE][1:])
     log = play(scene, start, end, 3.0, out_of_the_tank)
     found = Evidence(Site(scene), log)
@@ -138,7 +138,7 @@ VICTIMS = [(MODULE, VICTIM), (ARM, "m3/longeron/8"), (ARM, "s4/cross_longeron/2"
 
 
 def test_a_welded_ball_joint_fails_purity_and_names_the_member(scenes):
-    scene, chain = scenes[MODULE], scene_chain(scenes[MODULE])
+    scene, chain = scenes[MODULE], Site(scenes[MODULE]).chain
     start = bend_start(chain, scene.task.motion.start)  # the reference pose, which the weld keeps
     end = start + np.array([0.01, 0.0, 0.0])
 

@@ -32,7 +32,6 @@ def run(
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
 ) -> None:
     """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
-    from vgtsim.mjcf import build_model
     from vgtsim.mjcf.files import write_scene_files
     from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
     from vgtsim.planning import plan_tour
@@ -47,10 +46,9 @@ def run(
         tour = plan_tour(site)
     clear_folder(prepare_folder(folder))
     first_goal = tour.legs[0].q
-    write_scene_files(scene, first_goal, folder)
-    model = build_model(scene, {"first_goal": first_goal})
+    write_scene_files(site, first_goal, folder)
     try:
-        log = simulate(model, tour, scene)
+        log = simulate(site, tour)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
             save_log(site, error.log, folder)
@@ -81,7 +79,7 @@ def build(
         check_site(site)
         scene = site.scene
         folder = prepare_folder(out or Path("out") / scene.task.name)
-        files = write_scene_files(scene, solve_first_goal(site), folder)
+        files = write_scene_files(site, solve_first_goal(site), folder)
     else:
         manipulator = load_manipulator(file)
         check_strokes(Chain(manipulator, hanging_mount(0.0)))

@@ -103,7 +103,7 @@ def draw_frames(
 
 def _compile(site: Site) -> mujoco.MjModel:
     """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
-    model = build_spec(site.scene).compile()
+    model = build_spec(site).compile()
     model.mat(f"{tank.BODY}/liner").rgba[:3] *= _DIM
     model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
     model.light_diffuse[:] = _DIFFUSE
