@@ -52,7 +52,6 @@ class Framework:
         index = np.arange(len(self.nodes))[:, None]
         return (index == self.ends[:, 0]).astype(float) - (index == self.ends[:, 1])
 
-
     @cached_property
     def groups(self) -> tuple[Group, ...] | None:
         """The groups of nodes that can be solved one after the other, the first one last; None where they cannot."""
