@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics import double_octahedron as octa
+from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.layout import Layout, Place, make_layout
 from vgtsim.kinematics.truss import Truss, make_truss
@@ -246,13 +247,15 @@ class Chain:
 
         Raises:
             AssemblyError: As `lengths`.
-            LinAlgError: A module is singular.
+            SingularPoseError: A module is singular; it is named.
         """
         x = self.input_row(q)
         rates = np.zeros((*x.shape[:-1], self.layout.inputs, self.layout.actuators))
         for place in self.layout.places:
             chosen = [m for m, name in enumerate(place.modules.names) if only is None or name in only]
-            block = np.linalg.inv(place.modules.length_jacobian(place.take(x))[1][..., chosen, :, :])
+            names = [place.modules.names[m] for m in chosen]
+            slopes = place.modules.length_jacobian(place.take(x))[1][..., chosen, :, :]
+            block = invert_sound(slopes, lambda where, names=names: names[where[-1]])
             module, leg = np.nonzero(place.modules.actuated[chosen])
             picked = np.moveaxis(block[..., module, :, leg], 0, -2)  # the picked legs come first
             rates[..., place.columns[chosen][module], place.lengths[chosen][module, leg][:, None]] = picked
@@ -336,7 +339,7 @@ class Chain:
 
         Raises:
             AssemblyError: As `lengths`.
-            LinAlgError: A module is singular.
+            SingularPoseError: A module is singular; it is named.
         """
         return self.jacobian(q) @ self.input_rates(q)
 

@@ -143,7 +143,7 @@ class MixedInputs:
 
         Raises:
             AssemblyError: As `Chain.lengths`.
-            LinAlgError: A conventional module is singular.
+            SingularPoseError: A conventional module is singular; it is named.
         """
         chain = self.chain
         x = chain.input_row(q)
@@ -170,7 +170,7 @@ class MixedInputs:
 
         Raises:
             AssemblyError: As `canonical`.
-            LinAlgError: A conventional module is singular.
+            SingularPoseError: A conventional module is singular; it is named.
         """
         q = self.canonical(y, start)
         position, direction, J = self.chain.tool_jacobian(q)
@@ -188,7 +188,7 @@ class MixedInputs:
 
         Raises:
             AssemblyError: As `canonical`.
-            LinAlgError: A conventional module is singular.
+            SingularPoseError: A conventional module is singular; it is named.
         """
         q = self.canonical(y, start)
         nodes, J = self.chain.node_jacobian(q)

@@ -30,8 +30,33 @@ def diagnose(truss: Truss | Framework, nodes: ArrayLike) -> float:
     Source: S. Pellegrino and C. R. Calladine, International Journal of Solids and Structures 22 (1986),
         409-428.
     """
+    value, fault, _ = _find_fault(truss, nodes)
+    if fault is not None:
+        raise fault
+    return value
+
+
+def find_mechanism(truss: Truss | Framework, nodes: ArrayLike) -> TrussError | None:
+    """What is wrong where a truss is a mechanism by its shape alone, whatever its members' stiffness; else None.
+
+    Args:
+        truss: As for `diagnose`.
+        nodes: Shape (N, 3), m.
+
+    Returns:
+        The error that `diagnose` raises; None where there is no mechanism, self-stress or not.
+    """
+    _, fault, loose = _find_fault(truss, nodes)
+    return fault if loose else None
+
+
+def _find_fault(truss: Truss | Framework, nodes: ArrayLike) -> tuple[float, TrussError | None, bool]:
+    """Smallest singular value, what is wrong, and whether there is a mechanism in it."""
     frame = truss if isinstance(truss, Framework) else framework_of(truss)
     matrix = equilibrium_matrix(frame, nodes)
+    if not np.all(np.isfinite(matrix)):
+        lost = [frame.bars[i] for i in np.flatnonzero(~np.isfinite(matrix).all(axis=0))]
+        return 0.0, TrussError(0, tuple(lost), "bars without a direction: their ends coincide, or are no number"), True
     left, size, right = np.linalg.svd(matrix)
     rank = int(np.count_nonzero(size > _SINGULAR))
     rows, columns = matrix.shape
@@ -51,5 +76,8 @@ def diagnose(truss: Truss | Framework, nodes: ArrayLike) -> float:
         members = strained + [name for name in members if name not in strained]
         found.append(f"{columns - rank} self-stress{'es' if columns - rank > 1 else ''}")
     if found:
-        raise TrussError(rank, tuple(members), " and ".join(found))
-    return float(size[-1])
+        least = f"smallest singular value {size[-1]:.2g}, sound from {_SINGULAR:.0e}" if len(size) else "no bars"
+        if rank == min(rows, columns):  # by the count of bars alone
+            least = f"{columns} bars for {rows} equations"
+        return 0.0, TrussError(rank, tuple(members), f"{' and '.join(found)}; {least}"), rank < rows
+    return float(size[-1]), None, False

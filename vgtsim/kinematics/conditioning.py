@@ -1,0 +1,92 @@
+"""How near a matrix is to a singular one: a pure number with a margin, never whether a factorisation happens to fail.
+
+A singular matrix that has been rounded is regular as often as not: whether a pivot comes out as zero hangs on the last
+bit, and so on the processor. Here it is told by the smallest sine between one column and the span of the others, whatever
+the units of the columns; the rows share one unit.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.errors import NearSingularWarning, SingularPoseError
+
+Array = NDArray[np.float64]
+
+SINGULAR = 1e-9  # smallest sine refused: rounding leaves 1e-15, the weakest shipped arm within its strokes has 1e-3
+POOR = 1e-7  # smallest sine that is not warned of: nine digits are left, a random pose comes to 1e-5 in 1e5
+
+
+def invert(matrix: Array) -> tuple[Array, Array | None]:
+    """Invert small matrices, and tell how near each is to a singular one where it may be near.
+
+    Args:
+        matrix: Shape (..., n, n).
+
+    Returns:
+        Inverses, shape (..., n, n), and the smallest sine of each matrix between one column and the span of the others,
+        shape (...): 1 where all are square to one another, 0 where there is no inverse or an entry is no number. None
+        where the largest entries show that no sine is below `POOR`, which is the usual case and cheap.
+
+    Source: G. W. Stewart, Collinearity and least squares regression, Statistical Science 2 (1987): the product of the
+        norms of a column and of the row of the inverse is one over that sine.
+    """
+    try:
+        inverse = np.asarray(np.linalg.inv(matrix), float)
+    except np.linalg.LinAlgError:
+        inverse = _invert_each(matrix)
+    most = float(np.abs(matrix).max(initial=0.0)) * float(np.abs(inverse).max(initial=0.0))
+    if most * matrix.shape[-1] <= 1 / POOR:  # column times row is at most n times that; false where it is no number
+        return inverse, None
+    squared = np.einsum("...ij,...ij->...j", matrix, matrix) * np.einsum("...ji,...ji->...j", inverse, inverse)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sine = np.sqrt(1 / squared.max(axis=-1))
+    return inverse, np.where(np.isfinite(sine), sine, 0.0)
+
+
+def invert_sound(matrix: Array, name: Callable[[tuple[int, ...]], str]) -> Array:
+    """Invert small matrices of which none may be singular.
+
+    Args:
+        matrix: Shape (..., n, n).
+        name: Gives the module that a matrix is of, by its index among the leading dimensions.
+
+    Returns:
+        Inverses, shape (..., n, n).
+
+    Raises:
+        SingularPoseError: A matrix is singular; its module is named.
+    """
+    inverse, sine = invert(matrix)
+    if sine is not None and (least := sine.min()) < POOR:
+        where = tuple(int(i) for i in np.unravel_index(int(np.argmin(sine)), sine.shape))
+        if least < SINGULAR:
+            raise SingularPoseError(name(where), float(least), SINGULAR)
+        warn_poor(f"{name(where)}: smallest sine", float(least), POOR)
+    return inverse
+
+
+def warn_poor(what: str, value: float, bound: float) -> None:
+    """Warn of a case that is sound, with few digits left.
+
+    Args:
+        what: Begins the message: what is poor, and by which figure.
+        value: The figure.
+        bound: Below which it is warned of.
+    """
+    message = f"{what} {value:.2g}, sound from {bound:.0e}: results have few digits"
+    warnings.warn(message, NearSingularWarning, stacklevel=3)
+
+
+def _invert_each(matrix: Array) -> Array:
+    """Inverse of each matrix, infinite where there is none: one singular matrix makes `inv` refuse them all."""
+    inverse = np.full(matrix.shape, np.inf)
+    for place in np.ndindex(matrix.shape[:-2]):
+        with suppress(np.linalg.LinAlgError):
+            inverse[place] = np.linalg.inv(matrix[place])
+    return inverse
