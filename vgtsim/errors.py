@@ -50,7 +50,9 @@ class SingularPoseError(AssemblyError):
     def __init__(self, module: str, value: float, bound: float) -> None:
         super().__init__(module, 0.0)
         self.value, self.bound = value, bound
-        self.args = (f"{module} is singular: smallest sine between columns of its Jacobian {value:.2g}, allowed {bound:.0e}",)
+        self.args = (
+            f"{module} is singular: smallest sine between columns of its Jacobian {value:.2g}, allowed {bound:.0e}",
+        )
 
 
 class SingularityError(AssemblyError):

@@ -40,7 +40,7 @@ def invert(matrix: Array) -> tuple[Array, Array | None]:
         inverse = np.asarray(np.linalg.inv(matrix), float)
     except np.linalg.LinAlgError:
         inverse = _invert_each(matrix)
-    most = float(np.abs(matrix).max(initial=0.0)) * float(np.abs(inverse).max(initial=0.0))
+    most = _largest(matrix) * _largest(inverse)
     if most * matrix.shape[-1] <= 1 / POOR:  # column times row is at most n times that; false where it is no number
         return inverse, None
     squared = np.einsum("...ij,...ij->...j", matrix, matrix) * np.einsum("...ji,...ji->...j", inverse, inverse)
@@ -81,6 +81,11 @@ def warn_poor(what: str, value: float, bound: float) -> None:
     """
     message = f"{what} {value:.2g}, sound from {bound:.0e}: results have few digits"
     warnings.warn(message, NearSingularWarning, stacklevel=3)
+
+
+def _largest(matrix: Array) -> float:
+    """Greatest size of an entry, without a copy of them all."""
+    return max(float(matrix.max(initial=0.0)), -float(matrix.min(initial=0.0)))
 
 
 def _invert_each(matrix: Array) -> Array:

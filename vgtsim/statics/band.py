@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.statics.stiffness_matrix import Pattern, add_blocks, assemble, geometric_blocks, make_pattern, unfold
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.framework import Framework
+from vgtsim.statics.stiffness_matrix import Pattern, add_blocks, assemble, geometric_blocks, make_pattern, unfold
 
 Array = NDArray[np.float64]
 

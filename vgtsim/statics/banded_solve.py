@@ -17,9 +17,9 @@ from scipy.linalg import eigh, get_lapack_funcs
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.conditioning import warn_poor
 from vgtsim.kinematics.truss import Truss
-from vgtsim.statics.stiffness_matrix import Stiffness, unfold
 from vgtsim.statics.framework import Framework
 from vgtsim.statics.rank import find_mechanism
+from vgtsim.statics.stiffness_matrix import Stiffness, unfold
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -88,7 +88,7 @@ def require_stiff(
     Raises:
         TrussError: It can; its members are named.
     """
-    value, mode = softest(unfold(matrices.upper[pose]))
+    value, modes = softest(unfold(matrices.upper[pose]), SINGULAR)
     where = "" if numbers is None else f"pose {numbers[pose]}: "
     if value >= POOR:
         return
@@ -100,8 +100,8 @@ def require_stiff(
     if found is not None:
         raise TrussError(found.rank, found.members, f"{where}{found.detail}; {figure}")
     place = matrices.pattern.dof
-    taken = np.where(place >= 0, mode[place], 0.0)
-    stretched = np.abs(np.sum(matrices.grow[pose] * taken, axis=-1))
+    taken = np.where((place >= 0)[..., None], modes[place], 0.0)
+    stretched = np.linalg.norm(np.einsum("bi,bik->bk", matrices.grow[pose], taken), axis=-1)
     names = truss.bars if isinstance(truss, Framework) else truss.member_names
     slack = np.flatnonzero(~(stretched <= _SHARE * np.nanmax(stretched)))
     weak = ", ".join(f"{names[i]} {matrices.spring[pose, i]:.3g} N/m" for i in slack[:3])
@@ -109,18 +109,20 @@ def require_stiff(
     raise TrussError(matrices.pattern.size, tuple(names[i] for i in slack), detail)
 
 
-def softest(matrix: Array) -> tuple[float, Array]:
-    """Smallest eigenvalue of a symmetric matrix with its diagonal scaled to one, and its mode.
+def softest(matrix: Array, bound: float) -> tuple[float, Array]:
+    """Smallest eigenvalue of a symmetric matrix with its diagonal scaled to one, and the modes that are too soft.
 
     Args:
         matrix: Shape (n, n).
+        bound: What the eigenvalues must be at least.
 
     Returns:
-        A pure number, not a number where an entry is none; and the mode in the units of the unknowns, shape (n,).
+        A pure number, not a number where an entry is none; and modes in the units of the unknowns, shape (n, k): all
+        below the bound, because their mix is chance, and the softest anyway.
     """
     if not np.all(np.isfinite(matrix)):
-        return float("nan"), np.full(len(matrix), np.nan)
+        return float("nan"), np.full((len(matrix), 1), np.nan)
     diagonal = np.diag(matrix)
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    value, mode = eigh(matrix * scale * scale[:, None], subset_by_index=[0, 0])
-    return float(value[0]), scale * mode[:, 0]
+    value, mode = eigh(matrix * scale * scale[:, None])
+    return float(value[0]), scale[:, None] * mode[:, : max(1, np.count_nonzero(value < bound))]

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.description.scene import Payload
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.ties import first_least
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import solve
 from vgtsim.statics.loads import make_load_model
@@ -113,7 +114,7 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
     ]
     room = np.stack(rows, axis=-1)
     flat = room.reshape(*room.shape[:-2], -1)
-    worst = np.argmin(flat, axis=-1)
+    worst = first_least(flat, axis=-1)  # members that mirror one another carry the same
     return Allowance(flat.min(axis=-1), worst // len(LIMITS), worst % len(LIMITS))
 
 

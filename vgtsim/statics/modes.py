@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
 from vgtsim.errors import TrussError
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.statics.banded_solve import require_stiff, softest
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads
@@ -19,6 +20,7 @@ Array = NDArray[np.float64]
 
 _MASSLESS = 1e-12  # smallest eigenvalue of the mass matrix, its diagonal scaled to one: rounding leaves 1e-16,
 # a payload of 100 t on massless hubs 1e-4
+
 
 @dataclass(frozen=True)
 class Modes:
@@ -148,13 +150,14 @@ def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
 
 def _require_mass(model: ElasticModel, mass: Array) -> None:
     """Refuse a motion that no mass takes part in; a description cannot hold one, an edited copy of a model can."""
-    value, mode = softest(mass)
+    value, modes = softest(mass, _MASSLESS)
     if value >= _MASSLESS:
         return
-    moved = np.zeros((len(model.truss.nodes), 3))
-    moved[model.truss.base.stop : model.truss.tip.start] = mode[:-6].reshape(-1, 3)
-    moved[model.truss.tip] = np.abs(mode[-6:]).max()
-    node = int(np.argmax(np.abs(moved).max(axis=1)))
+    size = np.linalg.norm(modes, axis=1)
+    moved = np.zeros(len(model.truss.nodes))
+    moved[model.truss.base.stop : model.truss.tip.start] = size[:-6].reshape(-1, 3).max(axis=1)
+    moved[model.truss.tip] = size[-6:].max()
+    node = int(first_greatest(moved))
     members = tuple(m.name for m in model.truss.members if node in m.ends)
     detail = f"no mass moves with {model.truss.nodes[node]}: smallest scaled eigenvalue of the mass {value:.2g}"
     raise TrussError(len(mass), members, f"{detail}, sound from {_MASSLESS:.0e}")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vgtsim.errors import TrussError
+from vgtsim.kinematics.ties import order_down
 from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.framework import Framework, equilibrium_matrix, framework_of
 
@@ -64,15 +65,15 @@ def _find_fault(truss: Truss | Framework, nodes: ArrayLike) -> tuple[float, Trus
     members: list[str] = []
     if rank < rows:
         moving = np.zeros(frame.free.shape)
-        moving[frame.free] = left[:, -1]
+        moving[frame.free] = np.linalg.norm(left[:, rank:], axis=1)  # of all mechanisms: their mix is chance
         moved = np.linalg.norm(moving, axis=-1)
         nodes_moving = np.flatnonzero(moved > _SHARE * moved.max())
         members += [frame.bars[i] for i in np.flatnonzero(np.isin(frame.ends, nodes_moving).any(axis=1))]
         at = ", ".join(frame.nodes[i] for i in nodes_moving[:3])
         found.append(f"{rows - rank} mechanism{'s' if rows - rank > 1 else ''}, which move {at}")
     if rank < columns:
-        stress = np.abs(right[-1])
-        strained = [frame.bars[i] for i in np.argsort(-stress) if stress[i] > _SHARE * stress.max()]
+        stress = np.linalg.norm(right[rank:], axis=0)
+        strained = [frame.bars[i] for i in order_down(stress) if stress[i] > _SHARE * stress.max()]
         members = strained + [name for name in members if name not in strained]
         found.append(f"{columns - rank} self-stress{'es' if columns - rank > 1 else ''}")
     if found:

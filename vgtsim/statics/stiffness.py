@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics.truss import Truss
-from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads, member_loads, tool_point
 from vgtsim.statics.motion import Motion
+from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
 
 Array = NDArray[np.float64]
 
