@@ -1,8 +1,9 @@
 """How near a matrix is to a singular one: a pure number with a margin, never whether a factorisation happens to fail.
 
 A singular matrix that has been rounded is regular as often as not: whether a pivot comes out as zero hangs on the last
-bit, and so on the processor. Here it is told by the smallest sine between one column and the span of the others, whatever
-the units of the columns; the rows share one unit.
+bit, and so on the processor. Here it is told by the distance of one column from the span of the others over the
+column's length, the sine of an angle; a column shorter than is usual for its unit counts with that usual length, so that one
+which vanishes is noticed too. The rows share one unit.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import NearSingularWarning, SingularPoseError
 
@@ -22,11 +23,12 @@ SINGULAR = 1e-9  # smallest sine refused: rounding leaves 1e-15, the weakest shi
 POOR = 1e-7  # smallest sine that is not warned of: nine digits are left, a random pose comes to 1e-5 in 1e5
 
 
-def invert(matrix: Array) -> tuple[Array, Array | None]:
+def invert(matrix: Array, usual: ArrayLike) -> tuple[Array, Array | None]:
     """Invert small matrices, and tell how near each is to a singular one where it may be near.
 
     Args:
         matrix: Shape (..., n, n).
+        usual: Size of the columns where all is well, in their units, broadcast to shape (..., n).
 
     Returns:
         Inverses, shape (..., n, n), and the smallest sine of each matrix between one column and the span of the others,
@@ -40,20 +42,23 @@ def invert(matrix: Array) -> tuple[Array, Array | None]:
         inverse = np.asarray(np.linalg.inv(matrix), float)
     except np.linalg.LinAlgError:
         inverse = _invert_each(matrix)
-    most = _largest(matrix) * _largest(inverse)
+    size = np.asarray(usual, float)
+    most = max(_largest(matrix), float(size.max())) * _largest(inverse)
     if most * matrix.shape[-1] <= 1 / POOR:  # column times row is at most n times that; false where it is no number
         return inverse, None
-    squared = np.einsum("...ij,...ij->...j", matrix, matrix) * np.einsum("...ji,...ji->...j", inverse, inverse)
     with np.errstate(divide="ignore", invalid="ignore"):
+        columns = np.maximum(np.einsum("...ij,...ij->...j", matrix, matrix), size**2)
+        squared = columns * np.einsum("...ji,...ji->...j", inverse, inverse)
         sine = np.sqrt(1 / squared.max(axis=-1))
     return inverse, np.where(np.isfinite(sine), sine, 0.0)
 
 
-def invert_sound(matrix: Array, name: Callable[[tuple[int, ...]], str]) -> Array:
+def invert_sound(matrix: Array, usual: ArrayLike, name: Callable[[tuple[int, ...]], str]) -> Array:
     """Invert small matrices of which none may be singular.
 
     Args:
         matrix: Shape (..., n, n).
+        usual: As for `invert`.
         name: Gives the module that a matrix is of, by its index among the leading dimensions.
 
     Returns:
@@ -62,7 +67,7 @@ def invert_sound(matrix: Array, name: Callable[[tuple[int, ...]], str]) -> Array
     Raises:
         SingularPoseError: A matrix is singular; its module is named.
     """
-    inverse, sine = invert(matrix)
+    inverse, sine = invert(matrix, usual)
     if sine is not None and (least := sine.min()) < POOR:
         where = tuple(int(i) for i in np.unravel_index(int(np.argmin(sine)), sine.shape))
         if least < SINGULAR:

@@ -198,7 +198,7 @@ def _angle_error(goal: AnglesAndCoordinate, R: Array, P: Array, radius: float) -
     wanted = np.stack(np.broadcast_arrays(goal.roll, goal.pitch), axis=-1).astype(float)
     off = angles[..., :2] - wanted
     lag = P[..., goal.axis] - np.asarray(goal.coordinate, float)
-    rate = radius * invert_sound(angular_velocity_matrix(angles), lambda _: "roll and pitch of a goal")[..., :2, :]
+    rate = radius * invert_sound(angular_velocity_matrix(angles), 1.0, lambda _: "roll and pitch of a goal")[..., :2, :]
     axis = np.broadcast_to(np.eye(3)[goal.axis], (*P.shape[:-1], 1, 3))
     error = _joined(radius * np.arctan2(np.sin(off), np.cos(off)), lag[..., None])
     return error, np.concatenate([_turns(rate), _moves(axis)], axis=-2)

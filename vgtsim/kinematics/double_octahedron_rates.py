@@ -46,7 +46,7 @@ def jacobian(geometry: Geometry, state: ArrayLike) -> Array:
     velocity = mid_velocities(geometry, angles)[..., 3 + UPPER_LEGS[:, 0], :, :]
     length, J = upper_jacobian(points)
     unit = (points[..., 6 + UPPER_LEGS[:, 1], :] - points[..., 3 + UPPER_LEGS[:, 0], :]) / length[..., None]
-    inverse = invert_sound(J, lambda _: "double octahedron, upper cell")
+    inverse = invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "double octahedron, upper cell")
     return inverse @ np.einsum("...ik,...ikj->...ij", unit, velocity)
 
 
@@ -103,7 +103,8 @@ def length_jacobian(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]
     Source: section 3.2.
     """
     angles = np.asarray(state, float)
-    inverse = invert_sound(angle_jacobian(geometry, angles), lambda _: "double octahedron, lower cell")
+    usual = float(np.mean(geometry.circles.radius))
+    inverse = invert_sound(angle_jacobian(geometry, angles), usual, lambda _: "double octahedron, lower cell")
     return actuator_lengths(geometry, angles), jacobian(geometry, angles) @ inverse
 
 

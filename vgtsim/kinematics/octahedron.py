@@ -335,7 +335,7 @@ def twist_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
         SingularPoseError: The pose is singular.
     """
     _, J = length_jacobian(geometry, R, P)
-    return invert_sound(J, lambda _: "octahedron")[..., geometry.actuated]
+    return invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "octahedron")[..., geometry.actuated]
 
 
 def singularity(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> tuple[float, int]:

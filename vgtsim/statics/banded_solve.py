@@ -1,6 +1,6 @@
 """Displacements from stiffness matrices in band storage, by Cholesky, and whether a matrix may be solved with at all.
 
-A singular matrix is told by its smallest eigenvalue with the diagonal scaled to one: a pure number, whatever the units of
+A singular matrix is told by its smallest eigenvalue with every node scaled to one: a pure number, whatever the units of
 the unknowns, and the same on every processor. To find one for every pose would cost more than to solve; so every solve has
 one more right side, of drawn signs, whose response is never softer than the smallest eigenvalue allows. Only where that
 response is suspiciously soft is the eigenvalue found.
@@ -19,14 +19,14 @@ from vgtsim.kinematics.conditioning import warn_poor
 from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.framework import Framework
 from vgtsim.statics.rank import find_mechanism
-from vgtsim.statics.stiffness_matrix import Stiffness, unfold
+from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, unfold
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 (_PBSV,) = get_lapack_funcs(("pbsv",), dtype=np.float64)
-# smallest eigenvalues, the diagonal scaled to one. Shipped arms: elastic 1e-5, on servos a hundred thousand times softer
-# than their members 2e-10; rounding leaves 5e-16 of a mechanism
+# smallest eigenvalues, every node scaled to one. Shipped arms: elastic 1e-5, on servos a hundred thousand times softer
+# than their members 1e-10; rounding leaves 2e-15 of a mechanism
 SINGULAR = 1e-13
 POOR = 1e-11  # warned of: five digits are left
 _SUSPECT = 1e-10  # response to the drawn load below which the eigenvalue is found
@@ -59,7 +59,7 @@ def solve_poses(
         TrussError: The truss is a mechanism, or bars have no stiffness; they are named.
     """
     count, size, sides = load.shape
-    scale = np.sqrt(np.maximum(matrices.upper[:, -1], 0.0))
+    scale = matrices.pattern.scale(matrices.upper[:, -1])
     loads = np.empty((count, size, sides + 1))
     loads[..., :sides] = load
     loads[..., sides] = scale * _drawn(size)
@@ -88,7 +88,7 @@ def require_stiff(
     Raises:
         TrussError: It can; its members are named.
     """
-    value, modes = softest(unfold(matrices.upper[pose]), SINGULAR)
+    value, modes = softest(unfold(matrices.upper[pose]), matrices.pattern, SINGULAR)
     where = "" if numbers is None else f"pose {numbers[pose]}: "
     if value >= POOR:
         return
@@ -109,11 +109,12 @@ def require_stiff(
     raise TrussError(matrices.pattern.size, tuple(names[i] for i in slack), detail)
 
 
-def softest(matrix: Array, bound: float) -> tuple[float, Array]:
-    """Smallest eigenvalue of a symmetric matrix with its diagonal scaled to one, and the modes that are too soft.
+def softest(matrix: Array, pattern: Pattern, bound: float) -> tuple[float, Array]:
+    """Smallest eigenvalue of a symmetric matrix with every node scaled to one, and the modes that are too soft.
 
     Args:
         matrix: Shape (n, n).
+        pattern: Says which unknowns share a unit.
         bound: What the eigenvalues must be at least.
 
     Returns:
@@ -122,7 +123,7 @@ def softest(matrix: Array, bound: float) -> tuple[float, Array]:
     """
     if not np.all(np.isfinite(matrix)):
         return float("nan"), np.full((len(matrix), 1), np.nan)
-    diagonal = np.diag(matrix)
-    scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    size = pattern.scale(np.diag(matrix))
+    scale = 1 / np.where(size > 0, size, 1.0)
     value, mode = eigh(matrix * scale * scale[:, None])
     return float(value[0]), scale[:, None] * mode[:, : max(1, np.count_nonzero(value < bound))]

@@ -89,7 +89,7 @@ def _invert(
 
 def _invert_blocks(frame: Framework, matrix: Array, bars: list[Indices], nodes: Array, start: int) -> Array:
     """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
-    inverse, sine = invert(matrix)
+    inverse, sine = invert(matrix, 1.0)
     if sine is not None and sine.min() < POOR:
         least = sine.min(axis=1)
         worst = int(np.argmax(least < SINGULAR) if least.min() < SINGULAR else np.argmin(least))

@@ -150,7 +150,7 @@ def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
 
 def _require_mass(model: ElasticModel, mass: Array) -> None:
     """Refuse a motion that no mass takes part in; a description cannot hold one, an edited copy of a model can."""
-    value, modes = softest(mass, _MASSLESS)
+    value, modes = softest(mass, pattern_of(model.truss), _MASSLESS)
     if value >= _MASSLESS:
         return
     size = np.linalg.norm(modes, axis=1)

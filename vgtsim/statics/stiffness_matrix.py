@@ -25,6 +25,7 @@ class Pattern:
         dof: Unknowns that the two ends of each bar depend on, shape (B, 2 w); -1 where there is none.
         pairs: Pairs of those that land in the upper triangle, rows bar, first and second, shape (3, P).
         place: Where in flattened band storage each pair goes, shape (P,).
+        alike: First of the unknowns that share a node and a unit with each, shape (n,).
     """
 
     size: int
@@ -32,6 +33,13 @@ class Pattern:
     dof: Indices
     pairs: Indices
     place: Indices
+    alike: Indices
+
+    def scale(self, diagonal: Array) -> Array:
+        """Sizes of the unknowns, shape (..., n), by a matrix's diagonal: of a node, the root of its greatest entry."""
+        starts, group = np.unique(self.alike, return_inverse=True)
+        greatest = np.maximum.reduceat(np.maximum(diagonal, 0.0), starts, axis=-1)
+        return np.sqrt(greatest[..., group])
 
 
 @lru_cache(maxsize=16)
@@ -52,7 +60,11 @@ def make_pattern(unknowns: tuple[tuple[int, ...], ...], ends: tuple[tuple[int, i
     pairs = np.array(np.nonzero((first >= 0) & (second >= 0) & (first <= second)), dtype=np.intp)
     i, j = dof[pairs[0], pairs[1]], dof[pairs[0], pairs[2]]
     band = int((j - i).max(initial=0))
-    return Pattern(size, band, dof, pairs, (band + i - j) * size + j)
+    alike = np.arange(size)
+    for triple in of_node.reshape(-1, 3):
+        own = triple[triple >= 0]
+        alike[own] = own.min(initial=size)
+    return Pattern(size, band, dof, pairs, (band + i - j) * size + j, alike)
 
 
 @dataclass(frozen=True)
