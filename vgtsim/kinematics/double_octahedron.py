@@ -329,7 +329,9 @@ def midplane_from_lengths(
         if residual <= tolerance:
             break
         slopes = angle_jacobian(geometry, phi)
-        step = -(invert_sound(slopes, float(np.mean(geometry.height)), lambda _: "double octahedron") @ gap[..., None])[..., 0]
+        step = -(invert_sound(slopes, float(np.mean(geometry.height)), lambda _: "double octahedron") @ gap[..., None])[
+            ..., 0
+        ]
         largest = np.max(np.abs(step), axis=-1, keepdims=True)
         phi = phi + step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-300))
     if not residual <= 1e2 * tolerance:

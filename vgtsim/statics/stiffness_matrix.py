@@ -6,7 +6,7 @@ A node's displacement depends on w of the unknowns: its own three, or the six of
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +35,15 @@ class Pattern:
     place: Indices
     alike: Indices
 
+    @cached_property
+    def _groups(self) -> tuple[Indices, Indices]:
+        """First unknown of each group, and the group of each unknown."""
+        starts, group = np.unique(self.alike, return_inverse=True)
+        return starts, group
+
     def scale(self, diagonal: Array) -> Array:
         """Sizes of the unknowns, shape (..., n), by a matrix's diagonal: of a node, the root of its greatest entry."""
-        starts, group = np.unique(self.alike, return_inverse=True)
+        starts, group = self._groups
         greatest = np.maximum.reduceat(np.maximum(diagonal, 0.0), starts, axis=-1)
         return np.sqrt(greatest[..., group])
 
