@@ -114,7 +114,7 @@ def test_motion_without_mass_is_named(model, bent):
         members=replace(part, mass=0 * part.mass, centroidal=0 * part.centroidal),
     )
     with pytest.raises(
-        TrussError, match="no mass moves with m1/.*: smallest scaled eigenvalue of the mass 0"
+        TrussError, match=r"no mass moves with m1/.*: smallest scaled eigenvalue of the mass 0"
     ) as caught:
         find_modes(replace(model, loads=loads), bent, prestressed=False)
     assert caught.value.members
