@@ -121,6 +121,7 @@ def capacity(
     import numpy as np
 
     from vgtsim.kinematics import Chain, hanging_mount
+    from vgtsim.kinematics.ties import first_greatest, first_least
     from vgtsim.output.capacity_map import write_capacity
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.capacity import unload
@@ -136,7 +137,7 @@ def capacity(
             moved = unload(chain, plane.q, payload, gravity, safety_factor)
             found = map_capacity(chain, np.concatenate([plane.q, moved]), gravity, safety_factor, payload)
     list_files(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
-    far, least = int(found.radius.argmax()), int(found.payload.argmin())
+    far, least = int(first_greatest(found.radius)), int(first_least(found.payload))
     for words, i in (("at full reach", far), ("least", least)):
         OUT.print(
             f"{words}: {found.payload[i]:.0f} kg at radius {found.radius[i]:.2f} m, depth {found.depth[i]:.2f} m, "

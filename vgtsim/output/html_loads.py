@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description import Scene
 from vgtsim.kinematics import Truss
+from vgtsim.kinematics.ties import first_greatest, order_down
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.report import Report
@@ -36,7 +37,7 @@ def member_rows(log: RunLog, report: Report, truss: Truss) -> str:
     axial = log.axial(truss.ends)
     peak = np.max(np.nan_to_num(used, nan=-np.inf), axis=0)
     rows = []
-    for index in np.argsort(-peak)[:_ROWS]:
+    for index in order_down(peak)[:_ROWS]:
         record = int(np.nanargmax(used[:, index]))
         member = truss.members[index]
         pulled, pushed = (
@@ -79,7 +80,7 @@ def reaction_rows(scene: Scene, log: RunLog) -> str:
             (bending, "kN·m"),
             (np.abs(wrench[:, 5]), "kN·m"),
         ):
-            worst = int(np.argmax(values))
+            worst = int(first_greatest(values))
             cells.append(f"{values[worst] / 1e3:.2f} {unit} at {log.time[worst]:.2f} s")
         body = "".join(f'<td class="figure">{cell}</td>' for cell in cells)
         rows.append(f'<tr><th scope="row">{name}</th>{body}</tr>')

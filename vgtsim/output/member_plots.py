@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.description import Scene
 from vgtsim.description.sections import Cylinder
 from vgtsim.kinematics import Truss
+from vgtsim.kinematics.ties import order_down
 from vgtsim.output.colours import LIMIT, LINES, REST
 from vgtsim.output.figure import draw_limit, finish, panels
 from vgtsim.runlog import RunLog
@@ -140,7 +141,7 @@ def plot_utilisation(scene: Scene, log: RunLog, truss: Truss, report: Report) ->
 
 def _draw_members(axes: Axes, log: RunLog, truss: Truss, values: Array) -> None:
     """Draw values (T, M); the members with the greatest magnitudes get lines and names."""
-    order = np.argsort(-np.nanmax(np.abs(values), axis=0))
+    order = order_down(np.nanmax(np.abs(values), axis=0))
     named, others = order[:_NAMED], order[_NAMED:]
     if len(others):
         time, low, high = _envelope(log.time, values[:, others])

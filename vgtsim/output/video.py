@@ -14,6 +14,7 @@ from vgtsim.description import Scene
 from vgtsim.errors import MissingLibraryError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.mjcf import build_spec, tank
 from vgtsim.output.colours import scale_end
 from vgtsim.output.encoder import open_film
@@ -135,7 +136,7 @@ def _values(
     """Write the texts of one instant, one for each of the overlay's labels."""
     goal = goal_name(scene, int(log.goal[record])) or "none"
     error = report.series.get("tool_position_error")
-    worst = int(np.argmax(np.abs(forces)))
+    worst = int(first_greatest(np.abs(forces)))
     return (
         f"{time:.2f} s",
         f"{goal}{' (settled)' if log.settled[record] else ''}",

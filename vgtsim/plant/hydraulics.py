@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.plant.oil import VAPOUR, Cylinders, Oil, State, make_cylinders, pressures
 from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import make_load_model
@@ -148,7 +149,7 @@ def require_pressure(scene: Scene, chain: Chain, time: Array, lengths: Array) ->
     nodes = chain.nodes(chain.inputs_from_lengths(lengths))
     forces, parts = solve_members(model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
     used = np.where(forces > 0, forces / parts.pull, -forces / parts.push)
-    record, worst = (int(i) for i in np.unravel_index(np.argmax(used), used.shape))
+    record, worst = (int(i) for i in np.unravel_index(first_greatest(used), used.shape))
     if used[record, worst] <= 1:
         return
     member, force = chain.truss.members[chain.truss.actuated[worst]], float(forces[record, worst])

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ReachError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.ties import order_down
 from vgtsim.positioning.directrix import Directrix, cubic
 from vgtsim.positioning.fitting import fit
 from vgtsim.positioning.goals import GoalSpace, tool_goal
@@ -93,9 +94,10 @@ def solve_shapes(
     kernel = Kernel(chain)
     placed = Configurations(kernel, box, kernel.state(found.q[met]), np.zeros(len(met), int))
     value = values(objective or MidStroke(), placed)
+    order = order_down(-value)[: len(met)]
     return [
         Shape(fits[i], float(overrun[i]), _one(found, i), pairs[i], float(v))
-        for v, i in sorted(zip(value.tolist(), met.tolist(), strict=True))
+        for v, i in zip(value[order], met[order], strict=True)
     ]
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.ties import first_greatest
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -40,7 +42,7 @@ def worst_of(values: NDArray[np.float64], time: NDArray[np.float64], names: Sequ
     if values.size == 0:
         return Finding(float("nan"), "none", float("nan"), "nothing was measured")
     missing = np.isnan(values)
-    record, column = np.unravel_index(np.argmax(missing if missing.any() else values), values.shape)
+    record, column = np.unravel_index(first_greatest(missing if missing.any() else values), values.shape)
     if missing.any():
         detail = f"{missing.any(axis=1).sum()} of {len(values)} records were not measured"
         return Finding(float("nan"), names[int(column)], float(time[record]), detail)

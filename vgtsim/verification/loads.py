@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.scene import Scene
 from vgtsim.kinematics import Chain, Truss
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.runlog import RunLog
 from vgtsim.statics.cases import find_envelope
 from vgtsim.statics.equilibrium import MemberForces, solve_members
@@ -199,7 +200,7 @@ def check_utilisation(log: RunLog, chain: Chain, use: Utilisation, ratings: Rati
     if not np.isfinite(found.value):
         return found
     record, member = np.unravel_index(np.nanargmax(use.strength), use.strength.shape)
-    mode = MODES[int(np.argmax(use.by_mode[:, record, member]))]
+    mode = MODES[int(first_greatest(use.by_mode[:, record, member]))]
     slender = ratings.slenderness[record, member]
     text = f"governed by {mode}, KL/r {slender:.0f}, margin {_margin(found.value):.3g}"
     most = float(np.nanmax(ratings.slenderness))
@@ -225,7 +226,7 @@ def check_cases(log: RunLog, chain: Chain, scene: Scene) -> tuple[Finding, Findi
     worst = find_envelope(model, section, log.nodes[picked], scene.task.loads, scene.task.limits.safety_factor)
     found = []
     for used in (worst.strength, worst.pressure):
-        case, *_ = np.unravel_index(np.argmax(used), used.shape)
+        case, *_ = np.unravel_index(first_greatest(used), used.shape)
         finding = worst_of(used[case], log.time[picked], chain.truss.member_names)
         found.append(replace(finding, detail=f"case {worst.cases[int(case)]}, margin {_margin(finding.value):.3g}"))
     return found[0], found[1]

@@ -10,6 +10,7 @@ from vgtsim.geometry.clearance import arm_clearance, obstacles, self_clearance
 from vgtsim.geometry.profile import make_profile
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.inertia import member_radii
+from vgtsim.kinematics.ties import first_least
 from vgtsim.runlog import RunLog
 from vgtsim.verification.findings import Finding
 from vgtsim.verification.shape import tool_from_nodes
@@ -37,7 +38,7 @@ def find_clearance(log: RunLog, chain: Chain, scene: Scene) -> tuple[Array, Arra
     around = arm_clearance(nodes, truss.ends, radii, hub, scene.tank, profile, obstacles(scene.tank), payload)
     among, pair = self_clearance(*_with_mast_and_payload(nodes, tool, radii, chain, scene))
     least = np.minimum(around.least, among)
-    worst = int(np.argmin(least))
+    worst = int(first_least(least))
     if among[worst] < around.least[worst]:
         names = [*truss.member_names, "mast", "payload"]
         where = " and ".join(names[i] for i in pair[worst])
