@@ -12,7 +12,6 @@ from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.mjcf import scene_chain
 from vgtsim.planning import solve_first_goal
 from vgtsim.planning.inverse import Request, answer_as_json, solve_request
 from vgtsim.planning.objectives import make_objective
@@ -58,7 +57,7 @@ def test_an_objective_is_lower_where_it_was_asked_for(arm, name):
 
 def test_scene_and_command_find_the_same_configuration_by_the_same_words(reach_scene):
     motion = reach_scene.task.motion
-    goal, chain = motion.goals[0], scene_chain(reach_scene)
+    goal, chain = motion.goals[0], Site(reach_scene).chain
     answer = solve_request(chain, Request(goal.position, goal.direction, motion.method, motion.objective), reach_scene)
     assert answer.q.tobytes() == solve_first_goal(Site(reach_scene)).tobytes()
     assert answer.facts["clearance, m"] >= motion.clearance
@@ -66,7 +65,7 @@ def test_scene_and_command_find_the_same_configuration_by_the_same_words(reach_s
 
 
 def test_a_posture_asked_for_in_a_scene_is_clear_of_it(reach_scene):
-    answer = solve_request(scene_chain(reach_scene), Request((8.0, 2.0, 1.0), (1.0, 0.0, 0.0)), reach_scene)
+    answer = solve_request(Site(reach_scene).chain, Request((8.0, 2.0, 1.0), (1.0, 0.0, 0.0)), reach_scene)
     assert answer.facts["clearance, m"] >= reach_scene.task.motion.clearance
 
 
@@ -75,7 +74,7 @@ def test_coupling_of_a_scene_is_that_of_the_command(pytestconfig):
     motion = scene.task.motion.model_copy(update={"coupling": (("m2", "m3"),)})
     scene = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
     goal = motion.goals[0]
-    q = solve_request(scene_chain(scene), Request(goal.position, goal.direction, Method.COUPLED), scene).q
+    q = solve_request(Site(scene).chain, Request(goal.position, goal.direction, Method.COUPLED), scene).q
     np.testing.assert_allclose(q[3:6], q[6:9], atol=1e-12)
     assert np.abs(q[:3] - q[3:6]).max() > 0.01
     assert np.abs(q[12:] - q[9:12]).max() > 0.01
@@ -88,7 +87,7 @@ def test_modules_turned_to_each_other_are_not_coupled(pytestconfig):
 
 
 def test_loads_of_an_objective_are_those_of_the_scene(reach_scene):
-    chain = scene_chain(reach_scene)
+    chain = Site(reach_scene).chain
     q = solve_first_goal(Site(reach_scene))
 
     def value(name, simulation=None, limits=None):
