@@ -113,11 +113,7 @@ def capacity(
     """Map the allowable payload of an arm over radius and depth, the governing limit, and the sag of the tip."""
     import numpy as np
 
-<<<<<<< HEAD
-    from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.kinematics.ties import first_greatest, first_least
-=======
->>>>>>> main
     from vgtsim.output.capacity_map import write_capacity
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.capacity import unload

@@ -14,12 +14,8 @@ from vgtsim.description import Scene
 from vgtsim.errors import MissingLibraryError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
-<<<<<<< HEAD
 from vgtsim.kinematics.ties import first_greatest
-from vgtsim.mjcf import build_spec, tank
-=======
 from vgtsim.mjcf import build_model, tank
->>>>>>> main
 from vgtsim.output.colours import scale_end
 from vgtsim.output.encoder import open_film
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
