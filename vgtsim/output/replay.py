@@ -23,8 +23,8 @@ class Replay:
     """A model that can be posed.
 
     Attributes:
-        model: Its geom colours are changed by `show`.
-        data: Its positions are changed by `show`.
+        model: Its geom colours are changed by `pose_model`.
+        data: Its positions are changed by `pose_model`.
         truss: The arm's truss.
         pose: Addresses in qpos.
         geoms: Indices of the members' geoms, rods of cylinders included.
@@ -61,7 +61,7 @@ def make_replay(model: mujoco.MjModel, truss: Truss, end: float) -> Replay:
     return Replay(model, mujoco.MjData(model), truss, make_pose_map(model, truss), geoms, owners, end)
 
 
-def show(replay: Replay, nodes: Array, axial: Array) -> None:
+def pose_model(replay: Replay, nodes: Array, axial: Array) -> None:
     """Pose the model and colour its members.
 
     Args:

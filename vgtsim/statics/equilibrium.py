@@ -10,7 +10,7 @@ groups too, with the bars that stand for blocks and actuators between them; see 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -58,6 +58,10 @@ class MemberForces:
     def along(self) -> Array:
         """Axial forces at the near hub, where the segments meet and at the far hub, shape (3, ..., M), N."""
         return np.stack([self.near_axial, self.bar, self.far_axial])
+
+    def at(self, instants: NDArray[np.intp]) -> MemberForces:
+        """The forces of some instants."""
+        return MemberForces(**{item.name: getattr(self, item.name)[instants] for item in fields(self)})
 
     @property
     def near(self) -> Array:
