@@ -22,6 +22,7 @@ ROOMS = (
     ("site",),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
+    ("posture",),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}

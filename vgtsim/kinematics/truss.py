@@ -70,9 +70,9 @@ class Member:
     section: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Truss:
-    """Topology of a whole arm.
+    """Topology of a whole arm; tables that are made of one are kept by its identity.
 
     Attributes:
         nodes: Node names, the three of the mast flange first, the three of the tip plate last.

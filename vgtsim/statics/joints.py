@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, warn_poor
-from vgtsim.statics.framework import Framework
+from vgtsim.statics.framework import Framework, Group
 from vgtsim.statics.rank import diagnose
 
 Array = NDArray[np.float64]
@@ -54,36 +54,32 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
     Raises:
         TrussError: A mechanism, or a self-stress; bars are named.
     """
-    own, (node, axis) = frame.group[frame.ends].max(axis=1), frame.equations
-    numbers = np.unique(frame.group[node])
-    bars = [np.flatnonzero(own == g) for g in numbers]
-    rows = [np.flatnonzero(frame.group[node] == g) for g in numbers]
-    if len(own) != len(node) or any(len(a) != len(b) for a, b in zip(bars, rows, strict=True)):
+    groups = frame.groups
+    if groups is None:
         diagnose(frame, nodes[0])
-        raise TrussError(len(own), (), "isostatic, but not group by group of nodes")
-    incidence = frame.incidence
-    inverse = _invert(frame, rows, bars, incidence, unit, nodes, start)
-    total, found = force.copy(), np.empty(unit.shape[:-1])
-    for group, members, block in zip(rows[::-1], bars[::-1], inverse[::-1], strict=True):
-        pull = -(block @ total[:, node[group], axis[group], None])
-        found[:, members] = pull[..., 0]
-        total += incidence[:, members] @ (pull * unit[:, members])
+        raise TrussError(len(frame.ends), (), "isostatic, but not group by group of nodes")
+    inverse = _invert(frame, groups, unit, nodes, start)
+    total, found = np.array(force, order="C"), np.empty(unit.shape[:-1])
+    left = total.reshape(len(total), 3 * total.shape[1], 1)  # a view
+    for group, block in zip(groups, inverse, strict=True):
+        pull = -(block @ left[:, group.rows])
+        found[:, group.bars] = pull[..., 0]
+        total[:, group.touched] += group.pulls @ (pull * unit[:, group.bars])
     return found, total
 
 
-def _invert(
-    frame: Framework, rows: list[Indices], bars: list[Indices], incidence: Array, unit: Array, nodes: Array, start: int
-) -> list[Array]:
-    """Inverses of the groups' equilibrium matrices, each shape (T, k, k)."""
-    node, axis = frame.equations
-    inverse = [np.empty(0)] * len(bars)
-    for size in {len(group) for group in rows}:
-        alike = [g for g, group in enumerate(rows) if len(group) == size]
-        row, bar = np.array([rows[g] for g in alike])[:, :, None], np.array([bars[g] for g in alike])[:, None, :]
-        matrix = incidence[node[row], bar] * unit[:, bar, axis[row]]
-        blocks = _invert_blocks(frame, matrix, [bars[g] for g in alike], nodes, start)
-        for place, g in enumerate(alike):
-            inverse[g] = blocks[:, place]
+def _invert(frame: Framework, groups: tuple[Group, ...], unit: Array, nodes: Array, start: int) -> list[Array]:
+    """Inverses of the groups' equilibrium matrices, each shape (T, k, k); those of one size are inverted together."""
+    inverse = [np.empty(0)] * len(groups)
+    for size in {len(group.bars) for group in groups}:
+        alike = [place for place, group in enumerate(groups) if len(group.bars) == size]
+        bars = np.array([groups[place].bars for place in alike])
+        axes = np.array([groups[place].axis for place in alike])
+        sign = np.array([groups[place].sign for place in alike])
+        matrix = sign * unit[:, bars[:, None, :], axes[:, :, None]]
+        blocks = _invert_blocks(frame, matrix, [groups[place].bars for place in alike], nodes, start)
+        for place, which in enumerate(alike):
+            inverse[which] = blocks[:, place]
     return inverse
 
 
