@@ -200,3 +200,29 @@ class MissingLibraryError(VgtError):
     def __init__(self, library: str, package: str) -> None:
         self.needed, self.package = library, package
         super().__init__(f"{library} is missing; install it with: {package}")
+
+
+class CommandError(VgtError):
+    """A plant was told something that it cannot take.
+
+    Attributes:
+        what: What was told.
+        found: What it was.
+        allowed: What it may be.
+    """
+
+    def __init__(self, what: str, found: str, allowed: str) -> None:
+        self.what, self.found, self.allowed = what, found, allowed
+        super().__init__(f"{what}: found {found}; allowed: {allowed}")
+
+
+class StoppedError(VgtError):
+    """A plant was told to go on that has stopped for good, or that was never reset.
+
+    Attributes:
+        reason: Why it cannot go on.
+    """
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"the plant cannot go on: {reason}")

@@ -14,8 +14,8 @@ from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import build_spec
 from vgtsim.mjcf.build import finish_model
 from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.plant.addresses import find_addresses
 from vgtsim.plant.hydraulics import FLOW
-from vgtsim.plant.recorder import find_addresses
 from vgtsim.plant.springs import fit_springs
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
@@ -91,7 +91,7 @@ def ring(scene, q, displaced, seconds):
     out_of_the_tank(spec)
     model = finish_model(spec, Site(scene))
     data, chain = mujoco.MjData(model), Site(scene).chain
-    springs = fit_springs(model, data, chain, scene, chain.nodes(q))
+    springs = fit_springs(model, data, Site(scene), chain.nodes(q))
     springs.command(chain.lengths(q), np.zeros(len(springs.joints)))
     data.qpos[:] = qpos_from_nodes(model, chain.truss, displaced)
     sites, history = find_addresses(model, chain.truss).nodes, []
@@ -275,7 +275,7 @@ def test_period_and_damping_are_those_of_the_servos(scene):
     for stiffness in (4e5, 1e5):
         soft = change(scene, drive="servo", servo_stiffness=stiffness, gravity=1e-6)
         model, chain = finish_model(build_spec(Site(soft)), Site(soft)), Site(soft).chain
-        springs = fit_springs(model, mujoco.MjData(model), chain, soft, chain.nodes(q))
+        springs = fit_springs(model, mujoco.MjData(model), Site(soft), chain.nodes(q))
         found.append((springs.period, springs.excess + soft.task.simulation.timestep))
     assert found[1] == pytest.approx(2 * np.array(found[0]), rel=0.02)
     assert found[0][1] == pytest.approx(0.2 * found[0][0] / np.pi)

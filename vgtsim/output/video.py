@@ -47,7 +47,6 @@ def render_video(
 
     Args:
         site: Where the run was.
-        log: The run.
         report: With the series `tool_position_error`, if tracking was measured.
         path: File to write, whole or not at all; its suffix is `.mp4`.
         progress: Called with the frames drawn and their number.
