@@ -33,6 +33,11 @@ class ClearanceHinges(Objective):
     payload: bool = True
     name: str = "clearance"
 
+    @property
+    def dear(self) -> bool:
+        """Slopes take the derivatives of all nodes."""
+        return True
+
     def terms(self, at: Configurations) -> Terms:
         """In closed form, with Gauss and Newton's curvature."""
         rows = self.surroundings.rows(at.q, self.wanted + self.softness, payload=self.payload)

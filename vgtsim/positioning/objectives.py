@@ -72,6 +72,11 @@ class Objective:
 
     name: str
 
+    @property
+    def dear(self) -> bool:
+        """Whether slopes cost far more than values: trial steps are then judged by values alone."""
+        return False
+
     def terms(self, at: Configurations) -> Terms:
         """Value, slope and known curvature."""
         raise NotImplementedError
@@ -174,6 +179,11 @@ class Differences(Objective):
     function: Callable[[Array], Array]
     step: float = 1e-5
 
+    @property
+    def dear(self) -> bool:
+        """Slopes take 2 n + 1 values."""
+        return True
+
     def terms(self, at: Configurations) -> Terms:
         """By 2 n + 1 values for each configuration."""
         q, count = at.q, at.q.shape[1]
@@ -208,6 +218,11 @@ class WeightedSum(Objective):
         """Make the name."""
         names = [part.name if weight == 1 else f"{weight:g} {part.name}" for weight, part in self.parts]
         object.__setattr__(self, "name", " + ".join(names))
+
+    @property
+    def dear(self) -> bool:
+        """As dear as any part."""
+        return any(part.dear for _, part in self.parts)
 
     def terms(self, at: Configurations) -> Terms:
         """Weighted sums of everything."""
