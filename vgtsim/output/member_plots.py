@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vgtsim.description.sections import Cylinder
+from vgtsim.kinematics.ties import order_down
 from vgtsim.output.colours import LIMIT, LINES, REST
 from vgtsim.output.figure import draw_limit, finish_axes, panels
 from vgtsim.runlog import RunLog
@@ -104,7 +105,7 @@ def plot_utilisation(site: Site, log: RunLog, report: Report) -> Figure:
 
 def _draw_members(axes: Axes, site: Site, log: RunLog, values: Array) -> None:
     """Draw values (T, M); the members with the greatest magnitudes get lines and names."""
-    order = np.argsort(-np.nanmax(np.abs(values), axis=0))
+    order = order_down(np.nanmax(np.abs(values), axis=0))
     named, others = order[:_NAMED], order[_NAMED:]
     if len(others):
         time, low, high = _envelope(log.time, values[:, others])

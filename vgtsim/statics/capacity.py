@@ -11,6 +11,7 @@ from vgtsim.constants import GRAVITY, PAYLOAD, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description.scene import Payload
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.ties import first_least
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import make_load_model
@@ -103,7 +104,7 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
         rows.append(_find_room(along[part], growth[part], pull, push))
     room = np.stack(rows, axis=-1)
     flat = room.reshape(*room.shape[:-2], -1)
-    worst = np.argmin(flat, axis=-1)
+    worst = first_least(flat, axis=-1)  # members that mirror one another carry the same
     return Allowance(flat.min(axis=-1), worst // len(LIMITS), worst % len(LIMITS))
 
 

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Evidence
 
@@ -100,7 +101,7 @@ def worst_of(values: Array, time: Array, names: Sequence[str]) -> Finding:
     if values.size == 0:
         return missing("nothing was measured")
     gaps = np.isnan(values)
-    record, column = np.unravel_index(np.argmax(gaps if gaps.any() else values), values.shape)
+    record, column = np.unravel_index(first_greatest(gaps if gaps.any() else values), values.shape)
     if gaps.any():
         detail = f"{gaps.any(axis=1).sum()} of {len(values)} records were not measured"
         return Finding(_NAN, names[int(column)], float(time[record]), detail)
