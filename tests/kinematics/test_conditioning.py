@@ -54,8 +54,7 @@ def test_flat_module_of_a_chain_is_named():
     """A hinge stretched out: its actuator lies along its base, and its length does not change to first order."""
     chain = Chain(load_manipulator(MODELS / "tetra4/tetra4.toml"), hanging_mount(0.0))
     place = chain.layout.places[0]
-    q = np.array(chain.straight, float)
-    row = q.copy()
+    row = np.array(chain.straight)
     row[place.columns[1]] = np.pi
     with pytest.raises(SingularPoseError, match=place.modules.names[1]):
         chain.input_rates(row)

@@ -210,12 +210,6 @@ class Chain:
             J[..., _moving(place)[:, None], columns] = block[..., moving, :]
         return row, J
 
-    @cached_property
-    def _usual_slopes(self) -> tuple[Array, ...]:
-        """How much all legs together change by each input in the straight pose, shape (M, inputs) for each place."""
-        places = self.layout.places
-        return tuple(np.linalg.norm(p.modules.length_jacobian(p.straight)[1], axis=-2) for p in places)
-
     def length_rates(self, q: ArrayLike, rates: ArrayLike) -> Array:
         """Speeds of the actuators, shape (..., J), at inputs and their rates, each of shape (..., n).
 
@@ -228,6 +222,12 @@ class Chain:
             block = place.modules.length_jacobian(place.take(x))[1]
             row[..., _moving(place)] = (block @ place.take(dx)[..., None])[..., place.modules.actuated, 0]
         return row
+
+    @cached_property
+    def _usual_slopes(self) -> tuple[Array, ...]:
+        """How much all legs together change by each input in the straight pose, shape (M, inputs) for each place."""
+        places = self.layout.places
+        return tuple(np.linalg.norm(p.modules.length_jacobian(p.straight)[1], axis=-2) for p in places)
 
     def input_rates(self, q: ArrayLike, only: Collection[str] | None = None) -> Array:
         """Rates of the inputs q per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
