@@ -31,3 +31,19 @@ def reach_scene() -> Scene:
 @pytest.fixture(scope="session")
 def hanging_arm(arm15: Manipulator) -> Chain:
     return Chain(arm15, hanging_mount(7.32))
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Keep the tests of a file on one core, so that its fixtures are made once, and start the longest files first.
+
+    A file that marks its tests with `xdist_group` itself is split along these marks.
+    """
+    for item in items:
+        if item.get_closest_marker("xdist_group") is None:
+            item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT).as_posix()))
+    weight: dict[Path, int] = {}
+    for item in items:
+        slow = item.get_closest_marker("slow") is not None
+        long = item.get_closest_marker("long") is not None
+        weight[item.path] = max(weight.get(item.path, 0), 2 * slow + long)
+    items.sort(key=lambda item: -weight[item.path])  # a stable sort: files and tests stay in order

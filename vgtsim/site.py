@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.description.files import load_manipulator, load_scene
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.tank import Tank
@@ -141,3 +143,29 @@ class Site:
         """
         moved = deflect(self.held_model, nodes)
         return np.concatenate([moved.nodes, moved.tool[..., None, :3]], axis=-2)
+
+
+def load_site(scene: str | Path) -> Site:
+    """Load a scene: the path of its TOML file, or the name of a shipped one such as "type_ii_reach".
+
+    Raises:
+        DescriptionError: There is no such scene, or one of its files is wrong.
+    """
+    return Site(load_scene(scene))
+
+
+def load_arm(arm: str | Path, height: float = 0.0) -> Chain:
+    """Load an arm: the path of its TOML file, or the name of a shipped one such as "arm15".
+
+    Args:
+        arm: Path or name.
+        height: z of its base face in frame G, m. The arm hangs down from it.
+
+    Returns:
+        Kinematics of the arm. Inputs q have shape (..., n), actuator lengths shape (..., J), m, nodes shape
+        (..., N, 3), m; leading dimensions are batches.
+
+    Raises:
+        DescriptionError: There is no such arm, or its file is wrong.
+    """
+    return Chain(load_manipulator(arm), hanging_mount(height))

@@ -1,4 +1,4 @@
-"""The program, what its verbs have in common, and how it ends."""
+"""The program, the common parts of its verbs, and its exit statuses."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def show_report(report: Report, folder: Path) -> None:
 
 
 def finish(passed: bool, missing: MissingLibraryError | None) -> None:
-    """End with the status of a judgement, or with what kept part of the work from being done."""
+    """End with the status of a verdict, or with the error that kept part of the work from being done."""
     if missing is not None:
         raise missing
     raise typer.Exit(Status.PASSED if passed else Status.FAILED)

@@ -1,4 +1,4 @@
-"""What is asked of an arm alone."""
+"""Verbs for an arm alone: list, draw, sample, map and size."""
 
 from __future__ import annotations
 
@@ -9,20 +9,13 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from vgtsim.cli.application import (
-    ERR,
-    OUT,
-    ArmName,
-    OutFolder,
-    app,
-    list_files,
-)
+from vgtsim.cli.application import ERR, OUT, ArmName, OutFolder, app, list_files
 from vgtsim.constants import GRAVITY, PAYLOAD, SAFETY_FACTOR
 from vgtsim.description import load_manipulator, load_scene
 from vgtsim.description.shipped import MODELS, find_file
 from vgtsim.errors import DescriptionError
 
-_LISTED_SAMPLE = 500  # configurations that the listed reach is the greatest of
+_LISTED_SAMPLE = 500  # configurations behind the listed reach: a tenth of a second for each arm
 
 
 @app.command(epilog="Example: vgtsim models")
@@ -32,8 +25,8 @@ def models(
     ] = None,
 ) -> None:
     """List the shipped arms with degrees of freedom, reach and mass."""
-    from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.kinematics.workspace import sample_workspace
+    from vgtsim.site import load_arm
     from vgtsim.statics.loads import weigh
 
     table = Table("name", "degrees of freedom", "modules", "reach/m", "mass/kg", "what it is")
@@ -42,9 +35,8 @@ def models(
     if not files:
         raise DescriptionError(folder, "", "no arms", "a folder with NAME/NAME.toml files")
     for file in files:
-        arm = load_manipulator(file)
-        chain = Chain(arm, hanging_mount(0.0))
-        reach = sample_workspace(chain, _LISTED_SAMPLE, seed=0).reach
+        chain = load_arm(file)
+        arm, reach = chain.manipulator, sample_workspace(chain, _LISTED_SAMPLE, seed=0).reach
         figures = (str(chain.layout.actuators), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}")
         table.add_row(arm.name, *figures, arm.title)
     OUT.print(table)
@@ -58,14 +50,14 @@ def show(
     inputs: Annotated[list[str] | None, typer.Option(help="MODULE=x1,...: canonical inputs; repeatable.")] = None,
 ) -> None:
     """Draw an arm, straight and bent or in a given pose, as PNG and SVG line drawing; export it as GLB and STL."""
-    from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.kinematics.given_pose import read_pose
     from vgtsim.mjcf.build import reach_pose
     from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
     from vgtsim.output.write import prepare_folder
+    from vgtsim.site import load_arm
 
-    arm = load_manipulator(arm_name)
-    chain = Chain(arm, hanging_mount(0.0))
+    chain = load_arm(arm_name)
+    arm = chain.manipulator
     given = bool(lengths or inputs)
     q = read_pose(chain, lengths or (), inputs or ()) if given else reach_pose(chain)
     stem = prepare_folder(out or Path("out") / arm.name) / arm.name
@@ -80,18 +72,18 @@ def workspace(
     arm_name: ArmName,
     out: OutFolder = None,
     samples: Annotated[int, typer.Option(min=10, help="Number of configurations.")] = 5000,
-    seed: Annotated[int, typer.Option(help="Of the random numbers.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
 ) -> None:
-    """Sample what an arm reaches: volume, tilt range, dexterity and singular regions, drawn and in figures."""
-    from vgtsim.kinematics import Chain, hanging_mount
+    """Sample the workspace of an arm: volume, tilt range, dexterity and singular regions, as drawings and figures."""
     from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
     from vgtsim.output.arm_drawing import write_drawing
     from vgtsim.output.workspace_plot import plot_workspace
     from vgtsim.output.write import prepare_folder
+    from vgtsim.site import load_arm
 
-    arm = load_manipulator(arm_name)
-    chain = Chain(arm, hanging_mount(0.0))
+    chain = load_arm(arm_name)
+    arm = chain.manipulator
     check_strokes(chain)
     found = sample_workspace(chain, samples, seed)
     table = Table("quantity", "value", title=f"{arm.name}: {samples} configurations, seed {seed}")
@@ -114,27 +106,28 @@ def capacity(
     payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = PAYLOAD,
     safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = SAFETY_FACTOR,
     resolve: Annotated[
-        bool, typer.Option("--resolve/--plane-only", help="Use redundancy to unload what governs in every cell.")
+        bool,
+        typer.Option("--resolve/--plane-only", help="Use redundancy to unload the governing member in every cell."),
     ] = True,
 ) -> None:
-    """Map what an arm may carry over radius and depth, what governs, and how far the tip sags."""
+    """Map the allowable payload of an arm over radius and depth, the governing limit, and the sag of the tip."""
     import numpy as np
 
-    from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.output.capacity_map import write_capacity
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.capacity import unload
+    from vgtsim.site import load_arm
     from vgtsim.statics.capacity import draw_shapes, find_gain, map_capacity
 
-    arm, gravity = load_manipulator(arm_name), GRAVITY
-    chain = Chain(arm, hanging_mount(0.0))
+    chain = load_arm(arm_name)
+    arm = chain.manipulator
     with ERR.status("solving shapes"):
-        plane = map_capacity(chain, draw_shapes(chain), gravity, safety_factor, payload)
+        plane = map_capacity(chain, draw_shapes(chain), GRAVITY, safety_factor, payload)
     found = plane
     if resolve:
         with ERR.status("unloading postures"):
-            moved = unload(chain, plane.q, payload, gravity, safety_factor)
-            found = map_capacity(chain, np.concatenate([plane.q, moved]), gravity, safety_factor, payload)
+            moved = unload(chain, plane.q, payload, GRAVITY, safety_factor)
+            found = map_capacity(chain, np.concatenate([plane.q, moved]), GRAVITY, safety_factor, payload)
     list_files(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
     far, least = int(found.radius.argmax()), int(found.payload.argmin())
     for words, i in (("at full reach", far), ("least", least)):
@@ -153,18 +146,18 @@ def capacity(
 @app.command(epilog="Example: vgtsim size arm15 --task type_ii_reach --out sized.toml")
 def size(
     arm_name: ArmName,
-    task: Annotated[
-        Path, typer.Option("--task", help="Scene, by file or name, whose tour and load cases it must stand.")
-    ],
+    task: Annotated[Path, typer.Option("--task", help="Scene, by file or name, with the tour and load cases.")],
     out: Annotated[Path, typer.Option("--out", help="File of the sized arm.")] = Path("sized.toml"),
-    reserve: Annotated[float, typer.Option(help="Part of every strength kept back.", min=0.0, max=0.9)] = 0.05,
+    reserve: Annotated[float, typer.Option(help="Part of every strength that is not used.", min=0.0, max=0.9)] = 0.05,
     catalogue_file: Annotated[Path | None, typer.Option("--catalogue", help="TOML file [default: built in].")] = None,
     anywhere: Annotated[
         bool,
-        typer.Option("--anywhere/--tour-only", help="Stand the load cases in any posture too, full reach all round."),
+        typer.Option(
+            "--anywhere/--tour-only", help="Carry the load cases in every posture too, at full reach all round."
+        ),
     ] = True,
 ) -> None:
-    """Choose tubes and cylinders from a catalogue so that nothing is overloaded over a scene's tour and load cases."""
+    """Choose tubes and cylinders from a catalogue so that no member is overloaded by a scene's tour and load cases."""
     import dataclasses
 
     from vgtsim.description.catalogue import load_catalogue, write_sized_arm

@@ -1,26 +1,21 @@
-"""Where to put the actuators: one goal, or a path."""
+"""Verbs for the tool: one goal, or a path."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
-from vgtsim.cli.application import (
-    ERR,
-    OUT,
-    OutFolder,
-    SceneOrArm,
-    app,
-    finish,
-    list_files,
-)
-from vgtsim.description import load_manipulator, load_scene
+from vgtsim.cli.application import ERR, OUT, OutFolder, SceneOrArm, app, finish, list_files
 from vgtsim.description.files import is_scene
 from vgtsim.description.redundancy import Method
 from vgtsim.description.shipped import find_file
+
+if TYPE_CHECKING:
+    from vgtsim.kinematics import Chain
+    from vgtsim.site import Site
 
 
 @app.command(epilog="Example: vgtsim ik type_ii_reach --position 8 2 1 --direction 1 0 0 --plot ik.svg")
@@ -34,8 +29,6 @@ def ik(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the solution to this file.")] = None,
 ) -> None:
     """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
-    from vgtsim.kinematics import Chain, hanging_mount
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import prepare_file
     from vgtsim.planning.inverse import Request, answer_as_json, solve_request
 
@@ -43,9 +36,8 @@ def ik(
         prepare_file(json_file)
     if plot is not None:
         prepare_file(plot, (".svg", ".png"))
-    file = find_file(description, "scene", "arm")
-    scene = load_scene(file) if is_scene(file) else None
-    chain = scene_chain(scene) if scene else Chain(load_manipulator(file), hanging_mount(0.0))
+    site, chain = _load(description)
+    scene = site.scene if site else None
     answer = solve_request(chain, Request(position, direction, method, tuple(objective or ("mid_stroke",))), scene)
     table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
     for row in answer.rows:
@@ -73,15 +65,11 @@ def track(
 ) -> None:
     """Follow a path with the tool: lengths over time inside the cylinders' rates and accelerations, CSV and drawing."""
     from vgtsim.description import load_tool_path
-    from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.output.track_files import write_track
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.following import follow_request, report
-    from vgtsim.site import Site
 
-    file = find_file(description, "scene", "arm")
-    site = Site(load_scene(file)) if is_scene(file) else None
-    chain = site.chain if site else Chain(load_manipulator(file), hanging_mount(0.0))
+    site, chain = _load(description)
     path = load_tool_path(path_file)
     with ERR.status("solving the path"):
         followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), site)
@@ -93,10 +81,19 @@ def track(
     folder = prepare_folder(out or Path("out") / path.name)
     list_files(*write_track(chain, followed, facts, folder / path.name))
     wanted = site.task.motion.clearance if site else 0.0
-    clear, spare = (
-        float(facts.get("least clearance, m", wanted)),
-        float(facts["least distance to the end of a stroke, m"]),
-    )
+    clear = float(facts.get("least clearance, m", wanted))
+    spare = float(facts["least distance to the end of a stroke, m"])
     if clear < wanted or spare < 0:
         ERR.print(f"[bold red]clearance {clear:.3f} m, wanted {wanted:.3f} m; stroke to spare {spare:.4f} m[/]")
     finish(clear >= wanted and spare >= 0, None)
+
+
+def _load(description: Path) -> tuple[Site | None, Chain]:
+    """Site of a scene with its chain, or the chain of an arm alone, which hangs with its base face at the origin."""
+    from vgtsim.site import load_arm, load_site
+
+    file = find_file(description, "scene", "arm")
+    if not is_scene(file):
+        return None, load_arm(file)
+    site = load_site(file)
+    return site, site.chain

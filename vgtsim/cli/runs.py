@@ -1,4 +1,4 @@
-"""What is done with a scene and with what its run left."""
+"""Verbs for a scene and for the folder of its run."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def build(
 
 @app.command(epilog="Example: vgtsim verify out/type_ii_reach")
 def verify(folder: RunFolder) -> None:
-    """Make every check again from a folder's log, and write its report anew."""
+    """Make every check again from the log of a run, and write its report again."""
     from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import prepare_folder, write_reports
     from vgtsim.verification import verify as judge
@@ -109,7 +109,7 @@ def render(
     folder: RunFolder,
     camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
 ) -> None:
-    """Film a folder's log."""
+    """Film the log of a run."""
     from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import film
     from vgtsim.verification import verify as judge

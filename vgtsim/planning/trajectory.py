@@ -8,7 +8,7 @@ matrix is block-banded, since a way-point feels only two neighbours on either si
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from vgtsim.positioning.strokes import StrokeBox
 from vgtsim.positioning.surroundings import Surroundings
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 _LENGTH = 0.1  # a difference of this size counts one, m
 _BEND = 0.05  # weight of second differences against first ones, in units of the way's whole length
@@ -153,17 +154,22 @@ def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple
     return slope[1:-1], bands[:, 1:-1]
 
 
+@lru_cache(maxsize=8)
+def _band_places(count: int, size: int) -> tuple[Index, Index]:
+    """Entries of the flattened blocks, shape (3, W - 2, n, n), and where they stand in flattened upper band storage."""
+    offset, i, row, column = np.indices((3, count, size, size))
+    above = offset * size + column - row  # diagonals above the main one
+    keep = (above >= 0) & (i + offset < count)
+    place = (3 * size - 1 - above) * (count * size) + (i + offset) * size + column
+    return np.flatnonzero(keep), place[keep]
+
+
 def _step(slope: Array, bands: Array, damping: float) -> Array:
     """Damped Gauss-Newton step of all way-points, the ends still, shape (W, n)."""
     count, size = slope.shape
-    width = 3 * size
-    upper = np.zeros((width, count * size))
-    row, column = np.arange(size)[:, None], np.arange(size)[None, :]
-    for offset in range(min(3, count)):
-        for i in range(count - offset):
-            r, c = i * size + row, (i + offset) * size + column
-            keep = c >= r
-            upper[(width - 1 + r - c)[keep], np.broadcast_to(c, keep.shape)[keep]] = bands[offset, i][keep]
+    entries, places = _band_places(count, size)
+    upper = np.zeros((3 * size, count * size))
+    upper.ravel()[places] = bands.ravel()[entries]
     upper[-1] *= 1 + damping
     inner = -solveh_banded(upper, slope.ravel()).reshape(count, size)
     return np.pad(inner, ((1, 1), (0, 0)))
