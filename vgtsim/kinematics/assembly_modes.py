@@ -20,7 +20,7 @@ from vgtsim.kinematics import double_octahedron_general as double
 from vgtsim.kinematics import octahedron as single
 from vgtsim.kinematics import tetrahedron as tetra
 from vgtsim.kinematics.closure_modes import Modes, closure_modes
-from vgtsim.kinematics.octahedral_closure import circle_nodes, closure_coefficients
+from vgtsim.kinematics.closure import circle_nodes, closure_coefficients
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
 Array = NDArray[np.float64]
