@@ -9,11 +9,12 @@ import mujoco
 import numpy as np
 
 from vgtsim.description import Scene
-from vgtsim.mjcf import build_spec, scene_chain
+from vgtsim.mjcf import build_spec
 from vgtsim.mjcf.build import finish_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 
 Edit = Callable[[mujoco.MjSpec], None]
 
@@ -35,7 +36,7 @@ def change(scene: Scene, **updates: object) -> Scene:
 
 def bend(scene: Scene, angles: list[float], azimuths: list[float]) -> np.ndarray:
     """Inputs of a pose from each module's bend, rad."""
-    q = np.array(scene_chain(scene).straight)
+    q = np.array(Site(scene).chain.straight)
     tilt = np.sin(np.array(angles) / 2)
     q[::3], q[1::3] = tilt * np.cos(azimuths), tilt * np.sin(azimuths)
     return q
@@ -46,9 +47,9 @@ def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit
     step = scene.task.simulation.timestep
     s = np.linspace(0, 1, max(round(duration / step), 1) + 1)[:, None]
     s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
-    lengths = scene_chain(scene).lengths(start + s * (end - start))
+    lengths = Site(scene).chain.lengths(start + s * (end - start))
     program = Tour(start, (Leg("goal", 0, lengths, end, 1.0, "nothing"),), step)
-    spec = build_spec(scene)
+    spec = build_spec(Site(scene))
     if edit is not None:
         edit(spec)
-    return run(finish_model(spec, scene), program, scene)
+    return run(Site(scene), program, finish_model(spec, Site(scene)))

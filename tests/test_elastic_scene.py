@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from vgtsim.description import load_scene
-from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.planning import plan_tour
 from vgtsim.plant import run
 from vgtsim.site import Site
@@ -39,12 +38,12 @@ def program(scene):
 
 @pytest.fixture(scope="module")
 def elastic(scene):
-    return make_elastic_model(scene_chain(scene), scene.task.payload, scene.task.simulation.gravity)
+    return make_elastic_model(Site(scene).chain, scene.task.payload, scene.task.simulation.gravity)
 
 
 def settled_clearance(scene, elastic, program):
     """Least clearance along a programme of the arm at rest, at the deformed pose."""
-    chain = scene_chain(scene)
+    chain = Site(scene).chain
 
     def sag(nodes):
         settled = settle(elastic, nodes)
@@ -70,7 +69,7 @@ def test_path_for_the_unloaded_shape_is_not(scene, elastic):
 
 
 def test_settled_tool_is_at_its_goal(scene, elastic, program):
-    settled = settle(elastic, scene_chain(scene).nodes(program.legs[-1].q))
+    settled = settle(elastic, Site(scene).chain.nodes(program.legs[-1].q))
     assert np.linalg.norm(tool_point(elastic.loads, settled) - scene.task.motion.goals[-1].position) < AIM
 
 
@@ -90,5 +89,5 @@ def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
 
 
 def test_every_check_passes(scene, program):
-    report = verify(scene, run(build_model(scene), program, scene))
+    report = verify(scene, run(Site(scene), program))
     assert report.passed, [check for check in report.checks if not check.passed]

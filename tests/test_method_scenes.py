@@ -10,7 +10,6 @@ import pytest
 
 from vgtsim.description import load_scene
 from vgtsim.description.redundancy import Method
-from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.planning import plan_tour, solve_first_goal
 from vgtsim.plant import run
 from vgtsim.site import Site
@@ -38,7 +37,7 @@ def program(scene):
 
 
 def test_every_goal_is_met_and_every_leg_is_clear(scene, program):
-    chain, motion = scene_chain(scene), scene.task.motion
+    chain, motion = Site(scene).chain, scene.task.motion
     for leg, goal in zip(program.legs, motion.goals, strict=True):
         position, direction = chain.tool(leg.q)
         assert np.linalg.norm(position - goal.position) < GOAL
@@ -57,7 +56,7 @@ def test_coupled_goals_are_met_by_coupled_modules(scene, program):
 def test_first_leg_passes_every_check(scene, program):
     first = with_motion(scene, goals=scene.task.motion.goals[:1])
     part = dataclasses.replace(program, legs=program.legs[:1])
-    report = verify(first, run(build_model(first), part, first))
+    report = verify(first, run(Site(first), part))
     assert report.passed, [check for check in report.checks if not check.passed]
 
 
@@ -66,5 +65,5 @@ def test_other_methods_find_the_first_goal_of_a_scene(method):
     scene = load_scene(ROOT / "scenes/arm15_coupled.toml")
     scene = with_motion(scene, method=Method(method), coupling=None)
     q, goal = solve_first_goal(Site(scene)), scene.task.motion.goals[0]
-    assert np.linalg.norm(scene_chain(scene).tool(q)[0] - goal.position) < GOAL
+    assert np.linalg.norm(Site(scene).chain.tool(q)[0] - goal.position) < GOAL
     assert np.abs(q[:3] - q[3:6]).max() > 0.01  # not coupled

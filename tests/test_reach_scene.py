@@ -6,7 +6,6 @@ import json
 
 import pytest
 
-from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.output import write_outputs
 from vgtsim.planning import plan_tour
 from vgtsim.plant import run
@@ -19,8 +18,8 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def folder(reach_scene, tmp_path_factory):
-    chain = scene_chain(reach_scene)
-    log = run(build_model(reach_scene), plan_tour(Site(reach_scene)), reach_scene)
+    chain = Site(reach_scene).chain
+    log = run(Site(reach_scene), plan_tour(Site(reach_scene)))
     path = tmp_path_factory.mktemp("reach")
     write_outputs(reach_scene, log, verify(reach_scene, log), chain, path)
     return path

@@ -12,7 +12,6 @@ from scipy.interpolate import make_interp_spline
 from vgtsim.description import load_scene
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import DescriptionError
-from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.planning import plan_tour
 from vgtsim.planning.timing import make_limits
 from vgtsim.plant import run
@@ -34,7 +33,7 @@ def tour(request):
     scene = load_scene(SCENES / f"{request.param}.toml")
     motion = scene.task.motion.model_copy(update={"goals": scene.task.motion.goals[:1]})
     scene = replace(scene, task=scene.task.model_copy(update={"motion": motion}))
-    chain = scene_chain(scene)
+    chain = Site(scene).chain
     return scene, chain, plan_tour(Site(scene))
 
 
@@ -65,7 +64,7 @@ def test_the_beginning_of_the_tour_passes_every_check_but_the_goals(tour):
     x = np.linspace(0, 1, BEGINNING + 1)
     passed = BEGINNING / 4 * (10 * x**3 - 15 * x**4 + 6 * x**5)  # from rest to rest, half as fast as the plan
     short = replace(program.legs[0], lengths=make_interp_spline(np.arange(len(first)), first, k=5)(passed))
-    report = verify(scene, run(build_model(scene), replace(program, legs=(short,)), scene))
+    report = verify(scene, run(Site(scene), replace(program, legs=(short,))))
     missed = [check for check in report.checks if not check.passed]
     assert {(check.name, check.quantity.split(" at ")[0]) for check in missed} == {
         ("tracking", "tool position"),

@@ -17,7 +17,6 @@ from vgtsim.description import load_manipulator
 from vgtsim.description.files import load_scene
 from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.mjcf import scene_chain
 from vgtsim.output.write import save_log
 from vgtsim.planning import solve_first_goal
 from vgtsim.site import Site
@@ -142,7 +141,7 @@ def test_size_writes_an_arm_that_stands_its_task(tmp_path):
     assert used
     assert max(used) <= 0.9
     scene = load_scene(task)
-    chain = Chain(load_manipulator(sized), scene_chain(scene).mount)
+    chain = Chain(load_manipulator(sized), Site(scene).chain.mount)
     q = solve_first_goal(Site(scene))
     assert np.allclose(chain.tool(q)[0], scene.task.motion.goals[0].position)
     bar = solve_members(make_load_model(chain, scene.task.payload, scene.task.simulation.gravity), chain.nodes(q)).bar

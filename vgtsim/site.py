@@ -22,8 +22,7 @@ from vgtsim.geometry import MastPipe, make_mast
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.start import bend_start
 from vgtsim.kinematics.truss import Truss
-from vgtsim.positioning.strokes import StrokeBox, make_box
-from vgtsim.positioning.surroundings import Surroundings
+from vgtsim.positioning import StrokeBox, Surroundings, make_box
 from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
 from vgtsim.statics.loads import LoadModel, make_load_model
 from vgtsim.statics.rating import MemberSections, make_sections

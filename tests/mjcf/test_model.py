@@ -8,10 +8,11 @@ import pytest
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.start import bend_start
-from vgtsim.mjcf import build_model, load_model, names, scene_chain
+from vgtsim.mjcf import build_model, load_model, names
 from vgtsim.mjcf.contact_bits import contact_bits
 from vgtsim.mjcf.files import measure_sag, write_scene_files
 from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.site import Site
 from vgtsim.statics.loads import make_load_model
 
 PLACED = 1e-12  # m: nodes written into coordinates and read back
@@ -20,7 +21,7 @@ XML_DIGITS = 1e-4  # m: six digits of coordinates of some ten metres, in three d
 
 @pytest.fixture(scope="module")
 def chain(reach_scene):
-    return scene_chain(reach_scene)
+    return Site(reach_scene).chain
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +31,12 @@ def pose(reach_scene, chain):
 
 @pytest.fixture(scope="module")
 def model(reach_scene, pose):
-    return build_model(reach_scene, {"first_goal": pose})
+    return build_model(Site(reach_scene), {"first_goal": pose})
 
 
 @pytest.fixture(scope="module")
 def files(reach_scene, pose, tmp_path_factory):
-    return write_scene_files(reach_scene, pose, tmp_path_factory.mktemp("model"))
+    return write_scene_files(Site(reach_scene), pose, tmp_path_factory.mktemp("model"))
 
 
 def test_model_weighs_what_the_description_says(model, chain, reach_scene):

@@ -9,6 +9,7 @@ from vgtsim.description.judging import Cut
 from vgtsim.mjcf import build_spec, names
 from vgtsim.output.colours import force_colours, scale_end
 from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, show
+from vgtsim.site import Site
 
 PLACE = 1e-9  # m; rounding of positions of ten metres through quaternions
 FORCE = 1e-6  # N; rounding of forces of 1e5 N
@@ -16,7 +17,7 @@ FORCE = 1e-6  # N; rounding of forces of 1e5 N
 
 @pytest.fixture(scope="module")
 def replay(scene, log, chain):
-    model = build_spec(scene).compile()
+    model = build_spec(Site(scene)).compile()
     return make_replay(model, chain.truss, scale_end(log.axial(chain.truss.ends)))
 
 

@@ -12,8 +12,8 @@ from playing import bend, change, play, shorten
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
-from vgtsim.mjcf import scene_chain
 from vgtsim.output.truss_export import describe_truss, write_truss
+from vgtsim.site import Site
 
 FINITE_ELEMENTS = 1e-6  # of the largest force
 
@@ -27,7 +27,7 @@ def played(reach_scene):
             geom.contype = geom.conaffinity = 0
 
     start, end = bend(scene, [0.3], [0.2]), bend(scene, [0.5], [0.5])
-    return scene, play(scene, start, end, 2.0, out_of_the_tank), scene_chain(scene)
+    return scene, play(scene, start, end, 2.0, out_of_the_tank), Site(scene).chain
 
 
 def test_exported_nodes_are_in_equilibrium(played):

@@ -5,9 +5,10 @@ import pytest
 
 from vgtsim.description import ToolPath, load_tool_path
 from vgtsim.errors import DescriptionError, FollowError, ReachError
+from vgtsim.planning.arm_alone import ArmAlone
 from vgtsim.planning.following import follow_request, report
 from vgtsim.planning.stretches import make_stretches
-from vgtsim.positioning.tracking import spline
+from vgtsim.planning.tool_curves import spline
 
 DIFFERENCES = 1.002  # differences over a step against derivatives
 START, OVER, END = [6.0, -1.5, 1.5], [6.5, -1.0, 1.4], [7.0, -0.5, 0.9]
@@ -33,7 +34,7 @@ def path():
 
 @pytest.fixture(scope="module")
 def followed(hanging_arm, path):
-    return follow_request(hanging_arm, path, ("mid_stroke",))
+    return follow_request(ArmAlone(hanging_arm), path, ("mid_stroke",))
 
 
 def distance_to_segment(points, first, last):
@@ -83,7 +84,7 @@ def test_arm_rests_where_stretches_meet(followed):
 
 
 def test_reported_figures_are_those_of_the_lengths(hanging_arm, followed):
-    facts = report(hanging_arm, followed)
+    facts = report(ArmAlone(hanging_arm), followed)
     tool = hanging_arm.tool(followed.q)[0]
     assert facts["length of the tool's way, m"] == pytest.approx(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum())
     assert facts["duration, s"] == pytest.approx(0.01 * (len(followed.lengths) - 1))
@@ -95,7 +96,7 @@ def test_reported_figures_are_those_of_the_lengths(hanging_arm, followed):
 
 def test_tool_speed_is_kept_and_reached(hanging_arm, followed):
     line = {"shape": "line", "to": END}
-    slow = follow_request(hanging_arm, make_path(pieces=[line], speed="8 cm/s"), ("mid_stroke",))
+    slow = follow_request(ArmAlone(hanging_arm), make_path(pieces=[line], speed="8 cm/s"), ("mid_stroke",))
     free, kept = (
         np.linalg.norm(np.diff(hanging_arm.tool(run.q)[0], axis=0), axis=1).max() / 0.01 for run in (followed, slow)
     )
@@ -115,14 +116,14 @@ def test_arcs_and_directions_turn_evenly():
 def test_a_path_that_goals_cannot_hold_is_given_up_with_its_figure(hanging_arm):
     """No spline of goals solved to 1e-9 keeps the tool to 1e-13."""
     with pytest.raises(FollowError, match=r"between 2049 goals .* allowed 1e-13") as caught:
-        follow_request(hanging_arm, make_path(tolerance=1e-13), ("mid_stroke",))
+        follow_request(ArmAlone(hanging_arm), make_path(tolerance=1e-13), ("mid_stroke",))
     assert caught.value.deviation < 1e-6
 
 
 def test_a_goal_out_of_reach_is_named_by_its_place(hanging_arm):
     far = make_path(pieces=[{"shape": "line", "to": [40.0, 0.0, 0.0]}])
     with pytest.raises(ReachError, match=r"line 1 at \d+% of the way"):
-        follow_request(hanging_arm, far, ("mid_stroke",))
+        follow_request(ArmAlone(hanging_arm), far, ("mid_stroke",))
 
 
 @pytest.mark.parametrize(

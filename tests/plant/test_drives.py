@@ -11,7 +11,6 @@ from playing import bend, change, play, shorten
 
 from vgtsim.description import load_scene
 from vgtsim.errors import DescriptionError
-from vgtsim.mjcf import build_model, scene_chain
 from vgtsim.planning import plan_tour
 from vgtsim.plant import run
 from vgtsim.plant.hydraulics import CAVITY, PRESSURE, STROKE
@@ -58,7 +57,7 @@ def rows(scene, log):
 def test_servos_hold_an_elastic_arm_as_springs_of_their_stiffness(module):
     """Against equilibrium of the project's truss model with the servo in place of oil and rod."""
     scene = change(module, drive="servo", servo_stiffness=5e7, servo_damping=5e5)
-    q, chain = bend(scene, [0.6], [0.4]), scene_chain(scene)
+    q, chain = bend(scene, [0.6], [0.4]), Site(scene).chain
     log, simulation = play(scene, q, q, 0.1, out_of_the_tank), scene.task.simulation
     elastic = hold_cylinders(make_elastic_model(chain, scene.task.payload, simulation.gravity), simulation)
     assert log.settled.any()
@@ -83,7 +82,7 @@ def test_servo_faster_than_rated_and_beyond_its_stroke_fails_both_rows(module):
     """A slow cylinder with a short stroke in a plan that knows of neither."""
     scene = change(module, drive="servo")
     start, end = bend(scene, [0.2], [0.0]), bend(scene, [0.6], [0.8])
-    middle = float(scene_chain(scene).lengths(start).mean())
+    middle = float(Site(scene).chain.lengths(start).mean())
     retracted = next(iter(scene.manipulator.cylinders.values())).retracted
     slow = weaken(scene, rate=0.01, stroke=middle + 0.02 - retracted)
     log = play(slow, start, end, 2.0, out_of_the_tank)
@@ -120,7 +119,7 @@ def overload(spec):
 def test_load_beyond_the_supply_opens_relief_valves_or_cavities_and_fails_their_rows(module):
     """The supply holds what the plan was told of with a twentieth to spare."""
     scene = hydraulic(module)
-    q, chain = bend(scene, [0.6], [0.4]), scene_chain(scene)
+    q, chain = bend(scene, [0.6], [0.4]), Site(scene).chain
     holds = np.abs(drives.check_actuators(play(scene, q, q, 0.1, out_of_the_tank), chain).value)
     least = next(iter(scene.manipulator.cylinders.values())).pressure * holds
     log = play(weaken(scene, pressure=1.05 * least), q, q, 0.1, overload)
@@ -132,7 +131,7 @@ def test_load_beyond_the_supply_opens_relief_valves_or_cavities_and_fails_their_
 def test_piston_at_its_end_fails_its_row(module):
     scene = hydraulic(module)
     start, end = bend(scene, [0.2], [0.0]), bend(scene, [0.5], [0.0])
-    middle = float(scene_chain(scene).lengths(end).max())
+    middle = float(Site(scene).chain.lengths(end).max())
     retracted = next(iter(scene.manipulator.cylinders.values())).retracted
     short = weaken(scene, stroke=middle - 0.01 - retracted)
     log = play(short, start, end, 6.0, out_of_the_tank)
@@ -144,7 +143,7 @@ def test_pressure_too_low_anywhere_on_the_tour_is_refused_with_cylinder_figures_
     """Enough at the start and at the end, not between: a swing through the horizontal."""
     scene = hydraulic(module)
     start, end = bend(scene, [0.0], [0.0]), bend(scene, [0.7], [0.0])
-    chain = scene_chain(scene)
+    chain = Site(scene).chain
     used = [drives.check_actuators(play(scene, q, q, 0.1, out_of_the_tank), chain).value for q in (start, end)]
     assert used[1] > 1.2 * used[0]
     pressure = next(iter(scene.manipulator.cylinders.values())).pressure
@@ -171,7 +170,7 @@ def test_pressures_that_do_not_make_up_the_force_or_leave_their_range_fail_their
 @pytest.mark.parametrize("members", ["rigid", "elastic"])
 def test_goals_are_aimed_at_with_what_servos_give_under_load(cylinders, members):
     scene = change(cylinders, drive="servo", members=members, servo_stiffness=5e7)
-    chain, simulation = scene_chain(scene), scene.task.simulation
+    chain, simulation = Site(scene).chain, scene.task.simulation
     leg, goal = plan_tour(Site(scene)).legs[0], scene.task.motion.goals[0]
     elastic = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=True)
     spring = np.where(elastic.spring > 0, 1e13 if members == "rigid" else elastic.spring, 0.0)
@@ -184,7 +183,7 @@ def test_goals_are_aimed_at_with_what_servos_give_under_load(cylinders, members)
 
 @pytest.mark.slow
 def test_shipped_scene_on_cylinders_passes_every_check(cylinders):
-    log = run(build_model(cylinders), plan_tour(Site(cylinders)), cylinders)
+    log = run(Site(cylinders), plan_tour(Site(cylinders)))
     report = verify(cylinders, log)
     assert report.passed, [check for check in report.checks if not check.passed]
     assert log.pressure.shape == (*log.actual.shape, 2)
@@ -194,7 +193,7 @@ def test_shipped_scene_on_cylinders_passes_every_check(cylinders):
 @pytest.mark.slow
 def test_the_same_tour_on_servos_passes_too(cylinders):
     scene = change(cylinders, drive="servo")
-    log = run(build_model(scene), plan_tour(Site(scene)), scene)
+    log = run(Site(scene), plan_tour(Site(scene)))
     report = verify(scene, log)
     assert report.passed, [check for check in report.checks if not check.passed]
     assert not log.pressure.size

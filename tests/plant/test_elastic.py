@@ -11,12 +11,13 @@ from finite_elements import settle_with_pynite
 from playing import bend, change, play
 
 from vgtsim.errors import DescriptionError
-from vgtsim.mjcf import build_spec, scene_chain
+from vgtsim.mjcf import build_spec
 from vgtsim.mjcf.build import finish_model
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.plant.hydraulics import FLOW
 from vgtsim.plant.recorder import find_addresses
 from vgtsim.plant.springs import fit_springs
+from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import find_modes
 from vgtsim.statics.settling import settle
@@ -49,7 +50,7 @@ def out_of_the_tank(spec):
 
 
 def elastic_of(scene):
-    return make_elastic_model(scene_chain(scene), scene.task.payload, scene.task.simulation.gravity)
+    return make_elastic_model(Site(scene).chain, scene.task.payload, scene.task.simulation.gravity)
 
 
 def unloaded(scene, mass):
@@ -61,7 +62,7 @@ def unloaded(scene, mass):
 @pytest.mark.parametrize("mass", [0.0, 453.6])
 def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
     scene = unloaded(scene, mass)
-    q, chain = bend(scene, *POSES[pose]), scene_chain(scene)
+    q, chain = bend(scene, *POSES[pose]), Site(scene).chain
     log = play(scene, q, q, 0.1, out_of_the_tank)
     nodes = chain.nodes(q)
     assert log.settled.any()
@@ -78,7 +79,7 @@ def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
 
 def test_sag_under_a_tenth_of_gravity_is_the_linear_one(scene):
     light = change(scene, gravity=0.980665)
-    q, chain = bend(scene, *POSES["bent"]), scene_chain(scene)
+    q, chain = bend(scene, *POSES["bent"]), Site(scene).chain
     log, nodes = play(light, q, q, 0.1, out_of_the_tank), chain.nodes(q)
     sag, linear = (log.nodes[-1] - nodes)[-3:].mean(axis=0), deflect(elastic_of(light), nodes).nodes[-3:].mean(axis=0)
     assert np.linalg.norm(sag - linear) < SAG * np.linalg.norm(linear)
@@ -86,10 +87,10 @@ def test_sag_under_a_tenth_of_gravity_is_the_linear_one(scene):
 
 def ring(scene, q, displaced, seconds):
     """Node positions at every step after a release from displaced nodes, shape (T, N, 3)."""
-    spec = build_spec(scene)
+    spec = build_spec(Site(scene))
     out_of_the_tank(spec)
-    model = finish_model(spec, scene)
-    data, chain = mujoco.MjData(model), scene_chain(scene)
+    model = finish_model(spec, Site(scene))
+    data, chain = mujoco.MjData(model), Site(scene).chain
     springs = fit_springs(model, data, chain, scene, chain.nodes(q))
     springs.command(chain.lengths(q), np.zeros(len(springs.joints)))
     data.qpos[:] = qpos_from_nodes(model, chain.truss, displaced)
@@ -111,7 +112,7 @@ def crossings(signal, step):
 def horizontal(scene):
     scene = change(scene, damping_ratio=0.0)
     q, model = bend(scene, *POSES["horizontal"]), elastic_of(scene)
-    rest = settle(model, scene_chain(scene).nodes(q))
+    rest = settle(model, Site(scene).chain.nodes(q))
     return scene, q, rest, find_modes(model, rest, 6)
 
 
@@ -143,7 +144,7 @@ def energy(scene, q, history):
     """Kinetic, spring and potential energy along a history, J: from the project's statics, none of it MuJoCo's."""
     from vgtsim.statics.modes import mass_matrix
 
-    model, chain = elastic_of(scene), scene_chain(scene)
+    model, chain = elastic_of(scene), Site(scene).chain
     nodes, step = chain.nodes(q), scene.task.simulation.timestep
     rest, spring = lengths(chain, nodes), model.stiffness_at(nodes)
     stored = 0.5 * np.sum(spring * (lengths(chain, history[1:-1]) - rest) ** 2, axis=-1)
@@ -191,8 +192,8 @@ def test_undamped_energy_drift_is_the_integrators_and_halves_with_the_step(horiz
     omega, lost = 2 * np.pi * modes.frequency[0], []
     model = elastic_of(scene)
     base = potential(model, rest) + 0.5 * np.sum(
-        model.stiffness_at(scene_chain(scene).nodes(q))
-        * (lengths(scene_chain(scene), rest) - lengths(scene_chain(scene), scene_chain(scene).nodes(q))) ** 2
+        model.stiffness_at(Site(scene).chain.nodes(q))
+        * (lengths(Site(scene).chain, rest) - lengths(Site(scene).chain, Site(scene).chain.nodes(q))) ** 2
     )
     for step in (4e-3, 2e-3):
         now = change(scene, timestep=step, log_rate=1 / step)
@@ -206,7 +207,7 @@ def test_undamped_energy_drift_is_the_integrators_and_halves_with_the_step(horiz
 
 def test_members_of_a_moving_elastic_arm_carry_axial_force_alone(scene):
     scene = change(scene, damping_ratio=0.5)  # comes to rest within the patience
-    chain = scene_chain(scene)
+    chain = Site(scene).chain
     start, end = bend(scene, *POSES["horizontal"]), bend(scene, [0.5, 0.45, 0.5, 0.1, 0.0], [0.1] * 5)
     log = play(scene, start, end, 2.0, out_of_the_tank)
     found = loads.find_loads(log, chain, scene)
@@ -228,7 +229,7 @@ def test_settled_shape_of_a_softened_member_is_found_out(scene):
 
     q = bend(scene, *POSES["horizontal"])
     log = play(scene, q, q, 0.1, soften)
-    assert shape.check_settled_shape(log, scene_chain(scene), scene).value > 1e-4
+    assert shape.check_settled_shape(log, Site(scene).chain, scene).value > 1e-4
 
 
 def test_damping_below_what_the_step_holds_is_refused_with_the_least(scene):
@@ -241,7 +242,7 @@ def test_damping_below_what_the_step_holds_is_refused_with_the_least(scene):
 def test_hydraulic_arm_holds_its_lengths_against_the_load(scene):
     """Valves take up what the oil gives; the lengths come to their command within the lock's band."""
     oil = change(scene, drive="hydraulic", valve_gain=2.0, damping_ratio=0.5)
-    q, chain = bend(oil, *POSES["horizontal"]), scene_chain(oil)
+    q, chain = bend(oil, *POSES["horizontal"]), Site(oil).chain
     log = play(oil, q, q, 1.0, out_of_the_tank)
     assert log.settled.any()
     assert np.abs(log.actual[-1] - log.commanded[-1]).max() < 2 * oil.task.simulation.lock_band
@@ -261,7 +262,7 @@ def test_pressure_that_cannot_hold_the_dead_load_is_refused_with_figures(scene):
 
 def test_fast_command_saturates_the_valves_and_is_counted(scene):
     oil = change(scene, drive="hydraulic", damping_ratio=0.5, valve_gain=2.0)
-    chain = scene_chain(oil)
+    chain = Site(oil).chain
     start, end = bend(oil, *POSES["horizontal"]), bend(oil, [0.3, 0.3, 0.3, 0.0, 0.0], [0.0] * 5)
     log = play(oil, start, end, 1.0, out_of_the_tank)
     found = drives.check_saturation(log, chain, FLOW)
@@ -275,7 +276,7 @@ def test_period_and_damping_are_those_of_the_servos(scene):
     found = []
     for stiffness in (4e5, 1e5):
         soft = change(scene, drive="servo", servo_stiffness=stiffness, gravity=1e-6)
-        model, chain = finish_model(build_spec(soft), soft), scene_chain(soft)
+        model, chain = finish_model(build_spec(Site(soft)), Site(soft)), Site(soft).chain
         springs = fit_springs(model, mujoco.MjData(model), chain, soft, chain.nodes(q))
         found.append((springs.period, springs.excess + soft.task.simulation.timestep))
     assert found[1] == pytest.approx(2 * np.array(found[0]), rel=0.02)

@@ -10,11 +10,12 @@ import pytest
 from playing import bend, change, play, shorten
 
 from vgtsim.errors import DescriptionError, DivergenceError
-from vgtsim.mjcf import build_model, scene_chain
+from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
 from vgtsim.plant.loop import _Contacts, _note_contacts
 from vgtsim.runlog import RunLog, load_run, save_run
+from vgtsim.site import Site
 
 LAG = 1e-5  # m: a hundredth of what a lag of one step would be at this speed
 SERVO_LAG = 3e-3  # m: 0.1 m/s times damping over stiffness, 0.01 s, and 1e5 N on 1e8 N/m
@@ -40,7 +41,7 @@ def test_actual_lengths_follow_the_command(log):
 
 
 def test_arm_arrives_and_settles(log, module_scene, motion):
-    position, _ = scene_chain(module_scene).tool(motion[1])
+    position, _ = Site(module_scene).chain.tool(motion[1])
     assert log.settled[-1]
     assert np.allclose(log.tool_position[-1], position, atol=1e-6)
 
@@ -53,7 +54,7 @@ def test_mast_carries_the_weight_at_rest(log, module_scene):
     arm, task = module_scene.manipulator, module_scene.task
     from vgtsim.statics.loads import make_load_model
 
-    model = make_load_model(scene_chain(module_scene), task.payload, task.simulation.gravity)
+    model = make_load_model(Site(module_scene).chain, task.payload, task.simulation.gravity)
     weight = model.mass * task.simulation.gravity
     assert log.mast_reaction[-1, :3] == pytest.approx([0, 0, weight], abs=1e-3)
     assert arm.name == "arm15"
@@ -120,14 +121,14 @@ def test_a_collision_says_which_drives_it_is_under():
 
 def test_a_loop_that_cannot_close_stops_the_run_and_names_the_row(module_scene, motion):
     """Two batten actuators ordered to lengths whose sum is less than the third's."""
-    chain, step = scene_chain(module_scene), module_scene.task.simulation.timestep
+    chain, step = Site(module_scene).chain, module_scene.task.simulation.timestep
     start = chain.lengths(motion[0])
     lengths = start + np.linspace(0, 1, 401)[:, None] * (np.array([2.6, 0.9, 0.9]) - start)
     program = Tour(motion[0], (Leg("apart", 0, lengths, motion[0], 1.0, "nothing"),), step)
-    model = build_model(module_scene)
+    model = build_model(Site(module_scene))
     model.geom_contype[:] = model.geom_conaffinity[:] = 0  # or a collision would end it first
     with pytest.raises(DivergenceError) as caught:
-        run(model, program, module_scene)
+        run(Site(module_scene), program, model)
     assert 0 < caught.value.time < 2.0
     assert caught.value.row.endswith(("/closure", "/drive"))
     assert isinstance(caught.value.log, RunLog)

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from playing import bend, change, play, shorten
 
-from vgtsim.mjcf import build_model, names, scene_chain
+from vgtsim.mjcf import build_model, names
+from vgtsim.site import Site
 from vgtsim.statics import make_load_model
 from vgtsim.verification import loads, shape, verify
 
@@ -42,7 +43,7 @@ def lump(scene, count, **settings):
 def test_members_of_a_moving_arm_carry_no_shear(reach_scene, count, members):
     scene = lump(reach_scene, count, **SETTINGS[members])
     start, end = (bend(scene, *pose) for pose in POSES[count])
-    log, chain = play(scene, start, end, 5.0, out_of_the_tank), scene_chain(scene)
+    log, chain = play(scene, start, end, 5.0, out_of_the_tank), Site(scene).chain
     found = loads.find_loads(log, chain, scene)
     assert log.settled.any()
     assert shape.check_closure(log, chain).value < CLOSURE
@@ -64,9 +65,9 @@ def test_mass_of_the_model_is_that_of_the_description_either_way(reach_scene):
     masses = []
     for kind in ("distributed", "lumped"):
         scene = change(reach_scene, member_mass=kind)
-        chain, task = scene_chain(scene), scene.task
+        chain, task = Site(scene).chain, scene.task
         told = make_load_model(chain, task.payload, task.simulation.gravity, lumped=kind == "lumped").mass
-        model = build_model(scene)
+        model = build_model(Site(scene))
         others = [i for i in range(1, model.nbody) if model.body(i).name.startswith(("tank", names.MAST))]
         others.remove(model.body(names.FLANGE).id)
         built = model.body_mass.sum() - model.body_mass[others].sum()

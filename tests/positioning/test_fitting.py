@@ -11,12 +11,13 @@ from vgtsim.description import load_manipulator
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.bending import bend_all
+from vgtsim.positioning.batch import solve
 from vgtsim.positioning.directrix import cubic, spline
 from vgtsim.positioning.fitting import fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.kernel import Kernel
-from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum, values
-from vgtsim.positioning.positioning import Positioning, solve
+from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.shape import follow_curve, solve_shape, solve_shapes
 from vgtsim.positioning.strokes import make_box
 
@@ -87,7 +88,7 @@ def test_shapes_meet_the_goal_exactly_on_the_straight_arms_mode(chain):
     position, direction, _ = goal_and_curve(chain)
     size = float(np.linalg.norm(position - chain.mount[:3, 3]))
     pairs = tuple((a * size, b * size) for a in (0.6, 1.0, 1.5) for b in (0.6, 1.0, 1.5))
-    shapes = solve_shapes(chain, box, position, direction, magnitudes=pairs)
+    shapes = solve_shapes(box, position, direction, magnitudes=pairs)
     assert len(shapes) >= 5
     q = np.array([shape.solution.q[0] for shape in shapes])
     at, along = chain.tool(q)
@@ -106,23 +107,21 @@ def test_the_search_makes_its_objective_least(arm30):
     tall = Differences("tall", lambda q: -arm30.nodes(q)[..., 2].max(axis=-1) - arm30.nodes(q)[..., 2].min(axis=-1))
     several = WeightedSum(((1.0, MidStroke()), (2.0, LengthVariation())))
     objectives = (MidStroke(), LengthVariation(), tall, several)
-    found = [solve_shape(arm30, box, position, direction, objective=item) for item in objectives]
+    found = [solve_shape(box, position, direction, objective=item) for item in objectives]
     q = np.array([shape.solution.q[0] for shape in found])
-    at = Configurations(kernel, box, kernel.state(q), np.zeros(len(q), int))
-    table = np.array([values(item, at) for item in objectives])  # objective by shape
+    at = Configurations(box, kernel.state(q), np.zeros(len(q), int))
+    table = np.array([item.values(at) for item in objectives])  # objective by shape
     np.testing.assert_allclose(np.diag(table), [shape.value for shape in found], rtol=1e-9)
     assert np.all(np.diag(table) <= table.min(axis=1) + 1e-12)
     assert table[2, 2] < table[2, 0] - 1e-3
-    whole = solve(Positioning(arm30, box, tool_goal(position, direction), MidStroke()), found[0].solution.q)
+    whole = solve(Problem(box, tool_goal(position, direction), MidStroke()), found[0].solution.q)
     assert whole.value[0] <= found[0].value + 1e-6  # curves leave two of the null space's 25 freedoms
 
 
 def test_an_octahedral_arm_follows_a_spline_with_its_twist(arm30):
     box, base = make_box(arm30, 0.005), arm30.mount[:3, 3]
     way = base + np.array([[0, 0, 0], [0.3, 0.1, -3.9], [1.7, 0.3, -7.6], [4.6, 0.4, -9.9]])
-    shapes = [
-        follow_curve(arm30, box, spline(way, [0, 0, -11.5], [9, 0, -7.0]), [9, 0, -7.0], twist=t) for t in (0.0, 0.3)
-    ]
+    shapes = [follow_curve(box, spline(way, [0, 0, -11.5], [9, 0, -7.0]), [9, 0, -7.0], twist=t) for t in (0.0, 0.3)]
     for shape in shapes:
         assert shape.solution.met[0]
         assert np.min(box.spare(arm30.lengths(shape.solution.q[0]))) > 0

@@ -13,6 +13,7 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.bending import azimuth, bend_all, swing
 from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.positioning.anchoring import anchor_successively
+from vgtsim.positioning.batch import solve
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, tool_goal
 from vgtsim.positioning.kernel import Kernel
@@ -26,9 +27,10 @@ from vgtsim.positioning.objectives import (
     WeightedSum,
 )
 from vgtsim.positioning.plane import goal_plane
-from vgtsim.positioning.positioning import Positioning, solve
+from vgtsim.positioning.postures import make_postures
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import couple
-from vgtsim.positioning.restarts import make_postures, solve_anywhere
+from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.strokes import bring_inside, inside, make_box
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -106,7 +108,7 @@ def test_objectives_have_the_slopes_of_differences(chain):
     parts = (StrokeBarrier(), MidStroke(), LengthVariation(), Nearness(lengths), plane)
     for objective in (*parts, WeightedSum(((2.0, MidStroke()), (0.5, plane)))):
         states = (kernel.state(x + s * STEP * move) for s in (0, 1, -1))
-        here, ahead, behind = (objective.terms(Configurations(kernel, box, at, np.arange(2))) for at in states)
+        here, ahead, behind = (objective.terms(Configurations(box, at, np.arange(2))) for at in states)
         rise = (ahead.value - behind.value) / (2 * STEP)
         np.testing.assert_allclose(
             np.sum(here.slope * move, axis=1), rise, rtol=1e-4, atol=1e-7, err_msg=objective.name
@@ -118,8 +120,8 @@ def test_goals_are_met_on_the_mode_of_the_straight_arm_inside_all_limits(name, p
     chain = make_chain(name)
     box = make_box(chain, 0.005)
     q = sample_inputs(chain, 40, 6, 0.8)
-    problem = Positioning(chain, box, tool_goal(*chain.tool(q)))
-    found = solve_anywhere(problem, chain.straight, postures=make_postures(chain, box, 150))
+    problem = Problem(box, tool_goal(*chain.tool(q)))
+    found = solve_anywhere(problem, chain.straight, postures=make_postures(box, 150))
     assert np.mean(found.met) >= part
     good = found.q[found.met]
     position, direction = chain.tool(good)
@@ -136,10 +138,10 @@ def test_a_stewart_platform_has_one_freedom_left_by_a_tool_goal_and_none_by_a_po
     box, q = make_box(chain, 0.005), sample_inputs(chain, 6, 7, 0.7)
     position = chain.tool(q)[0]
     pose = GoalSpace((Position(position), Orientation(chain.frames(q)[0][:, -1])))
-    found = solve(Positioning(chain, box, pose), chain.straight)
+    found = solve(Problem(box, pose), chain.straight)
     assert np.all(found.optimal)
     np.testing.assert_allclose(found.q, q, atol=MODE)
-    free = solve(Positioning(chain, box, tool_goal(*chain.tool(q))), chain.straight)
+    free = solve(Problem(box, tool_goal(*chain.tool(q))), chain.straight)
     assert np.all(free.met)
     assert np.all(free.value <= found.value + 1e-9)
 
@@ -148,11 +150,11 @@ def test_a_hinged_arm_of_four_meets_points_and_refuses_more_rows_than_it_has_inp
     chain = make_chain("tetra4")
     box, q = make_box(chain, 0.005), sample_inputs(chain, 10, 8, 0.6)
     position, direction = chain.tool(q)
-    found = solve_anywhere(Positioning(chain, box, GoalSpace((Position(position),))), chain.straight)
+    found = solve_anywhere(Problem(box, GoalSpace((Position(position),))), chain.straight)
     assert np.mean(found.met) >= 0.8
     np.testing.assert_allclose(chain.tool(found.q[found.met])[0], position[found.met], atol=GOAL)
     with pytest.raises(GoalError, match="5 goal rows for 4 inputs"):
-        solve(Positioning(chain, box, tool_goal(position, direction)), chain.straight)
+        solve(Problem(box, tool_goal(position, direction)), chain.straight)
 
 
 def test_poses_beyond_a_singularity_do_not_count_as_assembled():
@@ -179,7 +181,7 @@ def test_bends_add_up_in_one_plane_and_swing_with_the_arm():
     plane = goal_plane(chain, position)
     kernel = Kernel(chain)
     states = (kernel.state(x[None]) for x in (q, swing(chain, q, 0.5)))
-    at = [Configurations(kernel, make_box(chain, 0.0), state, np.zeros(1, int)) for state in states]
+    at = [Configurations(make_box(chain, 0.0), state, np.zeros(1, int)) for state in states]
     assert plane.terms(at[0]).value[0] < 1e-3 * plane.terms(at[1]).value[0]  # the top's normal to first order
 
 
@@ -189,13 +191,13 @@ def test_octahedral_arms_are_coupled_and_anchored():
     goal = tool_goal(*chain.tool(q))
     pairs = ((0, 1), (4, 3))
     reduction = couple(chain.straight, pairs, owner=chain.layout.owner)
-    found = solve(Positioning(chain, box, goal, MidStroke(), reduction=reduction), chain.straight)
+    found = solve(Problem(box, goal, MidStroke(), reduction=reduction), chain.straight)
     assert reduction.order == 18
     assert found.met[0]
     away = (found.q[0] - chain.straight).reshape(5, 6)
     np.testing.assert_allclose(away[[0, 4]], away[[1, 3]], atol=ROUNDING)
-    cycle = anchor_successively(Positioning(chain, box, goal, MidStroke()), q, 2, NewtonSettings(most=100))
-    whole = solve(Positioning(chain, box, goal, MidStroke()), q, NewtonSettings(most=100))
+    cycle = anchor_successively(Problem(box, goal, MidStroke()), q, 2, NewtonSettings(most=100))
+    whole = solve(Problem(box, goal, MidStroke()), q, NewtonSettings(most=100))
     assert cycle.converged
     assert cycle.solution.value[0] == pytest.approx(whole.value[0], rel=1e-3)
     mixed = make_chain("mixed")
@@ -205,9 +207,9 @@ def test_octahedral_arms_are_coupled_and_anchored():
 
 def test_what_is_outside_the_strokes_is_brought_inside_module_by_module():
     chain = make_chain("arm30")
-    box, kernel = make_box(chain, 0.005), Kernel(chain)
+    box = make_box(chain, 0.005)
     q = bend_all(chain, np.radians([10.0, 45.0, 10.0, 10.0, 10.0]), 0.0)
-    assert not inside(kernel, box, q[None])[0]
-    moved = bring_inside(chain, box, q)
-    assert inside(kernel, box, moved[None])[0]
+    assert not inside(box, q[None])[0]
+    moved = bring_inside(box, q)
+    assert inside(box, moved[None])[0]
     assert np.all((moved != q).reshape(5, 6).any(axis=1) == [False, True, False, False, False])

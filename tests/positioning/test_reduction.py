@@ -5,10 +5,11 @@ import pytest
 
 from vgtsim.errors import GoalError
 from vgtsim.positioning.anchoring import anchor_successively
+from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import GoalSpace, Position, tool_goal
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import LengthVariation, MidStroke
-from vgtsim.positioning.positioning import Positioning, solve
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import anchor, couple, whole
 from vgtsim.positioning.strokes import make_box
 
@@ -44,7 +45,7 @@ def test_coupled_arm_meets_the_goal_with_coupled_inputs(hanging_arm, box, target
     """Equation 8.7: fifteen inputs become nine; with a free ratio for each pair, eleven."""
     reduction = couple(hanging_arm.straight, PAIRS, ratio)
     assert reduction.order == order
-    problem = Positioning(hanging_arm, box, target, MidStroke(), reduction=reduction)
+    problem = Problem(box, target, MidStroke(), reduction=reduction)
     found = solve(problem, hanging_arm.straight)
     assert found.met[0]
     away = (found.q[0] - hanging_arm.straight).reshape(5, 3)
@@ -62,10 +63,10 @@ def test_one_pair_with_a_free_ratio_leaves_thirteen(hanging_arm):
 def test_reduced_optimum_is_no_better_than_the_whole_one(hanging_arm, box, target):
     """Section 7.1: tau-dagger against tau-star; figure 8.2's objective (8.8)."""
     objective, how = LengthVariation(0.005), NewtonSettings(most=300)
-    start = solve(Positioning(hanging_arm, box, target, MidStroke()), hanging_arm.straight).q[0]
-    coupled = Positioning(hanging_arm, box, target, objective, reduction=couple(hanging_arm.straight, PAIRS))
+    start = solve(Problem(box, target, MidStroke()), hanging_arm.straight).q[0]
+    coupled = Problem(box, target, objective, reduction=couple(hanging_arm.straight, PAIRS))
     reduced = solve(coupled, hanging_arm.straight, how)
-    free = solve(Positioning(hanging_arm, box, target, objective), reduced.q[0], how)
+    free = solve(Problem(box, target, objective), reduced.q[0], how)
     assert reduced.met[0]
     assert free.optimal[0]
     before = LengthVariation.exact(hanging_arm.lengths(start))
@@ -74,17 +75,17 @@ def test_reduced_optimum_is_no_better_than_the_whole_one(hanging_arm, box, targe
 
 
 def test_anchored_inputs_stay(hanging_arm, box, target):
-    q = solve(Positioning(hanging_arm, box, target), hanging_arm.straight).q[0]
+    q = solve(Problem(box, target), hanging_arm.straight).q[0]
     fixed = np.zeros(15, bool)
     fixed[3:6], fixed[11] = True, True
-    problem = Positioning(hanging_arm, box, target, MidStroke(), reduction=anchor(q, fixed))
+    problem = Problem(box, target, MidStroke(), reduction=anchor(q, fixed))
     found = solve(problem, q)
     assert found.optimal[0]
     np.testing.assert_array_equal(found.q[0][fixed], q[fixed])
 
 
 def test_successive_anchoring_comes_to_the_whole_optimum(hanging_arm, box, target):
-    problem = Positioning(hanging_arm, box, target, MidStroke())
+    problem = Problem(box, target, MidStroke())
     best = solve(problem, hanging_arm.straight)
     cycle = anchor_successively(problem, hanging_arm.straight, 3)
     assert cycle.converged
@@ -96,9 +97,9 @@ def test_successive_anchoring_comes_to_the_whole_optimum(hanging_arm, box, targe
 def test_couplings_that_leave_too_few_inputs_are_refused(hanging_arm, box, target):
     tied = couple(hanging_arm.straight, tuple((i, 4) for i in range(4)))
     with pytest.raises(GoalError, match="5 goal rows for 3 inputs"):
-        solve(Positioning(hanging_arm, box, target, reduction=tied), hanging_arm.straight)
+        solve(Problem(box, target, reduction=tied), hanging_arm.straight)
     with pytest.raises(GoalError, match="5 goal rows for 3 free inputs of 15"):
-        anchor_successively(Positioning(hanging_arm, box, target), hanging_arm.straight, 1)
+        anchor_successively(Problem(box, target), hanging_arm.straight, 1)
     with pytest.raises(ValueError, match="may follow once"):
         couple(hanging_arm.straight, ((0, 1), (1, 2)))
 
@@ -106,4 +107,4 @@ def test_couplings_that_leave_too_few_inputs_are_refused(hanging_arm, box, targe
 def test_anchored_arm_that_cannot_reach_says_so(hanging_arm, box):
     goal = GoalSpace((Position(np.array([0.0, 0.0, 100.0])),))
     with pytest.raises(GoalError, match="not met even with all inputs free"):
-        anchor_successively(Positioning(hanging_arm, box, goal), hanging_arm.straight, 3, NewtonSettings(most=10))
+        anchor_successively(Problem(box, goal), hanging_arm.straight, 3, NewtonSettings(most=10))

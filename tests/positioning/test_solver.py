@@ -12,16 +12,15 @@ from vgtsim.geometry import segment_distance
 from vgtsim.kinematics.bending import bend_all, swing
 from vgtsim.positioning import Keep, Surroundings, methods, solve_goal
 from vgtsim.positioning.goals import evaluate, tool_goal
-from vgtsim.positioning.hinges import hinge_curvature
+from vgtsim.positioning.hinges import ClearanceHinges
 from vgtsim.positioning.kernel import Kernel
-from vgtsim.positioning.methods import bring_starts_inside
 from vgtsim.positioning.nearest import come_nearest
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.objectives import Clearance, Configurations, MidStroke, StrokeBarrier, WeightedSum
+from vgtsim.positioning.objectives import Configurations, MidStroke, StrokeBarrier, WeightedSum
 from vgtsim.positioning.plane import goal_plane
-from vgtsim.positioning.positioning import Positioning
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import couple
-from vgtsim.positioning.seeds import make_seeds
+from vgtsim.positioning.restarts import bring_starts_inside, likely_starts
 from vgtsim.positioning.strokes import bring_inside, make_box
 
 GOAL = 1e-9  # the accuracy a solved goal is promised to have, m and rad
@@ -48,7 +47,7 @@ def random_inputs(chain, rng, margin):
 
 def tool_problem(chain, position, direction, margin=0.005, objective=None):
     box = make_box(chain, margin)
-    return Positioning(chain, box, tool_goal(position, direction), objective or StrokeBarrier())
+    return Problem(box, tool_goal(position, direction), objective or StrokeBarrier())
 
 
 def ask(chain, name, position, direction, posture, keep=None, method=Method.NULLSPACE, **more):
@@ -69,14 +68,14 @@ def test_goals_made_by_forward_kinematics_are_met(hanging_arm, posture, seed):
 
 def test_no_iterate_leaves_the_strokes(hanging_arm, posture, monkeypatch):
     seen = []
-    evaluate = Positioning.local
+    evaluate = Problem.model
 
     def watched(self, z, which):
         found = evaluate(self, z, which)
         seen.append((self.inputs(z), found.inside))
         return found
 
-    monkeypatch.setattr(Positioning, "local", watched)
+    monkeypatch.setattr(Problem, "model", watched)
     margin = 0.02
     near_the_end = random_inputs(hanging_arm, np.random.default_rng(3), 0.021)
     position, direction = hanging_arm.tool(near_the_end)
@@ -114,7 +113,9 @@ def test_shortfall_of_a_goal_beyond_the_straight_arm_is_the_distance_to_it(hangi
 def test_no_posture_comes_nearer_than_the_nearest(hanging_arm, posture):
     goal = ([-3.0, 0.0, 3.0], [1.0, 0.0, 0.0])  # back towards the mast: bent too far
     problem = tool_problem(hanging_arm, *goal)
-    q, left = come_nearest(problem, bring_starts_inside(problem, make_seeds(hanging_arm, posture, np.array(goal[0]))))
+    q, left = come_nearest(
+        problem, bring_starts_inside(problem, likely_starts(hanging_arm, posture, np.array(goal[0])))
+    )
     best = np.argmin(np.linalg.norm(left, axis=1))
     box, start = problem.box, hanging_arm.lengths(q[best])
 
@@ -193,17 +194,17 @@ def test_plane_and_hinges_have_the_slopes_and_curvatures_of_differences(hanging_
 
     def at(x):
         kernel = Kernel(hanging_arm)
-        return Configurations(kernel, box, kernel.state(x[None]), which)
+        return Configurations(box, kernel.state(x[None]), which)
 
-    hinges = Clearance(tank_around, 1.5, 0.5)
+    hinges = ClearanceHinges(tank_around, 1.5, 0.5)
     for objective in (goal_plane(hanging_arm, [4.0, -8.0, 1.0]), hinges, WeightedSum(((2.0, hinges),))):
         ahead, here, behind = (objective.terms(at(q + sign * BEND_STEP * move)) for sign in (1, 0, -1))
         rise = (ahead.value - behind.value)[0] / (2 * BEND_STEP)
         assert here.slope[0] @ move == pytest.approx(rise, rel=1e-4)
-        curve = here.dense[0] + hinge_curvature(objective, at(q))
+        curve = here.dense[0] + objective.bend(at(q))
         bend = (ahead.value - 2 * here.value + behind.value)[0] / BEND_STEP**2
         assert np.squeeze(move @ np.squeeze(curve) @ move) == pytest.approx(bend, rel=1e-3)
-    left_out = hinge_curvature(hinges, at(q))[0]
+    left_out = hinges.bend(at(q))[0]
     assert np.abs(left_out).max() > 0.1 * np.abs(hinges.terms(at(q)).dense).max()  # it matters
 
 
@@ -231,7 +232,7 @@ def test_bring_inside_moves_only_modules_that_are_outside(hanging_arm):
     box = make_box(hanging_arm, 0.005)
     q = np.array(hanging_arm.straight)
     q[6] = 0.6
-    moved = bring_inside(hanging_arm, box, q)
+    moved = bring_inside(box, q)
     assert np.all(box.spare(hanging_arm.lengths(moved)) > 0)
     np.testing.assert_array_equal(np.delete(moved, [6, 7, 8]), np.delete(q, [6, 7, 8]))
 

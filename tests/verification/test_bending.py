@@ -9,7 +9,7 @@ import pytest
 from offset_arms import OFFSET, with_offset
 from playing import bend, change, play, shorten
 
-from vgtsim.mjcf import scene_chain
+from vgtsim.site import Site
 from vgtsim.verification import loads
 from vgtsim.verification.verify import verify
 
@@ -45,22 +45,22 @@ def test_a_run_reports_its_bending_and_passes(scene, log):
     assert moving.measured < MOVING
     assert rest.name == "axial_purity"
     greatest = np.linalg.norm(log.member_moment, axis=-1).max()
-    force = np.abs(log.axial(scene_chain(scene).truss.ends)).max()
+    force = np.abs(log.axial(Site(scene).chain.truss.ends)).max()
     assert 10.0 < greatest < force * OFFSET
     assert "bending moment up to " in moving.detail
     assert float(moving.detail.split()[4]) >= 0.999 * greatest
 
 
 def test_all_purity_of_the_other_members_is_kept(scene, log):
-    found = loads.find_loads(log, scene_chain(scene), scene)
-    assert loads.check_moment(log, scene_chain(scene), found).value < 1e-6
-    assert loads.check_shear(log, scene_chain(scene), found).value < 1e-2
+    found = loads.find_loads(log, Site(scene).chain, scene)
+    assert loads.check_moment(log, Site(scene).chain, found).value < 1e-6
+    assert loads.check_shear(log, Site(scene).chain, found).value < 1e-2
 
 
 @pytest.mark.parametrize("field", ["member_moment", "member_force"])
 def test_bending_that_statics_do_not_give_is_found(scene, log, field):
     """A tenth more moment, or shear, in one actuator."""
-    truss = scene_chain(scene).truss
+    truss = Site(scene).chain.truss
     index = int(truss.ring_actuators[0, 1])
     wrong = np.array(getattr(log, field))
     wrong[:, index] *= 1.1
@@ -71,7 +71,7 @@ def test_bending_that_statics_do_not_give_is_found(scene, log, field):
 
 
 def test_torsion_is_found(scene, log):
-    truss = scene_chain(scene).truss
+    truss = Site(scene).chain.truss
     index = int(truss.ring_actuators[0, 2])
     wrong = np.array(log.member_moment)
     wrong[:, index] += 0.05 * np.abs(wrong).max() * log.directions(truss.ends)[:, index]

@@ -13,8 +13,8 @@ from playing import bend, change, play, shorten
 
 from vgtsim.description import load_scene
 from vgtsim.errors import DescriptionError
-from vgtsim.mjcf import scene_chain
 from vgtsim.output.write import write_reports
+from vgtsim.site import Site
 from vgtsim.verification import loads, verify
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -81,7 +81,7 @@ def test_rows_are_judged_by_the_scene_s_limits(hanging):
 def test_rows_are_in_the_written_reports(hanging, tmp_path):
     scene, log = hanging
     report = verify(scene, log)
-    write_reports(scene, log, report, scene_chain(scene), tmp_path)
+    write_reports(scene, log, report, Site(scene).chain, tmp_path)
     data = json.loads((tmp_path / "report.json").read_text())
     written = [row for row in data["checks"] if row["quantity"].endswith("load cases")]
     assert {row["name"] for row in written} == {"member_utilisation", "actuator_force"}
@@ -102,7 +102,7 @@ def test_case_without_any_load_has_no_end_of_margin(hanging, tmp_path):
     _, log = hanging
     case = '[[loads]]\nname = "nothing"\npayload = 0\n'
     empty = change(shorten(scene_with(tmp_path, case), 1), gravity=0.0)
-    strength, drive = loads.check_cases(log, scene_chain(empty), empty)
+    strength, drive = loads.check_cases(log, Site(empty).chain, empty)
     assert strength.value == drive.value == 0.0
     assert "margin inf" in drive.detail
 

@@ -13,7 +13,8 @@ from frame_analysis import solve_with_pynite
 from playing import bend, change, play, shorten
 
 from vgtsim.kinematics.start import bend_start
-from vgtsim.mjcf import names, scene_chain
+from vgtsim.mjcf import names
+from vgtsim.site import Site
 from vgtsim.verification import loads, shape
 
 END_MOMENT = 1e-6  # N·m; forces are of the order of 1e5 N, arms of 1 m
@@ -53,7 +54,7 @@ def rest(scene, pose, edit=None):
 
     q = bend(scene, *pose)
     log = play(scene, q, q, 0.25, both)
-    return log, loads.find_loads(log, scene_chain(scene), scene), scene_chain(scene)
+    return log, loads.find_loads(log, Site(scene).chain, scene), Site(scene).chain
 
 
 @pytest.mark.parametrize("count", [MODULE, ARM])
@@ -69,7 +70,7 @@ def test_members_at_rest_carry_axial_force_alone(scenes, count, index):
 
 @pytest.mark.parametrize("count", [MODULE, ARM])
 def test_members_in_motion_carry_axial_force_alone(scenes, count):
-    scene, chain = scenes[count], scene_chain(scenes[count])
+    scene, chain = scenes[count], Site(scenes[count]).chain
     start, end = (bend(scene, *pose) for pose in POSES[count][1:])
     log = play(scene, start, end, 20.0, out_of_the_tank)
     found = loads.find_loads(log, chain, scene)
@@ -80,7 +81,7 @@ def test_members_in_motion_carry_axial_force_alone(scenes, count):
 
 def test_inertia_is_part_of_the_expected_force(scenes):
     """Without it the expectation for a fast motion is wrong by far more than with it."""
-    scene, chain = scenes[MODULE], scene_chain(scenes[MODULE])
+    scene, chain = scenes[MODULE], Site(scenes[MODULE]).chain
     start, end = (bend(scene, *pose) for pose in POSES[MODULE][1:])
     log = play(scene, start, end, 3.0, out_of_the_tank)
     found = loads.find_loads(log, chain, scene)
@@ -136,7 +137,7 @@ VICTIMS = [(MODULE, VICTIM), (ARM, "m3/longeron/8"), (ARM, "s4/cross_longeron/2"
 
 
 def test_a_welded_ball_joint_fails_purity_and_names_the_member(scenes):
-    scene, chain = scenes[MODULE], scene_chain(scenes[MODULE])
+    scene, chain = scenes[MODULE], Site(scenes[MODULE]).chain
     start = bend_start(chain, scene.task.motion.start)  # the reference pose, which the weld keeps
     end = start + np.array([0.01, 0.0, 0.0])
 

@@ -33,7 +33,7 @@ def moving_mass(model):
 
 
 def test_model_and_site_have_one_mast(site):
-    model = build_spec(site.scene).compile()
+    model = build_spec(site).compile()
     assert model.body(names.MAST).mass[0] == pytest.approx(site.mast.mass, rel=ROUNDING)
     assert site.mast.mass == pytest.approx(1432, abs=0.5)  # reference scene, kg
     assert site.load_model.mass + site.mast.mass == pytest.approx(moving_mass(model), rel=ROUNDING)
@@ -41,7 +41,7 @@ def test_model_and_site_have_one_mast(site):
 
 def test_reported_reaction_at_rest_is_the_weight_of_all_that_the_model_hangs_in_the_riser(reach_scene, log):
     site = Site(shorten(reach_scene, 1))
-    model = build_spec(site.scene).compile()
+    model = build_spec(site).compile()
     weight = moving_mass(model) * site.task.simulation.gravity
     found = find_riser_reaction(site, log)[-1]
     assert -found[2] == pytest.approx(weight, rel=HELD)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playing import bend, change, play, shorten
 
-from vgtsim.mjcf import scene_chain
+from vgtsim.site import Site
 from vgtsim.verification import CHECK_NAMES, verify
 
 
@@ -16,7 +16,7 @@ from vgtsim.verification import CHECK_NAMES, verify
 def scene(reach_scene):
     """One module, asked for the pose it is moved to."""
     short = change(shorten(reach_scene, 1), log_rate=40.0)
-    position, direction = scene_chain(short).tool(bend(short, [0.6], [0.8]))
+    position, direction = Site(short).chain.tool(bend(short, [0.6], [0.8]))
     goal = short.task.motion.goals[0].model_copy(update={"position": tuple(position), "direction": tuple(direction)})
     motion = short.task.motion.model_copy(update={"goals": (goal,)})
     return dataclasses.replace(short, task=short.task.model_copy(update={"motion": motion}))

@@ -14,8 +14,7 @@ from vgtsim.description.redundancy import Method
 from vgtsim.description.shipped import find_file
 
 if TYPE_CHECKING:
-    from vgtsim.kinematics import Chain
-    from vgtsim.site import Site
+    from vgtsim.planning.arm_alone import Place
 
 
 @app.command(epilog="Example: vgtsim ik type_ii_reach --position 8 2 1 --direction 1 0 0 --plot ik.svg")
@@ -30,15 +29,15 @@ def ik(
 ) -> None:
     """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
     from vgtsim.output.write import prepare_file
-    from vgtsim.planning.inverse import Request, answer_as_json, solve_request
+    from vgtsim.planning.resolution import Request, answer_as_json, solve_request
 
     if json_file is not None:
         prepare_file(json_file)
     if plot is not None:
         prepare_file(plot, (".svg", ".png"))
-    site, chain = _load(description)
-    scene = site.scene if site else None
-    answer = solve_request(chain, Request(position, direction, method, tuple(objective or ("mid_stroke",))), scene)
+    place = _load(description)
+    chain = place.chain
+    answer = solve_request(place, Request(position, direction, method, tuple(objective or ("mid_stroke",))))
     table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
     for row in answer.rows:
         wanted = ["" if value is None else f"{value:.6f}" for value in (row.desired, row.reached)]
@@ -68,19 +67,21 @@ def track(
     from vgtsim.output.track_files import write_track
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.following import follow_request, report
+    from vgtsim.site import Site
 
-    site, chain = _load(description)
+    place = _load(description)
+    chain = place.chain
     path = load_tool_path(path_file)
     with ERR.status("solving the path"):
-        followed = follow_request(chain, path, tuple(objective or ("mid_stroke",)), site)
-    facts = report(chain, followed, site)
+        followed = follow_request(place, path, tuple(objective or ("mid_stroke",)))
+    facts = report(place, followed)
     table = Table("quantity", "value", title=f"{chain.manipulator.name} on {path.name}")
     for name, value in facts.items():
         table.add_row(name, f"{value:.4g}" if isinstance(value, float) else str(value))
     OUT.print(table)
     folder = prepare_folder(out or Path("out") / path.name)
     list_files(*write_track(chain, followed, facts, folder / path.name))
-    wanted = site.task.motion.clearance if site else 0.0
+    wanted = place.task.motion.clearance if isinstance(place, Site) else 0.0
     clear = float(facts.get("least clearance, m", wanted))
     spare = float(facts["least distance to the end of a stroke, m"])
     if clear < wanted or spare < 0:
@@ -88,12 +89,10 @@ def track(
     finish(clear >= wanted and spare >= 0, None)
 
 
-def _load(description: Path) -> tuple[Site | None, Chain]:
-    """Site of a scene with its chain, or the chain of an arm alone, which hangs with its base face at the origin."""
+def _load(description: Path) -> Place:
+    """A scene's site, or an arm alone, which hangs with its base face at the origin."""
+    from vgtsim.planning.arm_alone import ArmAlone
     from vgtsim.site import load_arm, load_site
 
     file = find_file(description, "scene", "arm")
-    if not is_scene(file):
-        return None, load_arm(file)
-    site = load_site(file)
-    return site, site.chain
+    return load_site(file) if is_scene(file) else ArmAlone(load_arm(file))

@@ -32,7 +32,6 @@ def run(
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
 ) -> None:
     """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
-    from vgtsim.mjcf import build_model
     from vgtsim.mjcf.files import write_scene_files
     from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
     from vgtsim.planning import plan_tour
@@ -41,23 +40,22 @@ def run(
     from vgtsim.verification import verify as judge
 
     site = Site(load_scene(scene_name))
-    scene, chain = site.scene, site.chain
+    scene = site.scene
     folder = out or Path("out") / scene.task.name
     with ERR.status("planning the tour"):
         tour = plan_tour(site)
     clear_folder(prepare_folder(folder))
     first_goal = tour.legs[0].q
-    write_scene_files(scene, first_goal, folder)
-    model = build_model(scene, {"first_goal": first_goal})
+    write_scene_files(site, first_goal, folder)
     try:
-        log = simulate(model, tour, scene)
+        log = simulate(site, tour)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
             save_log(scene, error.log, folder)
         raise
     with ERR.status("verifying"):
         report = judge(scene, log)
-    missing = write_outputs(scene, log, report, chain, folder, video=video)
+    missing = write_outputs(scene, log, report, site.chain, folder, video=video)
     show_report(report, folder)
     finish(report.passed, missing)
 
@@ -81,7 +79,7 @@ def build(
         check_site(site)
         scene = site.scene
         folder = prepare_folder(out or Path("out") / scene.task.name)
-        files = write_scene_files(scene, solve_first_goal(site), folder)
+        files = write_scene_files(site, solve_first_goal(site), folder)
     else:
         manipulator = load_manipulator(file)
         check_strokes(Chain(manipulator, hanging_mount(0.0)))
@@ -93,13 +91,13 @@ def build(
 @app.command(epilog="Example: vgtsim verify out/type_ii_reach")
 def verify(folder: RunFolder) -> None:
     """Make every check again from the log of a run, and write its report again."""
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import prepare_folder, write_reports
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
     scene, log = load_run(folder / "run.npz")
     report = judge(scene, log)
-    write_reports(scene, log, report, scene_chain(scene), prepare_folder(folder))
+    write_reports(scene, log, report, Site(scene).chain, prepare_folder(folder))
     show_report(report, folder)
     finish(report.passed, None)
 
@@ -110,12 +108,12 @@ def render(
     camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
 ) -> None:
     """Film the log of a run."""
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.write import film
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
     scene, log = load_run(folder / "run.npz")
-    path = film(scene, log, judge(scene, log), scene_chain(scene), folder, camera)
+    path = film(scene, log, judge(scene, log), Site(scene).chain, folder, camera)
     list_files(path)
 
 
@@ -126,12 +124,12 @@ def export(
     vtk: Annotated[bool, typer.Option("--vtk/--no-vtk", help="Also write truss.vtu, for ParaView.")] = True,
 ) -> None:
     """Write the truss of one instant with loads and forces, for other tools: JSON, PyNiteFEA, VTK."""
-    from vgtsim.mjcf import scene_chain
     from vgtsim.output.truss_export import write_truss
     from vgtsim.output.write import prepare_folder
+    from vgtsim.site import Site
 
     scene, log = load_run(folder / "run.npz")
-    list_files(*write_truss(scene, log, scene_chain(scene), prepare_folder(folder), time, vtk=vtk))
+    list_files(*write_truss(scene, log, Site(scene).chain, prepare_folder(folder), time, vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")

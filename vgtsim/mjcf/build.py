@@ -14,10 +14,9 @@ from vgtsim.description.modules import DoubleOctahedral, Prism, Section
 from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
 from vgtsim.geometry import make_mast
-from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics import Chain, Truss, hanging_mount
 from vgtsim.kinematics.layout import make_static
 from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.kinematics.start import bend_start
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import add_arm
 from vgtsim.mjcf.pose import qpos_from_nodes
@@ -25,6 +24,7 @@ from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.mjcf.tank import add_tank
 from vgtsim.mjcf.views import add_arm_cameras, add_goal_markers, add_tank_cameras
+from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
@@ -37,33 +37,21 @@ _MOST_LEAN = 0.35  # of a mid-plane in the reach pose, rad: half of what its mod
 _REACH_SAMPLE = 200  # configurations that the reach pose of a mixed arm is picked from
 
 
-def scene_chain(scene: Scene) -> Chain:
-    """Kinematics of a scene's arm on its mast.
-
-    Args:
-        scene: The scene.
-
-    Returns:
-        The chain, hanging from the scene's pivot.
-    """
-    return Chain(scene.manipulator, hanging_mount(scene.pivot_height))
-
-
-def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep: float | None = None) -> mujoco.MjSpec:
+def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: float | None = None) -> mujoco.MjSpec:
     """Lay out a scene in MJCF.
 
     Args:
-        scene: The scene.
+        site: The scene's.
         poses: Inputs, shape (n,), of keyframes besides `stowed` and `straight`, by name.
         timestep: In place of the scene's, s.
 
     Returns:
         The specification, with keyframes; the servos hold the arm until `select_drive` says otherwise.
     """
-    step = timestep or scene.task.simulation.timestep
-    chain, task, tank = scene_chain(scene), scene.task, scene.tank
-    mast = make_mast(scene)
-    keyed = _withdrawn_poses(chain, scene) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
+    chain, task, tank, pivot = site.chain, site.task, site.tank, site.scene.pivot_height
+    step = timestep or task.simulation.timestep
+    mast = make_mast(site.scene)
+    keyed = _withdrawn_poses(chain, site.scene) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
     rigging = Rigging(
         mast_diameter=mast.outer_diameter,
         mast_wall=mast.wall,
@@ -72,7 +60,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
         feed_range=(0.0, max(lift for _, lift in keyed.values())),
         payload_mass=task.payload.mass,
         payload_radius=task.payload.radius,
-        reference=bend_start(chain, scene.task.motion.start),
+        reference=site.start,
         timestep=step,
         servo_stiffness=task.simulation.servo_stiffness,
         servo_damping=task.simulation.servo_damping,
@@ -85,7 +73,7 @@ def build_spec(scene: Scene, poses: Mapping[str, Array] | None = None, timestep:
     add_tank(spec, tank)
     add_arm(spec, chain, rigging)
     add_goal_markers(spec, task.motion.goals)
-    add_tank_cameras(spec, tank, scene.pivot_height)
+    add_tank_cameras(spec, tank, pivot)
     _add_keyframes(spec, chain, keyed)
     return spec
 
@@ -151,11 +139,11 @@ def reach_pose(chain: Chain) -> Array:
     return sample[int(np.argmax(across))]
 
 
-def build_model(scene: Scene, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
+def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
     """Compile a scene for simulation: weights scaled, the scene's drive selected.
 
     Args:
-        scene: The scene.
+        site: The scene's.
         poses: Inputs, shape (n,), of keyframes besides `stowed` and `straight`, by name.
 
     Returns:
@@ -164,15 +152,15 @@ def build_model(scene: Scene, poses: Mapping[str, Array] | None = None) -> mujoc
     Raises:
         VgtError: The compiled model is not the truss that was described.
     """
-    return finish_model(build_spec(scene, poses), scene)
+    return finish_model(build_spec(site, poses), site)
 
 
-def finish_model(spec: mujoco.MjSpec, scene: Scene) -> mujoco.MjModel:
+def finish_model(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
     """Compile a specification and give it the scene's weights and drive.
 
     Args:
         spec: From `build_spec`, edited or not.
-        scene: The scene.
+        site: The scene's.
 
     Returns:
         The model.
@@ -181,9 +169,9 @@ def finish_model(spec: mujoco.MjSpec, scene: Scene) -> mujoco.MjModel:
         VgtError: The compiled model is not the truss that was described.
     """
     model = spec.compile()
-    stiffen(model, scene.task.simulation.weight_scale)
-    select_drive(model, scene.task.simulation.drive)
-    _check_compiled(model, scene)
+    stiffen(model, site.task.simulation.weight_scale)
+    select_drive(model, site.task.simulation.drive)
+    _check_compiled(model, site.truss)
     return model
 
 
@@ -275,9 +263,8 @@ def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
     return force
 
 
-def _check_compiled(model: mujoco.MjModel, scene: Scene) -> None:
+def _check_compiled(model: mujoco.MjModel, truss: Truss) -> None:
     """Hold the compiled model against the description by what both can count."""
-    truss = scene_chain(scene).truss
     closures = int(np.sum(model.eq_type == mujoco.mjtEq.mjEQ_CONNECT))
     balls = int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL))
     members, blocks = len(truss.members), truss.ring_actuators.size  # a block and an actuator pinned to it, each a ball

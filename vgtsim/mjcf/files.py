@@ -9,12 +9,12 @@ import mujoco
 import numpy as np
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import names
 from vgtsim.mjcf.build import HOLDING_WEIGHTS, VIEW_TIMESTEP, build_arm_spec, build_spec
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.replacing import replacing
+from vgtsim.site import Site
 
 _SETTLE = 0.5  # s
 
@@ -43,11 +43,11 @@ class Sag:
     gap: float
 
 
-def write_scene_files(scene: Scene, first_goal: np.ndarray, folder: Path) -> tuple[Path, Path]:
+def write_scene_files(site: Site, first_goal: np.ndarray, folder: Path) -> tuple[Path, Path]:
     """Write `scene.xml` and `scene.mjb`.
 
     Args:
-        scene: The scene.
+        site: The scene's.
         first_goal: Inputs at its first goal, shape (n,).
         folder: Existing folder.
 
@@ -55,13 +55,13 @@ def write_scene_files(scene: Scene, first_goal: np.ndarray, folder: Path) -> tup
         Both paths.
     """
     poses = {"first_goal": first_goal}
-    factor = scene.task.simulation.weight_scale
-    exact = build_spec(scene, poses)
+    factor = site.task.simulation.weight_scale
+    exact = build_spec(site, poses)
     return _write(
-        build_spec(scene, poses, VIEW_TIMESTEP),
+        build_spec(site, poses, VIEW_TIMESTEP),
         exact,
         factor,
-        scene.task.title,
+        site.task.title,
         "first_goal",
         folder / "scene",
     )

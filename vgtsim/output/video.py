@@ -14,7 +14,7 @@ from vgtsim.description import Scene
 from vgtsim.errors import MissingLibraryError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
-from vgtsim.mjcf import build_spec, tank
+from vgtsim.mjcf import build_model, tank
 from vgtsim.output.colours import scale_end
 from vgtsim.output.encoder import open_film
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
@@ -22,6 +22,7 @@ from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, project, show
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 from vgtsim.verification.holds import goal_name
 from vgtsim.verification.report import Report
 
@@ -114,7 +115,7 @@ def draw_frames(
 
 def _compile(scene: Scene) -> mujoco.MjModel:
     """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
-    model = build_spec(scene).compile()
+    model = build_model(Site(scene))
     model.mat(f"{tank.BODY}/liner").rgba[:3] *= _DIM
     model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
     model.light_diffuse[:] = _DIFFUSE

@@ -8,11 +8,7 @@ from numpy.typing import NDArray
 from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics.chain import Chain
-from vgtsim.positioning.goals import GoalSpace, Position
-from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.objectives import Differences
-from vgtsim.positioning.positioning import Positioning, assembles, solve
-from vgtsim.positioning.strokes import make_box
+from vgtsim.positioning import Differences, GoalSpace, NewtonSettings, Position, Problem, inside, make_box, solve
 from vgtsim.statics import find_use, make_load_model, make_sections, smooth_peak
 
 Array = NDArray[np.float64]
@@ -41,7 +37,7 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
     Source: null-space optimisation (chapter 6) of a smooth stand-in for the greatest utilisation.
     """
     box = make_box(chain, _SPARE)
-    start = q[assembles(chain, box, q)]
+    start = q[inside(box, q)]
     if not len(start):
         return start
     model = make_load_model(chain, Payload(mass=payload, radius=PAYLOAD_RADIUS), gravity)
@@ -51,6 +47,6 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
         return smooth_peak(find_use(model, sections, chain.nodes(postures), safety_factor).worst)
 
     goal = GoalSpace((Position(chain.tool(start)[0], tolerance=1e-4),))
-    problem = Positioning(chain, box, goal, Differences("utilisation", used))
+    problem = Problem(box, goal, Differences("utilisation", used))
     found = solve(problem, start, NewtonSettings(most=_STEPS, optimality=_PROMISED))
     return found.q[found.met]

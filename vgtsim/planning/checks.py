@@ -6,21 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.modules import GeneralDoubleOctahedral, Octahedral
-from vgtsim.description.scene import Scene
 from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.planning.riser import check_riser
-from vgtsim.positioning.surroundings import Surroundings
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
-
-
-def surroundings_of(scene: Scene, _: Chain) -> Surroundings:
-    """The surroundings of a scene's site."""
-    return Site(scene).surroundings
 
 
 def check_site(site: Site) -> None:

@@ -9,7 +9,6 @@ all. Pieces are run from rest to rest, so a corner of the path asks no infinite 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +17,21 @@ from scipy.interpolate import BSpline, make_interp_spline
 from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import DescriptionError, FollowError, ReachError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.planning.arm_alone import Place
 from vgtsim.planning.objectives import make_objective
-from vgtsim.planning.resolution import stroke_box
 from vgtsim.planning.stretches import Stretch, make_stretches
 from vgtsim.planning.timing import SpeedLimits, make_limits, time_lengths
-from vgtsim.positioning.goals import tool_goal
-from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.positioning import Positioning, Positions, assembles, solve
-from vgtsim.positioning.restarts import solve_anywhere
-from vgtsim.positioning.strokes import binding_actuators
+from vgtsim.positioning import (
+    NewtonSettings,
+    Problem,
+    Solution,
+    binding_actuators,
+    inside,
+    join_solutions,
+    solve,
+    solve_anywhere,
+    tool_goal,
+)
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -81,14 +86,13 @@ class Followed:
         return np.diff(self.lengths, n=2, axis=0) / (self.time[1] - self.time[0]) ** 2
 
 
-def follow_request(chain: Chain, path: ToolPath, objectives: tuple[str, ...], site: Site | None = None) -> Followed:
+def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) -> Followed:
     """Follow a path as the command line asks for it.
 
     Args:
-        chain: The arm.
+        place: The site, or an arm alone, which starts straight.
         path: The path.
         objectives: Names, each with `:weight` or without.
-        site: Gives start, time step, stroke margin and surroundings; without one the arm starts straight.
 
     Returns:
         The path as it is run.
@@ -99,24 +103,22 @@ def follow_request(chain: Chain, path: ToolPath, objectives: tuple[str, ...], si
         ReachError: A goal is not met inside the strokes.
         FollowError: The posture jumps.
     """
+    chain = place.chain
     if not chain.manipulator.uniform:
         kinds = ", ".join(f"{module.name} ({module.kind})" for module in chain.manipulator.actuated)
         allowed = "symmetric double octahedra alone, all of them or none with a joint offset, and static sections"
         raise DescriptionError(None, "modules", f"{chain.manipulator.name}, whose active modules are {kinds}", allowed)
     goal = tool_goal(path.start, path.direction)
-    scene = site.scene if site else None
-    box = stroke_box(chain, scene)
-    problem = Positioning(chain, box, goal, make_objective(chain, goal, objectives, scene))
-    start = site.start if site else chain.straight
-    return follow(chain, problem, path, start, site.task.simulation.timestep if site else _TIMESTEP)
+    problem = Problem(place.box, goal, make_objective(place, goal, objectives))
+    timestep = place.task.simulation.timestep if isinstance(place, Site) else _TIMESTEP
+    return follow(problem, path, place.start, timestep)
 
 
-def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, timestep: float) -> Followed:
+def follow(problem: Problem, path: ToolPath, start: Array, timestep: float) -> Followed:
     """Solve a path and time it.
 
     Args:
-        chain: The arm.
-        problem: Strokes and objective; its goal is replaced.
+        problem: Arm, strokes and objective; its goal is replaced.
         path: The path.
         start: Configuration from which the first goal is sought, shape (n,).
         timestep: s.
@@ -129,6 +131,7 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
         ReachError: A goal is not met inside the strokes.
         FollowError: The posture jumps.
     """
+    chain = problem.chain
     stretches, limits = make_stretches(path), make_limits(chain, path.rate_fraction, path.acceleration)
     here = start
     lengths, which, off, solved = [np.empty((0, chain.layout.actuators))], [], [], []
@@ -157,17 +160,17 @@ def follow(chain: Chain, problem: Positioning, path: ToolPath, start: Array, tim
     )
 
 
-def report(chain: Chain, followed: Followed, site: Site | None = None) -> dict[str, str | float | int]:
+def report(place: Place, followed: Followed) -> dict[str, str | float | int]:
     """Figures of a path, rates and accelerations by differences of the lengths that are run.
 
     Args:
-        chain: The arm.
+        place: The site, from which the clearance is measured, or an arm alone.
         followed: The path as it is run.
-        site: What to measure the clearance from, or None.
 
     Returns:
         By name, with units.
     """
+    chain = place.chain
     rate = float(np.max(np.abs(followed.rates) / followed.limits.rate))
     way = np.linalg.norm(np.diff(chain.tool(followed.q)[0], axis=0), axis=1)
     found: dict[str, str | float | int] = {
@@ -186,16 +189,16 @@ def report(chain: Chain, followed: Followed, site: Site | None = None) -> dict[s
         "iterations": followed.iterations,
         "goals that are local optima, %": 100 * followed.optimal,
     }
-    if site is not None:
-        distance, places = site.surroundings.clearance(followed.q[:: max(1, len(followed.q) // _JUDGED)])
+    if isinstance(place, Site):
+        distance, places = place.surroundings.clearance(followed.q[:: max(1, len(followed.q) // _JUDGED)])
         found["least clearance, m"] = float(distance.min())
         found["nearest"] = places[int(distance.argmin())]
     return found
 
 
 def _solve(
-    problem: Positioning, stretch: Stretch, start: Array, tolerance: float, *, first: bool
-) -> tuple[BSpline, Positions]:
+    problem: Problem, stretch: Stretch, start: Array, tolerance: float, *, first: bool
+) -> tuple[BSpline, Solution]:
     """Inputs over the parameter 0 to 1, and the goals they go through, in order."""
     points, directions = stretch.points(_FIRST), stretch.directions(_FIRST)
     parts, here = [], start
@@ -205,7 +208,7 @@ def _solve(
         _refuse(problem, stretch, found, np.array([k]), _FIRST)
         parts.append(found)
         here = found.q[0]
-    every = _joined(parts)
+    every = join_solutions(parts)
     while True:
         count = len(every.q)
         curve = make_interp_spline(np.linspace(0.0, 1.0, count), every.q, k=5)
@@ -218,24 +221,19 @@ def _solve(
         if twice > _MOST:
             raise FollowError(stretch.name, off, tolerance, count)
         between = (every.q[1:] + every.q[:-1]) / 2
-        guess = np.where(assembles(problem.chain, problem.box, guess)[:, None], guess, between)
+        guess = np.where(inside(problem.box, guess)[:, None], guess, between)
         goal = tool_goal(stretch.points(twice)[middle], stretch.directions(twice)[middle])
         found = solve(replace(problem, goal=goal), guess, _SOLVING)
         _refuse(problem, stretch, found, middle, twice)
-        every = _joined([every, found], np.argsort(np.concatenate([np.arange(0, twice, 2), middle])))
+        order = np.argsort(np.concatenate([np.arange(0, twice, 2), middle]))
+        every = join_solutions([every, found]).pick(order)
 
 
-def _refuse(problem: Positioning, stretch: Stretch, found: Positions, which: NDArray[np.intp], count: int) -> None:
+def _refuse(problem: Problem, stretch: Stretch, found: Solution, which: NDArray[np.intp], count: int) -> None:
     for i in np.flatnonzero(~found.met)[:1]:
         name = f"{stretch.name} at {which[i] / (count - 1):.0%} of the way"
         short = float(np.linalg.norm(found.error[i, :3]))
-        raise ReachError(name, short, binding_actuators(problem.chain, problem.box, found.q[i]))
-
-
-def _joined(parts: list[Positions], order: NDArray[np.intp] | slice = slice(None)) -> Positions:
-    names = Positions.__dataclass_fields__
-    columns: list[Any] = [np.concatenate([getattr(part, name) for part in parts])[order] for name in names]
-    return Positions(*columns)
+        raise ReachError(name, short, binding_actuators(problem.box, found.q[i]))
 
 
 def _off(chain: Chain, q: Array, points: Array, directions: Array) -> tuple[float, float]:

@@ -3,67 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description.redundancy import OBJECTIVES, split_objective
-from vgtsim.description.scene import Payload, Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.planning.checks import surroundings_of
-from vgtsim.positioning.analysis import condition_numbers
-from vgtsim.positioning.goals import GoalSpace, evaluate
-from vgtsim.positioning.kernel import Kernel
-from vgtsim.positioning.objectives import (
-    Clearance,
+from vgtsim.planning.arm_alone import Place, safety_factor_of
+from vgtsim.positioning import (
+    ClearanceHinges,
     Differences,
+    GoalSpace,
     LengthVariation,
     MidStroke,
     Objective,
     StrokeBarrier,
     WeightedSum,
+    evaluate,
+    goal_plane,
 )
-from vgtsim.positioning.plane import goal_plane
-from vgtsim.statics import find_use, make_load_model, make_sections, smooth_peak, solve_members
+from vgtsim.positioning.analysis import condition_numbers
+from vgtsim.site import Site
+from vgtsim.statics import find_use, smooth_peak, solve_members
 
 Array = NDArray[np.float64]
 
-MARGIN = 0.02  # kept at the goals beyond the path's clearance, so that a path can leave them, m
+MARGIN = 0.02  # m kept at the goals beyond the path's clearance, so that a path can leave them
 _FORCE = 1e5  # N: actuator forces count in units of what a middling cylinder pushes
 
 
-def make_objective(chain: Chain, goal: GoalSpace, names: tuple[str, ...], scene: Scene | None) -> Objective:
-    """Objective of names such as `mid_stroke` or `clearance:2`.
+def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Objective:
+    """Objective of names such as `mid_stroke` or `clearance:2`: one objective, or the weighted sum of several.
 
     Args:
-        chain: The arm.
-        goal: A tool goal: its rows are those whose condition number is meant, its position gives the plane.
+        place: The site, or an arm alone, which has no surroundings.
+        goal: A tool goal: `condition_number` is that of its rows, and `in_plane` takes its position.
         names: At least one.
-        scene: For payload, gravity, masses, safety factor and surroundings.
-
-    Returns:
-        One objective or their weighted sum.
 
     Raises:
         DescriptionError: A name is not known, a weight is no number above zero, or a scene is needed.
     """
+    chain = place.chain
     known: dict[str, Callable[[], Objective]] = {
         "stroke_barrier": StrokeBarrier,
         "mid_stroke": MidStroke,
         "length_variation": LengthVariation,
         "in_plane": lambda: goal_plane(chain, goal.parts[0].target),
-        "condition_number": lambda: Differences("condition_number", lambda q: _condition(chain, goal, q)),
-        "actuator_force": lambda: Differences("actuator_force", _forces(chain, scene, utilisation=False)),
-        "utilisation": lambda: Differences("utilisation", _forces(chain, scene, utilisation=True)),
+        "condition_number": lambda: Differences("condition_number", lambda q: _condition(place, goal, q)),
+        "actuator_force": lambda: Differences("actuator_force", lambda q: _greatest_force(place, q)),
+        "utilisation": lambda: Differences("utilisation", lambda q: _greatest_use(place, q)),
     }
-    if scene is not None:
-        # of the unloaded shape: where an elastic arm sags to costs a solve for every look
-        known["clearance"] = lambda: Clearance(
-            replace(surroundings_of(scene, chain), sag=None), scene.task.motion.clearance + MARGIN, payload=False
-        )
+    if isinstance(place, Site):
+        # of the unloaded shape: the sag of an elastic arm would cost a solve for every evaluation
+        wanted = place.task.motion.clearance + MARGIN
+        known["clearance"] = lambda: ClearanceHinges(place.unsagged_surroundings, wanted, payload=False)
     assert set(known) | {"clearance"} == set(OBJECTIVES)
     parts = []
     for text in names:
@@ -77,27 +71,20 @@ def make_objective(chain: Chain, goal: GoalSpace, names: tuple[str, ...], scene:
     return parts[0][1] if len(parts) == 1 and parts[0][0] == 1 else WeightedSum(tuple(parts))
 
 
-def _condition(chain: Chain, goal: GoalSpace, q: Array) -> Array:
+def _condition(place: Place, goal: GoalSpace, q: Array) -> Array:
     """Condition number of the goal rows, lengths counted in straight arms, shape (b,)."""
-    J = evaluate(chain, goal, Kernel(chain).state(q), np.zeros(len(q), int))[1]
+    chain: Chain = place.chain
+    J = evaluate(chain, goal, place.box.kernel.state(q), np.zeros(len(q), int))[1]
     reach = float(np.linalg.norm(chain.tool(chain.straight)[0] - chain.mount[:3, 3]))
     return condition_numbers(np.concatenate([J[:, :3] / reach, J[:, 3:]], axis=1))
 
 
-def _forces(chain: Chain, scene: Scene | None, utilisation: bool) -> Callable[[Array], Array]:
-    """Smooth stand-in for the greatest actuator force, 100 kN, or utilisation of any member, at rest."""
-    safety, sections = SAFETY_FACTOR, make_sections(chain.manipulator, chain.truss)
-    if scene is None:
-        model = make_load_model(chain, Payload(mass=0.0, radius=1e-3), GRAVITY)
-    else:
-        task, safety = scene.task, scene.task.limits.safety_factor
-        split, lumped = task.simulation.members == "elastic", task.simulation.lumped
-        model = make_load_model(chain, task.payload, task.simulation.gravity, split=split, lumped=lumped)
+def _greatest_force(place: Place, q: Array) -> Array:
+    """Smooth stand-in for the greatest actuator force at rest, shape (b,), in 100 kN."""
+    bar = solve_members(place.load_model, place.chain.nodes(q)).bar
+    return smooth_peak(np.abs(bar[:, place.chain.truss.actuated]) / _FORCE)
 
-    def value(q: Array) -> Array:
-        nodes = chain.nodes(q)
-        if utilisation:
-            return smooth_peak(find_use(model, sections, nodes, safety).worst)
-        return smooth_peak(np.abs(solve_members(model, nodes).bar[:, chain.truss.actuated]) / _FORCE)
 
-    return value
+def _greatest_use(place: Place, q: Array) -> Array:
+    """Smooth stand-in for the greatest utilisation of any member at rest, shape (b,)."""
+    return smooth_peak(find_use(place.load_model, place.sections, place.chain.nodes(q), safety_factor_of(place)).worst)

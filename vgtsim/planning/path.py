@@ -13,8 +13,7 @@ from vgtsim.errors import PathError
 from vgtsim.kinematics.bending import azimuth, bend_all, swing
 from vgtsim.kinematics.chain import Chain
 from vgtsim.planning.trajectory import Corridor, assemblable, smooth
-from vgtsim.positioning.strokes import centre, make_box
-from vgtsim.positioning.surroundings import Surroundings
+from vgtsim.positioning import Surroundings, make_box
 
 Array = NDArray[np.float64]
 
@@ -98,10 +97,9 @@ def plan_path(
     box = make_box(chain, settings.stroke_margin)
     corridor = Corridor(chain, box, surroundings, settings.clearance, settings.softness)
     ends = np.asarray(first, float), np.asarray(last, float)
-    middle = centre(chain, box)
     failed: list[Path] = []
     for group in _candidates(chain, *ends, settings.waypoints):
-        ways = [smooth(corridor, assemblable(corridor, way, middle)) for way in group]
+        ways = [smooth(corridor, assemblable(corridor, way, box.middle)) for way in group]
         rough = [item for item in (_spline(corridor, way, settings) for way in ways) if item is not None]
         for spline, samples, length in sorted(rough, key=lambda item: _travel(item[2])):
             path = _judge(corridor, spline, samples, length)

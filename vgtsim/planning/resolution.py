@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import json
+from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.modules import Tetrahedral
 from vgtsim.description.redundancy import Method, choose_coupling
-from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.bending import straight_yaws
-from vgtsim.kinematics.chain import Chain
-from vgtsim.planning.checks import require_positionable, surroundings_of
+from vgtsim.planning.arm_alone import Place
+from vgtsim.planning.checks import require_positionable
 from vgtsim.planning.objectives import MARGIN, make_objective
-from vgtsim.positioning.goals import tool_goal
-from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.positioning import Positioning
-from vgtsim.positioning.reduction import couple
-from vgtsim.positioning.solver import GoalSolution, Keep, solve_goal
-from vgtsim.positioning.strokes import StrokeBox, make_box
+from vgtsim.positioning import (
+    GoalSpace,
+    Keep,
+    NewtonSettings,
+    Problem,
+    RowReport,
+    Solution,
+    binding_actuators,
+    couple,
+    evaluate,
+    report_rows,
+    solve_goal,
+    tool_goal,
+)
+from vgtsim.positioning.analysis import analyse
+from vgtsim.site import Site
 
-_STROKE_MARGIN = 0.005  # kept at the ends of strokes when no scene says, m
+Array = NDArray[np.float64]
+Facts = dict[str, str | float | int | bool | list[str]]
+
 _TURNED = 1e-6  # angle between base frames from which modules count as turned, rad
 _STEPS = 300  # a goal by a wall makes the valley of the optimum narrow and curved
 
@@ -42,73 +54,72 @@ class Resolution:
     coupling: tuple[tuple[int, int], ...] = ()
 
 
-def scene_resolution(scene: Scene) -> Resolution:
-    """What a scene says of it."""
-    motion = scene.task.motion
-    return Resolution(
-        motion.method, motion.objective, scene.coupled_modules() if motion.method is Method.COUPLED else ()
-    )
+@dataclass(frozen=True)
+class Request:
+    """A tool goal that a command asks for.
 
-
-def asked_resolution(
-    chain: Chain, method: Method, objective: tuple[str, ...], scene: Scene | None = None
-) -> Resolution:
-    """A method and objectives with the coupling of a scene that has the coupled method, or else that of section 8.1.
-
-    Args:
-        chain: The arm.
-        method: By which method.
-        objective: Names, each with `:weight` or without.
-        scene: Gives its coupling.
-
-    Returns:
-        The resolution.
-
-    Raises:
-        DescriptionError: The arm has too few modules to couple any.
+    Attributes:
+        position: Tool point in frame G, m.
+        direction: Tool direction in frame G, any length but zero.
+        method: How redundancy is resolved.
+        objectives: Names, each with `:weight` or without.
     """
-    if method is not Method.COUPLED:
-        return Resolution(method, objective)
-    if scene is not None and scene.task.motion.method is Method.COUPLED:
-        return Resolution(method, objective, scene.coupled_modules())
-    try:
-        return Resolution(method, objective, choose_coupling(None, chain.manipulator.actuated))
-    except ValueError as error:
-        raise DescriptionError(None, "method", f"'coupled' for {chain.manipulator.name}", str(error)) from None
+
+    position: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    method: Method = Method.NULLSPACE
+    objectives: tuple[str, ...] = ("mid_stroke",)
 
 
-def goal_keep(scene: Scene, chain: Chain) -> Keep:
-    """Clearance that postures at goals keep: the path's and a margin, of the unloaded shape, whose sag comes after."""
-    return Keep(replace(surroundings_of(scene, chain), sag=None), scene.task.motion.clearance + MARGIN)
+@dataclass(frozen=True)
+class Answer:
+    """The answer to a request.
+
+    Attributes:
+        q: Inputs, shape (n,).
+        lengths: Of the actuators, shape (J,), m.
+        rows: Desired, reached and residual of every goal row.
+        facts: Objective, iterations, condition number and what binds, by name.
+    """
+
+    q: Array
+    lengths: Array
+    rows: tuple[RowReport, ...]
+    facts: Facts
 
 
-def stroke_box(chain: Chain, scene: Scene | None) -> StrokeBox:
-    """Actuator lengths that a plan may use: the strokes less the scene's margin, or a usual one."""
-    return make_box(chain, scene.task.motion.stroke_margin if scene else _STROKE_MARGIN)
+def scene_resolution(site: Site) -> Resolution:
+    """The method and objectives that a scene gives."""
+    motion = site.task.motion
+    coupling = site.scene.coupled_modules() if motion.method is Method.COUPLED else ()
+    return Resolution(motion.method, motion.objective, coupling)
+
+
+def goal_keep(site: Site) -> Keep:
+    """Minimum clearance at a goal: the path's and a margin. It is checked on the unloaded shape; sag is added later."""
+    return Keep(site.unsagged_surroundings, site.task.motion.clearance + MARGIN)
 
 
 def resolve_goal(
-    chain: Chain,
+    place: Place,
     how: Resolution,
     name: str,
     goal: tuple[ArrayLike, ArrayLike],
     start: ArrayLike,
-    scene: Scene | None = None,
     keep: Keep | None = None,
-) -> GoalSolution:
+) -> Solution:
     """Find a configuration for a tool goal.
 
     Args:
-        chain: The arm.
+        place: The site, or an arm alone.
         how: By which method and objectives.
         name: Of the goal, for errors.
         goal: Tool point in frame G, shape (3,), m, and tool direction, shape (3,), any length but zero.
         start: Present inputs, shape (n,).
-        scene: Gives stroke margin, payload and surroundings.
         keep: Clearance that the configuration has to keep.
 
     Returns:
-        The configuration.
+        One solution.
 
     Raises:
         DescriptionError: An objective is not known, or needs a scene; the arm cannot be positioned; or coupled modules
@@ -116,27 +127,85 @@ def resolve_goal(
         GoalError: The goal is no goal.
         ReachError: It cannot be met, or not clear of the surroundings.
     """
+    chain = place.chain
     require_positionable(chain)
     rows = tool_goal(*goal)
-    objective = make_objective(chain, rows, how.objective, scene)
+    objective = make_objective(place, rows, how.objective)
     reduction = None
     if how.coupling:
-        _require_alike(chain, how.coupling, scene)
+        _require_alike(place, how.coupling)
         reduction = couple(chain.straight, how.coupling, owner=chain.layout.owner)
-    problem = Positioning(chain, stroke_box(chain, scene), rows, objective, reduction=reduction)
+    problem = Problem(place.box, rows, objective, reduction=reduction)
     return solve_goal(name, problem, how.method, start, keep, NewtonSettings(most=_STEPS))
 
 
-def _require_alike(chain: Chain, pairs: tuple[tuple[int, int], ...], scene: Scene | None) -> None:
+def solve_request(place: Place, request: Request) -> Answer:
+    """Solve one goal from the start of a site, clear of its surroundings, or from a straight arm alone.
+
+    Raises:
+        DescriptionError: An objective is not known, or needs a scene.
+        GoalError: The goal is no goal.
+        ReachError: It is not met, or not clear of the surroundings.
+    """
+    site = place if isinstance(place, Site) else None
+    chain, pose = place.chain, (request.position, request.direction)
+    keep = goal_keep(site) if site else None
+    found = resolve_goal(place, _asked_resolution(place, request), "ik", pose, place.start, keep)
+    goal = tool_goal(*pose)
+    facts = _facts(place, goal, found, request.objectives)
+    if site:
+        facts["clearance, m"], facts["nearest"] = site.surroundings.least(found.q)
+    return Answer(found.q, chain.lengths(found.q), report_rows(chain, goal, found.q), facts)
+
+
+def answer_as_json(answer: Answer) -> str:
+    """The answer as JSON: arrays as nested lists, SI units."""
+    whole = asdict(answer) | {"q": answer.q.tolist(), "lengths": answer.lengths.tolist()}
+    return json.dumps(whole, indent=2) + "\n"
+
+
+def _asked_resolution(place: Place, request: Request) -> Resolution:
+    """A request's method and objectives; coupled modules are those of a coupled scene, or else of section 8.1."""
+    method, objectives = request.method, request.objectives
+    if method is not Method.COUPLED:
+        return Resolution(method, objectives)
+    if isinstance(place, Site) and place.task.motion.method is Method.COUPLED:
+        return Resolution(method, objectives, place.scene.coupled_modules())
+    arm = place.chain.manipulator
+    try:
+        return Resolution(method, objectives, choose_coupling(None, arm.actuated))
+    except ValueError as error:
+        raise DescriptionError(None, "method", f"'coupled' for {arm.name}", str(error)) from None
+
+
+def _facts(place: Place, goal: GoalSpace, found: Solution, objectives: tuple[str, ...]) -> Facts:
+    J = evaluate(place.chain, goal, place.box.kernel.state(found.q[None]), np.zeros(1, int))[1][0]
+    seen = analyse(J, goal.names)
+    return {
+        "objective": " + ".join(objectives),
+        "value": float(found.value),
+        "iterations": int(found.iterations),
+        "optimal": bool(found.optimal),
+        "stationarity": float(found.stationarity),
+        "condition number": seen.condition,
+        "lost directions": list(seen.lost_names),
+        "binding": list(binding_actuators(place.box, found.q)),
+        **found.notes,
+    }
+
+
+def _require_alike(place: Place, pairs: tuple[tuple[int, int], ...]) -> None:
     """Refuse to couple modules turned to each other: equal inputs, each in its module's own frame, bend them apart."""
-    yaws, modules = straight_yaws(chain), chain.manipulator.actuated
+    arm = place.chain.manipulator
+    yaws, modules = straight_yaws(place.chain), arm.actuated
     for follower, leader in pairs:
-        if isinstance(modules[follower], Tetrahedral):  # whose hinges open alike wherever they stand
+        if isinstance(modules[follower], Tetrahedral):  # its hinges open alike wherever they stand
             continue
         turn = np.angle(np.exp(1j * (yaws[follower] - yaws[leader])))
         if abs(turn) > _TURNED:
-            names = f"{modules[follower].name} and {modules[leader].name} of {chain.manipulator.name}"
+            names = f"{modules[follower].name} and {modules[leader].name} of {arm.name}"
             found = f"{names}, turned by {np.degrees(turn):.4g} degrees to each other"
-            key = "motion.coupling" if scene is not None and scene.task.motion.coupling is not None else "method"
+            given = isinstance(place, Site) and place.task.motion.coupling is not None
             allowed = "coupled modules whose base frames are parallel in the straight arm"
-            raise DescriptionError(scene.file if scene else None, key, found, allowed)
+            file = place.scene.file if isinstance(place, Site) else None
+            raise DescriptionError(file, "motion.coupling" if given else "method", found, allowed)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 from vgtsim.errors import DescriptionError
-from vgtsim.positioning.tracking import arc, line, spline
+from vgtsim.planning.tool_curves import arc, line, spline
 
 Array = NDArray[np.float64]
 

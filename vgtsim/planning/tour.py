@@ -14,7 +14,7 @@ from vgtsim.planning.objectives import MARGIN
 from vgtsim.planning.path import PathSettings, plan_path
 from vgtsim.planning.resolution import goal_keep, resolve_goal, scene_resolution
 from vgtsim.planning.timing import make_limits, time_lengths
-from vgtsim.positioning.solver import Keep
+from vgtsim.positioning import Keep
 from vgtsim.site import Site
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
@@ -87,7 +87,7 @@ def solve_first_goal(site: Site) -> Array:
     Raises:
         ReachError: The goal cannot be met.
     """
-    return _configure(site, site.task.motion.goals[0], site.start, goal_keep(site.scene, site.chain))
+    return _configure(site, site.task.motion.goals[0], site.start, goal_keep(site))
 
 
 def plan_tour(site: Site) -> Tour:
@@ -109,7 +109,7 @@ def plan_tour(site: Site) -> Tour:
     """
     check_site(site)
     motion = site.task.motion
-    keep = goal_keep(site.scene, site.chain)
+    keep = goal_keep(site)
     shapes = [site.start]
     for goal in motion.goals:
         q = _configure(site, goal, shapes[-1], keep)
@@ -130,8 +130,7 @@ def plan_tour(site: Site) -> Tour:
 def _configure(site: Site, goal: Goal, start: Array, keep: Keep, aim: tuple[Array, Array] | None = None) -> Array:
     """Inputs with the tool at a goal, or at an aim in its place, shape (n,)."""
     pose = aim or (np.array(goal.position), np.array(goal.direction))
-    scene = site.scene
-    return np.array(resolve_goal(site.chain, scene_resolution(scene), goal.name, pose, start, scene, keep).q)
+    return np.array(resolve_goal(site, scene_resolution(site), goal.name, pose, start, keep).q)
 
 
 def _aim_above(site: Site, goal: Goal, q: Array) -> Array:

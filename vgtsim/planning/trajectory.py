@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 from vgtsim.kinematics.chain import Chain
+from vgtsim.positioning import StrokeBox, Surroundings
 from vgtsim.positioning.kernel import Kernel
-from vgtsim.positioning.strokes import StrokeBox
-from vgtsim.positioning.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DivergenceError
 from vgtsim.kinematics import Chain
-from vgtsim.mjcf import scene_chain
+from vgtsim.mjcf import build_model
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.planning import Tour
 from vgtsim.plant.drives import Drive, HydraulicDrive, find_drive
@@ -26,6 +26,7 @@ from vgtsim.plant.recorder import Recorder, find_addresses
 from vgtsim.plant.springs import Springs, fit_springs
 from vgtsim.plant.watch import check_state, list_contacts, list_warnings
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 from vgtsim.statics.elasticity import hold_cylinders
 from vgtsim.statics.settling import settle
 
@@ -43,7 +44,7 @@ class _Contacts:
     distance: list[float] = field(default_factory=list)
 
 
-def run(model: mujoco.MjModel, program: Tour, scene: Scene) -> RunLog:
+def run(site: Site, program: Tour, compiled: mujoco.MjModel | None = None) -> RunLog:
     """Play a programme.
 
     Each command is the length wanted at the end of the step, because the rigid drives hold at the end of a step. A goal
@@ -51,9 +52,9 @@ def run(model: mujoco.MjModel, program: Tour, scene: Scene) -> RunLog:
     a load, so the first one ends the run.
 
     Args:
-        model: From `build_model`.
+        site: The scene's.
         program: Lengths of every actuator at every step of every leg.
-        scene: The scene of both.
+        compiled: In place of the one that `build_model` makes.
 
     Returns:
         The log.
@@ -62,8 +63,9 @@ def run(model: mujoco.MjModel, program: Tour, scene: Scene) -> RunLog:
         DescriptionError: The arm is so deep in something in its start posture that its state diverges.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
+    scene, chain = site.scene, site.chain
+    model = compiled if compiled is not None else build_model(site)
     data = mujoco.MjData(model)
-    chain = scene_chain(scene)
     nodes = chain.nodes(program.start)
     springs = None
     if scene.task.simulation.drive == "hydraulic":

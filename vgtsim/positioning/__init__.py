@@ -1,6 +1,76 @@
-"""Redundancy resolution: which of the many shapes that meet a goal the arm takes."""
+"""Positioning: which of the many shapes that meet a goal the arm takes.
 
-from vgtsim.positioning.solver import GoalSolution, Keep, solve_goal
+Three layers. The problem: goals, strokes, objective (`goals`, `strokes`, `objectives`, `problem`). The iteration:
+Newton's method in the null space (`newton`, `kkt`). The solution: `solve` takes a batch of goals from given
+configurations; `solve_goal` takes one goal by any method of the dissertation, with restarts and clearance.
+"""
+
+from vgtsim.positioning.batch import solve
+from vgtsim.positioning.goals import (
+    Direction,
+    GoalSpace,
+    Orientation,
+    Position,
+    RowReport,
+    evaluate,
+    report_rows,
+    tool_goal,
+)
+from vgtsim.positioning.hinges import ClearanceHinges
+from vgtsim.positioning.newton import NewtonSettings
+from vgtsim.positioning.objectives import (
+    Configurations,
+    Differences,
+    LengthVariation,
+    MidStroke,
+    Nearness,
+    Objective,
+    StrokeBarrier,
+    WeightedSum,
+)
+from vgtsim.positioning.plane import goal_plane
+from vgtsim.positioning.postures import make_postures
+from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.reduction import couple
+from vgtsim.positioning.restarts import solve_anywhere
+from vgtsim.positioning.solution import Solution, join_solutions
+from vgtsim.positioning.solver import Keep, solve_goal
+from vgtsim.positioning.strokes import StrokeBox, binding_actuators, bring_inside, inside, make_box
 from vgtsim.positioning.surroundings import Surroundings
 
-__all__ = ["GoalSolution", "Keep", "Surroundings", "solve_goal"]
+__all__ = [
+    "ClearanceHinges",
+    "Configurations",
+    "Differences",
+    "Direction",
+    "GoalSpace",
+    "Keep",
+    "LengthVariation",
+    "MidStroke",
+    "Nearness",
+    "NewtonSettings",
+    "Objective",
+    "Orientation",
+    "Position",
+    "Problem",
+    "RowReport",
+    "Solution",
+    "StrokeBarrier",
+    "StrokeBox",
+    "Surroundings",
+    "WeightedSum",
+    "binding_actuators",
+    "bring_inside",
+    "couple",
+    "evaluate",
+    "goal_plane",
+    "inside",
+    "join_solutions",
+    "make_box",
+    "make_postures",
+    "report_rows",
+    "solve",
+    "solve_anywhere",
+    "solve_goal",
+    "tool_goal",
+]

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import qr
 
 Array = NDArray[np.float64]
 
@@ -17,7 +15,7 @@ CONDITION_LIMIT = 1e5  # section 6.2.1: past it the smallest singular values are
 
 @dataclass(frozen=True)
 class Bases:
-    """Bases of the range and of the null space by one factorisation.
+    """Bases of the range and of the null space by one factorisation; by singular values here, by QR in the studies.
 
     Attributes:
         rank: Number of independent goal directions.
@@ -93,28 +91,6 @@ def bases_by_svd(jacobian: ArrayLike, limit: float = CONDITION_LIMIT) -> Bases:
     U, values, Vt = np.linalg.svd(J)
     rank = int(np.sum(values > values[0] / limit)) if values[0] > 0 else 0
     return Bases(rank, U[:, :rank], Vt[rank:].T, U, Vt.T, values)
-
-
-def bases_by_qr(jacobian: ArrayLike, limit: float = CONDITION_LIMIT) -> Bases:
-    """Range and null space by orthogonal factorisation of the Jacobian and of its transpose.
-
-    Args:
-        jacobian: Shape (m, n).
-        limit: Ratio of the greatest to the least diagonal entry that still counts.
-
-    Returns:
-        The bases.
-
-    Source: equations 6.16 to 6.18. Differs: columns are exchanged so that the diagonal falls (pivoting); without it a
-    zero can appear on the diagonal before the rank is spent.
-    """
-    J = np.asarray(jacobian, float)
-    Q1, R1, _ = cast(tuple[Array, Array, Array], qr(J, pivoting=True))
-    Q2, R2, _ = cast(tuple[Array, Array, Array], qr(J.T, pivoting=True))
-    first, second = np.abs(np.diag(R1)), np.abs(np.diag(R2))
-    rank = int(np.sum(second > second[0] / limit)) if second[0] > 0 else 0
-    same = int(np.sum(first > first[0] / limit)) if first[0] > 0 else 0
-    return Bases(rank, Q1[:, :same], Q2[:, rank:], Q1, Q2, second)
 
 
 def analyse(jacobian: ArrayLike, names: tuple[str, ...] | None = None, limit: float = CONDITION_LIMIT) -> Analysis:

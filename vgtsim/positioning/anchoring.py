@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
+from vgtsim.positioning.batch import solve
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.positioning import Positioning, Positions, solve
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import anchor
+from vgtsim.positioning.solution import Solution
 
 Array = NDArray[np.float64]
 
@@ -26,14 +28,14 @@ class Cycle:
         converged: Whether a whole cycle passed without a fall.
     """
 
-    solution: Positions
+    solution: Solution
     values: tuple[float, ...]
     stages: int
     converged: bool
 
 
 def anchor_successively(
-    problem: Positioning,
+    problem: Problem,
     start: ArrayLike,
     free: int,
     settings: NewtonSettings | None = None,

@@ -16,7 +16,7 @@ from vgtsim.positioning.kernel import Kernel, State, cross
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-_STEP = 1e-5
+_STEP = 1e-5  # of one-sided differences, in units of the inputs: errors of both kinds are near 1e-5 of the curvature
 
 
 def lagrangian_curvature(
@@ -25,9 +25,9 @@ def lagrangian_curvature(
     """Second derivative of the goal rows and lengths, weighted.
 
     Args:
-        kernel: The arm.
+        kernel: Kinematics of the arm.
         goal: Rows.
-        state: Kinematics of b configurations inside the strokes.
+        state: Of b configurations inside the strokes.
         which: Goal of each, shape (b,).
         multipliers: Of the goal rows, shape (b, m).
         length_slope: Weights of the actuator lengths, shape (b, J), or of all legs, shape (b, J + S).
@@ -35,7 +35,7 @@ def lagrangian_curvature(
     Returns:
         Shape (b, n, n), symmetric; not definite. Of direction rows and turns it is exact where they are met.
     """
-    pull = pulls(kernel.chain, goal, state, which, multipliers)
+    pull = pulls(kernel.chain, goal, which, multipliers)
     owner = kernel.chain.layout.owner
     batch, count = state.q.shape
     total, raw = np.zeros((2, batch, count, count))

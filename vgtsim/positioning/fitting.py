@@ -21,11 +21,11 @@ from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.layout import Place
 from vgtsim.kinematics.octahedra import Octahedra
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, rotation
-from vgtsim.positioning.directrix import Directrix, arc_length, regular_partition
+from vgtsim.positioning.directrix import Directrix, arc_length
 
 Array = NDArray[np.float64]
 
-_TABLE = regular_partition(400)  # of the curve's parameter, between which places are interpolated
+_TABLE = np.linspace(0.0, 1.0, 401)  # of the curve's parameter, between which places are interpolated
 _LEAST = 0.1  # of the straight modules' length that the modules have on a curve too short for the static sections
 _STRAIGHT = 1e-9  # m: a section whose top stands this far beside its base's axis is inclined
 

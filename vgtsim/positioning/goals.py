@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,18 +16,112 @@ from vgtsim.positioning.kernel import Kernel, State, cross
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-TOLERANCE = 1e-9
+TOLERANCE = 1e-9  # m and rad: far below what a drive can do, and within reach of Newton's last step
 _AXES = "xyz"
+_OPPOSITE = 1e-6  # least 1 + cosine of an angle that is divided by: at half a turn the rows have no direction
 
 
 @dataclass(frozen=True)
-class Position:
+class FaceMotion:
+    """Where a face of b configurations stands and how the inputs move it.
+
+    Attributes:
+        R: Rotation, shape (b, 3, 3), in frame G.
+        P: Centroid, shape (b, 3), m.
+        angular: Angular velocity of the face per input, shape (b, n, 3).
+        linear: Velocity of the point at the origin of G per input, shape (b, n, 3), m.
+        offset: Distance of the point that is meant from the face along its normal, m.
+    """
+
+    R: Array
+    P: Array
+    angular: Array
+    linear: Array
+    offset: float
+
+
+@dataclass(frozen=True)
+class Pull:
+    """Multipliers of one group of rows as linear forms on the motion of a face.
+
+    Attributes:
+        face: Of the chain.
+        inputs: Number of inputs that move it, the first ones.
+        offset: Of the point from the face along its normal, m.
+        point: On the velocity of the point, shape (b, 3).
+        direction: On the rate of the normal, shape (b, 3).
+        turn: On the angular velocity, shape (b, 3).
+    """
+
+    face: int
+    inputs: int
+    offset: float
+    point: Array
+    direction: Array
+    turn: Array
+
+
+class Rows:
+    """A group of rows about the tool or about the top face of a module."""
+
+    target: Array
+    module: str | None
+    tolerance: float
+
+    _target_axes = 1  # of the target of one goal
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """One for each row."""
+
+    @abstractmethod
+    def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
+        """Errors, shape (b, r), and their derivatives by the inputs, shape (b, r, n)."""
+
+    @abstractmethod
+    def forms(self, target: Array, multipliers: Array) -> tuple[Array, Array, Array]:
+        """Linear forms of a `Pull` on point, direction and turn, for multipliers of shape (b, r) of rows that are met."""
+
+    @property
+    def count(self) -> int:
+        """Number of goals."""
+        return int(np.prod(self.target.shape[: self.target.ndim - self._target_axes], dtype=int))
+
+    def targets(self, which: Index) -> Array:
+        """Targets of some goals, shape (b, 3) or (b, 3, 3)."""
+        every = self.target.reshape(-1, *self.target.shape[self.target.ndim - self._target_axes :])
+        return every[which if len(every) > 1 else np.zeros_like(which)]
+
+    def choose(self, which: Index) -> Self:
+        """The same rows for some of the goals; one target for all stays one."""
+        single = self.target.ndim == self._target_axes or len(self.target) == 1
+        return self if single else replace(self, target=self.target[which])  # type: ignore[type-var]
+
+    def place(self, chain: Chain) -> tuple[int, int]:
+        """The face, and the number of inputs of the active modules before it."""
+        modules, layout = chain.manipulator.modules, chain.layout
+        if self.module is None:
+            return len(modules), layout.inputs
+        names = [module.name for module in modules]
+        if self.module not in names:
+            raise GoalError(self.names, 0.0, f"no module {self.module!r}; modules: {', '.join(names)}")
+        face = names.index(self.module) + 1
+        return face, int(np.searchsorted(layout.owner, layout.face_from[face]))
+
+    def offset(self, chain: Chain) -> float:
+        """Distance of the point meant from its face, m: the tool point stands off the tip plate."""
+        return chain.manipulator.tip_plate.tool_offset if self.module is None else 0.0
+
+
+@dataclass(frozen=True)
+class Position(Rows):
     """A point of the arm is at a place.
 
     Attributes:
         target: In frame G, shape (..., 3), m; leading dimension over goals.
         axes: Which of x, y, z count.
-        module: Whose top face's centroid is meant; absent for the tool point.
+        module: Module whose top face's centroid is meant; absent for the tool point.
         tolerance: m.
     """
 
@@ -36,17 +132,34 @@ class Position:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """One for each row."""
+        """One for each axis."""
         return tuple(f"{self.module or 'tool'} {axis}" for axis in self.axes)
+
+    @property
+    def _columns(self) -> list[int]:
+        return [_AXES.index(axis) for axis in self.axes]
+
+    def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
+        """Distance along each axis, m."""
+        point, rows = face.P + face.offset * face.R[..., 2], self._columns
+        velocity = face.linear + cross(face.angular, point[:, None])
+        return (point - target)[:, rows], np.swapaxes(velocity[..., rows], 1, 2)
+
+    def forms(self, target: Array, multipliers: Array) -> tuple[Array, Array, Array]:
+        """A force on the point."""
+        del target
+        force, none = np.zeros((2, len(multipliers), 3))
+        force[:, self._columns] = multipliers
+        return force, none, none
 
 
 @dataclass(frozen=True)
-class Direction:
-    """The normal of a face points somewhere: two rows.
+class Direction(Rows):
+    """The normal of a face points somewhere: two rows, 2 tan(theta / 2) about two axes across the target.
 
     Attributes:
         target: In frame G, shape (..., 3), unit.
-        module: Whose top face is meant; absent for the tip plate.
+        module: Module whose top face is meant; absent for the tip plate.
         tolerance: rad.
     """
 
@@ -59,14 +172,28 @@ class Direction:
         """One for each row."""
         return tuple(f"{self.module or 'tool'} direction {i}" for i in (1, 2))
 
+    def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
+        """The part of the normal across the target, over half of 1 + the cosine."""
+        axes, direction = _across(target), face.R[..., 2]
+        along = np.maximum(1 + np.sum(direction * target, axis=-1), _OPPOSITE)[:, None]
+        turn = 2 * (axes @ direction[..., None])[..., 0] / along
+        rates = (2 * axes - turn[..., None] * target[:, None]) / along[..., None]
+        # rate of the direction is omega x direction, so its part along a row is omega . (direction x row)
+        return turn, cross(direction[:, None], rates) @ np.swapaxes(face.angular, 1, 2)
+
+    def forms(self, target: Array, multipliers: Array) -> tuple[Array, Array, Array]:
+        """A force on the end of the normal."""
+        none = np.zeros((len(multipliers), 3))
+        return none, (multipliers[:, None] @ _across(target))[:, 0], none
+
 
 @dataclass(frozen=True)
-class Orientation:
-    """A face has a full orientation: three rows.
+class Orientation(Rows):
+    """A face has a full orientation: three rows, twice its Gibbs vector from the target.
 
     Attributes:
         target: Rotation from the face's frame to G, shape (..., 3, 3).
-        module: Whose top face is meant; absent for the tip plate.
+        module: Module whose top face is meant; absent for the tip plate.
         tolerance: rad.
     """
 
@@ -74,13 +201,27 @@ class Orientation:
     module: str | None = None
     tolerance: float = TOLERANCE
 
+    _target_axes = 2
+
     @property
     def names(self) -> tuple[str, ...]:
         """One for each row."""
         return tuple(f"{self.module or 'tool'} turn about {axis}" for axis in _AXES)
 
+    def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
+        """2 tan(theta / 2) about the axis of the turn from the target, along the axes of G."""
+        off = face.R @ np.swapaxes(target, -1, -2)
+        scale = np.maximum(1 + np.trace(off, axis1=-2, axis2=-1), _OPPOSITE)[:, None]
+        skew = off - np.swapaxes(off, -1, -2)
+        gibbs = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1) / scale
+        rates = face.angular + np.sum(face.angular * gibbs[:, None], axis=-1, keepdims=True) * gibbs[:, None]
+        return 2 * gibbs, np.swapaxes(rates - cross(gibbs[:, None], face.angular), 1, 2)
 
-Rows = Position | Direction | Orientation
+    def forms(self, target: Array, multipliers: Array) -> tuple[Array, Array, Array]:
+        """A moment on the face."""
+        del target
+        none = np.zeros((len(multipliers), 3))
+        return none, none, multipliers
 
 
 @dataclass(frozen=True)
@@ -88,10 +229,10 @@ class GoalSpace:
     """All the rows of a batch of goals.
 
     Attributes:
-        parts: What must hold, at least one; all targets have the same number of goals, or one for all.
+        parts: Groups of rows that must hold, at least one; all have the same number of targets, or one for all.
     """
 
-    parts: tuple[Rows, ...]
+    parts: tuple[Position | Direction | Orientation, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,7 +247,17 @@ class GoalSpace:
     @property
     def count(self) -> int:
         """Number of goals."""
-        return max(_batch(part) for part in self.parts)
+        return max(part.count for part in self.parts)
+
+    def choose(self, which: Index) -> GoalSpace:
+        """Some of the goals."""
+        return GoalSpace(tuple(part.choose(which) for part in self.parts))
+
+    def repeat(self, count: int) -> GoalSpace:
+        """A single goal several times."""
+        return GoalSpace(
+            tuple(replace(part, target=np.repeat(part.target[None], count, axis=0)) for part in self.parts)
+        )
 
 
 @dataclass(frozen=True)
@@ -129,15 +280,12 @@ class RowReport:
 
 
 def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLERANCE) -> GoalSpace:
-    """Rows for tool position and direction (8.1): five.
+    """Five rows for tool position and direction (8.1).
 
     Args:
         position: In frame G, shape (3,) or (B, 3), m.
         direction: In frame G, the same shape, any length but zero.
         tolerance: m and rad.
-
-    Returns:
-        The goals.
 
     Raises:
         GoalError: A value is not finite, or a direction is zero.
@@ -152,32 +300,25 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
     return GoalSpace((Position(at, tolerance=tolerance), Direction(along / size, tolerance=tolerance)))
 
 
-def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index | None = None) -> tuple[Array, Array]:
+def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index) -> tuple[Array, Array]:
     """Errors of the goal rows and their derivatives.
 
     Args:
         chain: The arm.
         goal: Rows.
         state: Kinematics of b configurations.
-        which: Goal of each configuration, shape (b,); absent for the first b goals.
+        which: Goal of each configuration, shape (b,).
 
     Returns:
         Reached less desired, shape (b, m), m and rad, directions and turns as 2 tan(theta/2); and the Jacobian, shape
         (b, m, n).
     """
     kernel = Kernel(chain)
-    take = np.arange(len(state.q)) if which is None else which
     errors, slopes = [], []
     for part in goal.parts:
-        target = _for_goals(part, take)
-        face, inputs = _place(chain, part)
-        frame = kernel.face(state, face)
-        if isinstance(part, Position):
-            error, J = _position_rows(chain, part, target, frame, (state.angular, state.linear))
-        elif isinstance(part, Direction):
-            error, J = _direction_rows(target, frame[0][..., 2], state.angular)
-        else:
-            error, J = _orientation_rows(target, frame[0], state.angular)
+        face, inputs = part.place(chain)
+        motion = FaceMotion(*kernel.face(state, face), state.angular, state.linear, part.offset(chain))
+        error, J = part.evaluate(part.targets(which), motion)
         J[:, :, inputs:] = 0.0
         errors.append(error)
         slopes.append(J)
@@ -185,23 +326,13 @@ def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index | None = 
 
 
 def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tuple[RowReport, ...]:
-    """Desired, reached and residual of every row.
-
-    Args:
-        chain: The arm.
-        goal: Rows.
-        q: Inputs, shape (n,).
-        which: The goal.
-
-    Returns:
-        One report for each row.
-    """
-    error = evaluate(chain, goal, Kernel(chain).state(q[None]), np.array([which]))[0][0]
+    """Desired, reached and residual of every row of one goal, for inputs of shape (n,)."""
+    one = np.array([which])
+    error = evaluate(chain, goal, Kernel(chain).state(q[None]), one)[0][0]
     wanted: list[float | None] = []
     for part in goal.parts:
         if isinstance(part, Position):
-            target = _for_goals(part, np.array([which]))[0]
-            wanted += [float(target[_AXES.index(axis)]) for axis in part.axes]
+            wanted += [float(part.targets(one)[0, _AXES.index(axis)]) for axis in part.axes]
         else:
             wanted += [None] * len(part.names)
     rows = zip(goal.names, wanted, error, goal.tolerance, strict=True)
@@ -211,55 +342,13 @@ def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tupl
     )
 
 
-@dataclass(frozen=True)
-class Pull:
-    """What multipliers of one group of rows do to a face: linear forms on its motion.
-
-    Attributes:
-        face: Of the chain.
-        inputs: Number of inputs that move it, the first ones.
-        offset: Of the point from the face along its normal, m.
-        point: On the velocity of the point, shape (b, 3).
-        direction: On the rate of the normal, shape (b, 3).
-        turn: On the angular velocity, shape (b, 3).
-    """
-
-    face: int
-    inputs: int
-    offset: float
-    point: Array
-    direction: Array
-    turn: Array
-
-
-def pulls(chain: Chain, goal: GoalSpace, state: State, which: Index, multipliers: Array) -> tuple[Pull, ...]:
-    """Multipliers of the rows as linear forms on the motion of faces, for rows that are met.
-
-    Args:
-        chain: The arm.
-        goal: Rows.
-        state: Kinematics of b configurations.
-        which: Goal of each, shape (b,).
-        multipliers: Shape (b, m).
-
-    Returns:
-        One for each part of the goal space.
-    """
-    found, row, none = [], 0, np.zeros((len(state.q), 3))
+def pulls(chain: Chain, goal: GoalSpace, which: Index, multipliers: Array) -> tuple[Pull, ...]:
+    """Multipliers of the rows, shape (b, m), as linear forms on the motion of faces, for rows that are met."""
+    found, row = [], 0
     for part in goal.parts:
         mine = multipliers[:, row : row + len(part.names)]
         row += len(part.names)
-        face, inputs = _place(chain, part)
-        target = _for_goals(part, which)
-        if isinstance(part, Position):
-            offset = chain.manipulator.tip_plate.tool_offset if part.module is None else 0.0
-            force = np.zeros(none.shape)
-            force[:, [_AXES.index(axis) for axis in part.axes]] = mine
-            found.append(Pull(face, inputs, offset, force, none, none))
-        elif isinstance(part, Direction):
-            found.append(Pull(face, inputs, 0.0, none, (mine[:, None] @ _across(target))[:, 0], none))
-        else:
-            found.append(Pull(face, inputs, 0.0, none, none, mine))
+        found.append(Pull(*part.place(chain), part.offset(chain), *part.forms(part.targets(which), mine)))
     return tuple(found)
 
 
@@ -269,56 +358,3 @@ def _across(target: Array) -> Array:
     first = cross(target, helper)
     first /= np.linalg.norm(first, axis=-1, keepdims=True)
     return np.stack([first, cross(target, first)], axis=1)
-
-
-def _batch(part: Rows) -> int:
-    return int(np.prod(part.target.shape[: -2 if isinstance(part, Orientation) else -1], dtype=int))
-
-
-def _for_goals(part: Rows, take: Index) -> Array:
-    """Targets of the goals asked for, shape (b, 3) or (b, 3, 3)."""
-    shape = (-1, 3, 3) if isinstance(part, Orientation) else (-1, 3)
-    targets = part.target.reshape(shape)
-    return targets[take if len(targets) > 1 else np.zeros_like(take)]
-
-
-def _place(chain: Chain, part: Rows) -> tuple[int, int]:
-    """Face a row is about, and the number of inputs of the active modules before it."""
-    modules, layout = chain.manipulator.modules, chain.layout
-    if part.module is None:
-        return len(modules), layout.inputs
-    names = [module.name for module in modules]
-    if part.module not in names:
-        raise GoalError(part.names, 0.0, f"no module {part.module!r}; modules: {', '.join(names)}")
-    face = names.index(part.module) + 1
-    return face, int(np.searchsorted(layout.owner, layout.face_from[face]))
-
-
-def _position_rows(
-    chain: Chain, part: Position, target: Array, frame: tuple[Array, Array], screw: tuple[Array, Array]
-) -> tuple[Array, Array]:
-    R, P = frame
-    offset = chain.manipulator.tip_plate.tool_offset if part.module is None else 0.0
-    point = P + offset * R[..., 2]
-    rows = [_AXES.index(axis) for axis in part.axes]
-    velocity = screw[1] + cross(screw[0], point[:, None])
-    return (point - target)[:, rows], np.swapaxes(velocity[..., rows], 1, 2)
-
-
-def _direction_rows(target: Array, direction: Array, angular: Array) -> tuple[Array, Array]:
-    axes = _across(target)
-    along = np.maximum(1 + np.sum(direction * target, axis=-1), 1e-6)[:, None]
-    turn = 2 * (axes @ direction[..., None])[..., 0] / along
-    rates = (2 * axes - turn[..., None] * target[:, None]) / along[..., None]
-    # rate of the direction is omega x direction, so its part along a row is omega . (direction x row)
-    return turn, cross(direction[:, None], rates) @ np.swapaxes(angular, 1, 2)
-
-
-def _orientation_rows(target: Array, R: Array, angular: Array) -> tuple[Array, Array]:
-    off = R @ np.swapaxes(target, -1, -2)
-    scale = np.maximum(1 + np.trace(off, axis1=-2, axis2=-1), 1e-6)[:, None]
-    skew = off - np.swapaxes(off, -1, -2)
-    gibbs = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1) / scale
-    rates = angular + np.sum(angular * gibbs[:, None], axis=-1, keepdims=True) * gibbs[:, None]
-    rates = rates - cross(gibbs[:, None], angular)
-    return 2 * gibbs, np.swapaxes(rates, 1, 2)

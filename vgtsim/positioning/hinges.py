@@ -1,45 +1,66 @@
-"""Curvature of clearance hinges that Gauss and Newton leave out.
-
-A goal near a wall holds the tool, and with it the hinges of the last nodes: their slopes are then balanced by the
-multipliers of the goal rows, and so must their curvatures be, or steps along the null space look far too long.
-"""
+"""Clearance as an objective: hinges that rise when a pair of bodies comes too near."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.positioning.objectives import Clearance, Configurations, Objective, WeightedSum
+from vgtsim.positioning.objectives import Configurations, Objective, Terms
+from vgtsim.positioning.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 
-_STEP = 1e-6
+_STEP = 1e-6  # of one-sided differences of closed-form slopes, in units of the inputs: the root of their rounding
 
 
-def hinge_curvature(objective: Objective, at: Configurations) -> Array | float:
-    """What the curvature of an objective's clearance hinges has beyond the known part.
+@dataclass(frozen=True)
+class ClearanceHinges(Objective):
+    """Half the sum of squares of hinges, one for each near pair of bodies.
 
-    Args:
-        objective: Any; only `Clearance`, alone or in a sum, has hinges.
-        at: Configurations.
-
-    Returns:
-        Shape (b, n, n), symmetric, not definite, by one-sided differences of closed-form slopes; or zero.
+    Attributes:
+        surroundings: The bodies to keep clear of.
+        wanted: Clearance at which a hinge is 1, m.
+        softness: Distance beyond it at which a hinge begins, m.
+        payload: Whether the payload's distance from tank, equipment, waste and mast counts; it is constant where goal
+            rows hold the tool.
     """
-    if isinstance(objective, WeightedSum):
-        return sum((weight * hinge_curvature(part, at) for weight, part in objective.parts), 0.0)
-    if not isinstance(objective, Clearance):
-        return 0.0
-    first = objective.terms(at)
-    assert first.dense is not None
-    found, used = np.zeros_like(first.dense), np.flatnonzero(first.value > 0)
-    if not len(used):
-        return found
-    shift = _STEP * np.eye(first.slope.shape[1])
-    moved = (at.state.q[used, None] + shift).reshape(-1, len(shift))
-    there = replace(at, state=at.kernel.state(moved), which=np.repeat(at.which[used], len(shift)))
-    slope = objective.terms(there).slope.reshape(len(used), len(shift), -1)
-    found[used] = (slope - first.slope[used, None]) / _STEP - first.dense[used]
-    return (found + np.swapaxes(found, 1, 2)) / 2
+
+    surroundings: Surroundings
+    wanted: float = 0.12
+    softness: float = 0.10
+    payload: bool = True
+    name: str = "clearance"
+
+    def terms(self, at: Configurations) -> Terms:
+        """In closed form, with Gauss and Newton's curvature."""
+        rows = self.surroundings.rows(at.q, self.wanted + self.softness, payload=self.payload)
+        batch, count = at.q.shape
+        rise = (self.wanted - rows.gap) / self.softness + 1
+        value, slope, dense = np.zeros(batch), np.zeros((batch, count)), np.zeros((batch, count, count))
+        np.add.at(value, rows.config, 0.5 * rise**2)
+        for b in np.unique(rows.config):
+            mine = rows.config == b
+            gradient = rows.gradient[mine] / self.softness
+            slope[b], dense[b] = -rise[mine] @ gradient, gradient.T @ gradient
+        return Terms(value, slope, dense=dense)
+
+    def bend(self, at: Configurations) -> Array:
+        """Curvature that Gauss and Newton leave out, by differences of slopes, shape (b, n, n).
+
+        A goal near a wall holds the tool, and with it the hinges of the last nodes: the multipliers of the goal rows
+        balance the slopes of those hinges, and so must their curvatures, or steps along the null space look far too
+        long.
+        """
+        first = self.terms(at)
+        assert first.dense is not None
+        found, used = np.zeros_like(first.dense), np.flatnonzero(first.value > 0)
+        if not len(used):
+            return found
+        shift = _STEP * np.eye(first.slope.shape[1])
+        moved = (at.q[used, None] + shift).reshape(-1, len(shift))
+        there = replace(at, state=at.kernel.state(moved), which=np.repeat(at.which[used], len(shift)))
+        slope = self.terms(there).slope.reshape(len(used), len(shift), -1)
+        found[used] = (slope - first.slope[used, None]) / _STEP - first.dense[used]
+        return (found + np.swapaxes(found, 1, 2)) / 2

@@ -64,7 +64,7 @@ def factorise(W: Array, J: Array, limit: float) -> Equations:
     return Equations(W, definite, J, spread, pseudo_inverse(spread @ np.swapaxes(J, 1, 2), limit))
 
 
-def solve(equations: Equations, which: Index, slope: Array, error: Array) -> tuple[Array, Array, Array]:
+def solve_equations(equations: Equations, which: Index, slope: Array, error: Array) -> tuple[Array, Array, Array]:
     """Solve some of the equations.
 
     Args:

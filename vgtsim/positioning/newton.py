@@ -24,8 +24,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.positioning.analysis import CONDITION_LIMIT
-from vgtsim.positioning.kkt import Equations, downhill, factorise, least_multipliers, restoring, solve
-from vgtsim.positioning.local import Local, put, stationarity, take
+from vgtsim.positioning.kkt import (
+    Equations,
+    downhill,
+    factorise,
+    least_multipliers,
+    restoring,
+    solve_equations,
+)
+from vgtsim.positioning.quadratic import Quadratic, stationarity
+from vgtsim.positioning.solution import Solution
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -63,51 +71,25 @@ class NewtonSettings:
     limit: float = CONDITION_LIMIT
 
 
-@dataclass(frozen=True)
-class Found:
-    """Where the iteration ended, for each goal.
-
-    Attributes:
-        z: Variables, shape (B, k).
-        local: Rows and objective there.
-        iterations: Steps taken, shape (B,).
-        met: Whether every row is within its tolerance, shape (B,).
-        promise: Fall of the objective that the best null-space step promises, shape (B,).
-        definite: Whether the whole curvature was positive definite in the null space when last asked for, shape (B,).
-        stationarity: Norm of the objective's slope within the null space, over 1 + that of the whole slope, shape (B,).
-        optimal: Whether the goal is met, the promise is below the setting and the curvature definite: a local minimum
-            to second order, shape (B,).
-    """
-
-    z: Array
-    local: Local
-    iterations: NDArray[np.intp]
-    met: NDArray[np.bool_]
-    promise: Array
-    definite: NDArray[np.bool_]
-    stationarity: Array
-    optimal: NDArray[np.bool_]
-
-
-Evaluate = Callable[[Array, Index], Local]
+Evaluate = Callable[[Array, Index], Quadratic]
 Bend = Callable[[Array, Index, Array, Array | None], Array]
 
 
 def minimise(
     evaluate: Evaluate, start: Array, settings: NewtonSettings | None = None, bend: Bend | None = None
-) -> Found:
+) -> Solution:
     """Meet every goal of a batch and make its objective least in the null space.
 
     Args:
-        evaluate: From variables, shape (b, k), and the goals they are for, shape (b,), to the local model.
+        evaluate: From variables, shape (b, k), and the goals they are for, shape (b,), to the quadratic model there.
         start: Variables inside the hard limits, shape (B, k).
-        settings: How.
-        bend: From variables, goals, multipliers of the goal rows, shape (b, m), and memos to the curvature of the
-            Lagrangian that the local model leaves out, shape (b, k, k). It is asked for once a goal is near, and kept
-            for a few steps.
+        settings: How the iteration runs.
+        bend: From variables, goals, multipliers of the goal rows, shape (b, m), and the model's `by_length` to the
+            curvature of the Lagrangian that the quadratic model leaves out, shape (b, k, k). It is worked out once a
+            goal is near, and kept for a few steps.
 
     Returns:
-        The ends; goals that cannot be met are not `met`.
+        The ends, with variables for inputs; goals that cannot be met are not `met`.
 
     Raises:
         ValueError: A start is outside the hard limits.
@@ -116,9 +98,11 @@ def minimise(
     batch = _begin(evaluate, start, how, bend is not None)
     active = np.arange(len(start))
     for count in range(how.most + 1):
-        now = take(batch.at, active)
+        now = batch.at.take(active)
         equations, penalty = _equations(batch, now, active, bend, how)
-        step, multipliers, batch.promise[active] = solve(equations, np.arange(len(active)), now.slope, now.error)
+        step, multipliers, batch.promise[active] = solve_equations(
+            equations, np.arange(len(active)), now.slope, now.error
+        )
         batch.y[active] = multipliers - penalty[:, None] * now.error
         done = _settle(batch, active, now, how)
         if count == how.most:
@@ -133,16 +117,23 @@ def minimise(
                 evaluate, batch, active[which], step[which], size[which], restore=restore
             )
         if batch.learned is not None:
-            _learn(batch, take(now, go), active[go], shift[go])
+            _learn(batch, now.take(go), active[go], shift[go])
         batch.iterations[active[moved]] += 1
         again = np.flatnonzero(go & ~long & moved & (penalty > 0))
         settled = _go_on(evaluate, batch, active, again, step[again], (equations, penalty), how)
         active = np.setdiff1d(active[moved], settled)
         if not len(active):
             break
-    met = _met(batch.at, how)
-    flatness = stationarity(batch.at)
-    return Found(batch.z, batch.at, batch.iterations, met, batch.promise, batch.definite, flatness, batch.optimal)
+    return Solution(
+        q=batch.z,
+        error=batch.at.error,
+        value=batch.at.value,
+        iterations=batch.iterations,
+        met=_met(batch.at, how),
+        stationarity=stationarity(batch.at),
+        promise=batch.promise,
+        optimal=batch.optimal,
+    )
 
 
 @dataclass(frozen=True)
@@ -151,19 +142,19 @@ class _Batch:
 
     Attributes:
         z: Variables, shape (B, k).
-        at: Local model there.
+        at: Quadratic model there.
         y: Multipliers of the goal rows, shape (B, m).
         iterations: Shape (B,).
         promise: Shape (B,).
         definite: Shape (B,).
         optimal: Shape (B,).
         learned: Curvature learned from changes of the slope, shape (B, k, k), or absent.
-        bent: Curvature that the local model leaves out, shape (B, k, k), or absent.
+        bent: Curvature that the quadratic model leaves out, shape (B, k, k), or absent.
         age: Iterations for which it has been kept, shape (B,).
     """
 
     z: Array
-    at: Local
+    at: Quadratic
     y: Array
     iterations: Index
     promise: Array
@@ -181,27 +172,27 @@ def _begin(evaluate: Evaluate, start: Array, how: NewtonSettings, bends: bool) -
     if not np.all(at.inside):
         raise ValueError(f"start {int(np.argmin(at.inside))} is outside the strokes")
     return _Batch(
-        z,
-        at,
-        least_multipliers(at.J, at.slope, how.limit),
-        np.zeros(count, int),
-        np.full(count, np.inf),
-        np.ones(count, bool),
-        np.zeros(count, bool),
-        None if at.rough is None else np.zeros_like(at.curve),
-        np.zeros_like(at.curve) if bends and at.rough is None else None,
-        np.full(count, _KEPT),
+        z=z,
+        at=at,
+        y=least_multipliers(at.J, at.slope, how.limit),
+        iterations=np.zeros(count, int),
+        promise=np.full(count, np.inf),
+        definite=np.ones(count, bool),
+        optimal=np.zeros(count, bool),
+        learned=None if at.rough is None else np.zeros_like(at.curve),
+        bent=np.zeros_like(at.curve) if bends and at.rough is None else None,
+        age=np.full(count, _KEPT),
     )
 
 
 def _equations(
-    batch: _Batch, now: Local, active: Index, bend: Bend | None, how: NewtonSettings
+    batch: _Batch, now: Quadratic, active: Index, bend: Bend | None, how: NewtonSettings
 ) -> tuple[Equations, Array]:
     """Newton's equations, with the whole curvature near a goal where it is definite in the null space.
 
     A multiple of JᵀJ is added to it: that changes no step that meets the rows, and makes the matrix definite if, and
     only if, the curvature in the null space is (Debreu's lemma). Returns the equations and that multiple, shape (b,):
-    zero where the local model's curvature stands alone.
+    zero where the quadratic model's curvature stands alone.
     """
     W = now.curve.copy() if batch.learned is None else now.curve + batch.learned[active]
     trace = np.trace(W, axis1=1, axis2=2)
@@ -234,21 +225,21 @@ def _renew(batch: _Batch, near: Index, bend: Bend) -> None:
     assert batch.bent is not None
     stale = near[batch.age[near] >= _KEPT]
     if len(stale):
-        memo = None if batch.at.memo is None else batch.at.memo[stale]
-        batch.bent[stale] = bend(batch.z[stale], stale, batch.y[stale], memo)
+        by_length = None if batch.at.by_length is None else batch.at.by_length[stale]
+        batch.bent[stale] = bend(batch.z[stale], stale, batch.y[stale], by_length)
         batch.age[stale] = 0
     batch.age[near] += 1
 
 
-def _settle(batch: _Batch, active: Index, now: Local, how: NewtonSettings) -> Mask:
+def _settle(batch: _Batch, active: Index, now: Quadratic, how: NewtonSettings) -> Mask:
     """Which goals are met and stationary, shape (b,); those with a definite curvature are optimal."""
     done = _met(now, how) & (batch.promise[active] <= how.optimality * (1 + np.abs(now.value)))
     batch.optimal[active] = done & batch.definite[active]
     return done
 
 
-def _met(local: Local, how: NewtonSettings) -> Mask:
-    return np.all(np.abs(local.error) <= how.tolerance, axis=1)
+def _met(at: Quadratic, how: NewtonSettings) -> Mask:
+    return np.all(np.abs(at.error) <= how.tolerance, axis=1)
 
 
 def _bounded(step: Array, turn: float) -> Array:
@@ -270,9 +261,9 @@ def _go_on(
     settled, way = [active[:0]], np.max(np.abs(last), axis=1)
     for _ in range(_AGAIN):
         goals = active[pending]
-        now = take(batch.at, goals)
+        now = batch.at.take(goals)
         slope = now.slope + (batch.y[goals][:, None] @ now.J)[:, 0]
-        step, change, batch.promise[goals] = solve(equations, pending, slope, now.error)
+        step, change, batch.promise[goals] = solve_equations(equations, pending, slope, now.error)
         done = _settle(batch, goals, now, how)
         settled.append(goals[done])
         length = np.max(np.abs(step), axis=1)
@@ -322,13 +313,13 @@ def _search(
         taken = pending[good]
         moved[taken], shift[taken] = True, trial[good] - batch.z[goals[taken]]
         batch.z[goals[taken]] = trial[good]
-        put(batch.at, goals[taken], there, good)
+        batch.at.put(goals[taken], there, good)
         pending, part = pending[~good], part / 3
     return moved, shift
 
 
 def _escape(
-    evaluate: Evaluate, batch: _Batch, active: Index, now: Local, equations: Equations, how: NewtonSettings
+    evaluate: Evaluate, batch: _Batch, active: Index, now: Quadratic, equations: Equations, how: NewtonSettings
 ) -> Mask:
     """Leave saddles, or the way to one, along the least curvature in the null space: which goals have, shape (b,).
 
@@ -348,7 +339,7 @@ def _escape(
     return freed
 
 
-def _learn(batch: _Batch, before: Local, goals: Index, shift: Array) -> None:
+def _learn(batch: _Batch, before: Quadratic, goals: Index, shift: Array) -> None:
     """Add what the change of the Lagrangian's slope says about its curvature beyond the known part.
 
     Source: M. J. D. Powell's damped BFGS formula, Nocedal and Wright, Numerical Optimization, procedure 18.2.

@@ -1,10 +1,9 @@
-"""What the null space is used for: scalar objectives over a batch of configurations, and their slopes (section 6.3)."""
+"""What the null space is used for: scalar objectives over a batch of configurations (section 6.3)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from vgtsim.errors import ObjectiveError
 from vgtsim.positioning.kernel import Blocks, Kernel, State
 from vgtsim.positioning.strokes import StrokeBox
-from vgtsim.positioning.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -20,19 +18,22 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Configurations:
-    """A batch of configurations inside the strokes, with what objectives need of them.
+    """A batch of configurations inside the strokes, with all that objectives need of them.
 
     Attributes:
-        kernel: The arm.
-        box: Strokes allowed.
+        box: The arm and its strokes.
         state: Kinematics of b configurations.
         which: Goal of each, shape (b,).
     """
 
-    kernel: Kernel
     box: StrokeBox
     state: State
     which: Index
+
+    @property
+    def kernel(self) -> Kernel:
+        """Kinematics of the arm."""
+        return self.box.kernel
 
     @property
     def q(self) -> Array:
@@ -42,12 +43,12 @@ class Configurations:
     @property
     def length(self) -> Array:
         """Actuator lengths, shape (b, J), m."""
-        return self.state.legs[:, : self.kernel.chain.layout.actuators]
+        return self.box.lengths(self.state.legs)
 
 
 @dataclass(frozen=True)
 class Terms:
-    """An objective's value and shape; curvatures are positive semidefinite.
+    """An objective's value, slope and known curvature, which is positive semidefinite.
 
     Attributes:
         value: Shape (b,).
@@ -55,7 +56,7 @@ class Terms:
         blocks: Curvature by modules, for each kind of shape (b, M, inputs, inputs), or absent.
         dense: Curvature of all inputs, shape (b, n, n), or absent.
         rough: The part of the slope whose curvature is not known and has to be learned, shape (b, n), or absent.
-        by_length: Derivative by the actuator lengths, shape (b, J), of what depends on them; absent if nothing does.
+        by_length: Derivative by the actuator lengths, shape (b, J), of the part that depends on them, or absent.
     """
 
     value: Array
@@ -66,49 +67,67 @@ class Terms:
     by_length: Array | None = None
 
 
-class Objective(Protocol):
-    """Anything with a name that gives terms."""
+class Objective:
+    """An objective has a name for reports and gives its terms; the other methods have defaults."""
 
-    @property
-    def name(self) -> str:
-        """For reports."""
-        ...
+    name: str
 
     def terms(self, at: Configurations) -> Terms:
-        """Value, slope and curvature."""
-        ...
+        """Value, slope and known curvature."""
+        raise NotImplementedError
+
+    def values(self, at: Configurations) -> Array:
+        """Values alone, shape (b,), without the price of slopes."""
+        return self.terms(at).value
+
+    def bend(self, at: Configurations) -> Array | float:
+        """Curvature beyond the known part, shape (b, n, n), symmetric and not definite; or zero."""
+        del at
+        return 0.0
 
 
 @dataclass(frozen=True)
-class StrokeBarrier:
+class StrokeBarrier(Objective):
     """-log of the room left in every stroke: zero at mid-stroke, infinite at the ends; it keeps iterates inside."""
 
     name: str = "stroke_barrier"
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        box = at.box
-        first, second = box.slopes(at.length)
-        return _of_lengths(at, box.barrier(at.length), first, second)
+        first, second = at.box.slopes(at.length)
+        return _of_lengths(at, at.box.barrier(at.length), first, second)
 
 
 @dataclass(frozen=True)
-class MidStroke:
+class MidStroke(Objective):
     """Half the sum of squares of every actuator's distance from mid-stroke, in half strokes."""
 
     name: str = "mid_stroke"
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        box = at.box
-        half = (box.greatest - box.least) / 2
-        away = (at.length - box.least) / half - 1
-        value = 0.5 * np.sum(away**2, axis=1)
-        return _of_lengths(at, value, away / half, np.broadcast_to(1 / half**2, away.shape))
+        return _half_square(at, (at.length - at.box.least) / at.box.half - 1)
 
 
 @dataclass(frozen=True)
-class LengthVariation:
+class Nearness(Objective):
+    """Half the sum of squares of the way of every actuator from a previous configuration, in half strokes.
+
+    Attributes:
+        previous: Actuator lengths before, of every goal, shape (B, J), or of all, shape (J,), m.
+    """
+
+    previous: Array
+    name: str = "nearness"
+
+    def terms(self, at: Configurations) -> Terms:
+        """In closed form."""
+        before = self.previous.reshape(-1, at.length.shape[1])
+        return _half_square(at, (at.length - (before[at.which] if len(before) > 1 else before)) / at.box.half)
+
+
+@dataclass(frozen=True)
+class LengthVariation(Objective):
     """Sum of the distances of all actuator lengths from their mean (8.8), m.
 
     Attributes:
@@ -138,66 +157,13 @@ class LengthVariation:
 
 
 @dataclass(frozen=True)
-class Nearness:
-    """Half the sum of squares of the way of every actuator from a previous configuration, in half strokes.
-
-    Attributes:
-        previous: Actuator lengths before, of every goal, shape (B, J), or of all, shape (J,), m.
-    """
-
-    previous: Array
-    name: str = "nearness"
-
-    def terms(self, at: Configurations) -> Terms:
-        """In closed form."""
-        box = at.box
-        half = (box.greatest - box.least) / 2
-        before = self.previous.reshape(-1, at.length.shape[1])
-        away = (at.length - (before[at.which] if len(before) > 1 else before)) / half
-        value = 0.5 * np.sum(away**2, axis=1)
-        return _of_lengths(at, value, away / half, np.broadcast_to(1 / half**2, away.shape))
-
-
-@dataclass(frozen=True)
-class Clearance:
-    """Squares of hinges that rise when a pair of bodies comes nearer than wanted.
-
-    Attributes:
-        surroundings: What to keep clear of.
-        wanted: Clearance at which a hinge is 1, m.
-        softness: Distance beyond it at which a hinge begins, m.
-        payload: Whether the payload's distance from what stands counts; where goal rows hold the tool it is constant.
-    """
-
-    surroundings: Surroundings
-    wanted: float = 0.12
-    softness: float = 0.10
-    payload: bool = True
-    name: str = "clearance"
-
-    def terms(self, at: Configurations) -> Terms:
-        """In closed form, Gauss and Newton's curvature."""
-        rows = self.surroundings.rows(at.q, self.wanted + self.softness, payload=self.payload)
-        count = at.state.q.shape[1]
-        rise = (self.wanted - rows.gap) / self.softness + 1
-        value, slope = np.zeros(len(at.which)), np.zeros((len(at.which), count))
-        dense = np.zeros((len(at.which), count, count))
-        np.add.at(value, rows.config, 0.5 * rise**2)
-        for b in np.unique(rows.config):
-            mine = rows.config == b
-            gradient = rows.gradient[mine] / self.softness
-            slope[b], dense[b] = -rise[mine] @ gradient, gradient.T @ gradient
-        return Terms(value, slope, dense=dense)
-
-
-@dataclass(frozen=True)
-class Differences:
-    """Any function of the inputs, by central differences.
+class Differences(Objective):
+    """Any function of the inputs; its slope is made of central differences.
 
     Attributes:
         name: For reports and errors.
         function: From inputs, shape (b, n), to values, shape (b,), finite inside the strokes.
-        step: Of the differences, in units of the inputs.
+        step: Of the differences, in units of the inputs: near the cube root of the rounding of metres.
     """
 
     name: str
@@ -217,50 +183,47 @@ class Differences:
         slope = (value[:, 1 : count + 1] - value[:, count + 1 :]) / (2 * self.step)
         return Terms(value[:, 0], slope, rough=slope)
 
+    def values(self, at: Configurations) -> Array:
+        """One value for each configuration."""
+        return np.asarray(self.function(at.q), float)
+
 
 @dataclass(frozen=True)
-class WeightedSum:
+class WeightedSum(Objective):
     """Objectives added up.
 
     Attributes:
-        parts: Objectives and their weights, greater than zero.
+        parts: Weights, greater than zero, and objectives.
+        name: Names and weights, made of those of the parts.
     """
 
     parts: tuple[tuple[float, Objective], ...]
+    name: str = field(init=False)
 
-    @property
-    def name(self) -> str:
-        """Names and weights."""
-        return " + ".join(part.name if weight == 1 else f"{weight:g} {part.name}" for weight, part in self.parts)
+    def __post_init__(self) -> None:
+        """Make the name."""
+        names = [part.name if weight == 1 else f"{weight:g} {part.name}" for weight, part in self.parts]
+        object.__setattr__(self, "name", " + ".join(names))
 
     def terms(self, at: Configurations) -> Terms:
         """Weighted sums of everything."""
         found = [(weight, part.terms(at)) for weight, part in self.parts]
         return Terms(
-            sum((w * t.value for w, t in found), np.zeros(len(at.which))),
-            sum((w * t.slope for w, t in found), np.zeros(at.state.q.shape)),
-            _sum_blocks([tuple(w * b for b in t.blocks) for w, t in found if t.blocks is not None]),
-            _sum([w * t.dense for w, t in found if t.dense is not None]),
-            _sum([w * t.rough for w, t in found if t.rough is not None]),
-            _sum([w * t.by_length for w, t in found if t.by_length is not None]),
+            value=sum((w * t.value for w, t in found), np.zeros(len(at.which))),
+            slope=sum((w * t.slope for w, t in found), np.zeros(at.q.shape)),
+            blocks=_sum_blocks([tuple(w * b for b in t.blocks) for w, t in found if t.blocks is not None]),
+            dense=_sum([w * t.dense for w, t in found if t.dense is not None]),
+            rough=_sum([w * t.rough for w, t in found if t.rough is not None]),
+            by_length=_sum([w * t.by_length for w, t in found if t.by_length is not None]),
         )
 
+    def values(self, at: Configurations) -> Array:
+        """Weighted sum of the values."""
+        return sum((weight * part.values(at) for weight, part in self.parts), np.zeros(len(at.which)))
 
-def values(objective: Objective, at: Configurations) -> Array:
-    """Values alone, without the differences that a slope may take.
-
-    Args:
-        objective: Any.
-        at: Configurations.
-
-    Returns:
-        Shape (b,).
-    """
-    if isinstance(objective, WeightedSum):
-        return sum((weight * values(part, at) for weight, part in objective.parts), np.zeros(len(at.which)))
-    if isinstance(objective, Differences):
-        return np.asarray(objective.function(at.q), float)
-    return objective.terms(at).value
+    def bend(self, at: Configurations) -> Array | float:
+        """Weighted sum of the curvatures."""
+        return sum((weight * part.bend(at) for weight, part in self.parts), 0.0)
 
 
 def _sum(parts: list[Array]) -> Array | None:
@@ -269,6 +232,13 @@ def _sum(parts: list[Array]) -> Array | None:
 
 def _sum_blocks(parts: list[Blocks]) -> Blocks | None:
     return tuple(np.sum(same, axis=0) for same in zip(*parts, strict=True)) if parts else None
+
+
+def _half_square(at: Configurations, away: Array) -> Terms:
+    """Terms of half the sum of squares of distances in half strokes, shape (b, J)."""
+    half = at.box.half
+    value = 0.5 * np.sum(away**2, axis=1)
+    return _of_lengths(at, value, away / half, np.broadcast_to(1 / half**2, away.shape))
 
 
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:

@@ -11,7 +11,7 @@ from vgtsim.kinematics.bending import azimuth, straight_yaws
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.octahedra import Octahedra
-from vgtsim.positioning.objectives import Configurations, Terms
+from vgtsim.positioning.objectives import Configurations, Objective, Terms
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ _ON_AXIS = 1e-6  # distance from the mast's axis below which a goal has no plane
 
 
 @dataclass(frozen=True)
-class InPlane:
+class InPlane(Objective):
     """Half the sum of squares of what leads out of a vertical plane through the mast.
 
     Of a double octahedron it is the part of its mid-plane's normal across the plane; of an octahedron those of its top's
@@ -45,10 +45,7 @@ def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
 
     Args:
         chain: The arm.
-        position: Of the goal in frame G, shape (3,), m.
-
-    Returns:
-        The objective; zero everywhere for a goal on the axis.
+        position: Of the goal in frame G, shape (3,), m. For a goal on the axis the objective is zero everywhere.
     """
     point = np.asarray(position, float)
     local = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3]

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ReachError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.positioning.batch import solve
 from vgtsim.positioning.directrix import Directrix, cubic
 from vgtsim.positioning.fitting import fit
-from vgtsim.positioning.goals import GoalSpace, tool_goal
-from vgtsim.positioning.kernel import Kernel
+from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective, values
-from vgtsim.positioning.positioning import Positioning, Positions, solve
+from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.restarts import solve_anywhere
+from vgtsim.positioning.solution import Solution
 from vgtsim.positioning.strokes import StrokeBox, bring_inside
 
 Array = NDArray[np.float64]
 
 MAGNITUDES = np.geomspace(0.25, 4.0, 13)  # of the end tangents, in distances from base to tool
-_BARRIER = 1e-2  # weight of the stroke barrier beside the nearness to a fit
+_BARRIER = 1e-2  # weight of the stroke barrier beside the nearness to a fit: a tenth of what other objectives have
 
 
 @dataclass(frozen=True)
@@ -33,20 +33,19 @@ class Shape:
         fitted: Inputs that put every segment's end on the curve, strokes left aside, shape (n,).
         overrun: Greatest excess of a fitted length over its stroke, m; at most zero when all are inside, infinite where a
             module does not assemble so.
-        solution: The arm inside its strokes with its end conditions met, as near to the fit as it can be.
+        solution: Batch of one: the arm inside its strokes with its end conditions met, as near to the fit as it can be.
         magnitudes: Of the two end tangents, m; NaN for a given curve.
         value: Of the objective at the solution.
     """
 
     fitted: Array
     overrun: float
-    solution: Positions
+    solution: Solution
     magnitudes: tuple[float, float]
     value: float
 
 
 def solve_shapes(
-    chain: Chain,
     box: StrokeBox,
     position: ArrayLike,
     direction: ArrayLike,
@@ -57,8 +56,7 @@ def solve_shapes(
     """Solve a tool goal by all cubic directrices of a search.
 
     Args:
-        chain: The arm.
-        box: Strokes allowed.
+        box: The arm and its strokes.
         position: Tool point in frame G, shape (3,), m.
         direction: Tool direction in frame G, shape (3,).
         objective: What the search makes least; absent for the distance from mid-stroke.
@@ -75,32 +73,37 @@ def solve_shapes(
     Source: section 7.4 and equations 8.9, 8.10. Differs: equal arc length at once, and an exact end after the fit; the
     objective is that of the arm with its end met, not of the fit.
     """
-    goal = tool_goal(position, direction)
+    goal, chain = tool_goal(position, direction), box.chain
     at, along = np.asarray(position, float), goal.parts[1].target
     face = at - chain.manipulator.tip_plate.tool_offset * along
     base, out = chain.mount[:3, 3], chain.mount[:3, 2]
     reach = float(np.linalg.norm(face - base))
     pairs = magnitudes or tuple((float(a), float(b)) for a in reach * MAGNITUDES for b in reach * MAGNITUDES)
     fits = np.array([fit(chain, cubic(base, face, a * out, b * along)) for a, b in pairs])
-    state = Kernel(chain).state(fits)
-    overrun = np.where(state.assembles, -np.min(box.spare(state.legs[:, : chain.layout.actuators]), axis=1), np.inf)
-    found = _finish(chain, box, goal, fits, settings)
+    overrun = _overruns(box, fits)
+    # the end conditions exactly and the strokes kept, as near to each fit as may be
+    near = bring_inside(box, fits)
+    nearness = Nearness(box.lengths(box.kernel.state(near).legs))
+    found = solve(Problem(box, goal.repeat(len(fits)), nearness, barrier=_BARRIER), near, settings)
     met = np.flatnonzero(found.met)
     if not len(met):
         best = int(np.argmin(np.linalg.norm(found.error, axis=1)))
-        shortfall = float(np.linalg.norm(found.error[best, :3]))
-        raise ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun[best]:.3g} m")
-    kernel = Kernel(chain)
-    placed = Configurations(kernel, box, kernel.state(found.q[met]), np.zeros(len(met), int))
-    value = values(objective or MidStroke(), placed)
+        raise _unmet(found.error[best], overrun[best])
+    placed = Configurations(box, box.kernel.state(found.q[met]), np.zeros(len(met), int))
+    value = (objective or MidStroke()).values(placed)
     return [
-        Shape(fits[i], float(overrun[i]), _one(found, i), pairs[i], float(v))
+        Shape(
+            fitted=fits[i],
+            overrun=float(overrun[i]),
+            solution=found.pick(slice(i, i + 1)),
+            magnitudes=pairs[i],
+            value=float(v),
+        )
         for v, i in sorted(zip(value.tolist(), met.tolist(), strict=True))
     ]
 
 
 def solve_shape(
-    chain: Chain,
     box: StrokeBox,
     position: ArrayLike,
     direction: ArrayLike,
@@ -110,11 +113,10 @@ def solve_shape(
 ) -> Shape:
     """As `solve_shapes`, the best one or that of one pair of magnitudes."""
     pairs = None if magnitudes is None else (magnitudes,)
-    return solve_shapes(chain, box, position, direction, objective, pairs, settings)[0]
+    return solve_shapes(box, position, direction, objective, pairs, settings)[0]
 
 
 def follow_curve(
-    chain: Chain,
     box: StrokeBox,
     curve: Directrix,
     direction: ArrayLike,
@@ -124,42 +126,36 @@ def follow_curve(
     """Give an arm the shape of any curve that begins at its base, and its end exactly.
 
     Args:
-        chain: The arm.
-        box: Strokes allowed.
+        box: The arm and its strokes.
         curve: From the base to the last face's centroid, in frame G.
         direction: Tool direction at the end, in frame G, shape (3,).
         settings: Of the last stage.
         twist: Of the last face about the curve, rad; see `fitting.fit`.
 
-    Returns:
-        The shape.
-
     Raises:
         ReachError: The end conditions cannot be met from the fit.
     """
+    chain = box.chain
     along = np.asarray(direction, float) / np.linalg.norm(direction)
     end = curve.point(np.ones(1))[0] + chain.manipulator.tip_plate.tool_offset * along
     q = fit(chain, curve, twist)
-    length = Kernel(chain).state(q[None]).legs[0, : chain.layout.actuators]
-    overrun = -float(np.min(box.spare(length)))
-    near = bring_inside(chain, box, q)
-    problem = Positioning(chain, box, tool_goal(end, along), Nearness(chain.lengths(near)), barrier=_BARRIER)
+    overrun = float(_overruns(box, q[None])[0])
+    near = bring_inside(box, q)
+    problem = Problem(box, tool_goal(end, along), Nearness(chain.lengths(near)), barrier=_BARRIER)
     solution = solve_anywhere(problem, near, settings)
     if not solution.met[0]:
-        shortfall = float(np.linalg.norm(solution.error[0, :3]))
-        raise ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun:.3g} m")
-    return Shape(q, overrun, solution, (np.nan, np.nan), float(solution.value[0]))
-
-
-def _finish(chain: Chain, box: StrokeBox, goal: GoalSpace, fits: Array, settings: NewtonSettings | None) -> Positions:
-    """The end conditions exactly and the strokes kept, as near to each fit as may be."""
-    near = bring_inside(chain, box, fits)
-    lengths = Kernel(chain).state(near).legs[:, : chain.layout.actuators]
-    same = GoalSpace(
-        tuple(replace(part, target=np.repeat(part.target[None], len(fits), axis=0)) for part in goal.parts)
+        raise _unmet(solution.error[0], overrun)
+    return Shape(
+        fitted=q, overrun=overrun, solution=solution, magnitudes=(np.nan, np.nan), value=float(solution.value[0])
     )
-    return solve(Positioning(chain, box, same, Nearness(lengths), barrier=_BARRIER), near, settings)
 
 
-def _one(found: Positions, i: int) -> Positions:
-    return Positions(*(getattr(found, field.name)[i : i + 1] for field in fields(found)))
+def _overruns(box: StrokeBox, q: Array) -> Array:
+    """Greatest excess of a length over its stroke, shape (b,), m; infinite where a module does not assemble."""
+    state = box.kernel.state(q)
+    return np.where(state.assembles, -np.min(box.spare(box.lengths(state.legs)), axis=1), np.inf)
+
+
+def _unmet(error: Array, overrun: float) -> ReachError:
+    shortfall = float(np.linalg.norm(error[:3]))
+    return ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun:.3g} m")

@@ -1,8 +1,9 @@
-"""The strokes as a barrier: a smooth objective that is least at mid-stroke and infinite at the ends."""
+"""An arm with the actuator lengths that it may use, and the barrier that keeps a solver inside them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,22 +13,47 @@ from vgtsim.kinematics.chain import Chain
 from vgtsim.positioning.kernel import Kernel
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-_BINDING = 2e-3  # an actuator this near to the end of its box is called binding, m
-_PARTS = 41  # tried of the way from a configuration to the centre
+_BINDING = (
+    2e-3  # m: an actuator this near to the end of its box is called binding; the barrier keeps about a millimetre
+)
+_PARTS = 41  # steps of the way to mid-stroke that are tried: each is 2.5 % of it
+_SPARE = 0.02  # part of the shortest stroke that starts keep from its ends: at an end itself the barrier is infinite
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StrokeBox:
-    """Actuator lengths the plan may use.
+    """An arm and the actuator lengths that a plan may use. It is made once, since solving from it costs a set-up.
 
     Attributes:
+        chain: The arm.
         least: Shape (J,), m.
         greatest: Shape (J,), m.
     """
 
+    chain: Chain
     least: Array
     greatest: Array
+
+    @cached_property
+    def kernel(self) -> Kernel:
+        """Kinematics of the arm for batches."""
+        return Kernel(self.chain)
+
+    @cached_property
+    def middle(self) -> Array:
+        """Inputs with every actuator at the middle of its box, shape (n,)."""
+        return self.chain.inputs_from_lengths((self.least + self.greatest) / 2)
+
+    @property
+    def half(self) -> Array:
+        """Half of each stroke, shape (J,), m."""
+        return (self.greatest - self.least) / 2
+
+    def lengths(self, legs: Array) -> Array:
+        """Actuator lengths, shape (b, J), of the legs of a state, static ones included."""
+        return legs[:, : len(self.least)]
 
     def barrier(self, length: Array) -> Array:
         """Sum of -log(4 (l - least)(greatest - l) / (greatest - least)²) over all actuators.
@@ -59,14 +85,7 @@ class StrokeBox:
 
 
 def make_box(chain: Chain, margin: float) -> StrokeBox:
-    """Shrink the strokes of an arm by a margin at both ends.
-
-    Args:
-        chain: The arm.
-        margin: m.
-
-    Returns:
-        The box.
+    """Shrink the strokes of an arm by a margin, m, at both ends.
 
     Raises:
         DescriptionError: The margins leave nothing of a stroke; the actuator is named.
@@ -78,22 +97,21 @@ def make_box(chain: Chain, margin: float) -> StrokeBox:
         name = chain.truss.members[chain.truss.actuated[shortest]].name
         allowed = f"less than {stroke[shortest] / 2:.4g} m, half the stroke of {name}"
         raise DescriptionError(None, "motion.stroke_margin", f"{margin:.4g} m", allowed)
-    return StrokeBox(least + margin, greatest - margin)
+    return StrokeBox(chain, least + margin, greatest - margin)
 
 
-def room(kernel: Kernel, box: StrokeBox, q: Array) -> Array:
+def spare_strokes(box: StrokeBox, q: Array) -> Array:
     """Least spare stroke of every active module.
 
     Args:
-        kernel: The arm.
-        box: Lengths allowed.
+        box: The arm and its strokes.
         q: Inputs, shape (b, n).
 
     Returns:
         Shape (b, A), m; minus infinity for a module that does not assemble.
     """
-    state, layout = kernel.state(q), kernel.chain.layout
-    spare = box.spare(state.legs[:, : layout.actuators])
+    state, layout = box.kernel.state(q), box.chain.layout
+    spare = box.spare(box.lengths(state.legs))
     owner = np.empty(layout.actuators, dtype=int)
     for place in layout.places:
         mine = np.arange(len(layout.names))[place.active]
@@ -102,54 +120,40 @@ def room(kernel: Kernel, box: StrokeBox, q: Array) -> Array:
     return np.where(state.valid, least, -np.inf)
 
 
-def inside(kernel: Kernel, box: StrokeBox, q: Array) -> NDArray[np.bool_]:
+def inside(box: StrokeBox, q: Array) -> Mask:
     """Which configurations assemble inside the box, shape (b,), of inputs of shape (b, n)."""
-    return np.min(room(kernel, box, q), axis=1) > 0
+    return np.min(spare_strokes(box, q), axis=1) > 0
 
 
-def centre(chain: Chain, box: StrokeBox) -> Array:
-    """Inputs of the arm with every actuator at the middle of its box, shape (n,)."""
-    return chain.inputs_from_lengths((box.least + box.greatest) / 2)
+def bring_inside(box: StrokeBox, q: Array) -> Array:
+    """Move configurations towards mid-stroke until they lie inside the box with a little to spare.
 
-
-def bring_inside(chain: Chain, box: StrokeBox, q: Array) -> Array:
-    """Move a configuration towards the centre of the box until it lies inside with a little to spare.
+    Modules are moved one by one: a module that is inside stays where it is.
 
     Args:
-        chain: The arm.
-        box: Lengths allowed.
+        box: The arm and its strokes.
         q: Inputs, shape (..., n).
 
     Returns:
-        Inputs whose lengths are inside the box, shape (..., n); module by module, so that those inside stay.
+        Inputs whose lengths are inside the box, shape (..., n).
     """
-    kernel, owner = Kernel(chain), chain.layout.owner
-    row, middle = np.asarray(q, float).reshape(-1, len(owner)), centre(chain, box)
+    owner = box.chain.layout.owner
+    row = np.asarray(q, float).reshape(-1, len(owner))
     part = np.linspace(0.0, 1.0, _PARTS)[:, None, None]
-    trials = (1 - part) * row + part * middle
-    good = room(kernel, box, trials.reshape(-1, len(owner))) >= 0.02 * np.min(box.greatest - box.least)
+    trials = (1 - part) * row + part * box.middle
+    good = spare_strokes(box, trials.reshape(-1, len(owner))) >= _SPARE * np.min(box.greatest - box.least)
     first = np.argmax(good.reshape(_PARTS, len(row), -1), axis=0)[:, owner]
-    found = np.take_along_axis(trials, first[None], axis=0)[0]
-    return found.reshape(np.shape(q))
+    return np.take_along_axis(trials, first[None], axis=0)[0].reshape(np.shape(q))
 
 
-def binding_actuators(chain: Chain, box: StrokeBox, q: Array) -> tuple[str, ...]:
-    """Name the actuators at the ends of their boxes.
-
-    Args:
-        chain: The arm.
-        box: Lengths allowed.
-        q: Inputs, shape (n,).
-
-    Returns:
-        Names such as `m3/actuator/2 retracted`.
-    """
-    length, limits = Kernel(chain).state(q[None]).legs[0], box
+def binding_actuators(box: StrokeBox, q: Array) -> tuple[str, ...]:
+    """Names such as `m3/actuator/2 retracted` of the actuators at the ends of their boxes, for inputs of shape (n,)."""
+    length, truss = box.kernel.state(q[None]).legs[0], box.chain.truss
     names = []
-    for j, member in enumerate(chain.truss.actuated):
-        name = chain.truss.members[member].name
-        if length[j] - limits.least[j] < _BINDING:
+    for j, member in enumerate(truss.actuated):
+        name = truss.members[member].name
+        if length[j] - box.least[j] < _BINDING:
             names.append(f"{name} retracted")
-        elif limits.greatest[j] - length[j] < _BINDING:
+        elif box.greatest[j] - length[j] < _BINDING:
             names.append(f"{name} extended")
     return tuple(names)

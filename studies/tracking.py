@@ -6,13 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import make_interp_spline
 
 from vgtsim.errors import RateError, ReachError
-from vgtsim.positioning.goals import tool_goal
-from vgtsim.positioning.objectives import Configurations, Nearness, StrokeBarrier, WeightedSum
-from vgtsim.positioning.positioning import Positioning, solve
-from vgtsim.positioning.strokes import binding_actuators
+from vgtsim.positioning import (
+    Configurations,
+    Nearness,
+    Problem,
+    StrokeBarrier,
+    WeightedSum,
+    binding_actuators,
+    solve,
+    tool_goal,
+)
 
 Array = NDArray[np.float64]
 
@@ -36,49 +41,7 @@ class Tracked:
     iterations: NDArray[np.intp]
 
 
-def line(first: ArrayLike, last: ArrayLike, count: int) -> Array:
-    """Points of a straight line, shape (count, 3), m, between points of shape (3,)."""
-    part = np.linspace(0, 1, count)[:, None]
-    return (1 - part) * np.asarray(first, float) + part * np.asarray(last, float)
-
-
-def arc(centre: ArrayLike, start: ArrayLike, axis: ArrayLike, angle: float, count: int) -> Array:
-    """Points of a circular arc.
-
-    Args:
-        centre: Shape (3,), m.
-        start: First point, shape (3,), m.
-        axis: Of the turn, shape (3,).
-        angle: rad.
-        count: Number of points.
-
-    Returns:
-        Shape (count, 3), m.
-    """
-    middle, out = np.asarray(centre, float), np.asarray(start, float) - np.asarray(centre, float)
-    normal = np.asarray(axis, float) / np.linalg.norm(axis)
-    turn = np.linspace(0, angle, count)[:, None]
-    along = (out @ normal) * normal
-    return middle + along + np.cos(turn) * (out - along) + np.sin(turn) * np.cross(normal, out)
-
-
-def spline(points: ArrayLike, count: int) -> Array:
-    """Points of a cubic spline through way-points, its parameter the distance from one to the next.
-
-    Args:
-        points: Way-points, no two in a row the same, shape (W, 3), W at least 2, m.
-        count: Number of points, at equal steps of the parameter.
-
-    Returns:
-        Shape (count, 3), m.
-    """
-    through = np.asarray(points, float)
-    reach = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1))])
-    curve = make_interp_spline(reach, through, k=min(3, len(through) - 1))
-    return curve(np.linspace(0.0, reach[-1], count))
-
-
-def track(problem: Positioning, positions: ArrayLike, directions: ArrayLike, start: ArrayLike, most: float) -> Tracked:
+def track(problem: Problem, positions: ArrayLike, directions: ArrayLike, start: ArrayLike, most: float) -> Tracked:
     """Solve the goals of a path one after the other, each from the last.
 
     Args:
@@ -110,7 +73,7 @@ def track(problem: Positioning, positions: ArrayLike, directions: ArrayLike, sta
             found = solve(replace(problem, goal=goal, objective=StrokeBarrier()), here)
         if not found.met[0]:
             shortfall = float(np.linalg.norm(found.error[0, :3]))
-            raise ReachError(f"point {k}", shortfall, binding_actuators(problem.chain, problem.box, found.q[0]))
+            raise ReachError(f"point {k}", shortfall, binding_actuators(problem.box, found.q[0]))
         motion = float(np.abs(problem.chain.lengths(found.q[0]) - problem.chain.lengths(here)).max())
         if k and motion > most:
             raise RateError(k, motion, most)
@@ -120,7 +83,7 @@ def track(problem: Positioning, positions: ArrayLike, directions: ArrayLike, sta
     return _finish(problem, np.array(q), np.array(counts), most)
 
 
-def sheets(problem: Positioning, positions: ArrayLike, directions: ArrayLike, seeds: ArrayLike) -> Array:
+def sheets(problem: Problem, positions: ArrayLike, directions: ArrayLike, seeds: ArrayLike) -> Array:
     """Candidate paths: each seed carried along the goals by the least motion, and the local optimum beside it.
 
     Args:
@@ -145,7 +108,7 @@ def sheets(problem: Positioning, positions: ArrayLike, directions: ArrayLike, se
     return np.array(layers)
 
 
-def resolve_globally(problem: Positioning, candidates: ArrayLike, most: float) -> Tracked:
+def resolve_globally(problem: Problem, candidates: ArrayLike, most: float) -> Tracked:
     """Choose one candidate at every goal so that the whole path costs least.
 
     Args:
@@ -183,7 +146,7 @@ def resolve_globally(problem: Positioning, candidates: ArrayLike, most: float) -
     return _finish(problem, q, np.zeros(len(q), int), most)
 
 
-def _weight(problem: Positioning, most: float) -> float:
+def _weight(problem: Problem, most: float) -> float:
     """Weight of `Nearness` that makes it the cost of motion for the mean stroke."""
     half = float(np.mean(problem.box.greatest - problem.box.least)) / 2
     return 2 * _STEADY * (half / most) ** 2
@@ -194,13 +157,13 @@ def _motion(way: Array, most: float) -> Array:
     return _STEADY * np.sum((way / most) ** 2, axis=-1)
 
 
-def _values(problem: Positioning, q: Array) -> Array:
+def _values(problem: Problem, q: Array) -> Array:
     """Objective with its barrier, shape (b,), of inputs of shape (b, n)."""
-    at = Configurations(problem.kernel, problem.box, problem.kernel.state(q), np.zeros(len(q), int))
-    return problem.guarded.terms(at).value
+    at = Configurations(problem.box, problem.kernel.state(q), np.zeros(len(q), int))
+    return problem.guarded.values(at)
 
 
-def _finish(problem: Positioning, q: Array, iterations: NDArray[np.intp], most: float) -> Tracked:
+def _finish(problem: Problem, q: Array, iterations: NDArray[np.intp], most: float) -> Tracked:
     lengths = problem.chain.lengths(q)
     way = np.diff(lengths, axis=0)
     cost = float(np.sum(_values(problem, q)) + np.sum(_motion(way, most)))

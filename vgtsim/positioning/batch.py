@@ -1,0 +1,79 @@
+"""A batch of goals solved from given configurations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import GoalError
+from vgtsim.positioning.newton import NewtonSettings, minimise
+from vgtsim.positioning.objectives import StrokeBarrier
+from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.quadratic import Quadratic
+from vgtsim.positioning.solution import Solution, join_solutions
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first
+_CLOSE = 1e-3  # error, m and rad, to which it is gone
+_CACHED = 2**18  # numbers in the curvatures of the goals that are solved at a time: they stay in the processor's cache
+_CHUNK = 256  # goals at a time, at most: beyond it a batch gains nothing more
+
+
+def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = None) -> Solution:
+    """Solve a batch of goals from given configurations by the null-space method.
+
+    Goals that are far from their start are first met with the stroke barrier as objective, which keeps the way open,
+    and then optimised; near ones are met and optimised at once.
+
+    Args:
+        problem: Goals, limits, objective.
+        start: Inputs inside the strokes, shape (n,) for all goals or (B, n).
+        settings: How the iteration runs; the tolerance is that of the goal rows.
+
+    Returns:
+        The solutions, optimal or not; every iterate was inside the strokes.
+
+    Raises:
+        GoalError: There are more goal rows than variables.
+        ObjectiveError: The objective is not finite.
+        ValueError: A start is outside the strokes.
+
+    Source: chapter 6. Differs: see `newton`.
+    """
+    count = problem.goal.count
+    z = problem.variables(np.broadcast_to(np.asarray(start, float), (count, problem.chain.layout.inputs)))
+    rows, free = len(problem.goal.names), z.shape[1] - len(problem.kernel.static)
+    if rows > free:
+        raise GoalError(problem.goal.names, 0.0, f"{rows} goal rows for {free} inputs that are left")
+    how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)
+    if not isinstance(problem.objective, StrokeBarrier):
+        z = _come_near(problem, z, how)
+    parts: list[Solution] = []
+    chunk = min(_CHUNK, max(1, _CACHED // z.shape[1] ** 2))
+    for first in range(0, count, chunk):
+        which = np.arange(first, min(first + chunk, count))
+
+        def model(z: Array, i: Index, which: Index = which) -> Quadratic:
+            return problem.model(z, which[i])
+
+        def bend(z: Array, i: Index, y: Array, by_length: Array | None, which: Index = which) -> Array:
+            return problem.bend(z, which[i], y, by_length)
+
+        parts.append(minimise(model, z[which], how, bend))
+    whole = join_solutions(parts)
+    return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :rows])
+
+
+def _come_near(problem: Problem, z: Array, how: NewtonSettings) -> Array:
+    """Variables from which every goal that can be met is near, shape (B, k)."""
+    plain = replace(problem, objective=StrokeBarrier())
+    far = np.flatnonzero(np.linalg.norm(plain.model(z, np.arange(len(z))).error, axis=1) > _NEAR)
+    if len(far):
+        z = np.array(z)
+        coarse = replace(how, tolerance=_CLOSE, optimality=np.inf)
+        z[far] = minimise(lambda at, i: plain.model(at, far[i]), z[far], coarse).q
+    return z

@@ -1,0 +1,136 @@
+"""The problem of positioning: a batch of goals for one arm, its strokes, an objective and perhaps fewer variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.errors import ObjectiveError
+from vgtsim.kinematics.chain import Chain
+from vgtsim.positioning.curvature import lagrangian_curvature
+from vgtsim.positioning.goals import GoalSpace, evaluate
+from vgtsim.positioning.kernel import Kernel
+from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, Terms, WeightedSum
+from vgtsim.positioning.quadratic import Quadratic
+from vgtsim.positioning.reduction import Reduction
+from vgtsim.positioning.strokes import StrokeBox
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain allows
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A batch of goals for one arm.
+
+    Attributes:
+        box: The arm and the actuator lengths allowed, which are hard limits.
+        goal: Rows to meet.
+        objective: What is made least in the null space of the rows.
+        barrier: Weight of the stroke barrier beside the objective; it keeps optima off the ends of strokes.
+        reduction: Order reduction, or absent.
+    """
+
+    box: StrokeBox
+    goal: GoalSpace
+    objective: Objective = field(default_factory=StrokeBarrier)
+    barrier: float = 1e-3
+    reduction: Reduction | None = None
+
+    @property
+    def chain(self) -> Chain:
+        """The arm."""
+        return self.box.chain
+
+    @property
+    def kernel(self) -> Kernel:
+        """Kinematics of the arm for batches."""
+        return self.box.kernel
+
+    def inputs(self, z: Array) -> Array:
+        """Inputs, shape (..., n), of variables, shape (..., k)."""
+        return z if self.reduction is None else self.reduction.inputs(z)
+
+    def variables(self, q: Array) -> Array:
+        """Variables, shape (..., k), of inputs, shape (..., n)."""
+        return q if self.reduction is None else self.reduction.variables(q)
+
+    @property
+    def tolerance(self) -> Array:
+        """Of all rows, those of the goal and then one for each static leg, shape (m + S,), m and rad."""
+        return np.concatenate([self.goal.tolerance, np.full(len(self.kernel.static), _STATIC)])
+
+    @cached_property
+    def guarded(self) -> Objective:
+        """The objective with the stroke barrier beside it."""
+        if isinstance(self.objective, StrokeBarrier) or self.barrier == 0:
+            return self.objective
+        return WeightedSum(((1.0, self.objective), (self.barrier, StrokeBarrier())))
+
+    def model(self, z: Array, which: Index) -> Quadratic:
+        """Rows and objective about variables, shape (b, k), for goals of shape (b,)."""
+        state = self.kernel.state(self.inputs(z))
+        good = state.assembles & (np.min(self.box.spare(self.box.lengths(state.legs)), axis=1) > 0)
+        if not np.all(good):  # mid-stroke stands in for the others, whose numbers are never used
+            state = self.kernel.state(np.where(good[:, None], state.q, self.box.middle))
+        at = Configurations(self.box, state, which)
+        error, J = evaluate(self.chain, self.goal, state, which)
+        terms = self.guarded.terms(at)
+        if not np.all(np.isfinite(terms.value)):
+            raise ObjectiveError(self.objective.name, int(np.sum(~np.isfinite(terms.value))), "its value")
+        curve = self._known_curvature(at, terms)
+        if len(self.kernel.static):
+            count = len(self.box.least)
+            rows = self.kernel.dense(state.blocks)[:, count:]
+            error = np.concatenate([error, state.legs[:, count:] - self.kernel.static], axis=1)
+            J = np.concatenate([J, rows], axis=1)
+            # changes no step that keeps static legs their length, and without it nothing would curve across them
+            curve = curve + self._stiff * np.swapaxes(rows, 1, 2) @ rows
+        slope, rough = terms.slope, terms.rough
+        if self.reduction is not None:
+            T = self.reduction.slope(z)
+            Tt = np.swapaxes(T, 1, 2)
+            J, curve, slope = J @ T, Tt @ curve @ T, (Tt @ slope[..., None])[..., 0]
+            rough = None if rough is None else (Tt @ rough[..., None])[..., 0]
+        return Quadratic(
+            inside=good,
+            error=error,
+            J=J,
+            value=terms.value,
+            slope=slope,
+            curve=curve,
+            rough=rough,
+            by_length=terms.by_length,
+        )
+
+    def _known_curvature(self, at: Configurations, terms: Terms) -> Array:
+        """Curvature of the objective, shape (b, n, n)."""
+        if terms.blocks is None:
+            return np.zeros((*at.q.shape, at.q.shape[1])) if terms.dense is None else terms.dense
+        curve = self.kernel.spread(terms.blocks)
+        if terms.dense is not None:
+            curve += terms.dense
+        return curve
+
+    @property
+    def _stiff(self) -> float:
+        """Curvature of the stroke barrier at mid-stroke, 1/m²."""
+        return float(np.mean(2 / self.box.half**2))
+
+    def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
+        """Curvature of the Lagrangian that the model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""
+        state = self.kernel.state(self.inputs(z))
+        rows = len(self.goal.names)
+        weights = np.zeros((len(z), len(self.box.least))) if by_length is None else by_length
+        weights = np.concatenate([weights, multipliers[:, rows:]], axis=1)
+        found = lagrangian_curvature(self.kernel, self.goal, state, which, multipliers[:, :rows], weights)
+        found += self.objective.bend(Configurations(self.box, state, which))
+        if self.reduction is None:
+            return found
+        T = self.reduction.slope(z)
+        return np.swapaxes(T, 1, 2) @ found @ T

@@ -1,0 +1,75 @@
+"""The solution of a batch of goals, or of one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+Notes = dict[str, str | float | int]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Configurations that a solver ended with, met or not. Shapes are for a batch of B; `pick` takes one out.
+
+    Attributes:
+        q: Inputs, shape (B, n).
+        error: Goal rows, reached less desired, shape (B, m), m and rad.
+        value: Objective with the stroke barrier, shape (B,).
+        iterations: Shape (B,); over all starts of a goal.
+        met: Whether all rows are within tolerance, shape (B,).
+        stationarity: Norm of the objective's slope within the null space, over 1 + that of the whole slope, shape (B,).
+        promise: Fall of the objective that the best null-space step promises, shape (B,).
+        optimal: Whether the goal is met, the promise is small and the curvature definite: a local minimum to second
+            order, shape (B,).
+        clearance: Least clearance, shape (B,), m; infinite when none was asked for.
+        nearest: Name of what is that near, shape (B,); empty when none was asked for.
+        notes: Facts that the method has to tell, by name; a batch has an array of them, or the same for all.
+    """
+
+    q: Array
+    error: Array
+    value: Array
+    iterations: Index
+    met: Mask
+    stationarity: Array
+    promise: Array
+    optimal: Mask
+    clearance: Array | float = np.inf
+    nearest: Any = ""
+    notes: Any = field(default_factory=dict)
+
+    def pick(self, which: int | np.integer | slice | Index | Mask) -> Solution:
+        """One solution, without the batch dimension, or some of them; copied."""
+        parts = {item.name: getattr(self, item.name) for item in fields(self)}
+        return Solution(
+            **{
+                name: np.array(part[which])[()] if isinstance(part, np.ndarray) else part
+                for name, part in parts.items()
+            }
+        )
+
+    def put(self, where: Index | Mask, source: Solution, which: Index | Mask | slice = slice(None)) -> None:
+        """Overwrite some solutions by some of a source; the number of iterations stays."""
+        for name in ("q", "error", "value", "met", "stationarity", "promise", "optimal"):
+            getattr(self, name)[where] = getattr(source, name)[which]
+
+
+def join_solutions(parts: Sequence[Solution]) -> Solution:
+    """One batch of several."""
+    first = parts[0]
+    columns = {item.name: [getattr(part, item.name) for part in parts] for item in fields(Solution)}
+    return Solution(
+        **{
+            name: np.concatenate(column) if isinstance(column[0], np.ndarray) else getattr(first, name)
+            for name, column in columns.items()
+        }
+    )
