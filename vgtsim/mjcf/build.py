@@ -15,7 +15,7 @@ from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
 from vgtsim.geometry import make_mast
 from vgtsim.kinematics import Chain, Truss, hanging_mount
-from vgtsim.kinematics.layout import make_static
+from vgtsim.kinematics.modules.static import make_static
 from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import add_arm

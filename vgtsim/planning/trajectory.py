@@ -16,7 +16,6 @@ from scipy.linalg import solveh_banded
 
 from vgtsim.kinematics.chain import Chain
 from vgtsim.positioning import StrokeBox, Surroundings
-from vgtsim.positioning.kernel import Kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -45,11 +44,6 @@ class Corridor:
     surroundings: Surroundings
     clearance: float
     softness: float
-
-    @cached_property
-    def kernel(self) -> Kernel:
-        """The arm, ready for batches."""
-        return Kernel(self.chain)
 
 
 def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
@@ -96,7 +90,7 @@ def assemblable(corridor: Corridor, way: Array, middle: Array) -> Array:
     for part in np.linspace(0.0, 1.0, 11):
         trial = np.array(way)
         trial[1:-1] += part * (middle - way[1:-1])
-        if np.all(corridor.kernel.state(trial).assembles):
+        if np.all(corridor.chain.state(trial).assembles):
             return trial
     return way
 
@@ -118,7 +112,7 @@ def _hinges(corridor: Corridor, length: Array) -> tuple[Array, Array]:
 
 def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
     """Half the sum of squares; infinite when a way-point does not assemble."""
-    state = corridor.kernel.state(way)
+    state = corridor.chain.state(way)
     if not np.all(state.assembles):
         return np.inf
     low, high = _hinges(corridor, state.legs)
@@ -131,8 +125,8 @@ def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
 
 def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple[Array, Array]:
     """Slope, shape (W - 2, n), and blocks [i, i + o] of the matrix, shape (3, W - 2, n, n)."""
-    state = corridor.kernel.state(way)
-    wide = corridor.kernel.dense(state.blocks)
+    state = corridor.chain.state(way)
+    wide = state.leg_slopes
     count, size = state.q.shape
     low, high = _hinges(corridor, state.legs)
     pull = stiffness @ state.legs + _HINGE / _STROKE_SOFT * (high - low)

@@ -88,12 +88,16 @@ class MidPlanes(ModuleState):
         g, U = self._sound
         a, b, c = U[..., 0], U[..., 1], U[..., 2]
         way = 2 * g[..., 2] + self.modules.geometry.joint_offset
-        spin, slide = np.empty((*g.shape, 3)), np.zeros((*g.shape, 3))
-        spin[..., 0, :] = 2 * np.stack([-a * b / c, c + a * a / c, -b], axis=-1)
-        spin[..., 1, :] = 2 * np.stack([-b * b / c - c, a * b / c, a], axis=-1)
-        spin[..., 2, :] = 0.0
+        p, q = a / c, b / c  # -dU_z by u_x and u_y
+        spin, slide = np.zeros((2, *g.shape, 3))
+        spin[..., 0, 0] = -2 * a * q
+        spin[..., 0, 1] = 2 * (c + a * p)
+        spin[..., 0, 2] = -2 * b
+        spin[..., 1, 0] = -2 * (b * q + c)
+        spin[..., 1, 1] = 2 * a * q
+        spin[..., 1, 2] = 2 * a
         slide[..., 0, 0] = slide[..., 1, 1] = way
-        slide[..., 0, 2], slide[..., 1, 2] = -way * a / c, -way * b / c
+        slide[..., 0, 2], slide[..., 1, 2] = -way * p, -way * q
         slide[..., 2, :] = 2 * U
         return spin, slide
 
@@ -109,17 +113,29 @@ class MidPlanes(ModuleState):
         return lean, cosine, size, np.all(np.abs(cosine) < 1, axis=-1)
 
     @cached_property
-    def _feet(self) -> tuple[Array, Array, Array]:
-        """n4 to n6, their tangents, and the rates of their angles by the inputs, each shape (b, M, 3, 3)."""
-        _, U = self._sound
+    def _phi(self) -> tuple[Array, Array]:
+        """Cosine and sine of the angles phi of equation 3.28, each shape (b, M, 3)."""
+        z = self._sound[1][..., 2:]
         lean, cosine, size, _ = self._meeting
-        geometry, z = self.modules.geometry, U[..., 2:]
-        h = geometry.height[:, None]
         sine = np.sqrt(np.maximum(1 - cosine * cosine, _TOUCHING))
-        # the angle phi of equation 3.28 is that of the normal plus that between normal and radius: the outward branch
-        cos, sin = (lean * cosine - z * sine) / size, (z * cosine + lean * sine) / size
+        # that of the normal plus that between normal and radius: the outward branch
+        return (lean * cosine - z * sine) / size, (z * cosine + lean * sine) / size
+
+    @cached_property
+    def _feet(self) -> Array:
+        """n4 to n6, shape (b, M, 3, 3)."""
+        cos, sin = self._phi
+        geometry = self.modules.geometry
+        h = geometry.height[:, None]
         nodes = (h * cos - geometry.apothem[:, None])[..., None] * double.INWARD
         nodes[..., 2] = h * sin
+        return nodes
+
+    @cached_property
+    def _slopes(self) -> tuple[Array, Array]:
+        """Tangents of n4 to n6, and the rates of their angles by the inputs, each shape (b, M, 3, 3)."""
+        U, nodes, (cos, sin), lean = self._sound[1], self._feet, self._phi, self._meeting[0]
+        h, z = self.modules.geometry.height[:, None], U[..., 2:]
         tangent = (-h * sin)[..., None] * double.INWARD
         tangent[..., 2] = h * cos
         # h (U·v cos phi + u_z sin phi) = d - U·c, differentiated implicitly
@@ -128,7 +144,7 @@ class MidPlanes(ModuleState):
         rate[..., 1] = -(nodes[..., 1] - nodes[..., 2] * U[..., 1:2] / z)
         rate[..., 2] = 1.0
         rate /= (h * (cos * z - sin * lean))[..., None]
-        return nodes, tangent, rate
+        return tangent, rate
 
     @property
     def closed(self) -> Mask:
@@ -143,7 +159,7 @@ class MidPlanes(ModuleState):
     @cached_property
     def legs(self) -> tuple[Array, Array]:
         """Distances n4 n5, n5 n6, n6 n4."""
-        nodes, tangent, rate = self._feet
+        nodes, (tangent, rate) = self._feet, self._slopes
         ahead = [1, 2, 0]
         span = nodes[..., ahead, :] - nodes
         length = np.sqrt(np.sum(span * span, axis=-1))
@@ -154,7 +170,7 @@ class MidPlanes(ModuleState):
     @property
     def inner(self) -> Array:
         """Mid nodes n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'."""
-        feet = self._feet[0]
+        feet = self._feet
         if not self.modules.offset:
             return feet
         rise = self.modules.geometry.joint_offset[:, None, None] * self._sound[1][..., None, :]
@@ -163,7 +179,7 @@ class MidPlanes(ModuleState):
     @property
     def inner_slope(self) -> Array:
         """The feet slide along their tangents; heads and middles turn with the normal."""
-        _, tangent, rate = self._feet
+        tangent, rate = self._slopes
         feet = tangent[..., None] * rate[..., None, :]
         if not self.modules.offset:
             return feet
