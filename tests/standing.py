@@ -14,7 +14,8 @@ from vgtsim.mjcf import names
 from vgtsim.mjcf.build import build_arm_spec
 from vgtsim.mjcf.pose import fill_qpos, make_pose_map
 from vgtsim.mjcf.rows import select_drive, stiffen
-from vgtsim.plant.recorder import Recorder, find_addresses
+from vgtsim.plant.addresses import find_addresses
+from vgtsim.plant.recorder import Recorder
 from vgtsim.statics import make_load_model, solve_members
 
 STEP = 0.005  # s
@@ -71,7 +72,14 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
             if np.abs(data.qvel).max() < STILL:
                 break
         mujoco.mj_step(model, data)
-        recorder.record(data, wanted[k], data.qvel[recorder.at.slide], 0, True)
+        recorder.record(
+            data,
+            time=float(k),
+            commanded=wanted[k],
+            rates=data.qvel[recorder.at.slide],
+            goal=0,
+            settled=True,
+        )
     return _measure(chain, recorder.arrays(), lumped)
 
 

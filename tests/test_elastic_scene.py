@@ -89,5 +89,5 @@ def test_slopes_of_the_nearest_gap_hold_the_sag(scene, program):
 
 
 def test_every_check_passes(scene, program):
-    report = verify(scene, run(Site(scene), program))
+    report = verify(Site(scene), run(Site(scene), program))
     assert report.passed, [check for check in report.checks if not check.passed]

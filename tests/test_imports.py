@@ -22,6 +22,7 @@ ROOMS = (
     ("site",),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
+    ("posture",),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
@@ -80,7 +81,7 @@ def test_the_package_alone_changes_and_loads_nothing():
     assert report_import("import vgtsim; dir(vgtsim)") == "True []\nNone\n"
 
 
-@pytest.mark.parametrize("module", ["mjcf.names", "plant.loop", "output.video", "output.replay"])
+@pytest.mark.parametrize("module", ["mjcf.names", "plant.plant", "output.video", "output.replay"])
 def test_graphics_are_chosen_before_mujoco_is_imported(module):
     same, choice = report_import(f"import vgtsim.{module}").splitlines()
     assert same.startswith("False")

@@ -56,7 +56,7 @@ def test_coupled_goals_are_met_by_coupled_modules(scene, program):
 def test_first_leg_passes_every_check(scene, program):
     first = with_motion(scene, goals=scene.task.motion.goals[:1])
     part = dataclasses.replace(program, legs=program.legs[:1])
-    report = verify(first, run(Site(first), part))
+    report = verify(Site(first), run(Site(first), part))
     assert report.passed, [check for check in report.checks if not check.passed]
 
 

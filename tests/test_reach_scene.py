@@ -18,10 +18,10 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def folder(reach_scene, tmp_path_factory):
-    chain = Site(reach_scene).chain
-    log = run(Site(reach_scene), plan_tour(Site(reach_scene)))
+    site = Site(reach_scene)
+    log = run(site, plan_tour(site))
     path = tmp_path_factory.mktemp("reach")
-    write_outputs(reach_scene, log, verify(reach_scene, log), chain, path)
+    write_outputs(site, log, verify(site, log), path)
     return path
 
 
@@ -36,7 +36,7 @@ def test_every_check_passes(folder):
 
 def test_log_verifies_again_without_the_description_files(folder):
     scene, log = load_run(folder / "run.npz")
-    assert verify(scene, log).passed
+    assert verify(Site(scene), log).passed
 
 
 def test_a_goal_that_was_moved_fails_tracking(folder):
@@ -48,6 +48,6 @@ def test_a_goal_that_was_moved_fails_tracking(folder):
     goals[2] = goals[2].model_copy(update={"position": (x, y, z + 0.002)})
     motion = scene.task.motion.model_copy(update={"goals": tuple(goals)})
     moved = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
-    rows = [check for check in verify(moved, log).checks if check.name == "tracking"]
+    rows = [check for check in verify(Site(moved), log).checks if check.name == "tracking"]
     assert not rows[0].passed
     assert rows[0].where == goals[2].name

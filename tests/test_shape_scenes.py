@@ -64,7 +64,7 @@ def test_the_beginning_of_the_tour_passes_every_check_but_the_goals(tour):
     x = np.linspace(0, 1, BEGINNING + 1)
     passed = BEGINNING / 4 * (10 * x**3 - 15 * x**4 + 6 * x**5)  # from rest to rest, half as fast as the plan
     short = replace(program.legs[0], lengths=make_interp_spline(np.arange(len(first)), first, k=5)(passed))
-    report = verify(scene, run(Site(scene), replace(program, legs=(short,))))
+    report = verify(Site(scene), run(Site(scene), replace(program, legs=(short,))))
     missed = [check for check in report.checks if not check.passed]
     assert {(check.name, check.quantity.split(" at ")[0]) for check in missed} == {
         ("tracking", "tool position"),

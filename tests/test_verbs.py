@@ -46,7 +46,7 @@ def folder(reach_scene, tmp_path_factory):
     """What a short run of one module leaves."""
     folder = tmp_path_factory.mktemp("run")
     scene = change(shorten(reach_scene, 1), log_rate=40.0)
-    save_log(scene, play(scene, bend(scene, [0.3], [0.2]), bend(scene, [0.5], [0.5]), 1.0), folder)
+    save_log(Site(scene), play(scene, bend(scene, [0.3], [0.2]), bend(scene, [0.5], [0.5]), 1.0), folder)
     return folder
 
 

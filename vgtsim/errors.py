@@ -39,6 +39,22 @@ class AssemblyError(VgtError):
         super().__init__(f"{module} does not assemble: residual {residual:.3g} m{'; ' + detail if detail else ''}")
 
 
+class SingularPoseError(AssemblyError):
+    """A module stands in a singular pose: its lengths do not say how it moves.
+
+    Attributes:
+        value: Smallest sine between one column of its Jacobian and the span of the others, a pure number.
+        bound: What it must be at least.
+    """
+
+    def __init__(self, module: str, value: float, bound: float) -> None:
+        super().__init__(module, 0.0)
+        self.value, self.bound = value, bound
+        self.args = (
+            f"{module} is singular: smallest sine between columns of its Jacobian {value:.2g}, allowed {bound:.0e}",
+        )
+
+
 class SingularityError(AssemblyError):
     """Given lengths lie behind a singularity; the module may be on another assembly mode there.
 
@@ -154,6 +170,10 @@ class TrussError(VgtError):
         super().__init__(f"{detail} (rank {rank}; members: {', '.join(members[:6]) or 'none'})")
 
 
+class NearSingularWarning(UserWarning):
+    """A truss or pose is sound, but so near a singular one that results have few digits; the figure is in the message."""
+
+
 class DivergenceError(VgtError):
     """The simulated state stopped being physical.
 
@@ -180,3 +200,29 @@ class MissingLibraryError(VgtError):
     def __init__(self, library: str, package: str) -> None:
         self.needed, self.package = library, package
         super().__init__(f"{library} is missing; install it with: {package}")
+
+
+class CommandError(VgtError):
+    """A plant was told something that it cannot take.
+
+    Attributes:
+        what: What was told.
+        found: What it was.
+        allowed: What it may be.
+    """
+
+    def __init__(self, what: str, found: str, allowed: str) -> None:
+        self.what, self.found, self.allowed = what, found, allowed
+        super().__init__(f"{what}: found {found}; allowed: {allowed}")
+
+
+class StoppedError(VgtError):
+    """A plant was told to go on that has stopped for good, or that was never reset.
+
+    Attributes:
+        reason: Why it cannot go on.
+    """
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"the plant cannot go on: {reason}")

@@ -201,6 +201,17 @@ class RunLog:
         return self.member_force - np.sum(self.member_force * axis, axis=-1, keepdims=True) * axis
 
 
+def empty_records(nodes: int, members: int, actuators: int) -> dict[str, NDArray[Any]]:
+    """Arrays of a log without any record, by name, contacts apart."""
+    counts = {"T": 0, "N": nodes, "M": members, "J": actuators}
+    types = {"f": float, "i": np.int64, "b": bool}
+    return {
+        name: np.zeros([counts[size] if size in counts else int(size) for size in sizes], dtype=types[kind])
+        for name, (kind, sizes) in _ARRAYS.items()
+        if not name.startswith("contact")
+    }
+
+
 def save_run(path: str | Path, scene: Scene, log: RunLog) -> None:
     """Write a log together with the scene it is of, as compressed npz.
 

@@ -70,4 +70,4 @@ def test_small_risers_stand_in_their_place():
         middle = pipe.bounds.mean(axis=0)
         place = riser.radius * np.array([np.cos(riser.azimuth), np.sin(riser.azimuth)])
         assert middle[:2] == pytest.approx(place, abs=ROUNDING)
-        assert pipe.bounds[1, 2] == pytest.approx(solids.grade(TANK) + riser.above_grade)
+        assert pipe.bounds[1, 2] == pytest.approx(TANK.grade + riser.above_grade)

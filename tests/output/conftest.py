@@ -1,7 +1,9 @@
 """A synthetic run, shared by the tests of the output room."""
 
 import pytest
-from synthetic_run import make_chain, make_log, make_report, make_scene
+from synthetic_run import make_log, make_report, make_scene
+
+from vgtsim.site import Site
 
 
 @pytest.fixture(scope="session")
@@ -20,5 +22,5 @@ def report(scene, log):
 
 
 @pytest.fixture(scope="session")
-def chain(scene):
-    return make_chain(scene)
+def site(scene):
+    return Site(scene)

@@ -40,9 +40,9 @@ class Outline(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def page(scene, log, report, chain, tmp_path_factory):
+def page(site, log, report, tmp_path_factory):
     path = tmp_path_factory.mktemp("html") / "report.html"
-    write_report_html(scene, log, report, chain.truss, path)
+    write_report_html(site, log, report, path)
     return path.read_text(encoding="utf-8")
 
 
@@ -75,8 +75,8 @@ def test_verdict_comes_first_and_every_check_is_named(page, outline, report):
         assert format_quantity(check.measured, check.unit) in text
 
 
-def test_user_text_is_escaped(page, scene):
-    assert "<sanity>" in scene.task.title
+def test_user_text_is_escaped(page, site):
+    assert "<sanity>" in site.task.title
     assert "<sanity>" not in page
     assert "&lt;sanity&gt;" in page
 
@@ -85,16 +85,16 @@ def test_it_can_be_mailed(page):
     assert len(page.encode()) < GREATEST_SIZE
 
 
-def test_the_same_run_gives_the_same_file(scene, log, report, chain, page, tmp_path):
-    write_report_html(scene, log, report, chain.truss, tmp_path / "again.html")
+def test_the_same_run_gives_the_same_file(site, log, report, page, tmp_path):
+    write_report_html(site, log, report, tmp_path / "again.html")
     assert (tmp_path / "again.html").read_text(encoding="utf-8") == page
 
 
-def test_failed_and_missing_checks_stand_out(scene, log, report, chain, tmp_path):
+def test_failed_and_missing_checks_stand_out(site, log, report, tmp_path):
     worse = dataclasses.replace(report.checks[0], measured=1.0, detail="a loose pin")
     checks = (worse, *(check for check in report.checks[1:] if check.name != "clearance"))
     failed = dataclasses.replace(report, checks=checks, series={})
-    write_report_html(scene, log, failed, chain.truss, tmp_path / "report.html")
+    write_report_html(site, log, failed, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "FAILED" in text
     assert "PASSED" not in text
@@ -103,17 +103,17 @@ def test_failed_and_missing_checks_stand_out(scene, log, report, chain, tmp_path
     assert re.search(r'clearance</th>\s*<td colspan="7">not made', text)
 
 
-def test_plots_without_figures_say_so(scene, log, report, chain, tmp_path):
+def test_plots_without_figures_say_so(site, log, report, tmp_path):
     nothing = np.full(len(log.time), np.nan)
     bare = dataclasses.replace(report, series={"closure": nothing})
-    write_report_html(scene, log, bare, chain.truss, tmp_path / "report.html")
+    write_report_html(site, log, bare, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     for name in ("closure", "tool_position_error", "utilisation", "clearance"):
         assert re.search(rf"Not measured: [^<]*{name}", text)
     assert text.count("<svg") == PLOTS - 4
 
 
-def test_a_run_that_ended_early_is_reported(scene, log, report, chain, tmp_path):
+def test_a_run_that_ended_early_is_reported(site, log, report, tmp_path):
     cut = {
         field.name: getattr(log, field.name)[:3]
         for field in dataclasses.fields(log)
@@ -131,9 +131,9 @@ def test_a_run_that_ended_early_is_reported(scene, log, report, chain, tmp_path)
         stopped="diverged at t = 0.5 s",
     )
     bare = dataclasses.replace(report, series={})
-    write_report_html(scene, short, bare, chain.truss, tmp_path / "report.html")
+    write_report_html(site, short, bare, tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "diverged at t = 0.5 s" in text
     assert "BADQACC" in text
     assert "m5/longeron/1 with tank/saltwell_screen" in text
-    assert text.count("never settled") == len(scene.task.motion.goals)
+    assert text.count("never settled") == len(site.task.motion.goals)

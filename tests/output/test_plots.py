@@ -9,11 +9,10 @@ from matplotlib.collections import LineCollection
 
 from vgtsim.output.colours import force_colours, scale_end
 from vgtsim.output.figure import styled, to_svg
-from vgtsim.output.html_report import list_sections
+from vgtsim.output.html_report import list_plots
 from vgtsim.output.member_plots import plot_actuator_forces, plot_actuator_lengths, plot_axial_forces
 from vgtsim.output.run_plots import plot_clearance, plot_closure
 from vgtsim.output.truss_plot import plot_truss, worst_instant
-from vgtsim.site import Site
 from vgtsim.verification.holds import find_holds, goal_name
 from vgtsim.verification.supports import find_riser_reaction
 
@@ -43,40 +42,40 @@ def test_a_run_that_never_changes_has_one_hold_or_none(log, settled):
     assert len(find_holds(same)) == settled
 
 
-def test_before_the_first_goal_there_is_no_name(scene):
-    assert goal_name(scene, -1) == ""
-    assert goal_name(scene, 0) == scene.task.motion.goals[0].name
+def test_before_the_first_goal_there_is_no_name(site):
+    assert goal_name(site, -1) == ""
+    assert goal_name(site, 0) == site.task.motion.goals[0].name
 
 
-def test_every_ordinate_has_its_unit(scene, log, report, chain):
-    for section in list_sections(scene, log, report, chain.truss):
+def test_every_ordinate_has_its_unit(site, log, report):
+    for plot in list_plots(site, log, report):
         with styled():
-            figure = section.plot()
+            figure = plot.plot()
         labels = [axes.get_ylabel() for axes in figure.axes if axes.axison and axes.get_ylabel()]
         assert labels
         assert all(UNIT.search(label) for label in labels), labels
 
 
-def test_limits_are_drawn(scene, log, report, chain):
-    limits = scene.task.limits
-    assert limits.closure in flat_lines(plot_closure(scene, log, report).axes[0])
-    assert limits.clearance * 1e3 in flat_lines(plot_clearance(scene, log, report).axes[0])
+def test_limits_are_drawn(site, log, report):
+    limits = site.task.limits
+    assert limits.closure in flat_lines(plot_closure(site, log, report).axes[0])
+    assert limits.clearance * 1e3 in flat_lines(plot_clearance(site, log, report).axes[0])
     lengths, forces = (
-        plot_actuator_lengths(scene, log, chain.truss),
-        plot_actuator_forces(scene, log, chain.truss),
+        plot_actuator_lengths(site, log),
+        plot_actuator_forces(site, log),
     )
-    for index, module in enumerate(scene.manipulator.active):
-        cylinder = scene.manipulator.cylinders[module.cylinder]
+    for index, module in enumerate(site.arm.active):
+        cylinder = site.arm.cylinders[module.cylinder]
         assert {cylinder.retracted, cylinder.extended} <= flat_lines(lengths.axes[index])
         assert {-cylinder.push / 1e3, cylinder.pull / 1e3} <= flat_lines(forces.axes[index])
 
 
-def test_members_that_carry_most_are_named_and_the_others_enveloped(scene, log, chain):
-    axes = plot_axial_forces(scene, log, chain.truss).axes[0]
-    axial = log.axial(chain.truss.ends) / 1e3
+def test_members_that_carry_most_are_named_and_the_others_enveloped(site, log):
+    axes = plot_axial_forces(site, log).axes[0]
+    axial = log.axial(site.truss.ends) / 1e3
     order = np.argsort(-np.abs(axial).max(axis=0))
     names = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert [chain.truss.members[index].name for index in order[: len(names) - 1]] == names[1:]
+    assert [site.truss.members[index].name for index in order[: len(names) - 1]] == names[1:]
     others = axial[:, order[len(names) - 1 :]]
     (band,) = axes.collections
     drawn = band.get_paths()[0].vertices[:, 1]
@@ -84,36 +83,36 @@ def test_members_that_carry_most_are_named_and_the_others_enveloped(scene, log, 
     assert drawn.min() == pytest.approx(others.min())
 
 
-def test_the_truss_is_drawn_at_the_instant_of_greatest_utilisation(scene, log, report, chain):
-    record, member = worst_instant(log, chain.truss, report)
+def test_the_truss_is_drawn_at_the_instant_of_greatest_utilisation(site, log, report):
+    record, member = worst_instant(site, log, report)
     assert report.series["utilisation"][record, member] == report.series["utilisation"].max()
-    axial = log.axial(chain.truss.ends)[record]
+    axial = log.axial(site.truss.ends)[record]
     wanted = np.unique(force_colours(axial, scale_end(axial)).round(9), axis=0)
     views = [
         item
-        for axes in plot_truss(scene, log, chain.truss, report).axes
+        for axes in plot_truss(site, log, report).axes
         for item in axes.collections
-        if isinstance(item, LineCollection) and len(item.get_segments()) == len(chain.truss.members)
+        if isinstance(item, LineCollection) and len(item.get_segments()) == len(site.truss.members)
     ]
     assert len(views) == 3
     for view in views:
         np.testing.assert_array_equal(np.unique(view.get_colors().round(9), axis=0), wanted)
 
 
-def test_svg_takes_the_colour_of_the_page(scene, log, report):
+def test_svg_takes_the_colour_of_the_page(site, log, report):
     with styled():
-        svg = to_svg(plot_closure(scene, log, report), "closure", "Closure")
+        svg = to_svg(plot_closure(site, log, report), "closure", "Closure")
     assert "currentColor" in svg
     assert "#010203" not in svg
     assert svg.startswith("<svg")
     assert svg.endswith("</svg>")
 
 
-def test_history_of_the_load_on_the_riser_is_drawn(scene, log, report, chain):
-    (section,) = [item for item in list_sections(scene, log, report, chain.truss) if item.name == "riser"]
+def test_history_of_the_load_on_the_riser_is_drawn(site, log, report):
+    (riser,) = [item for item in list_plots(site, log, report) if item.name == "riser"]
     with styled():
-        force, moment = section.plot().axes
-    expected = find_riser_reaction(Site(scene), log) / 1e3
+        force, moment = riser.plot().axes
+    expected = find_riser_reaction(site, log) / 1e3
     for axes, part in ((force, expected[:, :3]), (moment, expected[:, 3:])):
         drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
         for axis, name in enumerate("xyz"):

@@ -11,6 +11,7 @@ from synthetic_run import make_log, make_scene
 
 from vgtsim.errors import DescriptionError
 from vgtsim.runlog import load_run, save_run
+from vgtsim.site import Site
 from vgtsim.verification import verify
 
 
@@ -87,6 +88,6 @@ def test_figure_of_the_run_that_is_no_number_is_named(scene, log, tmp_path):
     ],
 )
 def test_log_of_another_arm_or_tour_fails_every_check(scene, log, name, change, said):
-    report = verify(scene, dataclasses.replace(log, **{name: change(getattr(log, name))}))
+    report = verify(Site(scene), dataclasses.replace(log, **{name: change(getattr(log, name))}))
     assert not any(check.passed for check in report.checks)
     assert said in report.checks[0].detail

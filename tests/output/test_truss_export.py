@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import runpy
 
@@ -11,7 +12,6 @@ from offset_arms import with_offset
 from playing import bend, change, play, shorten
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Chain
 from vgtsim.output.truss_export import describe_truss, write_truss
 from vgtsim.site import Site
 
@@ -27,7 +27,7 @@ def played(reach_scene):
             geom.contype = geom.conaffinity = 0
 
     start, end = bend(scene, [0.3], [0.2]), bend(scene, [0.5], [0.5])
-    return scene, play(scene, start, end, 2.0, out_of_the_tank), Site(scene).chain
+    return Site(scene), play(scene, start, end, 2.0, out_of_the_tank)
 
 
 def test_exported_nodes_are_in_equilibrium(played):
@@ -55,8 +55,8 @@ def test_exported_forces_are_the_measured_ones_within_a_members_own_weight(playe
 
 
 def test_pynite_finds_the_exported_forces(played, tmp_path):
-    scene, log, chain = played
-    write_truss(scene, log, chain, tmp_path, vtk=False)
+    site, log = played
+    write_truss(site, log, tmp_path, vtk=False)
     frame = runpy.run_path(str(tmp_path / "truss_pynite.py"))["frame"]
     frame.analyze_linear(check_stability=False)
     data = json.loads((tmp_path / "truss.json").read_text())
@@ -69,16 +69,16 @@ def test_pynite_finds_the_exported_forces(played, tmp_path):
 
 def test_paraview_s_file_holds_the_forces(played, tmp_path):
     meshio = pytest.importorskip("meshio")
-    scene, log, chain = played
-    *_, file = write_truss(scene, log, chain, tmp_path)
-    mesh, data = meshio.read(file), describe_truss(scene, log, chain)
+    site, log = played
+    *_, file = write_truss(site, log, tmp_path)
+    mesh, data = meshio.read(file), describe_truss(site, log)
     assert mesh.points.shape == (len(data["nodes"]), 3)
     assert mesh.cell_data["force"][0] == pytest.approx([bar["force"] for bar in data["members"]])
 
 
 def test_time_outside_the_log_and_a_joint_offset_are_refused(played):
-    scene, log, chain = played
+    site, log = played
     with pytest.raises(DescriptionError, match=rf"time: found 99999 s; allowed: 0 to {log.time[-1]:.6g} s"):
         describe_truss(*played, time=99999.0)
     with pytest.raises(DescriptionError, match="0 where a truss is exported"):
-        describe_truss(scene, log, Chain(with_offset(chain.manipulator), chain.mount))
+        describe_truss(Site(dataclasses.replace(site.scene, manipulator=with_offset(site.arm))), log)

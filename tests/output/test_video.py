@@ -17,6 +17,7 @@ from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
 from vgtsim.output.replay import project
 from vgtsim.output.video import draw_frames, render_video
 from vgtsim.output.write import film, write_outputs
+from vgtsim.site import Site
 
 WIDTH, HEIGHT, FPS = 320, 180, 5
 SPEED = 60.0  # two minutes of run in two seconds of film
@@ -25,7 +26,7 @@ RADIUS = 4  # pixels about a goal in which its ball must be seen
 
 
 def set_video(scene, **settings):
-    return dataclasses.replace(scene, task=scene.task.model_copy(update={"video": Video(**settings)}))
+    return Site(dataclasses.replace(scene, task=scene.task.model_copy(update={"video": Video(**settings)})))
 
 
 @pytest.fixture(scope="module")
@@ -44,9 +45,9 @@ def egl():
 
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
-def test_film_is_h264_of_the_size_and_length_asked_for(small, log, report, chain, tmp_path):
+def test_film_is_h264_of_the_size_and_length_asked_for(small, log, report, tmp_path):
     calls = []
-    render_video(small, log, report, chain.truss, tmp_path / "video.mp4", lambda *done: calls.append(done))
+    render_video(small, log, report, tmp_path / "video.mp4", lambda *done: calls.append(done))
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(tmp_path / "video.mp4"), "-f", "null", "-"]
     told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
     stream = next(line for line in told.splitlines() if "Video: h264" in line)
@@ -61,13 +62,13 @@ def test_film_is_h264_of_the_size_and_length_asked_for(small, log, report, chain
 
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
-def test_members_turn_from_blue_to_red_with_the_sign_of_their_force(scene, log, report, chain):
-    direction = log.directions(chain.truss.ends)
-    near = set_video(scene, cuts=(Cut(camera="riser"),))
+def test_members_turn_from_blue_to_red_with_the_sign_of_their_force(site, log, report):
+    direction = log.directions(site.truss.ends)
+    near = set_video(site.scene, cuts=(Cut(camera="riser"),))
     seen = []
     for force in (3e5, -3e5):
         pushed = dataclasses.replace(log, member_force=force * direction)
-        (frame,) = draw_frames(near, pushed, report, chain.truss, np.array([0.0]), WIDTH, HEIGHT)
+        (frame,) = draw_frames(near, pushed, report, np.array([0.0]), (WIDTH, HEIGHT), near.task.video.cuts)
         seen.append(frame[:, : 3 * WIDTH // 4].astype(int))  # without the scale bar
     tension, compression = seen
     changed = np.abs(tension - compression).max(axis=-1) > 40
@@ -94,50 +95,50 @@ def test_goal_markers_are_seen_where_they_project(small, log):
 
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
-def test_a_failure_half_way_leaves_no_file(small, log, report, chain, tmp_path):
+def test_a_failure_half_way_leaves_no_file(small, log, report, tmp_path):
     def stop(done, _):
         if done == 2:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        render_video(small, log, report, chain.truss, tmp_path / "video.mp4", stop)
+        render_video(small, log, report, tmp_path / "video.mp4", stop)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_egl_the_package_is_named_and_the_rest_is_written(small, log, report, chain, tmp_path, monkeypatch):
+def test_without_egl_the_package_is_named_and_the_rest_is_written(small, log, report, tmp_path, monkeypatch):
     def refuse(*_):
         raise ImportError("Cannot initialize a EGL device display")
 
     monkeypatch.setattr(mujoco, "Renderer", refuse)
-    missing = write_outputs(small, log, report, chain, tmp_path, video=True)
+    missing = write_outputs(small, log, report, tmp_path, video=True)
     assert isinstance(missing, MissingLibraryError)
     assert missing.needed == "EGL"
     assert "libegl1" in missing.package
     assert sorted(file.name for file in tmp_path.iterdir()) == ["report.html", "report.json", "run.npz"]
 
 
-def test_without_an_encoder_the_package_is_named(small, log, report, chain, tmp_path, monkeypatch):
+def test_without_an_encoder_the_package_is_named(small, log, report, tmp_path, monkeypatch):
     def refuse():
         raise RuntimeError("No ffmpeg exe could be found")
 
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", refuse)
     with pytest.raises(MissingLibraryError, match="imageio"):
-        render_video(small, log, report, chain.truss, tmp_path / "video.mp4")
+        render_video(small, log, report, tmp_path / "video.mp4")
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
-def test_one_camera_can_be_asked_for(small, log, report, chain, tmp_path, monkeypatch):
+def test_one_camera_can_be_asked_for(small, log, report, tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(video, "_choose_groups", lambda camera: seen.append(camera) or mujoco.MjvOption())
-    assert film(small, log, report, chain, tmp_path, "riser") == tmp_path / "video.mp4"
+    assert film(small, log, report, tmp_path, "riser") == tmp_path / "video.mp4"
     assert set(seen) == {"riser"}
 
 
-def test_a_camera_that_does_not_exist_is_named_with_the_nearest(small, log, report, chain, tmp_path):
+def test_a_camera_that_does_not_exist_is_named_with_the_nearest(small, log, report, tmp_path):
     with pytest.raises(DescriptionError, match="did you mean 'cutaway'"):
-        film(small, log, report, chain, tmp_path, "cutawya")
+        film(small, log, report, tmp_path, "cutawya")
     assert list(tmp_path.iterdir()) == []
 
 

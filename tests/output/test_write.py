@@ -9,8 +9,8 @@ from vgtsim.replacing import replacing
 from vgtsim.runlog import load_run
 
 
-def test_reports_and_log_are_written_and_nothing_else(scene, log, report, chain, tmp_path):
-    assert write_outputs(scene, log, report, chain, tmp_path / "a" / "b") is None
+def test_reports_and_log_are_written_and_nothing_else(site, log, report, tmp_path):
+    assert write_outputs(site, log, report, tmp_path / "a" / "b") is None
     assert sorted(file.name for file in (tmp_path / "a" / "b").iterdir()) == [
         "report.html",
         "report.json",
@@ -20,10 +20,10 @@ def test_reports_and_log_are_written_and_nothing_else(scene, log, report, chain,
     np.testing.assert_array_equal(read.nodes, log.nodes)
 
 
-def test_a_folder_that_cannot_be_made_is_named(scene, log, report, chain, tmp_path):
+def test_a_folder_that_cannot_be_made_is_named(site, log, report, tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     folder = tmp_path / "file" / "out"
-    for attempt in (lambda: prepare_folder(folder), lambda: write_outputs(scene, log, report, chain, folder)):
+    for attempt in (lambda: prepare_folder(folder), lambda: write_outputs(site, log, report, folder)):
         with pytest.raises(DescriptionError) as caught:
             attempt()
         assert str(folder) in str(caught.value)

@@ -18,7 +18,7 @@ from vgtsim.site import Site
 from vgtsim.statics.elasticity import hold_cylinders, make_elastic_model
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
-from vgtsim.verification import drives, shape, verify
+from vgtsim.verification import Evidence, drives, shape, verify
 
 ROOT = Path(__file__).parents[2]
 SETTLED = 1e-6  # m
@@ -51,7 +51,7 @@ def weaken(scene, **changes):
 
 
 def rows(scene, log):
-    return {check.quantity.removeprefix("records with a cylinder "): check for check in verify(scene, log).checks}
+    return {check.quantity.removeprefix("records with a cylinder "): check for check in verify(Site(scene), log).checks}
 
 
 def test_servos_hold_an_elastic_arm_as_springs_of_their_stiffness(module):
@@ -63,7 +63,7 @@ def test_servos_hold_an_elastic_arm_as_springs_of_their_stiffness(module):
     assert log.settled.any()
     assert np.abs(log.nodes[-1] - settle(elastic, chain.nodes(q))).max() < SETTLED
     assert log.actuator_force[-1] == pytest.approx(5e7 * (log.actual[-1] - log.commanded[-1]), rel=1e-4)
-    assert shape.check_settled_shape(log, chain, scene).value < 1e-5
+    assert shape.check_settled_shape(Evidence(Site(scene), log)).value < 1e-5
 
 
 def test_servo_at_its_force_limit_is_logged_and_fails_its_row(module):
@@ -119,8 +119,8 @@ def overload(spec):
 def test_load_beyond_the_supply_opens_relief_valves_or_cavities_and_fails_their_rows(module):
     """The supply holds what the plan was told of with a twentieth to spare."""
     scene = hydraulic(module)
-    q, chain = bend(scene, [0.6], [0.4]), Site(scene).chain
-    holds = np.abs(drives.check_actuators(play(scene, q, q, 0.1, out_of_the_tank), chain).value)
+    q = bend(scene, [0.6], [0.4])
+    holds = np.abs(drives.check_actuators(Evidence(Site(scene), play(scene, q, q, 0.1, out_of_the_tank))).value)
     least = next(iter(scene.manipulator.cylinders.values())).pressure * holds
     log = play(weaken(scene, pressure=1.05 * least), q, q, 0.1, overload)
     found = rows(weaken(scene, pressure=1.05 * least), log)
@@ -143,8 +143,8 @@ def test_pressure_too_low_anywhere_on_the_tour_is_refused_with_cylinder_figures_
     """Enough at the start and at the end, not between: a swing through the horizontal."""
     scene = hydraulic(module)
     start, end = bend(scene, [0.0], [0.0]), bend(scene, [0.7], [0.0])
-    chain = Site(scene).chain
-    used = [drives.check_actuators(play(scene, q, q, 0.1, out_of_the_tank), chain).value for q in (start, end)]
+    held = (play(scene, q, q, 0.1, out_of_the_tank) for q in (start, end))
+    used = [drives.check_actuators(Evidence(Site(scene), log)).value for log in held]
     assert used[1] > 1.2 * used[0]
     pressure = next(iter(scene.manipulator.cylinders.values())).pressure
     low = weaken(scene, pressure=pressure * 0.5 * sum(used))
@@ -184,7 +184,7 @@ def test_goals_are_aimed_at_with_what_servos_give_under_load(cylinders, members)
 @pytest.mark.slow
 def test_shipped_scene_on_cylinders_passes_every_check(cylinders):
     log = run(Site(cylinders), plan_tour(Site(cylinders)))
-    report = verify(cylinders, log)
+    report = verify(Site(cylinders), log)
     assert report.passed, [check for check in report.checks if not check.passed]
     assert log.pressure.shape == (*log.actual.shape, 2)
     assert np.ptp(log.pressure, axis=0).min() > 1e4  # every chamber worked
@@ -194,6 +194,6 @@ def test_shipped_scene_on_cylinders_passes_every_check(cylinders):
 def test_the_same_tour_on_servos_passes_too(cylinders):
     scene = change(cylinders, drive="servo")
     log = run(Site(scene), plan_tour(Site(scene)))
-    report = verify(scene, log)
+    report = verify(Site(scene), log)
     assert report.passed, [check for check in report.checks if not check.passed]
     assert not log.pressure.size

@@ -14,15 +14,15 @@ from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import build_spec
 from vgtsim.mjcf.build import finish_model
 from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.plant.addresses import find_addresses
 from vgtsim.plant.hydraulics import FLOW
-from vgtsim.plant.recorder import find_addresses
 from vgtsim.plant.springs import fit_springs
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import find_modes
 from vgtsim.statics.settling import settle
 from vgtsim.statics.stiffness import deflect, node_loads, tool_point
-from vgtsim.verification import drives, loads, shape
+from vgtsim.verification import Evidence, drives, members, shape
 
 SAG = 5e-3  # of the greatest deflection: against another program, and what a linear solve leaves of a small sag
 SETTLED = 1e-6  # m: against equilibrium at the deformed pose
@@ -68,7 +68,7 @@ def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
     assert log.settled.any()
     model = elastic_of(scene)
     assert np.abs(log.nodes[-1] - settle(model, nodes)).max() < SETTLED
-    assert shape.check_closure(log, chain).value < CLOSURE
+    assert shape.check_closure(Evidence(Site(scene), log)).value < CLOSURE
     weight = node_loads(elastic_of(unloaded(scene, 0.0)), nodes)
     pull = [0.0, 0.0, -mass * scene.task.simulation.gravity]
     tool = tool_point(model.loads, nodes)
@@ -91,7 +91,7 @@ def ring(scene, q, displaced, seconds):
     out_of_the_tank(spec)
     model = finish_model(spec, Site(scene))
     data, chain = mujoco.MjData(model), Site(scene).chain
-    springs = fit_springs(model, data, chain, scene, chain.nodes(q))
+    springs = fit_springs(model, data, Site(scene), chain.nodes(q))
     springs.command(chain.lengths(q), np.zeros(len(springs.joints)))
     data.qpos[:] = qpos_from_nodes(model, chain.truss, displaced)
     sites, history = find_addresses(model, chain.truss).nodes, []
@@ -207,16 +207,15 @@ def test_undamped_energy_drift_is_the_integrators_and_halves_with_the_step(horiz
 
 def test_members_of_a_moving_elastic_arm_carry_axial_force_alone(scene):
     scene = change(scene, damping_ratio=0.5)  # comes to rest within the patience
-    chain = Site(scene).chain
     start, end = bend(scene, *POSES["horizontal"]), bend(scene, [0.5, 0.45, 0.5, 0.1, 0.0], [0.1] * 5)
     log = play(scene, start, end, 2.0, out_of_the_tank)
-    found = loads.find_loads(log, chain, scene)
-    assert loads.check_moment(log, chain, found).value < 1e-6
-    assert loads.check_shear(log, chain, found).value < 1e-2
-    assert loads.check_axial_moving(log, chain, found).value < 1e-2
-    assert loads.check_axial_settled(log, chain, found).value < 1e-6
-    assert shape.check_closure(log, chain).value < CLOSURE
-    assert shape.check_settled_shape(log, chain, scene).value < 1e-5
+    found = Evidence(Site(scene), log)
+    assert members.check_moment(found).value < 1e-6
+    assert members.check_shear(found).value < 1e-2
+    assert members.check_axial_moving(found).value < 1e-2
+    assert members.check_axial_settled(found).value < 1e-6
+    assert shape.check_closure(found).value < CLOSURE
+    assert shape.check_settled_shape(found).value < 1e-5
 
 
 def test_settled_shape_of_a_softened_member_is_found_out(scene):
@@ -229,7 +228,7 @@ def test_settled_shape_of_a_softened_member_is_found_out(scene):
 
     q = bend(scene, *POSES["horizontal"])
     log = play(scene, q, q, 0.1, soften)
-    assert shape.check_settled_shape(log, Site(scene).chain, scene).value > 1e-4
+    assert shape.check_settled_shape(Evidence(Site(scene), log)).value > 1e-4
 
 
 def test_damping_below_what_the_step_holds_is_refused_with_the_least(scene):
@@ -242,11 +241,11 @@ def test_damping_below_what_the_step_holds_is_refused_with_the_least(scene):
 def test_hydraulic_arm_holds_its_lengths_against_the_load(scene):
     """Valves take up what the oil gives; the lengths come to their command within the lock's band."""
     oil = change(scene, drive="hydraulic", valve_gain=2.0, damping_ratio=0.5)
-    q, chain = bend(oil, *POSES["horizontal"]), Site(oil).chain
+    q = bend(oil, *POSES["horizontal"])
     log = play(oil, q, q, 1.0, out_of_the_tank)
     assert log.settled.any()
     assert np.abs(log.actual[-1] - log.commanded[-1]).max() < 2 * oil.task.simulation.lock_band
-    assert shape.check_settled_shape(log, chain, oil).value < 1e-5
+    assert shape.check_settled_shape(Evidence(Site(oil), log)).value < 1e-5
     assert not log.saturation.any()
 
 
@@ -262,10 +261,9 @@ def test_pressure_that_cannot_hold_the_dead_load_is_refused_with_figures(scene):
 
 def test_fast_command_saturates_the_valves_and_is_counted(scene):
     oil = change(scene, drive="hydraulic", damping_ratio=0.5, valve_gain=2.0)
-    chain = Site(oil).chain
     start, end = bend(oil, *POSES["horizontal"]), bend(oil, [0.3, 0.3, 0.3, 0.0, 0.0], [0.0] * 5)
     log = play(oil, start, end, 1.0, out_of_the_tank)
-    found = drives.check_saturation(log, chain, FLOW)
+    found = drives.find_saturation(Evidence(Site(oil), log), FLOW)
     assert found.value > 0.05
     assert "of the records" in found.detail
 
@@ -277,7 +275,7 @@ def test_period_and_damping_are_those_of_the_servos(scene):
     for stiffness in (4e5, 1e5):
         soft = change(scene, drive="servo", servo_stiffness=stiffness, gravity=1e-6)
         model, chain = finish_model(build_spec(Site(soft)), Site(soft)), Site(soft).chain
-        springs = fit_springs(model, mujoco.MjData(model), chain, soft, chain.nodes(q))
+        springs = fit_springs(model, mujoco.MjData(model), Site(soft), chain.nodes(q))
         found.append((springs.period, springs.excess + soft.task.simulation.timestep))
     assert found[1] == pytest.approx(2 * np.array(found[0]), rel=0.02)
     assert found[0][1] == pytest.approx(0.2 * found[0][0] / np.pi)

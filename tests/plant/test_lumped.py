@@ -11,7 +11,8 @@ from playing import bend, change, play, shorten
 from vgtsim.mjcf import build_model, names
 from vgtsim.site import Site
 from vgtsim.statics import make_load_model
-from vgtsim.verification import loads, shape, verify
+from vgtsim.verification import Evidence, shape, verify
+from vgtsim.verification import members as checks
 
 SHEAR = 1e-6  # N
 CLOSURE = 1e-6  # m
@@ -43,20 +44,18 @@ def lump(scene, count, **settings):
 def test_members_of_a_moving_arm_carry_no_shear(reach_scene, count, members):
     scene = lump(reach_scene, count, **SETTINGS[members])
     start, end = (bend(scene, *pose) for pose in POSES[count])
-    log, chain = play(scene, start, end, 5.0, out_of_the_tank), Site(scene).chain
-    found = loads.find_loads(log, chain, scene)
+    log = play(scene, start, end, 5.0, out_of_the_tank)
+    found = Evidence(Site(scene), log)
     assert log.settled.any()
-    assert shape.check_closure(log, chain).value < CLOSURE
-    assert loads.check_moment(log, chain, found).value < SHEAR
-    assert loads.check_shear(log, chain, found).value < SHEAR
+    assert shape.check_closure(found).value < CLOSURE
+    assert checks.check_moment(found).value < SHEAR
+    assert checks.check_shear(found).value < SHEAR
     assert np.linalg.norm(found.shear, axis=-1).max() < SHEAR
-    assert loads.check_axial_settled(log, chain, found).value < 1e-6
-    assert loads.check_axial_moving(log, chain, found).value < 1e-2
-    assert loads.check_reaction(log, found).value < 1e-2
-    agreement = (
-        shape.check_kinematics(log, chain) if members == "rigid" else shape.check_settled_shape(log, chain, scene)
-    )
-    assert agreement.value < AGREEMENT
+    assert checks.check_axial_settled(found).value < 1e-6
+    assert checks.check_axial_moving(found).value < 1e-2
+    assert checks.check_reaction(found).value < 1e-2
+    agreement = shape.check_kinematics if members == "rigid" else shape.check_settled_shape
+    assert agreement(found).value < AGREEMENT
     assert np.abs(found.axial).max() > 1e3
 
 
@@ -80,7 +79,7 @@ def test_a_spread_mass_taken_for_a_lumped_one_is_found_out(reach_scene):
     spread = change(shorten(reach_scene, 1), log_rate=40.0)
     q = bend(spread, *POSES[1][0])
     log = play(spread, q, q, 0.25, out_of_the_tank)
-    report = verify(change(spread, member_mass="lumped"), log)
+    report = verify(Site(change(spread, member_mass="lumped")), log)
     shear = next(check for check in report.checks if "mass in the hubs" in check.quantity)
     assert not shear.passed
     assert shear.limit == SHEAR

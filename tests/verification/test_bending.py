@@ -10,8 +10,7 @@ from offset_arms import OFFSET, with_offset
 from playing import bend, change, play, shorten
 
 from vgtsim.site import Site
-from vgtsim.verification import loads
-from vgtsim.verification.verify import verify
+from vgtsim.verification import Evidence, members, verify
 
 AT_REST = 1e-6  # of the greatest bending moment of the run
 MOVING = 1e-4  # the same: differences of positions, spin of barrels about their axes, friction of pins
@@ -34,7 +33,7 @@ def log(scene):
 
 
 def bending_rows(scene, log):
-    return [check for check in verify(scene, log).checks if check.quantity.startswith("bending")]
+    return [check for check in verify(Site(scene), log).checks if check.quantity.startswith("bending")]
 
 
 def test_a_run_reports_its_bending_and_passes(scene, log):
@@ -52,9 +51,9 @@ def test_a_run_reports_its_bending_and_passes(scene, log):
 
 
 def test_all_purity_of_the_other_members_is_kept(scene, log):
-    found = loads.find_loads(log, Site(scene).chain, scene)
-    assert loads.check_moment(log, Site(scene).chain, found).value < 1e-6
-    assert loads.check_shear(log, Site(scene).chain, found).value < 1e-2
+    found = Evidence(Site(scene), log)
+    assert members.check_moment(found).value < 1e-6
+    assert members.check_shear(found).value < 1e-2
 
 
 @pytest.mark.parametrize("field", ["member_moment", "member_force"])

@@ -15,7 +15,9 @@ from vgtsim.description import load_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.output.write import write_reports
 from vgtsim.site import Site
-from vgtsim.verification import loads, verify
+from vgtsim.verification import Evidence, verify
+from vgtsim.verification.drives import check_case_drives
+from vgtsim.verification.strength import check_case_strength
 
 SCENES = Path(__file__).parents[2] / "scenes"
 CLOSED_FORM = 1e-8  # relative: the arm hangs straight to 1e-11 m
@@ -55,7 +57,7 @@ def test_rows_are_the_hand_calculation(hanging):
     lean = np.sqrt(module.longeron**2 - arm.face_side**2 / 4 - half**2)
     tube, cylinder = arm.tubes[module.longeron_tube], arm.cylinders[module.cylinder]
     steel = arm.materials[tube.material].yield_strength * tube.area / scene.task.limits.safety_factor
-    rows = case_rows(verify(scene, log))
+    rows = case_rows(verify(Site(scene), log))
     strength, drive = rows["member_utilisation"], rows["actuator_force"]
     assert strength.measured == pytest.approx(pull * module.longeron / (6 * half) / steel, rel=CLOSED_FORM)
     push = cylinder.pressure * np.pi / 4 * cylinder.bore**2
@@ -69,19 +71,19 @@ def test_rows_are_the_hand_calculation(hanging):
 
 def test_rows_are_judged_by_the_scene_s_limits(hanging):
     scene, log = hanging
-    rows = case_rows(verify(scene, log))
+    rows = case_rows(verify(Site(scene), log))
     assert all(row.passed for row in rows.values())
     limits = scene.task.limits.model_copy(update={"member_utilisation": 0.99 * rows["member_utilisation"].measured})
     strict = dataclasses.replace(scene, task=scene.task.model_copy(update={"limits": limits}))
-    rows = case_rows(verify(strict, log))
+    rows = case_rows(verify(Site(strict), log))
     assert not rows["member_utilisation"].passed
     assert rows["actuator_force"].passed
 
 
 def test_rows_are_in_the_written_reports(hanging, tmp_path):
     scene, log = hanging
-    report = verify(scene, log)
-    write_reports(scene, log, report, Site(scene).chain, tmp_path)
+    report = verify(Site(scene), log)
+    write_reports(Site(scene), log, report, tmp_path)
     data = json.loads((tmp_path / "report.json").read_text())
     written = [row for row in data["checks"] if row["quantity"].endswith("load cases")]
     assert {row["name"] for row in written} == {"member_utilisation", "actuator_force"}
@@ -92,7 +94,7 @@ def test_plain_case_repeats_the_run(hanging, tmp_path):
     """Dead load and payload as they are: what the resting arm carries, by the log and by the case."""
     _, log = hanging
     plain = shorten(scene_with(tmp_path, '[[loads]]\nname = "run"\n'), 1)
-    report = verify(plain, log)
+    report = verify(Site(plain), log)
     run = {check.quantity: check.measured for check in report.checks}
     for row in case_rows(report).values():
         assert row.measured == pytest.approx(run[row.quantity.removesuffix(", load cases")], rel=1e-4)
@@ -102,7 +104,8 @@ def test_case_without_any_load_has_no_end_of_margin(hanging, tmp_path):
     _, log = hanging
     case = '[[loads]]\nname = "nothing"\npayload = 0\n'
     empty = change(shorten(scene_with(tmp_path, case), 1), gravity=0.0)
-    strength, drive = loads.check_cases(log, Site(empty).chain, empty)
+    run = Evidence(Site(empty), log)
+    strength, drive = check_case_strength(run), check_case_drives(run)
     assert strength.value == drive.value == 0.0
     assert "margin inf" in drive.detail
 
@@ -114,4 +117,4 @@ def test_cases_of_one_name_are_refused(tmp_path):
 
 def test_scene_without_cases_has_no_rows_for_them(hanging, tmp_path):
     _, log = hanging
-    assert not case_rows(verify(shorten(scene_with(tmp_path, ""), 1), log))
+    assert not case_rows(verify(Site(shorten(scene_with(tmp_path, ""), 1)), log))

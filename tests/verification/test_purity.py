@@ -15,7 +15,8 @@ from playing import bend, change, play, shorten
 from vgtsim.kinematics.bending import bend_start
 from vgtsim.mjcf import names
 from vgtsim.site import Site
-from vgtsim.verification import loads, shape
+from vgtsim.statics import make_load_model, solve_members
+from vgtsim.verification import Evidence, members, shape
 
 END_MOMENT = 1e-6  # N·m; forces are of the order of 1e5 N, arms of 1 m
 EXCESS_SHEAR = 1e-2  # N
@@ -54,29 +55,29 @@ def rest(scene, pose, edit=None):
 
     q = bend(scene, *pose)
     log = play(scene, q, q, 0.25, both)
-    return log, loads.find_loads(log, Site(scene).chain, scene), Site(scene).chain
+    return Evidence(Site(scene), log)
 
 
 @pytest.mark.parametrize("count", [MODULE, ARM])
 @pytest.mark.parametrize("index", [0, 1, 2])
 def test_members_at_rest_carry_axial_force_alone(scenes, count, index):
-    log, found, chain = rest(scenes[count], POSES[count][index])
-    assert log.settled.any()
-    assert loads.check_moment(log, chain, found).value < END_MOMENT
-    assert loads.check_shear(log, chain, found).value < EXCESS_SHEAR
-    assert loads.check_axial_settled(log, chain, found).value < AXIAL_AT_REST
+    found = rest(scenes[count], POSES[count][index])
+    assert found.log.settled.any()
+    assert members.check_moment(found).value < END_MOMENT
+    assert members.check_shear(found).value < EXCESS_SHEAR
+    assert members.check_axial_settled(found).value < AXIAL_AT_REST
     assert np.abs(found.axial).max() > 1e3
 
 
 @pytest.mark.parametrize("count", [MODULE, ARM])
 def test_members_in_motion_carry_axial_force_alone(scenes, count):
-    scene, chain = scenes[count], Site(scenes[count]).chain
+    scene = scenes[count]
     start, end = (bend(scene, *pose) for pose in POSES[count][1:])
     log = play(scene, start, end, 20.0, out_of_the_tank)
-    found = loads.find_loads(log, chain, scene)
-    assert loads.check_moment(log, chain, found).value < END_MOMENT
-    assert loads.check_shear(log, chain, found).value < EXCESS_SHEAR
-    assert loads.check_axial_moving(log, chain, found).value < AXIAL_IN_MOTION
+    found = Evidence(Site(scene), log)
+    assert members.check_moment(found).value < END_MOMENT
+    assert members.check_shear(found).value < EXCESS_SHEAR
+    assert members.check_axial_moving(found).value < AXIAL_IN_MOTION
 
 
 def test_inertia_is_part_of_the_expected_force(scenes):
@@ -84,19 +85,19 @@ def test_inertia_is_part_of_the_expected_force(scenes):
     scene, chain = scenes[MODULE], Site(scenes[MODULE]).chain
     start, end = (bend(scene, *pose) for pose in POSES[MODULE][1:])
     log = play(scene, start, end, 3.0, out_of_the_tank)
-    found = loads.find_loads(log, chain, scene)
-    with_inertia = loads.check_axial_moving(log, chain, found).value
-    model = loads.make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
-    without = loads.relative_error(found.axial, loads.solve(model, log.nodes).near_axial).max()
+    found = Evidence(Site(scene), log)
+    with_inertia = members.check_axial_moving(found).value
+    model = make_load_model(chain, scene.task.payload, scene.task.simulation.gravity)
+    without = members.relative_error(found.axial, solve_members(model, log.nodes).near_axial).max()
     assert with_inertia < AXIAL_IN_MOTION
     assert without > 10 * with_inertia
 
 
 @pytest.mark.parametrize("count", [MODULE, ARM])
 def test_forces_agree_with_finite_elements(scenes, count):
-    log, found, chain = rest(scenes[count], POSES[count][1])
+    found = rest(scenes[count], POSES[count][1])
     record = int(found.settled[0])
-    expected = solve_with_pynite(chain, scenes[count], log.nodes[record])
+    expected = solve_with_pynite(found.site.chain, scenes[count], found.log.nodes[record])
     assert np.abs(found.axial[record] - expected).max() < AGAINST_FINITE_ELEMENTS * np.abs(expected).max()
 
 
@@ -146,30 +147,30 @@ def test_a_welded_ball_joint_fails_purity_and_names_the_member(scenes):
         seize_ball(spec, VICTIM)
 
     log = play(scene, start, end, 0.5, spoil)
-    shear = loads.check_shear(log, chain, loads.find_loads(log, chain, scene))
+    shear = members.check_shear(Evidence(Site(scene), log))
     assert shear.value > 1.0
     assert shear.where == VICTIM
 
 
 @pytest.mark.parametrize(("count", "victim"), VICTIMS)
 def test_a_seized_ball_joint_fails_purity_and_names_the_member(scenes, count, victim):
-    log, found, chain = rest(scenes[count], POSES[count][1], lambda spec: stiffen_ball(spec, victim))
-    moment = loads.check_moment(log, chain, found)
+    found = rest(scenes[count], POSES[count][1], lambda spec: stiffen_ball(spec, victim))
+    moment = members.check_moment(found)
     assert moment.value > 1.0
     assert moment.where == victim
 
 
 @pytest.mark.parametrize(("count", "victim"), VICTIMS)
 def test_a_lateral_force_fails_purity_and_names_the_member(scenes, count, victim):
-    log, found, chain = rest(scenes[count], POSES[count][1], lambda spec: push_middle(spec, victim))
-    shear = loads.check_shear(log, chain, found)
+    found = rest(scenes[count], POSES[count][1], lambda spec: push_middle(spec, victim))
+    shear = members.check_shear(found)
     assert shear.value > 10.0
     assert shear.where == victim
 
 
 @pytest.mark.parametrize(("count", "victim"), VICTIMS)
 def test_a_loosened_closure_fails_closure_and_names_the_member(scenes, count, victim):
-    log, _, chain = rest(scenes[count], POSES[count][1], lambda spec: loosen_closure(spec, victim))
-    gap = shape.check_closure(log, chain)
+    found = rest(scenes[count], POSES[count][1], lambda spec: loosen_closure(spec, victim))
+    gap = shape.check_closure(found)
     assert gap.value > CLOSURE
     assert gap.where == victim

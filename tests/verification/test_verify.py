@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
+import pkgutil
 
 import numpy as np
 import pytest
 from playing import bend, change, play, shorten
 
+from vgtsim import verification
 from vgtsim.site import Site
-from vgtsim.verification import CHECK_NAMES, verify
+from vgtsim.verification import CHECK_NAMES, checks, verify
+from vgtsim.verification.measures import Measure, measures_in
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +32,7 @@ def log(scene):
 
 
 def test_a_sound_run_passes(scene, log):
-    report = verify(scene, log)
+    report = verify(Site(scene), log)
     assert report.passed, [(check.name, check.quantity, check.measured) for check in report.checks if not check.passed]
     assert tuple(dict.fromkeys(check.name for check in report.checks)) == CHECK_NAMES
 
@@ -45,7 +49,7 @@ def half_nan(values):
 
 @pytest.mark.parametrize("name", ["nodes", "ends", "member_force", "member_moment", "actuator_force", "tool_position"])
 def test_what_is_not_a_number_fails_every_check(scene, log, name):
-    report = verify(scene, spoil(log, name, half_nan(getattr(log, name))))
+    report = verify(Site(scene), spoil(log, name, half_nan(getattr(log, name))))
     assert not any(check.passed for check in report.checks)
     assert {check.name for check in report.checks} == set(CHECK_NAMES)
     assert all(name in check.detail for check in report.checks)
@@ -67,11 +71,42 @@ def test_what_is_not_a_number_fails_every_check(scene, log, name):
     ],
 )
 def test_a_quantity_that_was_falsified_fails_its_check(scene, log, name, change_of, check):
-    report = verify(scene, spoil(log, name, change_of(getattr(log, name))))
+    report = verify(Site(scene), spoil(log, name, change_of(getattr(log, name))))
     assert check in {row.name for row in report.checks if not row.passed}
 
 
 def test_records_that_are_not_evenly_spaced_fail(scene, log):
     time = np.array(log.time)
     time[1::2] += 1e-4
-    assert "evenly spaced" in verify(scene, spoil(log, "time", time)).checks[0].detail
+    assert "evenly spaced" in verify(Site(scene), spoil(log, "time", time)).checks[0].detail
+
+
+def test_every_measure_in_the_room_is_in_the_report_in_one_place():
+    """A new check that the report does not know fails here: its file is missing in `checks`, or it is imported twice."""
+    names = [f"vgtsim.verification.{item.name}" for item in pkgutil.iter_modules(verification.__path__)]
+    defined = [measure for name in names for measure in measures_in(importlib.import_module(name))]
+    assert sorted(map(id, defined)) == sorted(map(id, checks.MEASURES))
+
+
+def test_every_function_that_checks_is_a_measure():
+    assert all(isinstance(measure, Measure) for measure in checks.MEASURES)
+
+
+def test_every_measure_has_its_limit_in_the_scene_and_every_limit_its_measure(scene):
+    limits = set(type(scene.task.limits).model_fields)
+    assert {measure.limit for measure in checks.MEASURES} == limits - {"safety_factor"}
+
+
+def test_order_of_the_checks_is_that_of_the_design():
+    assert CHECK_NAMES == (
+        "closure",
+        "kinematics_agreement",
+        "tracking",
+        "axial_purity",
+        "axial_force",
+        "actuator_stroke",
+        "actuator_force",
+        "member_utilisation",
+        "clearance",
+        "contacts",
+    )

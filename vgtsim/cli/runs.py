@@ -51,11 +51,11 @@ def run(
         log = simulate(site, tour)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
-            save_log(scene, error.log, folder)
+            save_log(site, error.log, folder)
         raise
     with ERR.status("verifying"):
-        report = judge(scene, log)
-    missing = write_outputs(scene, log, report, site.chain, folder, video=video)
+        report = judge(site, log)
+    missing = write_outputs(site, log, report, folder, video=video)
     show_report(report, folder)
     finish(report.passed, missing)
 
@@ -96,8 +96,9 @@ def verify(folder: RunFolder) -> None:
     from vgtsim.verification import verify as judge
 
     scene, log = load_run(folder / "run.npz")
-    report = judge(scene, log)
-    write_reports(scene, log, report, Site(scene).chain, prepare_folder(folder))
+    site = Site(scene)
+    report = judge(site, log)
+    write_reports(site, log, report, prepare_folder(folder))
     show_report(report, folder)
     finish(report.passed, None)
 
@@ -113,8 +114,8 @@ def render(
     from vgtsim.verification import verify as judge
 
     scene, log = load_run(folder / "run.npz")
-    path = film(scene, log, judge(scene, log), Site(scene).chain, folder, camera)
-    list_files(path)
+    site = Site(scene)
+    list_files(film(site, log, judge(site, log), folder, camera))
 
 
 @app.command(epilog="Example: vgtsim export out/type_ii_reach --time 12.5")
@@ -129,7 +130,7 @@ def export(
     from vgtsim.site import Site
 
     scene, log = load_run(folder / "run.npz")
-    list_files(*write_truss(scene, log, Site(scene).chain, prepare_folder(folder), time, vtk=vtk))
+    list_files(*write_truss(Site(scene), log, prepare_folder(folder), time, vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")

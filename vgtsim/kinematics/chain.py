@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.layout import Layout, make_layout
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.truss import Truss, make_truss
@@ -186,6 +187,12 @@ class Chain:
             row[:, place.moving] = (block @ place.take(dx)[..., None])[..., place.modules.actuated, 0]
         return _shaped(row, batch)
 
+    @cached_property
+    def _usual_slopes(self) -> tuple[Array, ...]:
+        """How much all legs together change by each input in the straight pose, shape (M, inputs) for each place."""
+        places = self.layout.places
+        return tuple(np.linalg.norm(p.modules.length_jacobian(p.straight)[1], axis=-2) for p in places)
+
     def input_rates(self, q: ArrayLike, only: Collection[str] | None = None) -> Array:
         """Rates of the inputs q per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 
@@ -198,7 +205,7 @@ class Chain:
 
         Raises:
             AssemblyError: As `lengths`.
-            LinAlgError: A module is singular.
+            SingularPoseError: A module is singular; it is named.
         """
         state, batch = self._state(q)
         self._require(state, "kept")
@@ -208,7 +215,13 @@ class Chain:
         rates = np.zeros((len(state.q), self.layout.inputs, self.layout.actuators))
         for place, slopes in zip(self.layout.places, state.blocks, strict=True):
             chosen = [m for m, name in enumerate(place.modules.names) if only is None or name in only]
-            block = np.linalg.inv(slopes[:, chosen])
+            if not chosen:
+                continue
+            names, usual = (
+                [place.modules.names[m] for m in chosen],
+                np.linalg.norm(place.modules.straight_legs[1], axis=-2),
+            )
+            block = invert_sound(slopes[:, chosen], usual[chosen], lambda where, names=names: names[where[-1]])
             module, leg = np.nonzero(place.modules.actuated[chosen])
             picked = np.moveaxis(block[:, module, :, leg], 0, -2)  # the picked legs come first
             rates[:, place.columns[chosen][module], place.lengths[chosen][module, leg][:, None]] = picked
@@ -266,7 +279,7 @@ class Chain:
 
         Raises:
             AssemblyError: As `lengths`.
-            LinAlgError: A module is singular.
+            SingularPoseError: A module is singular; it is named.
         """
         state, batch = self._state(q)
         self._require(state, "kept")

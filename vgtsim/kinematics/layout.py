@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import Module, face_sides, joint_offset
+from vgtsim.description.modules import Module, joint_offset
 from vgtsim.kinematics.modules import KINDS, ModuleSet, kind_of
 from vgtsim.kinematics.triangle import triangle_nodes
 from vgtsim.kinematics.truss import Truss
@@ -104,7 +104,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
         sizes[place.active] = place.modules.inputs
     owner = np.repeat(np.arange(len(active)), sizes)
     root, after, face_from, offset = _find_transforms(manipulator, active.tolist())
-    faces = [face_sides(modules[0], side)[0], *(face_sides(module, side)[1] for module in modules)]
+    faces = [modules[0].faces(side)[0], *(module.faces(side)[1] for module in modules)]
     moves = (truss.node_module[:, None] >= active[owner]).astype(float)
     for place in places:
         moves[place.nodes[:, :, None], place.columns[:, None, :]] = 0.0

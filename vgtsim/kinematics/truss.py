@@ -23,7 +23,9 @@ from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics.modules import kind_of
 from vgtsim.kinematics.modules.kind import TRIANGLE, PlannedMember
 
+Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
 
 @dataclass(frozen=True)
 class Member:
@@ -44,9 +46,9 @@ class Member:
     section: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Truss:
-    """Topology of a whole arm.
+    """Topology of a whole arm; tables that are made of one are kept by its identity.
 
     Attributes:
         nodes: Node names, the three of the mast flange first, the three of the tip plate last.
@@ -179,7 +181,9 @@ def make_truss(manipulator: Manipulator) -> Truss:
                 for n, (i, j) in enumerate(kind.battens, 1)
             ]
         members += [
-            Member(f"{module.name}/{item.role}/{item.number}", item.role, (item.first, item.second), index, item.section)
+            Member(
+                f"{module.name}/{item.role}/{item.number}", item.role, (item.first, item.second), index, item.section
+            )
             for item in plan
         ]
         if "foot" in groups:

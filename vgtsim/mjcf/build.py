@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import DoubleOctahedral, Prism, Section
+from vgtsim.description.modules import DoubleOctahedral, Prism, SectionModule
 from vgtsim.description.scene import Scene
 from vgtsim.errors import VgtError
 from vgtsim.geometry import make_mast
@@ -187,7 +187,7 @@ def _withdrawn_poses(chain: Chain, scene: Scene) -> dict[str, tuple[Array, float
     faces = chain.frames(chain.straight)[1]
     active = len(chain.layout.names)
     for k, module in reversed(list(enumerate(scene.manipulator.modules))):
-        if isinstance(module, Prism | Section):
+        if isinstance(module, Prism | SectionModule):
             height += float(make_static(module, scene.manipulator.face_side).P[2])
             continue
         active -= 1

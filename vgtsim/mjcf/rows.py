@@ -68,6 +68,12 @@ def stiffen(model: mujoco.MjModel, factor: float) -> None:
     model.dof_invweight0 *= factor
 
 
+def retime(model: mujoco.MjModel, timestep: float) -> None:
+    """Give a compiled model another time step, s, and its closures and drives the time constants that go with it."""
+    model.opt.timestep = timestep
+    model.eq_solref[:, 0] = SOLREF_STEPS * timestep
+
+
 def select_drive(model: mujoco.MjModel, drive: str) -> None:
     """Let either the rigid drives or the servos hold the cylinders and the feed, in data made from now on.
 

@@ -1,5 +1,5 @@
 """What a run leaves behind: reports, plots, film."""
 
-from vgtsim.output.write import prepare_folder, write_outputs
+from vgtsim.output.write import film, prepare_folder, write_outputs
 
-__all__ = ["prepare_folder", "write_outputs"]
+__all__ = ["film", "prepare_folder", "write_outputs"]

@@ -13,10 +13,10 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vgtsim.description import Scene
 from vgtsim.output.colours import HOLD, LIMIT
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 from vgtsim.verification.holds import find_holds, goal_name
 
 WIDTH = 9.6  # inches; the page shows it at full column width
@@ -69,9 +69,6 @@ def panels(rows: int, columns: int, height: float, sharey: bool = False) -> tupl
         columns: Number of columns.
         height: Of the figure, inches.
         sharey: Whether the panels share their ordinate.
-
-    Returns:
-        The figure and its axes, row by row.
     """
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
@@ -89,7 +86,6 @@ def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as an image, whole or not at all; the same figure gives the same file.
 
     Args:
-        figure: The figure.
         path: Image file; its suffix tells the format, PNG if it has none.
     """
     kind = path.suffix[1:].lower() or "png"
@@ -129,13 +125,11 @@ def draw_limit(axes: Axes, value: float, label: str) -> None:
     axes.text(0.995, value, label, color=LIMIT, fontsize=7.5, ha="right", va="bottom", transform=place)
 
 
-def finish(axes: Axes, scene: Scene, log: RunLog, *, named: bool = False, abscissa: bool = True) -> None:
+def finish_axes(axes: Axes, site: Site, log: RunLog, *, named: bool = False, abscissa: bool = True) -> None:
     """Shade the settled stays and label the time axis.
 
     Args:
         axes: With time as abscissa.
-        scene: The scene.
-        log: The run.
         named: Whether the goals' names stand over the stays.
         abscissa: Whether the time axis is labelled.
     """
@@ -143,7 +137,7 @@ def finish(axes: Axes, scene: Scene, log: RunLog, *, named: bool = False, abscis
         axes.axvspan(hold.start, hold.end, color=HOLD, alpha=0.12, linewidth=0)
         if named:
             middle, place = (hold.start + hold.end) / 2, axes.get_xaxis_transform()
-            name = goal_name(scene, hold.goal)
+            name = goal_name(site, hold.goal)
             axes.text(middle, 1.02, name, fontsize=7.5, color=HOLD, ha="center", va="bottom", transform=place)
     if log.time[-1] > log.time[0]:
         axes.set_xlim(float(log.time[0]), float(log.time[-1]))

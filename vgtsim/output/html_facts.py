@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-from vgtsim.description import Scene, Tank
+from vgtsim.description import Tank
 from vgtsim.geometry.profile import make_profile
-from vgtsim.kinematics import Truss
 from vgtsim.output.quantities import format_quantity
+from vgtsim.site import Site
 from vgtsim.verification.report import Report
 
 
@@ -17,35 +17,22 @@ def fact_rows(facts: Iterable[tuple[str, str]]) -> str:
 
     Args:
         facts: Pairs.
-
-    Returns:
-        Table rows.
     """
     return "\n".join(f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>' for name, value in facts)
 
 
-def list_settings(scene: Scene, truss: Truss) -> list[tuple[str, str]]:
-    """List what the run was made with.
-
-    Args:
-        scene: The scene.
-        truss: The arm's truss.
-
-    Returns:
-        Name and value pairs.
-    """
-    task, arm = scene.task, scene.manipulator
+def list_settings(site: Site) -> list[tuple[str, str]]:
+    """List what the run was made with."""
+    task, arm = site.task, site.arm
     step, motion = task.simulation, task.motion
-    rate = max(arm.cylinders[truss.members[i].section].rate for i in truss.actuated)
+    rate = max(arm.cylinders[site.truss.members[i].section].rate for i in site.truss.actuated)
+    sizes = f"{len(site.truss.actuated)} actuators, {len(site.truss.nodes)} nodes, {len(site.truss.members)} members"
     return [
-        ("scene", f"{task.name} ({scene.file.name})"),
-        (
-            "arm",
-            f"{arm.title}: {len(truss.actuated)} actuators, {len(truss.nodes)} nodes, {len(truss.members)} members",
-        ),
-        ("tank", scene.tank.title),
-        ("waste", describe_waste(scene.tank)),
-        ("pivot", f"{format_quantity(scene.pivot_height, 'm')} above the lowest floor point"),
+        ("scene", f"{task.name} ({site.scene.file.name})"),
+        ("arm", f"{arm.title}: {sizes}"),
+        ("tank", site.tank.title),
+        ("waste", describe_waste(site.tank)),
+        ("pivot", f"{format_quantity(site.scene.pivot_height, 'm')} above the lowest floor point"),
         ("payload", f"{task.payload.mass:.4g} kg"),
         ("time step", format_quantity(step.timestep * 1e3, "ms")),
         ("records", f"{step.log_rate:.4g} a second"),
@@ -69,14 +56,7 @@ def describe_waste(tank: Tank) -> str:
 
 
 def list_costs(report: Report) -> list[tuple[str, str]]:
-    """List what the run cost.
-
-    Args:
-        report: The report.
-
-    Returns:
-        Name and value pairs.
-    """
+    """List what the run cost."""
     words = {
         "simulated_s": ("simulated time", "{:.2f} s"),
         "wall_s": ("wall time", "{:.2f} s"),

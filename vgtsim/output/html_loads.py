@@ -7,8 +7,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import Scene
-from vgtsim.kinematics import Truss
+from vgtsim.kinematics.ties import first_greatest, order_down
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.report import Report
@@ -19,13 +18,11 @@ Array = NDArray[np.float64]
 _ROWS = 20  # members listed, the most used first
 
 
-def member_rows(log: RunLog, report: Report, truss: Truss) -> str:
+def member_rows(site: Site, log: RunLog, report: Report) -> str:
     """Write what the most used members carry: tension and compression apart, with the margin.
 
     Args:
-        log: The run.
         report: With the series `utilisation` and its parts.
-        truss: The arm's truss.
 
     Returns:
         Table rows; one that says so when nothing was measured.
@@ -33,12 +30,12 @@ def member_rows(log: RunLog, report: Report, truss: Truss) -> str:
     used = report.series.get("utilisation", np.empty((0, 0)))
     if not np.isfinite(used).any():
         return '<tr><td colspan="9">not measured</td></tr>'
-    axial = log.axial(truss.ends)
+    axial = log.axial(site.truss.ends)
     peak = np.max(np.nan_to_num(used, nan=-np.inf), axis=0)
     rows = []
-    for index in np.argsort(-peak)[:_ROWS]:
+    for index in order_down(peak)[:_ROWS]:
         record = int(np.nanargmax(used[:, index]))
-        member = truss.members[index]
+        member = site.truss.members[index]
         pulled, pushed = (
             float(np.nanmax(report.series[f"utilisation_{kind}"][:, index])) for kind in ("tension", "compression")
         )
@@ -57,17 +54,9 @@ def member_rows(log: RunLog, report: Report, truss: Truss) -> str:
     return "\n".join(rows)
 
 
-def reaction_rows(scene: Scene, log: RunLog) -> str:
-    """Write the peaks of the loads on mast and riser.
-
-    Args:
-        scene: The scene.
-        log: The run.
-
-    Returns:
-        Table rows.
-    """
-    places = (("mast at the pivot", -log.mast_reaction), ("riser at the crown", find_riser_reaction(Site(scene), log)))
+def reaction_rows(site: Site, log: RunLog) -> str:
+    """Write the peaks of the loads on mast and riser."""
+    places = (("mast at the pivot", -log.mast_reaction), ("riser at the crown", find_riser_reaction(site, log)))
     rows = []
     for name, wrench in places:
         lateral = np.linalg.norm(wrench[:, :2], axis=1)
@@ -79,7 +68,7 @@ def reaction_rows(scene: Scene, log: RunLog) -> str:
             (bending, "kN·m"),
             (np.abs(wrench[:, 5]), "kN·m"),
         ):
-            worst = int(np.argmax(values))
+            worst = int(first_greatest(values))
             cells.append(f"{values[worst] / 1e3:.2f} {unit} at {log.time[worst]:.2f} s")
         body = "".join(f'<td class="figure">{cell}</td>' for cell in cells)
         rows.append(f'<tr><th scope="row">{name}</th>{body}</tr>')

@@ -12,8 +12,6 @@ from string import Template
 import numpy as np
 from matplotlib.figure import Figure
 
-from vgtsim.description import Scene
-from vgtsim.kinematics import Truss
 from vgtsim.output import html_facts as facts
 from vgtsim.output import html_tables as tables
 from vgtsim.output.figure import styled, to_svg
@@ -35,7 +33,7 @@ from vgtsim.verification.supports import find_riser_reaction
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportPlot:
     """One plot of the report.
 
     Attributes:
@@ -53,122 +51,55 @@ class Section:
     plot: Callable[[], Figure]
 
 
-def list_sections(scene: Scene, log: RunLog, report: Report, truss: Truss) -> list[Section]:
-    """List the plots of the report in order.
-
-    Args:
-        scene: The scene.
-        log: The run.
-        report: With series.
-        truss: The arm's truss.
-
-    Returns:
-        One section for each plot; nothing is drawn yet.
-    """
-    record, member = worst_instant(log, truss, report)
-    force = log.axial(truss.ends)[record, member]
-    worst = f"t = {log.time[record]:.2f} s: {truss.members[member].name} carries {format_quantity(force, 'N')}"
-    tool = ("tool_position_error", "tool_angle_error")
-    return [
-        Section(
-            "truss",
-            "The truss at its worst instant",
-            f"{worst}. Members coloured by axial force; actuators drawn thick; goals in green.",
-            (),
-            lambda: plot_truss(scene, log, truss, report),
-        ),
-        Section(
-            "tool",
-            "Tool error",
-            "Distance and angle from the goal being approached; the limits hold while settled.",
-            tool,
-            lambda: plot_tool_error(scene, log, report),
-        ),
-        Section(
-            "clearance",
-            "Clearance along the run",
-            "Least distance of the arm from tank, riser, equipment and itself.",
-            ("clearance", "clearance_time"),
-            lambda: plot_clearance(scene, log, report),
-        ),
-        Section(
-            "utilisation",
-            "Member utilisation",
-            "Demand over capacity: yield in tension, column strength in compression, cylinder ratings.",
-            ("utilisation",),
-            lambda: plot_utilisation(scene, log, truss, report),
-        ),
-        Section(
-            "axial",
-            "Axial force in the members",
-            "The members that carry most, by name, and the envelope of the others.",
-            (),
-            lambda: plot_axial_forces(scene, log, truss),
-        ),
-        Section(
-            "forces",
-            "Actuator forces",
-            "Pull positive; dashed: pressure on the annulus (pull) and on the full bore (push).",
-            (),
-            lambda: plot_actuator_forces(scene, log, truss),
-        ),
-        Section(
-            "lengths",
-            "Actuator lengths",
-            "Pin to pin; dashed: retracted and extended.",
-            (),
-            lambda: plot_actuator_lengths(scene, log, truss),
-        ),
-        Section(
-            "mast",
-            "Mast reaction",
-            "Force and moment of the mast on the arm at the pivot, in frame G.",
-            (),
-            lambda: plot_reaction(scene, log, log.mast_reaction),
-        ),
-        Section(
-            "riser",
-            "Load on the riser",
-            "Force and moment of arm and mast on the riser at the crown, in frame G: what the dome must not carry.",
-            (),
-            lambda: plot_reaction(scene, log, find_riser_reaction(Site(scene), log)),
-        ),
-        Section(
-            "closure",
-            "Closure",
-            "Greatest gap between a member's end and its hub.",
-            ("closure",),
-            lambda: plot_closure(scene, log, report),
-        ),
-    ]
+def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
+    """List the plots of the report in order; nothing is drawn yet."""
+    record, member = worst_instant(site, log, report)
+    force = log.axial(site.truss.ends)[record, member]
+    worst = f"t = {log.time[record]:.2f} s: {site.truss.members[member].name} carries {format_quantity(force, 'N')}"
+    coloured = f"{worst}. Members coloured by axial force; actuators drawn thick; goals in green."
+    tool = "Distance and angle from the goal being approached; the limits hold while settled."
+    near = "Least distance of the arm from tank, riser, equipment and itself."
+    used = "Demand over capacity: yield in tension, column strength in compression, cylinder ratings."
+    axial = "The members that carry most, by name, and the envelope of the others."
+    drive = "Pull positive; dashed: pressure on the annulus (pull) and on the full bore (push)."
+    length = "Pin to pin; dashed: retracted and extended."
+    mast = "Force and moment of the mast on the arm at the pivot, in frame G."
+    riser = "Force and moment of arm and mast on the riser at the crown, in frame G: what the dome must not carry."
+    gap = "Greatest gap between a member's end and its hub."
+    errors, clear = ("tool_position_error", "tool_angle_error"), ("clearance", "clearance_time")
+    rows: tuple[tuple[str, str, str, tuple[str, ...], Callable[[], Figure]], ...] = (
+        ("truss", "The truss at its worst instant", coloured, (), lambda: plot_truss(site, log, report)),
+        ("tool", "Tool error", tool, errors, lambda: plot_tool_error(site, log, report)),
+        ("clearance", "Clearance along the run", near, clear, lambda: plot_clearance(site, log, report)),
+        ("utilisation", "Member utilisation", used, ("utilisation",), lambda: plot_utilisation(site, log, report)),
+        ("axial", "Axial force in the members", axial, (), lambda: plot_axial_forces(site, log)),
+        ("forces", "Actuator forces", drive, (), lambda: plot_actuator_forces(site, log)),
+        ("lengths", "Actuator lengths", length, (), lambda: plot_actuator_lengths(site, log)),
+        ("mast", "Mast reaction", mast, (), lambda: plot_reaction(site, log, log.mast_reaction)),
+        ("riser", "Load on the riser", riser, (), lambda: plot_reaction(site, log, find_riser_reaction(site, log))),
+        ("closure", "Closure", gap, ("closure",), lambda: plot_closure(site, log, report)),
+    )
+    return [ReportPlot(*row) for row in rows]
 
 
-def write_report_html(scene: Scene, log: RunLog, report: Report, truss: Truss, path: str | Path) -> None:
+def write_report_html(site: Site, log: RunLog, report: Report, path: str | Path) -> None:
     """Write `report.html`: verdict, checks, goals, plots, settings; it needs no other file and no network.
 
-    Args:
-        scene: The scene.
-        log: The run.
-        report: Its verdicts, with series for the plots; a plot without its series says so.
-        truss: The arm's truss.
-        path: File to write, whole or not at all.
-
-    Raises:
-        OSError: The folder cannot be written.
+    The file is written whole or not at all. A plot without its series says so.
     """
     template = Template(resources.files("vgtsim.output").joinpath("report.html").read_text(encoding="utf-8"))
     page = template.substitute(
-        title=escape(scene.task.title),
+        title=escape(site.task.title),
         verdict="PASSED" if report.passed else "FAILED",
         verdict_class="pass" if report.passed else "fail",
         summary=escape(tables.summarise(report)),
         notices=tables.notices(log),
         checks=tables.check_rows(report),
-        goals=tables.goal_rows(scene, log, report),
-        members=member_rows(log, report, truss),
-        reactions=reaction_rows(scene, log),
-        plots="\n".join(_draw(section, report) for section in list_sections(scene, log, report, truss)),
-        settings=facts.fact_rows(facts.list_settings(scene, truss)),
+        goals=tables.goal_rows(site, log, report),
+        members=member_rows(site, log, report),
+        reactions=reaction_rows(site, log),
+        plots="\n".join(_draw(plot, report) for plot in list_plots(site, log, report)),
+        settings=facts.fact_rows(facts.list_settings(site)),
         performance=facts.fact_rows(facts.list_costs(report)),
         versions=facts.fact_rows(report.versions.items()),
     )
@@ -176,11 +107,11 @@ def write_report_html(scene: Scene, log: RunLog, report: Report, truss: Truss, p
         partial.write_text(page, encoding="utf-8")
 
 
-def _draw(section: Section, report: Report) -> str:
-    heading = f'<h3 id="{section.name}">{escape(section.title)}</h3>'
-    lacking = [name for name in section.needs if not np.isfinite(report.series.get(name, np.nan)).any()]
+def _draw(plot: ReportPlot, report: Report) -> str:
+    heading = f'<h3 id="{plot.name}">{escape(plot.title)}</h3>'
+    lacking = [name for name in plot.needs if not np.isfinite(report.series.get(name, np.nan)).any()]
     if lacking:
         return f'<figure>{heading}<p class="notice">Not measured: {", ".join(lacking)}.</p></figure>'
     with styled():
-        svg = to_svg(section.plot(), section.name, section.title)
-    return f"<figure>{heading}{svg}<figcaption>{escape(section.caption)}</figcaption></figure>"
+        svg = to_svg(plot.plot(), plot.name, plot.title)
+    return f"<figure>{heading}{svg}<figcaption>{escape(plot.caption)}</figcaption></figure>"

@@ -6,18 +6,15 @@ from html import escape
 
 import numpy as np
 
-from vgtsim.description import Scene
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 from vgtsim.verification.holds import find_holds
 from vgtsim.verification.report import CHECK_NAMES, Check, Report
 
 
 def summarise(report: Report) -> str:
     """Say in one line what the reader wants to know first.
-
-    Args:
-        report: The report.
 
     Returns:
         Failed checks by name, then the key figures.
@@ -46,9 +43,6 @@ def summarise(report: Report) -> str:
 def missing_checks(report: Report) -> list[str]:
     """Names of the checks that the report should hold and does not.
 
-    Args:
-        report: The report.
-
     Returns:
         In the order of `CHECK_NAMES`.
     """
@@ -58,9 +52,6 @@ def missing_checks(report: Report) -> list[str]:
 
 def check_rows(report: Report) -> str:
     """Write the rows of the table of checks.
-
-    Args:
-        report: The report.
 
     Returns:
         Table rows; a check that is missing has one that says so.
@@ -102,20 +93,15 @@ def _share_bar(check: Check) -> str:
     return f'<span class="bar"><i style="width:{width:.0f}%"></i></span> <small>{text}</small>'
 
 
-def goal_rows(scene: Scene, log: RunLog, report: Report) -> str:
+def goal_rows(site: Site, log: RunLog, report: Report) -> str:
     """Write a row for each goal: where it is, when it was held, how well.
 
     Args:
-        scene: The scene.
-        log: The run.
         report: With the series `tool_position_error` and `tool_angle_error` when tracking was measured.
-
-    Returns:
-        Table rows.
     """
     stays = find_holds(log)
     rows = []
-    for index, goal in enumerate(scene.task.motion.goals):
+    for index, goal in enumerate(site.task.motion.goals):
         own = [hold for hold in stays if hold.goal == index]
         spans = ", ".join(f"{hold.start:.1f} to {hold.end:.1f} s" for hold in own) or "never settled"
         errors = []
@@ -139,9 +125,6 @@ def goal_rows(scene: Scene, log: RunLog, report: Report) -> str:
 
 def notices(log: RunLog) -> str:
     """Write what went wrong in the run itself.
-
-    Args:
-        log: The run.
 
     Returns:
         Paragraphs; empty when nothing did.

@@ -23,8 +23,8 @@ class Replay:
     """A model that can be posed.
 
     Attributes:
-        model: Its geom colours are changed by `show`.
-        data: Its positions are changed by `show`.
+        model: Its geom colours are changed by `pose_model`.
+        data: Its positions are changed by `pose_model`.
         truss: The arm's truss.
         pose: Addresses in qpos.
         geoms: Indices of the members' geoms, rods of cylinders included.
@@ -46,11 +46,7 @@ def make_replay(model: mujoco.MjModel, truss: Truss, end: float) -> Replay:
 
     Args:
         model: Compiled model of the truss.
-        truss: The truss.
         end: Both ends of the colour scale, N.
-
-    Returns:
-        The replay.
     """
     pairs = []
     for index, member in enumerate(truss.members):
@@ -61,11 +57,10 @@ def make_replay(model: mujoco.MjModel, truss: Truss, end: float) -> Replay:
     return Replay(model, mujoco.MjData(model), truss, make_pose_map(model, truss), geoms, owners, end)
 
 
-def show(replay: Replay, nodes: Array, axial: Array) -> None:
+def pose_model(replay: Replay, nodes: Array, axial: Array) -> None:
     """Pose the model and colour its members.
 
     Args:
-        replay: The replay; its model and data change.
         nodes: Hub positions in frame G, shape (N, 3), m.
         axial: Tension positive, shape (M,), N.
     """
@@ -80,7 +75,6 @@ def frame_times(log: RunLog, fps: int, speed: float) -> Array:
     """Simulated times at which the film's frames are taken.
 
     Args:
-        log: The run.
         fps: Frames a second of film.
         speed: Simulated seconds in a second of film.
 
@@ -95,9 +89,7 @@ def interpolate(log: RunLog, axial: Array, time: float) -> tuple[int, Array, Arr
     """Find the state between two records.
 
     Args:
-        log: The run.
         axial: Axial forces at its records, shape (T, M), N.
-        time: s.
 
     Returns:
         The record before, the nodes, shape (N, 3), m, and the axial forces, shape (M,), N.
@@ -112,10 +104,6 @@ def interpolate(log: RunLog, axial: Array, time: float) -> tuple[int, Array, Arr
 
 def camera_at(cuts: tuple[Cut, ...], time: float) -> str:
     """Choose the camera of an instant.
-
-    Args:
-        cuts: In order.
-        time: s.
 
     Returns:
         Camera of the first shot that has not ended; the last one when all have.

@@ -8,15 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from vgtsim.description import Scene
-from vgtsim.errors import DescriptionError, MissingLibraryError
-from vgtsim.kinematics import Chain
+from vgtsim.errors import MissingLibraryError
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
-from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
-from vgtsim.statics.equilibrium import solve_members
-from vgtsim.statics.motion import Motion, motion_from_log
-from vgtsim.statics.stiffness import node_loads
+from vgtsim.site import Site
+from vgtsim.verification.instant import find_instant
 
 PYNITE = '''"""The truss of truss.json in PyNiteFEA: builds `frame`, solves it, prints its forces and the file's."""
 
@@ -45,85 +41,45 @@ if __name__ == "__main__":
         found = -frame.members[bar["name"]].axial(0.0, "Combo 1")
         print(f"{bar['name']:24s} {found:14.2f} N   {bar['force']:14.2f} N in the file")
 '''
-STIFF_EDGE = 1e3  # stiffness of the rigid tip plate's edges over that of the stiffest member
 
 
-def describe_truss(scene: Scene, log: RunLog, chain: Chain, time: float | None = None) -> dict[str, Any]:
-    """Collect nodes, members, loads and forces of one instant.
+def describe_truss(site: Site, log: RunLog, time: float | None = None) -> dict[str, Any]:
+    """Collect the content of `truss.json`: SI units, frame G, tension positive; see `find_instant` for `time` and errors.
 
-    Args:
-        scene: The scene.
-        log: Its run.
-        chain: The arm.
-        time: Simulated time, s; absent for that of the greatest axial force.
-
-    Returns:
-        What `truss.json` holds: SI units, frame G, tension positive. The loads are weight and inertia shared between
-        the nodes; `force` is the bar force in equilibrium with them, `measured` the simulation's at the near end.
-
-    Raises:
-        DescriptionError: A module has a joint offset, or the time is not in the log.
+    The loads are weight and inertia shared between the nodes; `force` is the bar force in equilibrium with them,
+    `measured` the simulation's at the near end.
     """
-    require_no_offset(chain, "a truss is exported")
-    truss = chain.truss
-    if time is not None and not log.time[0] <= time <= log.time[-1]:
-        raise DescriptionError(None, "time", f"{time:.6g} s", f"{log.time[0]:.6g} to {log.time[-1]:.6g} s, as logged")
-    axial = log.axial(truss.ends)
-    record = int(np.argmax(np.abs(axial).max(axis=1))) if time is None else int(np.argmin(np.abs(log.time - time)))
-    nodes = log.nodes[record]
-    simulation = scene.task.simulation
-    model = make_elastic_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
-    motion = motion_from_log(log.time, log.nodes)
-    speed, change = motion.velocity[record], motion.acceleration[record]
-    now = Motion(speed, change) if np.isfinite(change).all() else None
-    load, bar = node_loads(model, nodes, now), solve_members(model.loads, nodes, now).bar
-    edges = [f"tip/edge/{i + 1}" for i in range(3)]
-    ends = np.concatenate([truss.ends, truss.tip_edges])
-    length = np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1)
-    spring = model.stiffness_at(nodes)
-    spring = np.concatenate([spring, np.full(3, STIFF_EDGE * spring.max())])
-    members = []
-    for i, (near, far) in enumerate(ends):
-        own = i < len(truss.members)
-        entry = {
-            "name": truss.members[i].name if own else edges[i - len(truss.members)],
-            "role": truss.members[i].role if own else "rigid",
-            "section": truss.members[i].section if own else "",
-            "ends": [truss.nodes[near], truss.nodes[far]],
-            "length": float(length[i]),
-            "stiffness": float(spring[i]),
-            "force": float(bar[i]) if own else 0.0,
-            "measured": float(axial[record, i]) if own else 0.0,
+    truss, now = site.truss, find_instant(site, log, time)
+    known = [(member.name, member.role, member.section) for member in truss.members]
+    known += [(f"tip/edge/{i + 1}", "rigid", "") for i in range(len(truss.tip_edges))]
+    members = [
+        {
+            "name": name,
+            "role": role,
+            "section": section,
+            "ends": [truss.nodes[end] for end in now.ends[i]],
+            "length": float(now.length[i]),
+            "stiffness": float(now.spring[i]),
+            "force": float(now.force[i]),
+            "measured": float(now.measured[i]),
         }
-        members.append(entry)
+        for i, (name, role, section) in enumerate(known)
+    ]
     points = [
-        {"name": name, "position": nodes[i].tolist(), "fixed": i in range(3), "load": load[i].tolist()}
+        {"name": name, "position": now.nodes[i].tolist(), "fixed": i in range(3), "load": now.load[i].tolist()}
         for i, name in enumerate(truss.nodes)
     ]
-    return {"scene": scene.task.name, "time": float(log.time[record]), "nodes": points, "members": members}
+    return {"scene": site.task.name, "time": float(log.time[now.record]), "nodes": points, "members": members}
 
 
-def write_truss(
-    scene: Scene, log: RunLog, chain: Chain, folder: Path, time: float | None = None, *, vtk: bool = True
-) -> list[Path]:
-    """Write `truss.json`, `truss_pynite.py` and, if asked for, `truss.vtu`.
-
-    Args:
-        scene: The scene.
-        log: Its run.
-        chain: The arm.
-        folder: Existing folder.
-        time: Simulated time, s; absent for that of the greatest axial force.
-        vtk: Whether to write the VTK file.
-
-    Returns:
-        The files.
+def write_truss(site: Site, log: RunLog, folder: Path, time: float | None = None, *, vtk: bool = True) -> list[Path]:
+    """Write `truss.json`, `truss_pynite.py` and, if asked for, `truss.vtu` into an existing folder.
 
     Raises:
         DescriptionError: A module has a joint offset, or the time is not in the log.
         MissingLibraryError: `meshio`, which writes VTK, is not installed; the other files are there.
     """
-    data = describe_truss(scene, log, chain, time)
+    data = describe_truss(site, log, time)
     files = [folder / "truss.json", folder / "truss_pynite.py"]
     for file, text in zip(files, (json.dumps(data, indent=1), PYNITE), strict=True):
         with replacing(file) as partial:

@@ -13,68 +13,43 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vgtsim.description import Scene
 from vgtsim.kinematics import Truss
 from vgtsim.output.colours import HOLD, REST, force_colours, scale_end
 from vgtsim.output.figure import WIDTH
 from vgtsim.output.quantities import MINUS
 from vgtsim.output.tank_plot import draw_tank_side, draw_tank_top
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 from vgtsim.verification.report import Report
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Instant:
-    """The arm at one record.
-
-    Attributes:
-        truss: Its truss.
-        nodes: Shape (N, 3), m, in frame G.
-        axial: Tension positive, shape (M,), N.
-        worst: Index of the member to point out.
-        end: Both ends of the colour scale, N.
-    """
+class _Pose:
+    """The arm at one record: nodes, shape (N, 3), m, axial forces, shape (M,), N, and the index of the worst member."""
 
     truss: Truss
     nodes: Array
     axial: Array
     worst: int
-    end: float
 
 
-def worst_instant(log: RunLog, truss: Truss, report: Report) -> tuple[int, int]:
-    """Find when and where a member is used most.
-
-    Args:
-        log: The run.
-        truss: The arm's truss.
-        report: With the series `utilisation`; absent, the greatest axial force decides.
-
-    Returns:
-        Index of the record and of the member.
-    """
-    rank = np.asarray(report.series.get("utilisation", np.abs(log.axial(truss.ends))))
+def worst_instant(site: Site, log: RunLog, report: Report) -> tuple[int, int]:
+    """Indices of the record and of the member that is used most; without utilisation, of the greatest axial force."""
+    rank = np.asarray(report.series.get("utilisation", np.abs(log.axial(site.truss.ends))))
     record, member = np.unravel_index(int(np.nanargmax(rank)), rank.shape)
     return int(record), int(member)
 
 
-def plot_truss(scene: Scene, log: RunLog, truss: Truss, report: Report) -> Figure:
+def plot_truss(site: Site, log: RunLog, report: Report) -> Figure:
     """Draw the arm at its worst instant: from the side in the tool's plane, from above, and close up.
 
-    Args:
-        scene: The scene.
-        log: The run.
-        truss: The arm's truss.
-        report: Its series tell the worst instant.
-
-    Returns:
-        The figure; colours are on one symmetric scale, compression red, tension blue.
+    Colours are on one symmetric scale, compression red, tension blue.
     """
-    record, worst = worst_instant(log, truss, report)
-    axial = log.axial(truss.ends)[record]
-    now = Instant(truss, log.nodes[record], axial, worst, scale_end(axial))
+    record, worst = worst_instant(site, log, report)
+    axial = log.axial(site.truss.ends)[record]
+    now = _Pose(truss=site.truss, nodes=log.nodes[record], axial=axial, worst=worst)
     x, y, _ = log.tool_position[record]
     azimuth = float(np.arctan2(y, x))
     side = np.array([[np.cos(azimuth), np.sin(azimuth), 0], [0, 0, 1]])
@@ -82,21 +57,17 @@ def plot_truss(scene: Scene, log: RunLog, truss: Truss, report: Report) -> Figur
     figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.05))
     tall, left, right = (figure.add_subplot(cell) for cell in (grid[0, :], grid[1, 0], grid[1, 1]))
-    draw_tank_side(tall, scene.tank, azimuth)
-    draw_tank_top(left, scene.tank)
+    draw_tank_side(tall, site.tank, azimuth)
+    draw_tank_top(left, site.tank)
     for axes, view in ((tall, side), (left, top)):
-        _draw_goals(axes, scene, view)
+        _draw_goals(axes, site, view)
         _draw_arm(axes, now, view, 1.0)
     _draw_arm(right, now, _best_plane(now.nodes), 1.7)
-    tall.set(
-        xlabel=f"along azimuth {np.degrees(azimuth):.0f}°, m",
-        ylabel="z, m",
-        title="side, in the tool's plane",
-    )
+    tall.set(xlabel=f"along azimuth {np.degrees(azimuth):.0f}°, m", ylabel="z, m", title="side, in the tool's plane")
     left.set(xlabel="x, m", ylabel="y, m", title="top")
     right.margins(y=0.4)
     right.set(xlabel="m", ylabel="m", title="close up, turned to show most of the arm")
-    bar = figure.colorbar(_scale(now.end), ax=[tall, left, right], shrink=0.55, aspect=30, pad=0.015)
+    bar = figure.colorbar(_scale(scale_end(axial)), ax=[tall, left, right], shrink=0.55, aspect=30, pad=0.015)
     bar.set_label(f"axial force, kN (compression {MINUS}, tension +)")
     bar.ax.spines[:].set_visible(False)
     return figure
@@ -110,13 +81,13 @@ def _best_plane(nodes: Array) -> Array:
     return axes * np.where(np.sum(axes * towards, axis=1, keepdims=True) < 0, -1.0, 1.0)
 
 
-def _draw_arm(axes: Axes, now: Instant, view: Array, scale: float) -> None:
+def _draw_arm(axes: Axes, now: _Pose, view: Array, scale: float) -> None:
     """Draw members far to near and point out the worst; view (2, 3) projects, scale widens the lines."""
     truss = now.truss
     ends = now.nodes[truss.ends]
     order = np.argsort(ends.mean(axis=1) @ np.cross(view[0], view[1]))
     widths = scale * np.array([2.6 if member.role == "actuator" else 1.5 for member in truss.members])
-    colours = force_colours(now.axial, now.end)
+    colours = force_colours(now.axial, scale_end(now.axial))
     lines = LineCollection(list((ends @ view.T)[order]), colors=list(colours[order]), linewidths=list(widths[order]))
     axes.add_collection(lines)
     axes.fill(*(now.nodes[truss.tip] @ view.T).T, color=REST, linewidth=1.5)
@@ -130,8 +101,8 @@ def _draw_arm(axes: Axes, now: Instant, view: Array, scale: float) -> None:
     axes.grid(visible=False)
 
 
-def _draw_goals(axes: Axes, scene: Scene, view: Array) -> None:
-    for goal in scene.task.motion.goals:
+def _draw_goals(axes: Axes, site: Site, view: Array) -> None:
+    for goal in site.task.motion.goals:
         x, y = (float(value) for value in view @ np.array(goal.position))
         dx, dy = (1.1 * float(value) for value in view @ np.array(goal.direction))
         axes.plot(x, y, "o", markersize=5, markerfacecolor="none", color=HOLD)

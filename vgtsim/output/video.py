@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import Scene
+from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Truss
-from vgtsim.mjcf import build_model, tank
+from vgtsim.kinematics.ties import first_greatest
+from vgtsim.mjcf import build_spec, tank
 from vgtsim.output.colours import scale_end
 from vgtsim.output.encoder import open_film
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
-from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, project, show
+from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, pose_model, project
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -36,31 +36,30 @@ _INSIDE = ("riser", "tool")
 
 
 def render_video(
-    scene: Scene,
+    site: Site,
     log: RunLog,
     report: Report,
-    truss: Truss,
     path: str | Path,
     progress: Callable[[int, int], None] | None = None,
+    cuts: tuple[Cut, ...] | None = None,
 ) -> None:
-    """Film a run to MP4 (H.264) as the scene's `video` table says.
+    """Film a run to MP4 (H.264) in the size and speed of the scene's `video` table.
 
     Args:
-        scene: The scene.
-        log: The run.
+        site: Where the run was.
         report: With the series `tool_position_error`, if tracking was measured.
-        truss: The arm's truss.
         path: File to write, whole or not at all; its suffix is `.mp4`.
         progress: Called with the frames drawn and their number.
+        cuts: Choose the cameras in place of the scene's.
 
     Raises:
         MissingLibraryError: There is no EGL or no encoder.
         OSError: The folder cannot be written.
     """
-    video = scene.task.video
+    video = site.task.video
     width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
     times = frame_times(log, video.fps, video.speed)
-    frames = draw_frames(scene, log, report, truss, times, width, height)
+    frames = draw_frames(site, log, report, times, (width, height), cuts or video.cuts)
     with closing(frames), replacing(path) as partial:
         first = next(frames)  # before the encoder starts: without EGL it would have nothing to do
         with open_film(partial, width, height, video.fps) as add:
@@ -71,51 +70,40 @@ def render_video(
 
 
 def draw_frames(
-    scene: Scene, log: RunLog, report: Report, truss: Truss, times: Array, width: int, height: int
+    site: Site, log: RunLog, report: Report, times: Array, size: tuple[int, int], cuts: tuple[Cut, ...]
 ) -> Generator[Picture, None, None]:
-    """Draw the run at given instants.
-
-    Args:
-        scene: The scene; its `video.cuts` choose the cameras.
-        log: The run.
-        report: With the series `tool_position_error`, if tracking was measured.
-        truss: The arm's truss.
-        times: Shape (F,), s.
-        width: Pixels.
-        height: Pixels.
-
-    Yields:
-        Frames, shape (height, width, 3).
+    """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_video`.
 
     Raises:
         MissingLibraryError: There is no EGL.
     """
-    axial = log.axial(truss.ends)
-    model = _compile(scene)
-    replay = make_replay(model, truss, scale_end(axial))
-    overlay = make_overlay(width, height, scene.task.title, replay.end)
-    goals = np.array([goal.position for goal in scene.task.motion.goals])
+    width, height = size
+    axial = log.axial(site.truss.ends)
+    model = _compile(site)
+    replay = make_replay(model, site.truss, scale_end(axial))
+    overlay = make_overlay(width, height, site.task.title, replay.end)
+    goals = np.array([goal.position for goal in site.task.motion.goals])
     with _open_renderer(model, width, height) as renderer:
         for time in times:
             record, nodes, forces = interpolate(log, axial, float(time))
-            show(replay, nodes, forces)
-            camera = camera_at(scene.task.video.cuts, float(time))
+            pose_model(replay, nodes, forces)
+            camera = camera_at(cuts, float(time))
             renderer.update_scene(replay.data, camera, _choose_groups(camera))
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
-            values = _values(scene, log, report, truss, record, float(time), forces)
+            values = _values(site, log, report, record, float(time), forces)
             marks = tuple(
                 Mark(goal.name, float(column), float(row), index == log.goal[record])
                 for index, (goal, (column, row)) in enumerate(
-                    zip(scene.task.motion.goals, project(renderer.scene, goals, width, height), strict=True)
+                    zip(site.task.motion.goals, project(renderer.scene, goals, width, height), strict=True)
                 )
             )
             yield draw_overlay(overlay, renderer.render(), values, marks)
 
 
-def _compile(scene: Scene) -> mujoco.MjModel:
+def _compile(site: Site) -> mujoco.MjModel:
     """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
-    model = build_model(Site(scene))
+    model = build_spec(site).compile()
     model.mat(f"{tank.BODY}/liner").rgba[:3] *= _DIM
     model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
     model.light_diffuse[:] = _DIFFUSE
@@ -130,19 +118,17 @@ def _choose_groups(camera: str) -> mujoco.MjvOption:
     return view
 
 
-def _values(
-    scene: Scene, log: RunLog, report: Report, truss: Truss, record: int, time: float, forces: Array
-) -> tuple[str, ...]:
+def _values(site: Site, log: RunLog, report: Report, record: int, time: float, forces: Array) -> tuple[str, ...]:
     """Write the texts of one instant, one for each of the overlay's labels."""
-    goal = goal_name(scene, int(log.goal[record])) or "none"
+    goal = goal_name(site, int(log.goal[record])) or "none"
     error = report.series.get("tool_position_error")
-    worst = int(np.argmax(np.abs(forces)))
+    worst = int(first_greatest(np.abs(forces)))
     return (
         f"{time:.2f} s",
         f"{goal}{' (settled)' if log.settled[record] else ''}",
         format_quantity(float(error[record]), "m") if error is not None and np.isfinite(error[record]) else "",
         f"{forces[worst] / 1e3:+.1f} kN".replace("-", MINUS),
-        truss.members[worst].name,
+        site.truss.members[worst].name,
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -10,28 +9,21 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import get_args
 
-from vgtsim.description import Scene
 from vgtsim.description.judging import CameraName, Cut
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
-from vgtsim.kinematics import Chain
 from vgtsim.output.html_report import write_report_html
 from vgtsim.output.json_report import write_report_json
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog, save_run
+from vgtsim.site import Site
 from vgtsim.verification.report import Report
 
 LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
 
 
 def prepare_folder(out_dir: str | Path) -> Path:
-    """Make a folder and make sure that files can be written in it, before any long work.
-
-    Args:
-        out_dir: The folder; its parents are made too.
-
-    Returns:
-        Its path.
+    """Make a folder and its parents, and make sure that files can be written in it, before any long work.
 
     Raises:
         DescriptionError: It cannot be made or written; the error names it.
@@ -45,14 +37,11 @@ def prepare_folder(out_dir: str | Path) -> Path:
 
 
 def prepare_file(path: Path, suffixes: tuple[str, ...] = ()) -> Path:
-    """Make sure that a file can be written, before any long work.
+    """Make sure that a file can be written, before any long work; its folder is made too.
 
     Args:
-        path: The file; its folder is made too.
+        path: The file.
         suffixes: Endings that its name may have; any when there are none.
-
-    Returns:
-        The path.
 
     Raises:
         DescriptionError: It has another ending, is a folder, or its folder cannot be made or written.
@@ -66,97 +55,49 @@ def prepare_file(path: Path, suffixes: tuple[str, ...] = ()) -> Path:
 
 
 def clear_folder(folder: Path) -> None:
-    """Take away what an earlier run left, so that no old verdict or film stands beside a new log.
-
-    Args:
-        folder: Existing folder.
-
-    Raises:
-        DescriptionError: The folder cannot be written; the error names it.
-    """
+    """Take away the files of an earlier run, so that no old verdict or film stands beside a new log."""
     with _naming(folder):
         for name in (LOG, JSON, HTML, VIDEO):
             (folder / name).unlink(missing_ok=True)
 
 
-def save_log(scene: Scene, log: RunLog, folder: Path) -> None:
-    """Write `run.npz`, whole or not at all.
-
-    Args:
-        scene: The scene.
-        log: The run, finished or not.
-        folder: Existing folder.
-
-    Raises:
-        DescriptionError: The folder cannot be written; the error names it.
-    """
+def save_log(site: Site, log: RunLog, folder: Path) -> None:
+    """Write `run.npz` of a run, finished or not, into an existing folder, whole or not at all."""
     with _naming(folder), replacing(folder / LOG) as partial:
-        save_run(partial, scene, log)
+        save_run(partial, site.scene, log)
 
 
 def write_outputs(
-    scene: Scene, log: RunLog, report: Report, chain: Chain, out_dir: str | Path, *, video: bool = False
+    site: Site, log: RunLog, report: Report, out_dir: str | Path, *, video: bool = False
 ) -> MissingLibraryError | None:
     """Write `run.npz`, `report.json`, `report.html` and, if asked for, `video.mp4`; the film comes last.
 
-    Args:
-        scene: The scene.
-        log: The run.
-        report: Its verdicts.
-        chain: Kinematics of the scene's arm.
-        out_dir: Folder, made if need be.
-        video: Whether to film the run.
-
     Returns:
-        What kept the film from being made, to be raised when all else is done; None when nothing did.
+        The reason why the film could not be made, to be raised when all else is done; None without one.
 
     Raises:
-        DescriptionError: The folder cannot be written; the error names it.
+        DescriptionError: The folder cannot be made or written; the error names it.
     """
     folder = prepare_folder(out_dir)
-    save_log(scene, log, folder)
-    write_reports(scene, log, report, chain, folder)
+    save_log(site, log, folder)
+    write_reports(site, log, report, folder)
     if video:
         try:
-            film(scene, log, report, chain, folder)
+            film(site, log, report, folder)
         except MissingLibraryError as error:
             return error
     return None
 
 
-def write_reports(scene: Scene, log: RunLog, report: Report, chain: Chain, folder: Path) -> None:
-    """Write `report.json` and `report.html`.
-
-    Args:
-        scene: The scene.
-        log: The run.
-        report: Its verdicts.
-        chain: Kinematics of the scene's arm.
-        folder: Existing folder.
-
-    Raises:
-        DescriptionError: The folder cannot be written; the error names it.
-    """
+def write_reports(site: Site, log: RunLog, report: Report, folder: Path) -> None:
+    """Write `report.json` and `report.html` into an existing folder."""
     with _naming(folder):
         write_report_json(report, folder / JSON)
-        write_report_html(scene, log, report, chain.truss, folder / HTML)
+        write_report_html(site, log, report, folder / HTML)
 
 
-def film(
-    scene: Scene, log: RunLog, report: Report, chain: Chain, out_dir: str | Path, camera: str | None = None
-) -> Path:
-    """Write `video.mp4`, with a progress bar on a terminal.
-
-    Args:
-        scene: The scene.
-        log: The run.
-        report: With the series `tool_position_error`, if tracking was measured.
-        chain: Kinematics of the scene's arm.
-        out_dir: Folder, made if need be.
-        camera: For the whole film, in place of the scene's cuts.
-
-    Returns:
-        The file.
+def film(site: Site, log: RunLog, report: Report, out_dir: str | Path, camera: str | None = None) -> Path:
+    """Write `video.mp4`, with a progress bar on a terminal; one camera may take the place of the scene's cuts.
 
     Raises:
         DescriptionError: The folder cannot be written, or there is no such camera.
@@ -164,26 +105,23 @@ def film(
     """
     from vgtsim.output.video import render_video  # MuJoCo and OpenGL, which the reports do without
 
-    if camera is not None:
-        scene = _use_camera(scene, camera)
+    cuts = None if camera is None else (_choose_camera(camera),)
     path = prepare_folder(out_dir) / VIDEO
     with _naming(path.parent), _progress_bar() as advance:
-        render_video(scene, log, report, chain.truss, path, advance)
+        render_video(site, log, report, path, advance, cuts)
     return path
 
 
-def _use_camera(scene: Scene, camera: str) -> Scene:
+def _choose_camera(camera: str) -> Cut:
     known = get_args(CameraName)
     if camera not in known:
         raise DescriptionError(None, "camera", repr(camera), f"a camera of the scene{closest(camera, known)}")
-    cut = Cut.model_validate({"camera": camera})
-    video = scene.task.video.model_copy(update={"cuts": (cut,)})
-    return dataclasses.replace(scene, task=scene.task.model_copy(update={"video": video}))
+    return Cut.model_validate({"camera": camera})
 
 
 @contextmanager
 def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
-    """Give what `render_video` calls for each frame; nothing in a pipe."""
+    """Give the function that `render_video` calls for each frame; nothing in a pipe."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -8,7 +8,7 @@ matrix is block-banded, since a way-point feels only two neighbours on either si
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ _LENGTH = 0.1  # a difference of this size counts one, m
 _BEND = 0.05  # weight of second differences against first ones, in units of the way's whole length
 _HINGE = 20.0  # weight of a hinge at its limit: well above what a detour around it costs
 _STROKE_SOFT = 0.02  # width of the stroke hinge inside the box, m
+_LEAST_DAMPING = 1e-9  # keeps the equations definite where the way stands in a singular pose: rounding leaves 1e-13
 _SETTLED = 1e-3
 
 
@@ -70,7 +71,7 @@ def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
         else:
             return way
         done = value - after < _SETTLED * value
-        way, value, damping = trial, after, damping / 4
+        way, value, damping = trial, after, max(damping / 4, _LEAST_DAMPING)
         if done:
             break
     return way

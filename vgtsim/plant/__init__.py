@@ -1,6 +1,8 @@
-"""The step loop."""
+"""The stepped arm: drives, oil, valves, springs and contact behind one step, and the recorder of its log."""
 
-import vgtsim.graphics  # noqa: F401  before MuJoCo
-from vgtsim.plant.loop import run
+from vgtsim.plant.plant import Plant
+from vgtsim.plant.recorder import Contact
+from vgtsim.plant.state import PlantState
+from vgtsim.plant.tour import run
 
-__all__ = ["run"]
+__all__ = ["Contact", "Plant", "PlantState", "run"]

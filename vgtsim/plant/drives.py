@@ -1,43 +1,58 @@
-"""What holds the cylinders: imposed lengths, springs with imposed unloaded lengths, servos, or valves and oil."""
+"""What holds the cylinders: imposed lengths, springs with imposed unloaded lengths, servos, or valves and oil.
+
+Each drive takes the lengths wanted at the end of the coming step and tells what it saturated, and after the step the
+forces that it exerted.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.scene import Scene
-from vgtsim.kinematics import Chain
+from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
+from vgtsim.plant.addresses import Addresses
 from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Hydraulics, advance, make_hydraulics
-from vgtsim.plant.oil import Oil, State, fill, find_state
+from vgtsim.plant.oil import ChamberState, Oil, fill, find_state
 from vgtsim.plant.springs import Springs
+from vgtsim.site import Site
 from vgtsim.statics.equilibrium import solve_members
 
 Array = NDArray[np.float64]
 Bits = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass
 class RigidDrive:
     """Lengths imposed by equalities.
 
     Attributes:
         model: Changed by every command.
+        data: Gives the forces of the equalities.
         rows: Equalities of the slides, shape (J,).
         zero: Lengths at zero command, shape (J,), m.
     """
 
     model: mujoco.MjModel
+    data: mujoco.MjData
     rows: NDArray[np.intp]
     zero: Array
+    pressure: Array | None = None
+    _forces: NDArray[np.intp] | None = None
 
     def command(self, lengths: Array) -> Bits:
         """Impose the lengths wanted at the end of the step, shape (J,), m; nothing saturates."""
         self.model.eq_data[self.rows, 0] = lengths - self.zero
         return np.zeros(len(lengths), dtype=np.int64)
+
+    def force(self) -> Array:
+        """Forces of the last step, tension positive, shape (J,), N."""
+        if self._forces is None:  # equalities keep their constraint rows: none is switched on the way
+            place = {int(row): i for i, row in enumerate(self.data.efc_id[: self.data.ne])}
+            self._forces = np.array([place[int(row)] for row in self.rows], dtype=int)
+        return -self.data.efc_force[self._forces]
 
 
 @dataclass
@@ -45,12 +60,15 @@ class SpringDrive:
     """Unloaded lengths of elastic cylinders imposed.
 
     Attributes:
+        data: Gives lengths and rates.
         springs: Of the cylinders.
         timestep: s.
     """
 
+    data: mujoco.MjData
     springs: Springs
     timestep: float
+    pressure: Array | None = None
     _last: Array | None = None
 
     def command(self, lengths: Array) -> Bits:
@@ -60,38 +78,50 @@ class SpringDrive:
         self._last = np.array(lengths)
         return np.zeros(len(lengths), dtype=np.int64)
 
+    def force(self) -> Array:
+        """Forces at the end of the last step, tension positive, shape (J,), N."""
+        return self.springs.force(self.data)
+
 
 @dataclass(frozen=True)
 class ServoDrive:
     """Force-limited position control.
 
     Attributes:
+        model: Gives stiffness and damping.
         data: Its controls are set.
+        at: Where the slides stand in it.
         rows: Actuators, shape (J,).
         zero: Lengths at zero command, shape (J,), m.
         limit: Least and greatest force, shape (J, 2), N.
-        position: Coordinates of the slides, shape (J,).
-        velocity: Their degrees of freedom, shape (J,).
         rate: Rated speeds, shape (J,), m/s.
-        ends: Slides at the ends of the stroke, shape (2, J), m.
+        stroke: Shape (J,), m.
     """
 
+    model: mujoco.MjModel
     data: mujoco.MjData
+    at: Addresses
     rows: NDArray[np.intp]
     zero: Array
     limit: Array
-    position: NDArray[np.intp]
-    velocity: NDArray[np.intp]
     rate: Array
-    ends: Array
+    stroke: Array
+    pressure: Array | None = None
 
     def command(self, lengths: Array) -> Bits:
         """Set the lengths wanted, shape (J,), m; returns what the last step left saturated, shape (J,)."""
         self.data.ctrl[self.rows] = lengths - self.zero
-        force, at = self.data.actuator_force[self.rows], self.data.qpos[self.position]
+        force, slide = self.data.actuator_force[self.rows], self.data.qpos[self.at.position]
         forced = (force <= self.limit[:, 0]) | (force >= self.limit[:, 1])
-        beyond = (at < self.ends[0]) | (at > self.ends[1])
-        return PRESSURE * forced + FLOW * (np.abs(self.data.qvel[self.velocity]) > self.rate) + STROKE * beyond
+        beyond = (slide < 0) | (slide > self.stroke)
+        return PRESSURE * forced + FLOW * (np.abs(self.data.qvel[self.at.slide]) > self.rate) + STROKE * beyond
+
+    def force(self) -> Array:
+        """Forces at the end of the last step, as the integrator takes them, tension positive, shape (J,), N."""
+        gain, bias = self.model.actuator_gainprm[self.rows, 0], self.model.actuator_biasprm[self.rows, :3]
+        slide, speed = self.data.qpos[self.at.position], self.data.qvel[self.at.slide]
+        push = gain * self.data.ctrl[self.rows] + bias[:, 0] + bias[:, 1] * slide + bias[:, 2] * speed
+        return -np.clip(push, self.limit[:, 0], self.limit[:, 1])
 
 
 @dataclass
@@ -110,8 +140,8 @@ class HydraulicDrive:
     springs: Springs
     hydraulics: Hydraulics
     oil: Oil
-    state: State
-    _last: Array | None = None
+    state: ChamberState
+    _last: Array | None = field(default=None)
 
     def command(self, lengths: Array) -> Bits:
         """Open the valves towards the lengths wanted at the end of the step, shape (J,), m; returns what saturated."""
@@ -119,17 +149,21 @@ class HydraulicDrive:
         now = lengths if self._last is None else self._last
         speed = (lengths - now) / self.hydraulics.timestep
         self._last = np.array(lengths)
-        length = springs.retracted + self.data.qpos[springs.model.jnt_qposadr[springs.joints]]
-        velocity = self.data.qvel[springs.model.jnt_dofadr[springs.joints]]
+        length = springs.retracted + self.data.qpos[springs.position]
+        velocity = self.data.qvel[springs.slide]
         self.state = find_state(parts, self.oil, length)
         self.oil, drift, saturated = advance(self.hydraulics, self.oil, self.state, now, speed, length, velocity)
         after = find_state(parts, self.oil, length)
         springs.hold(after.stiffness, length - after.force / after.stiffness, drift)
         return saturated
 
+    def force(self) -> Array:
+        """Forces at the end of the last step, tension positive, shape (J,), N."""
+        return self.springs.force(self.data)
+
     @property
     def pressure(self) -> Array:
-        """Pressures of the bore's and the rod's side, shape (J, 2), Pa."""
+        """Pressures of the bore's and the rod's side at the begin of the last step, shape (J, 2), Pa."""
         return self.state.pressure.T
 
 
@@ -137,43 +171,41 @@ Drive = RigidDrive | SpringDrive | ServoDrive | HydraulicDrive
 
 
 def find_drive(
-    model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, scene: Scene, springs: Springs | None, nodes: Array
+    model: mujoco.MjModel, data: mujoco.MjData, site: Site, at: Addresses, springs: Springs | None, nodes: Array
 ) -> Drive:
     """Look up the drive of a scene.
 
     Args:
-        model: Compiled model.
+        model: Compiled model; its time step is that of the drive.
         data: Its data.
-        chain: The arm.
-        scene: Says which drive.
+        site: Says which drive.
+        at: Addresses in the model.
         springs: Of an elastic arm.
         nodes: Pose at the start, in equilibrium, shape (N, 3), m: oil is filled in to carry its load.
-
-    Returns:
-        The drive.
     """
-    truss, simulation = chain.truss, scene.task.simulation
+    truss, drive = site.truss, site.task.simulation.drive
     actuators = [truss.members[i].name for i in truss.actuated]
-    slides = [model.joint(names.slide(name)) for name in actuators]
-    position = np.array([slide.qposadr[0] for slide in slides])
-    retracted = np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators])
-    zero = retracted + model.qpos0[position]
-    if simulation.drive == "servo":
+    zero = at.retracted + model.qpos0[at.position]
+    if drive == "servo":
         rows = np.array([model.actuator(names.servo(name)).id for name in actuators])
-        parts = [chain.manipulator.cylinders[truss.members[i].section] for i in truss.actuated]
+        parts = [site.arm.cylinders[truss.members[i].section] for i in truss.actuated]
         # the model's servos push with the reference pose's holding forces besides, so that a viewer's reset holds still
-        push = model.actuator_biasprm[rows, 0] + model.actuator_biasprm[rows, 1] * model.qpos0[position]
-        zero = zero + push / model.actuator_gainprm[rows, 0]
-        ends = np.array([[0.0, part.stroke] for part in parts]).T
-        velocity = np.array([slide.dofadr[0] for slide in slides])
-        rate = np.array([part.rate for part in parts])
-        return ServoDrive(data, rows, zero, model.actuator_forcerange[rows], position, velocity, rate, ends)
+        push = model.actuator_biasprm[rows, 0] + model.actuator_biasprm[rows, 1] * model.qpos0[at.position]
+        return ServoDrive(
+            model=model,
+            data=data,
+            at=at,
+            rows=rows,
+            zero=zero + push / model.actuator_gainprm[rows, 0],
+            limit=model.actuator_forcerange[rows],
+            rate=np.array([part.rate for part in parts]),
+            stroke=np.array([part.stroke for part in parts]),
+        )
     if springs is None:
-        return RigidDrive(model, np.array([model.equality(names.drive(name)).id for name in actuators]), zero)
-    if simulation.drive == "rigid":
-        return SpringDrive(springs, simulation.timestep)
-    hydraulics = make_hydraulics(scene, chain)
-    span = nodes[truss.ends[truss.actuated]]
-    length = np.linalg.norm(span[:, 1] - span[:, 0], axis=-1)
+        return RigidDrive(model, data, np.array([model.equality(names.drive(name)).id for name in actuators]), zero)
+    if drive == "rigid":
+        return SpringDrive(data, springs, model.opt.timestep)
+    hydraulics = make_hydraulics(site, model.opt.timestep)
+    length = truss.lengths(nodes)[truss.actuated]
     oil = fill(hydraulics.cylinders, length, solve_members(springs.elastic.loads, nodes).bar[truss.actuated])
     return HydraulicDrive(data, springs, hydraulics, oil, find_state(hydraulics.cylinders, oil, length))

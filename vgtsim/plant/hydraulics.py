@@ -12,12 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.scene import Scene
-from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.chain import Chain
-from vgtsim.plant.oil import VAPOUR, Cylinders, Oil, State, make_cylinders, pressures
+from vgtsim.kinematics.ties import first_greatest
+from vgtsim.plant.oil import VAPOUR, ChamberState, Cylinders, Oil, make_cylinders, pressures
+from vgtsim.site import Site
 from vgtsim.statics.equilibrium import solve_members
-from vgtsim.statics.loads import make_load_model
 
 Array = NDArray[np.float64]
 Bits = NDArray[np.int64]
@@ -44,27 +42,14 @@ class Hydraulics:
     timestep: float
 
 
-def make_hydraulics(scene: Scene, chain: Chain) -> Hydraulics:
-    """Collect the cylinders and valves of a scene.
-
-    Args:
-        scene: Gives gains, lock and step.
-        chain: The arm.
-
-    Returns:
-        The hydraulics.
-    """
-    simulation = scene.task.simulation
-    return Hydraulics(
-        make_cylinders(chain),
-        simulation.valve_gain,
-        simulation.lock_band,
-        simulation.timestep,
-    )
+def make_hydraulics(site: Site, timestep: float) -> Hydraulics:
+    """Collect the cylinders and valves of a scene, for steps of a given time, s."""
+    simulation = site.task.simulation
+    return Hydraulics(make_cylinders(site.chain), simulation.valve_gain, simulation.lock_band, timestep)
 
 
 def advance(
-    hydraulics: Hydraulics, oil: Oil, state: State, command: Array, speed: Array, length: Array, velocity: Array
+    hydraulics: Hydraulics, oil: Oil, state: ChamberState, command: Array, speed: Array, length: Array, velocity: Array
 ) -> tuple[Oil, Array, Bits]:
     """Let oil flow for one step.
 
@@ -130,31 +115,28 @@ def _leakage(parts: Cylinders, step: float, volume: Array, found: Array) -> Arra
     return np.stack([-flow, flow])
 
 
-def require_pressure(scene: Scene, chain: Chain, time: Array, lengths: Array) -> None:
+def require_pressure(site: Site, time: Array, lengths: Array) -> None:
     """Refuse a tour over which a supply pressure cannot hold the dead load.
 
     Args:
-        scene: The scene.
-        chain: Its arm.
+        site: The scene with its arm.
         time: Of the poses, in motion, shape (T,), s.
         lengths: Commanded lengths, shape (T, J), m.
 
     Raises:
-        DescriptionError: A cylinder carries more than its pressure holds; the one that needs most of all, relative to
-            its own, is named with both, and when.
+        DescriptionError: A cylinder carries more than its pressure holds. It names the cylinder that needs the most
+            relative to its supply, both pressures, and when.
     """
-    simulation = scene.task.simulation
-    model = make_load_model(chain, scene.task.payload, simulation.gravity, lumped=simulation.lumped)
+    chain = site.chain
     nodes = chain.nodes(chain.inputs_from_lengths(lengths))
-    forces, parts = solve_members(model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
+    forces, parts = solve_members(site.load_model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
     used = np.where(forces > 0, forces / parts.pull, -forces / parts.push)
-    record, worst = (int(i) for i in np.unravel_index(np.argmax(used), used.shape))
+    record, worst = (int(i) for i in np.unravel_index(first_greatest(used), used.shape))
     if used[record, worst] <= 1:
         return
     member, force = chain.truss.members[chain.truss.actuated[worst]], float(forces[record, worst])
     holds = float(parts.pull[worst] if force > 0 else parts.push[worst])
-    raise DescriptionError(
-        scene.file,
+    raise site.scene.error(
         f"cylinders.{member.section}.pressure",
         f"{parts.supply[worst] / 1e6:.4g} MPa, which holds {holds / 1e3:.4g} kN",
         f"at least {used[record, worst] * parts.supply[worst] / 1e6:.4g} MPa: {member.name} carries "

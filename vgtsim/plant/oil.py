@@ -17,7 +17,8 @@ from vgtsim.statics.elasticity import TRAPPED
 Array = NDArray[np.float64]
 
 VAPOUR = -0.1013e6  # Pa above the tank's: an atmosphere less, where oil leaves a cavity
-_PASSES, _CLOSE = 20, 1e-7  # for the piston's position; last correction, m: the next would be its square over 5 mm
+# Newton's iterations for the piston's position, and the last correction, m: the next would be its square over 5 mm.
+_PASSES, _CLOSE = 20, 1e-7
 _SLACK = 1e3  # N/m: stiffness told of a cylinder with cavities on both sides
 
 
@@ -56,20 +57,13 @@ class Cylinders:
         return self.supply * self.area[1]
 
     def volumes(self, piston: Array) -> Array:
-        """Volumes of the chambers.
-
-        Args:
-            piston: Distance from the retracted end, shape (J,), m.
-
-        Returns:
-            Shape (2, J), m³.
-        """
+        """Volumes of the chambers, shape (2, J), m³, with the piston at a distance from the retracted end, shape (J,), m."""
         return self.area * (np.array([piston, self.stroke - piston]) + TRAPPED)
 
 
 @dataclass(frozen=True)
 class Oil:
-    """What the chambers hold.
+    """Oil in the chambers.
 
     Attributes:
         free: Volume of the oil at the tank's pressure, shape (2, J), m³.
@@ -81,7 +75,7 @@ class Oil:
 
 
 @dataclass(frozen=True)
-class State:
+class ChamberState:
     """Cylinders at given lengths.
 
     Attributes:
@@ -102,14 +96,7 @@ class State:
 
 
 def make_cylinders(chain: Chain) -> Cylinders:
-    """Collect the cylinders of an arm.
-
-    Args:
-        chain: The arm.
-
-    Returns:
-        In the order of its actuators.
-    """
+    """Collect the cylinders of an arm, in the order of its actuators."""
     arm = chain.manipulator
     parts = [arm.cylinders[chain.truss.members[i].section] for i in chain.truss.actuated]
     bore, rod = (np.array([getattr(part, name) for part in parts]) for name in ("bore", "rod"))
@@ -133,11 +120,8 @@ def fill(cylinders: Cylinders, length: Array, force: Array) -> Oil:
 
     Args:
         cylinders: The cylinders.
-        length: Shape (J,), m.
+        length: From pin to pin, shape (J,), m.
         force: Tension, shape (J,), N.
-
-    Returns:
-        The oil.
 
     Source: H. E. Merritt, Hydraulic Control Systems (1967), section 5-2, for unequal areas.
     """
@@ -148,29 +132,20 @@ def fill(cylinders: Cylinders, length: Array, force: Array) -> Oil:
 
 
 def pressures(cylinders: Cylinders, free: Array, volume: Array) -> Array:
-    """Pressures of oil squeezed into volumes.
+    """Pressures of oil squeezed into volumes, shape (2, J), Pa; where they would fall below the vapour's, a cavity opens.
 
     Args:
         cylinders: Give the bulk modulus.
         free: Volume of the oil at the tank's pressure, shape (2, J), m³.
-        volume: Shape (2, J), m³.
-
-    Returns:
-        Shape (2, J), Pa; no lower than the vapour's, where a cavity takes up the rest.
+        volume: Of the chambers, shape (2, J), m³.
     """
     return np.maximum(cylinders.modulus * np.log(free / volume), VAPOUR)
 
 
-def find_state(cylinders: Cylinders, oil: Oil, length: Array) -> State:
-    """Find pressures and force of cylinders at given lengths.
+def find_state(cylinders: Cylinders, oil: Oil, length: Array) -> ChamberState:
+    """Find pressures and force of cylinders of given lengths from pin to pin, shape (J,), m.
 
-    Args:
-        cylinders: The cylinders.
-        oil: What the chambers hold.
-        length: From pin to pin, shape (J,), m.
-
-    Returns:
-        The state: the piston stands where the oil's force is the rod's.
+    The piston stands where the force of the oil is that of the rod.
     """
     reach, x = length - cylinders.retracted, oil.piston
     pressure, columns, force = _squeeze(cylinders, oil, x)
@@ -182,7 +157,7 @@ def find_state(cylinders: Cylinders, oil: Oil, length: Array) -> State:
             break
     stopped = (x < 0) | (x > cylinders.stroke)
     x, column = np.clip(x, 0.0, cylinders.stroke), np.maximum(columns[0] + columns[1], _SLACK)
-    return State(
+    return ChamberState(
         piston=x,
         pressure=pressure,
         columns=columns,

@@ -3,38 +3,33 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
-from typing import TypeVar
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-import mujoco
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from vgtsim.planning import Tour
-
-_Item = TypeVar("_Item")
-_EVERY = 50  # steps between redraws
+_EVERY = 50  # steps between redraws: some tens of milliseconds
 
 
-def show_progress(steps: Iterable[_Item], program: Tour, data: mujoco.MjData) -> Iterator[_Item]:
-    """Pass steps through, showing simulated and wall time on a terminal.
+@contextmanager
+def show_progress(total: int) -> Iterator[Callable[[float], None]]:
+    """Show steps done of a total, and simulated and wall time; gives what is called with the simulated time, s, each step.
 
-    Args:
-        steps: What drives the loop.
-        program: Tells how many steps the motion takes; the holds come on top.
-        data: Tells the simulated time.
-
-    Yields:
-        The steps.
+    The steps of holds come on top of the total, at which the bar then stays.
     """
     if not sys.stderr.isatty():
-        yield from steps
+        yield lambda _: None
         return
-    total = sum(len(leg.lengths) - 1 for leg in program.legs)
     columns = (TextColumn("simulating"), BarColumn(), TextColumn("{task.fields[simulated]:.1f} s simulated,"))
     with Progress(*columns, TimeElapsedColumn(), TextColumn("wall"), console=Console(stderr=True)) as bar:
         task = bar.add_task("simulating", total=total, simulated=0.0)
-        for count, step in enumerate(steps):
-            if count % _EVERY == 0:
-                bar.update(task, completed=min(count, total), simulated=data.time)
-            yield step
+        done = 0
+
+        def tick(simulated: float) -> None:
+            nonlocal done
+            done += 1
+            if done % _EVERY == 0:
+                bar.update(task, completed=min(done, total), simulated=simulated)
+
+        yield tick

@@ -1,117 +1,85 @@
-"""What is read from MuJoCo at a logged instant, whole arrays at a time."""
+"""The recorder: the only writer of records and contacts, and the maker of the log."""
 
 from __future__ import annotations
 
+import importlib.metadata
+import platform
 from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, NamedTuple
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics import Truss
-from vgtsim.mjcf import names
+from vgtsim.graphics import mujoco
+from vgtsim.plant.addresses import Addresses
+from vgtsim.runlog import RunLog, empty_records
 
 Array = NDArray[np.float64]
 
-
-@dataclass(frozen=True)
-class Addresses:
-    """Where the quantities of the log stand in a model.
-
-    Attributes:
-        nodes: Sites of the hubs, shape (N,).
-        near: Sites of the members' near ends, shape (M,).
-        far: Sites of the members' far ends, shape (M,).
-        force: First sensor value of each member's force, shape (M,).
-        torque: First sensor value of each member's torque, shape (M,).
-        length: Sensor value of each cylinder's slide, shape (J,).
-        retracted: Its length at zero slide, shape (J,), m.
-        slide: Degree of freedom of each cylinder, shape (J,).
-        drive_force: First sensor value of each drive's force, shape (J,).
-        flange: Site of the mast flange.
-        flange_force: First sensor value of its force; the torque follows.
-        tool: Site of the tool point.
-        tip: Body of the tip plate.
-        hub_speeds: Degrees of freedom of the free hubs and the middles of joint blocks, shape (3 F,).
-    """
-
-    nodes: NDArray[np.intp]
-    near: NDArray[np.intp]
-    far: NDArray[np.intp]
-    force: NDArray[np.intp]
-    torque: NDArray[np.intp]
-    length: NDArray[np.intp]
-    retracted: Array
-    slide: NDArray[np.intp]
-    drive_force: NDArray[np.intp]
-    flange: int
-    flange_force: int
-    tool: int
-    tip: int
-    hub_speeds: NDArray[np.intp]
+PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")  # whose versions a log tells
+_MAX_CONTACTS = 1000  # of one run; a collision under rigid drives ends it long before
 
 
-def find_addresses(model: mujoco.MjModel, truss: Truss) -> Addresses:
-    """Look the addresses up once.
+class Contact(NamedTuple):
+    """Two geoms that touch: when, s, which, and their gap, negative in penetration, m."""
 
-    Args:
-        model: Compiled model of the truss.
-        truss: The truss.
-
-    Returns:
-        The addresses.
-    """
-
-    def sites(labels: list[str]) -> NDArray[np.intp]:
-        return np.array([model.site(label).id for label in labels], dtype=int)
-
-    def sensors(labels: list[str]) -> NDArray[np.intp]:
-        return np.array([model.sensor(label).adr[0] for label in labels], dtype=int)
-
-    members = list(truss.member_names)
-    actuators = [members[i] for i in truss.actuated]
-    hubs = [truss.nodes[i] for i in truss.free]
-    return Addresses(
-        nodes=sites(list(truss.nodes)),
-        near=sites([names.near(name) for name in members]),
-        far=sites([names.far(name) for name in members]),
-        force=sensors([names.force(name) for name in members]),
-        torque=sensors([names.torque(name) for name in members]),
-        length=sensors([names.length(name) for name in actuators]),
-        retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
-        slide=np.array([model.joint(names.slide(name)).dofadr[0] for name in actuators], dtype=int),
-        drive_force=sensors([names.drive_force(name) for name in actuators]),
-        flange=model.site(names.FLANGE).id,
-        flange_force=int(model.sensor(names.force(names.FLANGE)).adr[0]),
-        tool=model.site(names.TOOL).id,
-        tip=model.body(names.TIP).id,
-        hub_speeds=np.array([model.joint(joint).dofadr[0] for node in hubs for joint in names.slides(node)], dtype=int),
-    )
+    time: float
+    first: str
+    second: str
+    gap: float
 
 
 @dataclass
 class Recorder:
-    """Collects records; one list a quantity, turned into arrays at the end.
+    """Collects records; one list a quantity, stacked when the log is asked for.
 
     Attributes:
         at: Addresses in the model.
-        records: Quantity to its values so far.
+        records: Values so far, by quantity.
+        contacts: All contacts so far, the first thousand of them.
     """
 
     at: Addresses
-    records: dict[str, list[NDArray[np.generic] | float | int | bool]] = field(default_factory=dict)
+    records: dict[str, list[Any]] = field(default_factory=dict)
+    contacts: list[Contact] = field(default_factory=list)
+    _saturated: NDArray[np.int64] = field(init=False)
 
-    def record(self, data: mujoco.MjData, commanded: Array, rates: Array, goal: int, settled: bool) -> None:
+    def __post_init__(self) -> None:
+        """Start with nothing saturated."""
+        self._saturated = np.zeros(len(self.at.slide), dtype=np.int64)
+
+    def note_saturation(self, bits: NDArray[np.int64]) -> None:
+        """Keep what a step saturated, shape (J,), for the next record."""
+        self._saturated |= bits
+
+    def note_contacts(self, contacts: list[Contact]) -> None:
+        """Add the contacts of a step."""
+        self.contacts += contacts[: _MAX_CONTACTS - len(self.contacts)]
+
+    def record(
+        self,
+        data: mujoco.MjData,
+        *,
+        time: float,
+        commanded: Array,
+        rates: Array,
+        goal: int,
+        settled: bool,
+        pressure: Array | None = None,
+    ) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
-        MuJoCo's force sensors give what the parent exerts on the child; a member's force on its hub is the opposite.
+        MuJoCo's force sensors give what the parent exerts on the child; the force of a member on its hub is the opposite.
 
         Args:
             data: After the step.
+            time: Of that instant, s.
             commanded: Lengths asked for at that instant, shape (J,), m.
             rates: Cylinder speeds at that instant, shape (J,), m/s.
             goal: Goal being approached or held.
             settled: Whether it is held, settled.
+            pressure: In the chambers of hydraulic cylinders, shape (J, 2), Pa.
         """
         at, sensed = self.at, data.sensordata
         triple = np.arange(3)
@@ -119,6 +87,7 @@ class Recorder:
         flange = data.site_xmat[at.flange].reshape(3, 3)
         wrench = sensed[at.flange_force : at.flange_force + 6].reshape(2, 3)
         row = {
+            "time": time,
             "nodes": data.site_xpos[at.nodes],
             "ends": np.stack([data.site_xpos[at.near], data.site_xpos[at.far]], axis=1),
             "commanded": commanded,
@@ -132,14 +101,36 @@ class Recorder:
             "tool_direction": data.xmat[at.tip].reshape(3, 3)[:, 2].copy(),
             "goal": goal,
             "settled": settled,
+            "saturation": self._saturated.copy(),
         }
+        if pressure is not None:
+            row["pressure"] = pressure
         for name, value in row.items():
             self.records.setdefault(name, []).append(value)
+        self._saturated[:] = 0
 
-    def arrays(self) -> dict[str, NDArray[np.generic]]:
-        """Stack what was collected.
-
-        Returns:
-            Quantity to array, records along the first axis.
-        """
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Stack the records: quantity to array, records along the first axis."""
+        if not self.records:
+            return empty_records(len(self.at.nodes), len(self.at.near), len(self.at.slide))
         return {name: np.array(values) for name, values in self.records.items()}
+
+    def make_log(self, *, warnings: tuple[str, ...], performance: dict[str, float], stopped: str) -> RunLog:
+        """Make the log of all records so far."""
+        return RunLog(
+            **self.arrays(),
+            contact_time=np.array([contact.time for contact in self.contacts], dtype=float),
+            contact_pair=np.array([contact[1:3] for contact in self.contacts], dtype=str).reshape(-1, 2),
+            contact_distance=np.array([contact.gap for contact in self.contacts], dtype=float),
+            warnings=warnings,
+            performance=performance,
+            versions=dict(_list_versions()),
+            stopped=stopped,
+        )
+
+
+@lru_cache(maxsize=1)
+def _list_versions() -> tuple[tuple[str, str], ...]:
+    """Name and version of Python and of each package that takes part."""
+    packages = ((name, importlib.metadata.version(name)) for name in PACKAGES)
+    return (("python", platform.python_version()), *packages)

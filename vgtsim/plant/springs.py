@@ -1,4 +1,4 @@
-"""Elastic members in the step loop: structural damping, and cylinders whose springs follow the command.
+"""Elastic members in the step: structural damping, and cylinders whose springs follow the command.
 
 MuJoCo's discrete integrator takes spring forces at the end of the step. That equals the leap-frog step, which damps
 nothing, plus a damper of stiffness times step. So the damper wanted, beta times stiffness, is written less that share:
@@ -8,15 +8,15 @@ what is left may be negative, and the whole is stable at any step from beta = dt
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.scene import Scene
-from vgtsim.kinematics import Chain
+from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
-from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
+from vgtsim.site import Site
+from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.modes import damping_time, find_modes
 
 Array = NDArray[np.float64]
@@ -42,6 +42,16 @@ class Springs:
     excess: float
     period: float
 
+    @cached_property
+    def position(self) -> NDArray[np.intp]:
+        """Coordinates of the slides in qpos, shape (J,)."""
+        return self.model.jnt_qposadr[self.joints]
+
+    @cached_property
+    def slide(self) -> NDArray[np.intp]:
+        """Degrees of freedom of the slides, shape (J,)."""
+        return self.model.jnt_dofadr[self.joints]
+
     def command(self, lengths: Array, rate: Array) -> None:
         """Set the unloaded lengths of the cylinders, shape (J,), m, and their rates, m/s."""
         self.hold(self.elastic.stiffness(lengths)[self.elastic.truss.actuated], lengths, rate)
@@ -56,78 +66,60 @@ class Springs:
         """
         model = self.model
         model.jnt_stiffness[self.joints] = stiffness
-        model.dof_damping[model.jnt_dofadr[self.joints]] = self.excess * stiffness
-        model.qpos_spring[model.jnt_qposadr[self.joints]] = lengths + self.excess * rate - self.retracted
+        model.dof_damping[self.slide] = self.excess * stiffness
+        model.qpos_spring[self.position] = lengths + self.excess * rate - self.retracted
+
+    def force(self, data: mujoco.MjData) -> Array:
+        """Forces of springs and dampers as the integrator takes them, tension positive, shape (J,), N."""
+        model = self.model
+        stretch = data.qpos[self.position] - model.qpos_spring[self.position]
+        return model.jnt_stiffness[self.joints] * stretch + model.dof_damping[self.slide] * data.qvel[self.slide]
 
 
-def find_damping_time(elastic: ElasticModel, nodes: Array, scene: Scene) -> float:
-    """Damper over stiffness that gives the slowest mode its structural damping.
-
-    Args:
-        elastic: Masses, and stiffnesses with what moves the cylinders.
-        nodes: Start posture, unloaded, shape (N, 3), m.
-        scene: Gives ratio and step.
-
-    Returns:
-        beta, s.
-
-    Raises:
-        DescriptionError: The ratio is below what the step can hold.
-    """
-    simulation = scene.task.simulation
-    least = simulation.timestep / 2
-    if simulation.damping_ratio == 0:
-        return least
-    beta = damping_time(elastic, nodes, simulation.damping_ratio)
-    if beta < least:
-        raise scene.error(
-            "simulation.damping_ratio",
-            f"{simulation.damping_ratio:.4g}",
-            f"at least {simulation.damping_ratio * least / beta:.4g} at a step of {simulation.timestep:.4g} s, "
-            "or 0 for that least",
-        )
-    return beta
-
-
-def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain, scene: Scene, nodes: Array) -> Springs:
+def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, site: Site, nodes: Array) -> Springs:
     """Damp the tubes and put springs in place of the cylinders' rigid drives.
 
     Args:
         model: Built with elastic members; changed in place.
         data: Its drives of the cylinders are released.
-        chain: The arm.
-        scene: The scene.
+        site: The scene with its arm.
         nodes: Start posture, unloaded, shape (N, 3), m.
-
-    Returns:
-        The springs.
 
     Raises:
         DescriptionError: The damping ratio is below what the step can hold, or the arm buckles in its start posture.
     """
-    task, truss = scene.task, chain.truss
-    elastic = make_elastic_model(chain, task.payload, task.simulation.gravity, lumped=task.simulation.lumped)
-    held = elastic
-    if task.simulation.drive == "servo":  # in place of oil and rod; behind valves the oil is still what gives
-        held = hold_cylinders(elastic, task.simulation)
+    truss, servo = site.truss, site.task.simulation.drive == "servo"
+    held = site.held_model if servo else site.elastic_model  # servos stand in for oil and rod; behind valves oil gives
     slowest = float(find_modes(held, nodes, 1).frequency[0])
     if not slowest > 0:
         key, found = "members", "elastic ones that buckle"
-        if held is not elastic:
-            key, found = "servo_stiffness", f"{task.simulation.servo_stiffness:.4g} N/m"
-        raise scene.error(f"simulation.{key}", found, "enough to hold the arm up in its start posture")
-    excess = find_damping_time(held, nodes, scene) - task.simulation.timestep
-    actuators = [truss.members[i].name for i in truss.actuated]
+        if servo:
+            key, found = "servo_stiffness", f"{site.task.simulation.servo_stiffness:.4g} N/m"
+        raise site.scene.error(f"simulation.{key}", found, "enough to hold the arm up in its start posture")
+    excess = _find_damping_time(site, held, nodes, model.opt.timestep) - model.opt.timestep
     tubes = [member.name for member in truss.members if member.role != "actuator"]
-    joints = np.array([model.joint(names.slide(name)).id for name in tubes])
-    model.dof_damping[model.jnt_dofadr[joints]] = excess * model.jnt_stiffness[joints]
-    if task.simulation.drive != "servo":
+    tube_joints = np.array([model.joint(names.slide(name)).id for name in tubes])
+    model.dof_damping[model.jnt_dofadr[tube_joints]] = excess * model.jnt_stiffness[tube_joints]
+    actuators = [truss.members[i].name for i in truss.actuated]
+    if not servo:
         data.eq_active[[model.equality(names.drive(name)).id for name in actuators]] = 0
     return Springs(
-        model,
-        elastic,
-        np.array([model.joint(names.slide(name)).id for name in actuators]),
-        np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
-        excess,
-        1 / slowest,
+        model=model,
+        elastic=site.elastic_model,
+        joints=np.array([model.joint(names.slide(name)).id for name in actuators]),
+        retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
+        excess=excess,
+        period=1 / slowest,
     )
+
+
+def _find_damping_time(site: Site, held: ElasticModel, nodes: Array, timestep: float) -> float:
+    """Damper over stiffness, s, that gives the slowest mode its structural damping."""
+    ratio, least = site.task.simulation.damping_ratio, timestep / 2
+    if ratio == 0:
+        return least
+    beta = damping_time(held, nodes, ratio)
+    if beta < least:
+        allowed = f"at least {ratio * least / beta:.4g} at a step of {timestep:.4g} s, or 0 for that least"
+        raise site.scene.error("simulation.damping_ratio", f"{ratio:.4g}", allowed)
+    return beta

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
 from vgtsim.errors import DivergenceError
+from vgtsim.graphics import mujoco
+from vgtsim.plant.recorder import Contact
 
 OPEN_GAP = 0.02  # m; a loop open by this much is no longer the mechanism, whatever MuJoCo says of it
 
@@ -14,10 +15,6 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Stop on a state that is no longer physical.
 
     MuJoCo raises nothing when a state diverges: it counts a warning. So the counters are read, and the closures too.
-
-    Args:
-        model: The model.
-        data: After a step.
 
     Raises:
         DivergenceError: A warning was counted, a coordinate is not finite, or a loop has opened.
@@ -33,14 +30,7 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 
 def list_warnings(data: mujoco.MjData) -> tuple[str, ...]:
-    """Name what MuJoCo warned of.
-
-    Args:
-        data: At the end of a run.
-
-    Returns:
-        One line a kind of warning.
-    """
+    """Name what MuJoCo warned of, one line a kind of warning."""
     found = []
     for index, kind in enumerate(mujoco.mjtWarning.__members__):
         if kind != "mjNWARNING" and data.warning[index].number:
@@ -48,18 +38,21 @@ def list_warnings(data: mujoco.MjData) -> tuple[str, ...]:
     return tuple(found)
 
 
-def list_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> list[tuple[str, str, float]]:
-    """Name what touches what.
+def list_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> list[Contact]:
+    """Name the geoms of each contact whose gap is closed."""
+    found = []
+    for contact in data.contact:
+        if contact.dist <= 0:
+            first, second = (model.geom(int(geom)).name for geom in contact.geom)
+            found.append(Contact(float(data.time), first, second, float(contact.dist)))
+    return found
 
-    Args:
-        model: The model.
-        data: After a step.
 
-    Returns:
-        Geom, geom and gap (negative in penetration, m) of each contact whose gap is closed.
+def name_collision(contact: Contact, drive: str) -> str:
+    """Say why a contact stops the plant; an empty string under servos, which yield.
+
+    Imposed lengths and oil do not: one step later the forces are those of the drives against a rigid wall.
     """
-    return [
-        (model.geom(int(contact.geom[0])).name, model.geom(int(contact.geom[1])).name, float(contact.dist))
-        for contact in data.contact
-        if contact.dist <= 0
-    ]
+    if drive == "servo":
+        return ""
+    return f"collision of {contact.first} with {contact.second} at t = {contact.time:.3f} s under {drive} drives"

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.positioning.goals import GoalSpace, Pull, pulls
 from vgtsim.kinematics.state import State, cross
+from vgtsim.positioning.goals import GoalSpace, Pull, pulls
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -19,9 +19,7 @@ Index = NDArray[np.intp]
 _STEP = 1e-5  # of one-sided differences, in units of the inputs: errors of both kinds are near 1e-5 of the curvature
 
 
-def lagrangian_curvature(
-    goal: GoalSpace, state: State, which: Index, multipliers: Array, length_slope: Array
-) -> Array:
+def lagrangian_curvature(goal: GoalSpace, state: State, which: Index, multipliers: Array, length_slope: Array) -> Array:
     """Second derivative of the goal rows and lengths, weighted.
 
     Args:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ReachError
+from vgtsim.kinematics.ties import order_down
 from vgtsim.positioning.batch import solve
 from vgtsim.positioning.directrix import Directrix, cubic
 from vgtsim.positioning.fitting import fit
@@ -91,6 +92,7 @@ def solve_shapes(
         raise _unmet(found.error[best], overrun[best])
     placed = Configurations(box, box.chain.state(found.q[met]), np.zeros(len(met), int))
     value = (objective or MidStroke()).values(placed)
+    order = order_down(-value)[: len(met)]
     return [
         Shape(
             fitted=fits[i],
@@ -99,7 +101,7 @@ def solve_shapes(
             magnitudes=pairs[i],
             value=float(v),
         )
-        for v, i in sorted(zip(value.tolist(), met.tolist(), strict=True))
+        for v, i in zip(value[order].tolist(), met[order].tolist(), strict=True)
     ]
 
 

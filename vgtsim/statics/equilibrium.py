@@ -10,16 +10,19 @@ groups too, with the bars that stand for blocks and actuators between them; see 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import Motion
 from vgtsim.statics.rings import find_ring_forces
+from vgtsim.statics.vectors import cross, dot
 
 Array = NDArray[np.float64]
 
@@ -59,6 +62,10 @@ class MemberForces:
         """Axial forces at the near hub, where the segments meet and at the far hub, shape (3, ..., M), N."""
         return np.stack([self.near_axial, self.bar, self.far_axial])
 
+    def at(self, instants: NDArray[np.intp]) -> MemberForces:
+        """The forces of some instants."""
+        return MemberForces(**{item.name: getattr(self, item.name)[instants] for item in fields(self)})
+
     @property
     def near(self) -> Array:
         """Force of each member on its near hub, shape (..., M, 3), N, in frame G."""
@@ -93,68 +100,73 @@ def solve_members(
     """
     n = np.asarray(nodes, float)
     batch, flat = n.shape[:-2], n.reshape(-1, *n.shape[-2:])
-    moving = None
-    if motion is not None:
-        moving = Motion(motion.velocity.reshape(flat.shape), motion.acceleration.reshape(flat.shape))
     extra = None if nodal_forces is None else np.broadcast_to(nodal_forces, n.shape).reshape(flat.shape)
-    about = flat[:, model.truss.base].mean(axis=1) if pivot is None else _points(pivot, batch)
+    about = flat[:, model.truss.base].mean(axis=1)
+    if pivot is not None:
+        about = np.broadcast_to(np.asarray(pivot, float), (*batch, 3)).reshape(-1, 3)
     parts = []
     for start in range(0, max(len(flat), 1), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        now = None if moving is None else Motion(moving.velocity[part], moving.acceleration[part])
+        part, now = slice(start, start + _CHUNK), None
+        if motion is not None:
+            now = Motion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
         more = None if extra is None else extra[part]
         parts.append(_solve_chunk(model, flat[part], now, more, about[part], start))
-    whole = (np.concatenate(values) for values in zip(*parts, strict=True))
-    return MemberForces(*(value.reshape(*batch, *value.shape[1:]) for value in whole))
-
-
-def _points(pivot: ArrayLike, batch: tuple[int, ...]) -> Array:
-    return np.broadcast_to(np.asarray(pivot, float), (*batch, 3)).reshape(-1, 3)
+    whole = {}
+    for item in fields(MemberForces):
+        values = [getattr(part, item.name) for part in parts]
+        value = np.concatenate(values) if len(values) > 1 else values[0]
+        whole[item.name] = value.reshape(*batch, *value.shape[1:])
+    return MemberForces(**whole)
 
 
 def _solve_chunk(
     model: LoadModel, nodes: Array, motion: Motion | None, extra: Array | None, pivot: Array, start: int
-) -> tuple[Array, ...]:
-    """Find the fields of `MemberForces` for a flat batch, whose first instant is `start` of all."""
+) -> MemberForces:
+    """As `solve_members` for a flat batch, whose first instant is `start` of all."""
     truss = model.truss
     loads = member_loads(model, nodes, motion)
-    force = hub_loads(model, nodes, motion)
-    force += _selection(truss.ends[:, 0], nodes.shape[1]) @ loads.near
-    force += _selection(truss.ends[:, 1], nodes.shape[1]) @ loads.far
+    near_nodes, far_nodes = _selections(truss)
+    force = hub_loads(model, nodes, motion) + near_nodes @ loads.near
+    force += far_nodes @ loads.far
     if extra is not None:
         force += extra
-    _load_blocks(model, nodes, motion, force)
+    if len(truss.rings):
+        _load_blocks(model, nodes, motion, force)
     frame = framework_of(truss)
     tension, total = substitute_back(frame, frame.directions(nodes), force, nodes, start)
     left = total[:, truss.base]
-    rings = find_ring_forces(truss, nodes, tension)
-    bar = tension[:, : len(truss.members)].copy()
-    bar[:, rings.member] = rings.axial
-    bent = np.zeros((3, *loads.near.shape))
-    bent[:, :, rings.member] = rings.shear, rings.near_moment, rings.far_moment
-    near, far = (np.sum(share * loads.direction, axis=-1) for share in (loads.near, loads.far))
-    moment = np.cross(nodes[:, truss.base] - pivot[:, None], -left).sum(axis=1)
-    return (
-        bar,
-        bar + near,
-        bar - far,
-        loads.near - near[..., None] * loads.direction + bent[0],
-        loads.direction,
-        bent[1],
-        bent[2],
-        np.concatenate([-left.sum(axis=1), moment], axis=-1),
+    near, far = (dot(share, loads.direction) for share in (loads.near, loads.far))
+    bar, transverse = tension[:, : len(truss.members)].copy(), loads.near - near * loads.direction
+    moments = np.zeros((2, *loads.near.shape))
+    if len(truss.rings):
+        rings = find_ring_forces(truss, nodes, tension)
+        bar[:, rings.member] = rings.axial
+        transverse[:, rings.member] += rings.shear
+        moments[:, :, rings.member] = rings.near_moment, rings.far_moment
+    moment = cross(nodes[:, truss.base] - pivot[:, None], -left).sum(axis=1)
+    return MemberForces(
+        bar=bar,
+        near_axial=bar + near[..., 0],
+        far_axial=bar - far[..., 0],
+        near_transverse=transverse,
+        direction=loads.direction,
+        near_moment=moments[0],
+        far_moment=moments[1],
+        reaction=np.concatenate([-left.sum(axis=1), moment], axis=-1),
     )
 
 
 def _load_blocks(model: LoadModel, nodes: Array, motion: Motion | None, force: Array) -> None:
-    """Put the posts' loads on feet and heads, and pass on to these what acts at the middles."""
+    """Put the posts' loads on feet and heads, and pass the loads at the middles on to these."""
     rings = model.truss.rings.reshape(-1, 3)
     posts = block_loads(model, nodes, motion)
-    for end, own in ((0, posts.near), (2, posts.far)):
-        force[:, rings[:, end]] += own + force[:, rings[:, 1]] / 2
+    for end, share in ((0, posts.near), (2, posts.far)):
+        force[:, rings[:, end]] += share + force[:, rings[:, 1]] / 2
     force[:, rings[:, 1]] = 0.0
 
 
-def _selection(node: NDArray[np.intp], count: int) -> Array:
-    """Matrix that adds up values of members at their nodes, shape (N, M)."""
-    return (np.arange(count)[:, None] == node).astype(float)
+@lru_cache(maxsize=64)
+def _selections(truss: Truss) -> tuple[Array, Array]:
+    """Matrices that add up values of members at their near and at their far nodes, shapes (N, M)."""
+    node = np.arange(len(truss.nodes))[:, None]
+    return (node == truss.ends[:, 0]).astype(float), (node == truss.ends[:, 1]).astype(float)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +16,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Framework:
     """Bars that join nodes by ball joints; N nodes, B bars.
 
@@ -34,7 +35,7 @@ class Framework:
     free: NDArray[np.bool_]
     group: Indices
 
-    @property
+    @cached_property
     def equations(self) -> tuple[Indices, Indices]:
         """Node and axis of each equation of equilibrium, shapes (F,)."""
         node, axis = np.nonzero(self.free)
@@ -45,11 +46,61 @@ class Framework:
         span = nodes[..., self.ends[:, 1], :] - nodes[..., self.ends[:, 0], :]
         return span / np.linalg.norm(span, axis=-1, keepdims=True)
 
-    @property
+    @cached_property
     def incidence(self) -> Array:
         """1 where a bar starts, -1 where it ends, shape (N, B): pulls of bars at their nodes."""
         index = np.arange(len(self.nodes))[:, None]
         return (index == self.ends[:, 0]).astype(float) - (index == self.ends[:, 1])
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...] | None:
+        """The groups of nodes that can be solved one after the other, the first one last; None where they cannot."""
+        node, axis = self.equations
+        last = self.group[self.ends].max(axis=1)
+        found = []
+        for number in np.unique(self.group[node])[::-1]:
+            bars, rows = np.flatnonzero(last == number), np.flatnonzero(self.group[node] == number)
+            if len(bars) != len(rows):
+                return None
+            touched = np.unique(self.ends[bars])
+            found.append(
+                Group(
+                    bars=bars,
+                    rows=_shorten(3 * node[rows] + axis[rows]),
+                    axis=axis[rows],
+                    sign=self.incidence[node[rows]][:, bars],
+                    touched=_shorten(touched),
+                    pulls=self.incidence[touched][:, bars],
+                )
+            )
+        return tuple(found) if len(last) == len(node) else None
+
+
+@dataclass(frozen=True)
+class Group:
+    """The k bars that hold the nodes of one group, and their k equations.
+
+    Attributes:
+        bars: Indices, shape (k,).
+        rows: Of the equations among three a node, shape (k,).
+        axis: Of each equation, shape (k,).
+        sign: Incidence of the bars at the equations' nodes, shape (k, k).
+        touched: Nodes at the bars' ends, shape (n,).
+        pulls: Incidence of the bars at those, shape (n, k).
+    """
+
+    bars: Indices
+    rows: Indices | slice
+    axis: Indices
+    sign: Array
+    touched: Indices | slice
+    pulls: Array
+
+
+def _shorten(indices: Indices) -> Indices | slice:
+    """Indices that follow one another as a slice, which is quicker to look up."""
+    first, count = int(indices[0]), len(indices)
+    return slice(first, first + count) if np.array_equal(indices, np.arange(first, first + count)) else indices
 
 
 def make_framework(names: Sequence[str], bars: Sequence[tuple[str, str]], supports: Mapping[str, str]) -> Framework:
@@ -76,6 +127,7 @@ def make_framework(names: Sequence[str], bars: Sequence[tuple[str, str]], suppor
     return Framework(tuple(names), tuple("-".join(bar) for bar in bars), ends, free, np.ones(len(names), dtype=np.intp))
 
 
+@lru_cache(maxsize=64)
 def framework_of(truss: Truss) -> Framework:
     """An arm as a framework: its bars, see `Truss.bars`, and every node that they hold; the mast flange is held."""
     free = np.repeat(truss.group[:, None] > 0, 3, axis=1)

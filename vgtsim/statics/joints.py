@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import TrussError
-from vgtsim.statics.framework import Framework
+from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, warn_poor
+from vgtsim.statics.framework import Framework, Group
 from vgtsim.statics.rank import diagnose
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-_WORST = 1e9  # entry of an inverse block of unit vectors beyond which no sound digit of a force is left
 
 
 def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
@@ -55,61 +54,55 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
     Raises:
         TrussError: A mechanism, or a self-stress; bars are named.
     """
-    own, (node, axis) = frame.group[frame.ends].max(axis=1), frame.equations
-    numbers = np.unique(frame.group[node])
-    bars = [np.flatnonzero(own == g) for g in numbers]
-    rows = [np.flatnonzero(frame.group[node] == g) for g in numbers]
-    if len(own) != len(node) or any(len(a) != len(b) for a, b in zip(bars, rows, strict=True)):
+    groups = frame.groups
+    if groups is None:
         diagnose(frame, nodes[0])
-        raise TrussError(len(own), (), "isostatic, but not group by group of nodes")
-    incidence = frame.incidence
-    inverse = _invert(frame, rows, bars, incidence, unit, nodes, start)
-    total, found = force.copy(), np.empty(unit.shape[:-1])
-    for group, members, block in zip(rows[::-1], bars[::-1], inverse[::-1], strict=True):
-        pull = -(block @ total[:, node[group], axis[group], None])
-        found[:, members] = pull[..., 0]
-        total += incidence[:, members] @ (pull * unit[:, members])
+        raise TrussError(len(frame.ends), (), "isostatic, but not group by group of nodes")
+    inverse = _invert(frame, groups, unit, nodes, start)
+    total, found = np.array(force, order="C"), np.empty(unit.shape[:-1])
+    left = total.reshape(len(total), 3 * total.shape[1], 1)  # a view
+    for group, block in zip(groups, inverse, strict=True):
+        pull = -(block @ left[:, group.rows])
+        found[:, group.bars] = pull[..., 0]
+        total[:, group.touched] += group.pulls @ (pull * unit[:, group.bars])
     return found, total
 
 
-def _invert(
-    frame: Framework, rows: list[Indices], bars: list[Indices], incidence: Array, unit: Array, nodes: Array, start: int
-) -> list[Array]:
-    """Inverses of the groups' equilibrium matrices, each shape (T, k, k)."""
-    node, axis = frame.equations
-    inverse = [np.empty(0)] * len(bars)
-    for size in {len(group) for group in rows}:
-        alike = [g for g, group in enumerate(rows) if len(group) == size]
-        row, bar = np.array([rows[g] for g in alike])[:, :, None], np.array([bars[g] for g in alike])[:, None, :]
-        matrix = incidence[node[row], bar] * unit[:, bar, axis[row]]
-        blocks = _invert_blocks(frame, matrix, nodes, start)
-        for place, g in enumerate(alike):
-            inverse[g] = blocks[:, place]
+def _invert(frame: Framework, groups: tuple[Group, ...], unit: Array, nodes: Array, start: int) -> list[Array]:
+    """Inverses of the groups' equilibrium matrices, each shape (T, k, k); those of one size are inverted together."""
+    inverse = [np.empty(0)] * len(groups)
+    for size in {len(group.bars) for group in groups}:
+        alike = [place for place, group in enumerate(groups) if len(group.bars) == size]
+        bars = np.array([groups[place].bars for place in alike])
+        axes = np.array([groups[place].axis for place in alike])
+        sign = np.array([groups[place].sign for place in alike])
+        matrix = sign * unit[:, bars[:, None, :], axes[:, :, None]]
+        blocks = _invert_blocks(frame, matrix, [groups[place].bars for place in alike], nodes, start)
+        for place, which in enumerate(alike):
+            inverse[which] = blocks[:, place]
     return inverse
 
 
-def _invert_blocks(frame: Framework, matrix: Array, nodes: Array, start: int) -> Array:
+def _invert_blocks(frame: Framework, matrix: Array, bars: list[Indices], nodes: Array, start: int) -> Array:
     """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
+    inverse, sine = invert(matrix, 1.0)
+    if sine is not None and sine.min() < POOR:
+        least = sine.min(axis=1)
+        worst = int(np.argmax(least < SINGULAR) if least.min() < SINGULAR else np.argmin(least))
+        group = int(np.argmin(sine[worst]))
+        if least[worst] < SINGULAR:
+            _refuse(frame, bars[group], nodes[worst], start + worst, float(least[worst]))
+        names = ", ".join(frame.bars[i] for i in bars[group][:3])
+        warn_poor(f"instant {start + worst}: smallest sine between bars {names}, ...", float(least[worst]), POOR)
+    return inverse
+
+
+def _refuse(frame: Framework, bars: Indices, nodes: Array, instant: int, sine: float) -> NoReturn:
+    """Name the mechanism at an instant, in a group of bars whose smallest sine is too small."""
+    figure = f"smallest sine between bars {sine:.2g}, sound from {SINGULAR:.0e}"
     try:
-        inverse = np.asarray(np.linalg.inv(matrix), float)
-    except np.linalg.LinAlgError:
-        inverse = _invert_each(matrix)
-    size = np.abs(inverse).max(axis=(1, 2, 3), initial=0.0)
-    if np.any(size > _WORST):
-        worst = start + int(np.argmax(size > _WORST))
-        try:
-            diagnose(frame, nodes[int(np.argmax(size > _WORST))])
-        except TrussError as error:
-            raise TrussError(error.rank, error.members, f"instant {worst}: {error.detail}") from None
-        detail = f"instant {worst}: so near a mechanism that forces have no digits"
-        raise TrussError(len(frame.ends), (), detail)
-    return inverse
-
-
-def _invert_each(matrix: Array) -> Array:
-    """Inverse of each block, infinite where there is none: one singular block makes `inv` refuse them all."""
-    inverse = np.full(matrix.shape, np.inf)
-    for place in np.ndindex(matrix.shape[:-2]):
-        with suppress(np.linalg.LinAlgError):
-            inverse[place] = np.linalg.inv(matrix[place])
-    return inverse
+        diagnose(frame, nodes)
+    except TrussError as error:
+        raise TrussError(error.rank, error.members, f"instant {instant}: {error.detail}; {figure}") from None
+    detail = f"instant {instant}: so near a mechanism that forces have no digits; {figure}"
+    raise TrussError(len(frame.ends), tuple(frame.bars[i] for i in bars), detail)

@@ -10,6 +10,7 @@ where the segments meet.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,16 +27,16 @@ from vgtsim.kinematics.inertia import (
 )
 from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.motion import Motion
+from vgtsim.statics.vectors import across, cross, dot
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class LoadModel:
-    """What weighs and resists acceleration.
+    """Everything that weighs and resists acceleration.
 
     Attributes:
-        truss: Nodes and members.
         members: Mass distribution of the members.
         blocks: That of the joint blocks' posts.
         plate: The tip plate.
@@ -59,11 +60,27 @@ class LoadModel:
     @property
     def mass(self) -> float:
         """Mass of the arm with hubs and payload, kg."""
-        return (
-            float(self.members.mass.sum() + self.blocks.mass.sum() + self.hub_mass.sum())
-            + self.plate.mass
-            + self.payload.mass
-        )
+        parts = self.members.mass.sum() + self.blocks.mass.sum() + self.hub_mass.sum()
+        return float(parts) + self.plate.mass + self.payload.mass
+
+    @cached_property
+    def member_parts(self) -> _Parts:
+        """The members' segments."""
+        return _Parts(self.truss.ends, self.members)
+
+    @cached_property
+    def block_parts(self) -> _Parts:
+        """The posts of the joint blocks, between feet and heads."""
+        return _Parts(self.truss.rings[:, :, [0, 2]].reshape(-1, 2), self.blocks)
+
+
+class _Parts:
+    """Bodies of two segments between two nodes each, as `_share` needs them; near and far apart, shapes (M, 1)."""
+
+    def __init__(self, ends: NDArray[np.intp], inertia: MemberInertia) -> None:
+        self.ends = ends
+        columns = (inertia.mass, inertia.first_moment, inertia.about_end)
+        self.mass, self.first_moment, self.about_end = (np.moveaxis(item, -1, 0)[..., None] for item in columns)
 
 
 @dataclass(frozen=True)
@@ -87,14 +104,10 @@ def make_load_model(
     """Collect masses from the description.
 
     Args:
-        chain: The arm.
-        payload: What it carries.
+        payload: The ball that it carries.
         gravity: Downward, along -z of frame G, m/s².
         split: Whether each tube is two halves that move with their own hubs along it, as elastic members do.
         lumped: Whether the members' mass sits in their hubs: then a member carries one axial force and nothing else.
-
-    Returns:
-        The load model.
     """
     arm = chain.manipulator
     down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(arm, chain.truss, lumped=lumped)
@@ -121,53 +134,46 @@ def member_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -
     """Share each member's weight and inertia between its two hubs.
 
     Args:
-        model: Masses.
         nodes: Shape (..., N, 3), m, in frame G.
         motion: Velocities and accelerations of the nodes; absent at rest.
 
-    Returns:
-        The shares.
-
     Source: moment equilibrium of each segment about the member's ends; no counterpart in the dissertation.
     """
-    return _share(model.members, model.truss.ends, model.gravity, nodes, motion)
+    return _share(model.member_parts, model.gravity, nodes, motion)
 
 
 def block_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> MemberLoads:
     """As `member_loads` for the posts of the joint blocks, between feet and heads."""
-    return _share(model.blocks, model.truss.rings[:, :, [0, 2]].reshape(-1, 2), model.gravity, nodes, motion)
+    return _share(model.block_parts, model.gravity, nodes, motion)
 
 
-def _share(
-    inertia: MemberInertia, ends: NDArray[np.intp], gravity: Array, nodes: Array, motion: Motion | None
-) -> MemberLoads:
-    first, second = ends.T
+def _share(parts: _Parts, gravity: Array, nodes: Array, motion: Motion | None) -> MemberLoads:
+    first, second = parts.ends[:, 0], parts.ends[:, 1]
     span = nodes[..., second, :] - nodes[..., first, :]
-    length = np.linalg.norm(span, axis=-1, keepdims=True)
+    length = np.sqrt(dot(span, span))
     unit = span / length
+    mass, first_moment, about_end = parts.mass, parts.first_moment, parts.about_end
     if motion is None:
-        pull1 = pull2 = np.broadcast_to(gravity, unit.shape)
-        turn = np.zeros(3)
+        pull1 = pull2 = gravity
+        turning1 = turning2 = turned1 = turned2 = 0.0
     else:
         pull1 = gravity - motion.acceleration[..., first, :]
         pull2 = gravity - motion.acceleration[..., second, :]
-        turn = direction_acceleration(ends, unit, length, motion)
-    mass, first_moment, about_end = (
-        np.moveaxis(value, -1, 0)[..., None] for value in (inertia.mass, inertia.first_moment, inertia.about_end)
-    )
-    total1 = mass[0] * pull1 - first_moment[0] * turn
-    total2 = mass[1] * pull2 + first_moment[1] * turn
-    crossed1 = _transverse(first_moment[0] * pull1 - about_end[0] * turn, unit) / length
-    crossed2 = _transverse(first_moment[1] * pull2 + about_end[1] * turn, unit) / length
+        turn = direction_acceleration(parts.ends, unit, length, motion)
+        turning1, turning2 = first_moment[0] * turn, first_moment[1] * turn
+        turned1, turned2 = about_end[0] * turn, about_end[1] * turn
+    crossed1 = across(first_moment[0] * pull1 - turned1, unit) / length
+    crossed2 = across(first_moment[1] * pull2 + turned2, unit) / length
     exchange = crossed2 - crossed1
-    return MemberLoads(unit, total1 + exchange, total2 - exchange)
+    near, far = mass[0] * pull1 - turning1 + exchange, mass[1] * pull2 + turning2 - exchange
+    return MemberLoads(unit, near, far)
 
 
 def tool_point(model: LoadModel, nodes: Array) -> Array:
     """Tool point from the tip nodes, shape (..., 3), m, for nodes of shape (..., N, 3)."""
     corner = nodes[..., model.truss.tip, :]
     x, y = _face_axes(corner, model.face_side)
-    return corner.mean(axis=-2) + model.tool_offset * np.cross(x, y)
+    return corner.mean(axis=-2) + model.tool_offset * cross(x, y)
 
 
 def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
@@ -182,89 +188,84 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
         Forces at all nodes, shape (..., N, 3), N.
     """
     x, y = axes = _face_axes(nodes[..., model.truss.tip, :], model.face_side)
-    z = np.cross(x, y)
+    z = cross(x, y)
     force = np.broadcast_to(wrench[..., :3], z.shape)
-    moment = wrench[..., 3:] + np.cross(model.tool_offset * z, force)
+    moment = wrench[..., 3:] + cross(model.tool_offset * z, force)
     total = np.zeros(nodes.shape)
     total[..., model.truss.tip, :] = _spread(force, moment, axes, z, model.face_side)
     return total
 
 
 def direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: Motion) -> Array:
-    """Second time derivative of the members' unit vectors.
+    """Second time derivative of the members' unit vectors, shape (..., M, 3), 1/s².
 
     Args:
         ends: Node indices of each member, shape (M, 2).
         unit: Shape (..., M, 3).
         length: Shape (..., M, 1), m.
         motion: Of the nodes.
-
-    Returns:
-        Shape (..., M, 3), 1/s².
     """
-    first, second = ends.T
+    first, second = ends[:, 0], ends[:, 1]
     rate = motion.velocity[..., second, :] - motion.velocity[..., first, :]
     second_rate = motion.acceleration[..., second, :] - motion.acceleration[..., first, :]
-    stretch = np.sum(rate * unit, axis=-1, keepdims=True)
+    stretch = dot(rate, unit)
     spin = (rate - stretch * unit) / length
-    transverse = (_transverse(second_rate, unit) - 2 * stretch * spin) / length
-    return transverse - np.sum(spin**2, axis=-1, keepdims=True) * unit
+    turning = (across(second_rate, unit) - 2 * stretch * spin) / length
+    return turning - dot(spin, spin) * unit
 
 
 def hub_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> Array:
     """Weight and inertia of the hubs, tip plate and payload as forces at the nodes.
 
     Args:
-        model: Masses.
         nodes: Shape (..., N, 3), m, in frame G.
         motion: Velocities and accelerations of the nodes; absent at rest.
 
     Returns:
-        Shape (..., N, 3), N. The plate's and payload's wrench stands at the last three nodes, as the least
-        forces that are equivalent to it.
+        Shape (..., N, 3), N. The wrench of plate and payload stands at the last three nodes, as the least forces that
+        are equivalent to it.
     """
-    acceleration = np.zeros(nodes.shape) if motion is None else motion.acceleration
-    force = model.hub_mass[:, None] * (model.gravity - acceleration)
+    if motion is None:
+        force = np.empty(nodes.shape)
+        force[...] = model.hub_mass[:, None] * model.gravity
+    else:
+        force = model.hub_mass[:, None] * (model.gravity - motion.acceleration)
     force[..., model.truss.tip, :] += _tip_forces(model, nodes, motion)
     return force
 
 
 def _tip_forces(model: LoadModel, nodes: Array, motion: Motion | None) -> Array:
     """Forces at the three tip nodes, shape (..., 3, 3), N."""
-    tip = model.truss.tip
-    axes = _face_axes(nodes[..., tip, :], model.face_side)
-    x, y = axes
-    z = np.cross(x, y)
-    centre_pull = np.broadcast_to(model.gravity, z.shape)
-    tool_pull, rotary = centre_pull, np.zeros(z.shape)
+    tip, side = model.truss.tip, model.face_side
+    x, y = axes = _face_axes(nodes[..., tip, :], side)
+    z = cross(x, y)
+    centre_pull = tool_pull = model.gravity
+    rotary: Array | float = 0.0
     if motion is not None:
         centre_pull = model.gravity - motion.acceleration[..., tip, :].mean(axis=-2)
-        dx, dy = _face_axes(motion.velocity[..., tip, :], model.face_side)
-        ddx, ddy = _face_axes(motion.acceleration[..., tip, :], model.face_side)
-        ddz = np.cross(ddx, y) + 2 * np.cross(dx, dy) + np.cross(x, ddy)
+        dx, dy = _face_axes(motion.velocity[..., tip, :], side)
+        ddx, ddy = _face_axes(motion.acceleration[..., tip, :], side)
+        ddz = cross(ddx, y) + 2 * cross(dx, dy) + cross(x, ddy)
         tool_pull = centre_pull - model.tool_offset * ddz
-        ball = model.payload.mass * model.payload.radius**2 / 5
+        ball = model.payload.mass * model.payload.radius**2 / 5  # second moment of a solid ball about its centre
+        rotary = np.zeros(z.shape)
         for axis, change, moment in zip((x, y, z), (ddx, ddy, ddz), model.plate.second_moments, strict=True):
-            rotary = rotary - (moment + ball) * np.cross(axis, change)
+            rotary = rotary - (moment + ball) * cross(axis, change)
     load = model.payload.mass * tool_pull
-    moment = model.tool_offset * np.cross(z, load) + rotary
-    return _spread(model.plate.mass * centre_pull + load, moment, axes, z, model.face_side)
+    moment = model.tool_offset * cross(z, load) + rotary
+    return _spread(model.plate.mass * centre_pull + load, moment, axes, z, side)
 
 
 def _spread(force: Array, moment: Array, axes: tuple[Array, Array], z: Array, side: float) -> Array:
     """Least forces at the corners of a triangle that make up a force and a moment about its centroid."""
     x, y = axes
-    lever = (2 * moment - np.sum(moment * z, axis=-1, keepdims=True) * z) / side**2
-    low, high = side / (2 * np.sqrt(3)), side / np.sqrt(3)
+    lever = (2 * moment - dot(moment, z) * z) / side**2
+    low, high = side / (2 * np.sqrt(3)), side / np.sqrt(3)  # distances of a side and of a corner from the centroid
     corners = np.stack([x * side / 2 - y * low, y * high, -x * side / 2 - y * low], axis=-2)
-    return force[..., None, :] / 3 + np.cross(lever[..., None, :], corners)
+    return force[..., None, :] / 3 + cross(lever[..., None, :], corners)
 
 
 def _face_axes(corners: Array, side: float) -> tuple[Array, Array]:
     """X and Y axes of a face from its corners, shape (..., 3, 3), or the derivatives of both."""
     n1, n2, n3 = corners[..., 0, :], corners[..., 1, :], corners[..., 2, :]
     return (n1 - n3) / side, (2 * n2 - n1 - n3) / (np.sqrt(3) * side)
-
-
-def _transverse(vector: Array, unit: Array) -> Array:
-    return vector - np.sum(vector * unit, axis=-1, keepdims=True) * unit

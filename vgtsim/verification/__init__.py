@@ -1,6 +1,20 @@
 """Verdicts on a run, independent of MuJoCo."""
 
-from vgtsim.verification.report import CHECK_NAMES, Check, Report
+from vgtsim.verification.checks import CHECK_NAMES
+from vgtsim.verification.evidence import Evidence
+from vgtsim.verification.holds import Hold, find_holds, goal_name
+from vgtsim.verification.report import Check, Report
+from vgtsim.verification.supports import find_riser_reaction
 from vgtsim.verification.verify import verify
 
-__all__ = ["CHECK_NAMES", "Check", "Report", "verify"]
+__all__ = [
+    "CHECK_NAMES",
+    "Check",
+    "Evidence",
+    "Hold",
+    "Report",
+    "find_holds",
+    "find_riser_reaction",
+    "goal_name",
+    "verify",
+]

@@ -1,19 +1,19 @@
-"""What the cylinders' drives were asked for: force, speed, stroke, and the pressures in their chambers."""
+"""What the cylinders and their drives were asked for: stroke, force, speed, and the pressures in their chambers."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
-from numpy.typing import NDArray
 
-from vgtsim.kinematics import Chain
 from vgtsim.runlog import RunLog
-from vgtsim.verification.findings import Finding, worst_of
-from vgtsim.verification.loads import LEAST_FORCE
+from vgtsim.site import Site
+from vgtsim.verification.evidence import Array, Evidence
+from vgtsim.verification.measures import Finding, Measure, least_of, missing, report_as, worst_of
+from vgtsim.verification.strength import find_worst_case
 
-Array = NDArray[np.float64]
-
-SATURATIONS = {
-    "rigid": {},
+SATURATIONS = {  # bits of `RunLog.saturation` that each drive sets
     "servo": {1: "above its rated speed", 2: "at its force limit", 4: "beyond its stroke"},
     "hydraulic": {
         1: "at its flow limit",
@@ -22,68 +22,100 @@ SATURATIONS = {
         8: "with a cavity in its oil",
     },
 }
-_STOPPED = 4  # bit of a piston at an end, where the barrel carries what the oil does not
 
 
-def check_saturation(log: RunLog, chain: Chain, bit: int) -> Finding:
-    """Part of the records since each of which some cylinder had reached one of its limits.
+def _driven(drive: str) -> Callable[[Site], bool]:
+    return lambda site: site.task.simulation.drive == drive
 
-    Args:
-        log: The run.
-        chain: The arm.
-        bit: Which limit, a key of `SATURATIONS`.
 
-    Returns:
-        The share, at the cylinder that was there most often.
-    """
+@report_as("actuator_stroke", "distance to the end of a stroke", unit="m", limit="actuator_stroke", sense="at least")
+def check_stroke_room(run: Evidence) -> Finding:
+    """Least distance of a cylinder from the ends of its stroke."""
+    low, high = run.site.chain.stroke.reshape(2, -1)
+    return least_of(np.minimum(run.log.actual - low, high - run.log.actual), run.log.time, run.actuator_names)
+
+
+@report_as("actuator_force", "drive force over capacity", unit="1", limit="actuator_force")
+def check_actuators(run: Evidence) -> Finding:
+    """Greatest drive force over what the supply pressure holds."""
+    force, pull, push = run.log.actuator_force, collect(run.site, "pull"), collect(run.site, "push")
+    return worst_of(np.where(force > 0, force / pull, -force / push), run.log.time, run.actuator_names)
+
+
+def find_saturation(run: Evidence, bit: int) -> Finding:
+    """Part of the records since each of which some cylinder had reached a limit, at the cylinder that did most often."""
+    log = run.log
     if not log.saturation.size:
-        return Finding(float("nan"), "none", float("nan"), "the log does not say what saturated")
+        return missing("the log does not say what saturated")
     hit = (log.saturation & bit) != 0
     share = float(hit.any(axis=1).mean())
     if share == 0:
-        return Finding(0.0, "none", float("nan"))
+        return Finding(0.0)
     worst = int(np.argmax(hit.sum(axis=0)))
-    first = float(log.time[np.argmax(hit[:, worst])])
-    return Finding(share, _names(chain)[worst], first, f"{hit.any(axis=0).sum()} cylinders, {share:.1%} of the records")
+    detail = f"{hit.any(axis=0).sum()} cylinders, {share:.1%} of the records"
+    return Finding(share, run.actuator_names[worst], float(log.time[np.argmax(hit[:, worst])]), detail)
 
 
-def check_actuators(log: RunLog, chain: Chain) -> Finding:
-    """Greatest drive force over what the supply pressure holds."""
-    pull, push = _collect(chain, "pull"), _collect(chain, "push")
-    used = np.where(log.actuator_force > 0, log.actuator_force / pull, -log.actuator_force / push)
-    return worst_of(used, log.time, _names(chain))
+check_saturations: tuple[Measure, ...] = tuple(
+    report_as(
+        "actuator_force",
+        f"records with a cylinder {words}",
+        unit="1",
+        limit="saturation",
+        applies=_driven(drive),
+    )(partial(find_saturation, bit=bit))
+    for drive, bits in SATURATIONS.items()
+    for bit, words in bits.items()
+)
 
 
-def check_highest_pressure(log: RunLog, chain: Chain) -> Finding:
+@report_as(
+    "actuator_force",
+    "chamber pressure over supply",
+    unit="1",
+    limit="actuator_force",
+    applies=_driven("hydraulic"),
+)
+def check_highest_pressure(run: Evidence) -> Finding:
     """Greatest pressure in a chamber over the supply's."""
-    used = log.pressure.max(axis=2) / _collect(chain, "pressure")
-    return worst_of(used, log.time, _names(chain))
+    if lack := lacks_pressures(run.log):
+        return lack
+    return worst_of(run.log.pressure.max(axis=2) / collect(run.site, "pressure"), run.log.time, run.actuator_names)
 
 
-def check_lowest_pressure(log: RunLog, chain: Chain) -> Finding:
-    """Least pressure in a chamber, above the tank's, Pa."""
-    worst = worst_of(-log.pressure.min(axis=2), log.time, _names(chain))
-    return Finding(-worst.value, worst.where, worst.when, worst.detail)
+@report_as(
+    "actuator_force",
+    "least chamber pressure above the tank's",
+    unit="Pa",
+    limit="chamber_pressure",
+    sense="at least",
+    applies=_driven("hydraulic"),
+)
+def check_lowest_pressure(run: Evidence) -> Finding:
+    """Least pressure in a chamber, above the tank's."""
+    return lacks_pressures(run.log) or least_of(run.log.pressure.min(axis=2), run.log.time, run.actuator_names)
 
 
-def check_pressure_force(log: RunLog, chain: Chain) -> Finding:
-    """Greatest difference of pressures times areas from a drive's force, over the largest force of the instant.
-
-    A piston at an end of its stroke is left out: its barrel carries what the oil does not.
-    """
-    bore, rod = _collect(chain, "bore"), _collect(chain, "rod")
-    area = np.pi / 4 * np.stack([-(bore**2), bore**2 - rod**2], axis=-1)
-    force = np.sum(log.pressure * area, axis=-1)
-    most = np.maximum(np.abs(log.actuator_force).max(axis=1, keepdims=True), LEAST_FORCE)
-    free = (log.saturation & _STOPPED) == 0
-    return worst_of(np.where(free, np.abs(force - log.actuator_force) / most, 0.0), log.time, _names(chain))
-
-
-def _names(chain: Chain) -> list[str]:
-    return [chain.truss.members[i].name for i in chain.truss.actuated]
+@report_as(
+    "actuator_force",
+    "drive force over capacity, load cases",
+    unit="1",
+    limit="actuator_force",
+    applies=lambda site: bool(site.task.loads),
+)
+def check_case_drives(run: Evidence) -> Finding:
+    """Greatest part of the drives' capacity used in any load case at any recorded pose."""
+    return find_worst_case(run, run.envelope.pressure)
 
 
-def _collect(chain: Chain, field: str) -> Array:
+def lacks_pressures(log: RunLog) -> Finding | None:
+    """Say that a log has no pressures, if so."""
+    if log.pressure.shape[:2] == log.actual.shape:
+        return None
+    return missing("the log has no pressures of the cylinders")
+
+
+def collect(site: Site, field: str) -> Array:
     """One figure of every cylinder, shape (J,)."""
-    parts = (chain.manipulator.cylinders[chain.truss.members[i].section] for i in chain.truss.actuated)
-    return np.array([getattr(part, field) for part in parts])
+    members, cylinders = site.truss.members, site.arm.cylinders
+    return np.array([getattr(cylinders[members[i].section], field) for i in site.truss.actuated])

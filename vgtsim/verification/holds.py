@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vgtsim.description.scene import Scene
 from vgtsim.runlog import RunLog
+from vgtsim.site import Site
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ def find_holds(log: RunLog) -> tuple[Hold, ...]:
     )
 
 
-def goal_name(scene: Scene, index: int) -> str:
+def goal_name(site: Site, index: int) -> str:
     """Name of a logged goal; empty for the index -1, which stands before the first goal."""
-    goals = scene.task.motion.goals
+    goals = site.task.motion.goals
     return goals[index].name if 0 <= index < len(goals) else ""

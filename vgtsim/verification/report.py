@@ -9,18 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-CHECK_NAMES = (
-    "closure",
-    "kinematics_agreement",
-    "tracking",
-    "axial_purity",
-    "axial_force",
-    "actuator_stroke",
-    "actuator_force",
-    "member_utilisation",
-    "clearance",
-    "contacts",
-)
+from vgtsim.verification.checks import CHECK_NAMES
 
 
 @dataclass(frozen=True)
@@ -86,22 +75,22 @@ class Report:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what `report.json` holds; figures that are not finite become null."""
-        rows = [
-            {
-                "name": c.name,
-                "quantity": c.quantity,
-                "measured": _finite(c.measured),
-                "limit": c.limit,
-                "sense": c.sense,
-                "unit": c.unit,
-                "passed": c.passed,
-                "where": c.where,
-                "when": _finite(c.when),
-                "source": c.source,
-                "detail": c.detail,
-            }
-            for c in self.checks
-        ]
+        names = (
+            "name",
+            "quantity",
+            "measured",
+            "limit",
+            "sense",
+            "unit",
+            "passed",
+            "where",
+            "when",
+            "source",
+            "detail",
+        )
+        rows = [{name: getattr(check, name) for name in names} for check in self.checks]
+        for row in rows:
+            row["measured"], row["when"] = _finite(row["measured"]), _finite(row["when"])
         return {
             "scene": self.scene,
             "passed": self.passed,

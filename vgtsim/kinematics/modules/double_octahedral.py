@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -103,8 +104,11 @@ class MidPlanes(ModuleState):
 
     @cached_property
     def _meeting(self) -> tuple[Array, Array, Array, Mask]:
-        """Where a mid-plane meets the circles of n4 to n6 (3.28): in their planes lean = U·v and cosine of the angle
-        between plane and radius, sizes of the plane's normal in the circles' planes, and whether it meets all three."""
+        """Where a mid-plane meets the circles of n4 to n6 (3.28).
+
+        Returns U·v, the cosine of the angle between normal and radius, the normal's size in the circles' planes, each
+        shape (b, M, 3), and whether it meets all three.
+        """
         g, U = self._sound
         geometry = self.modules.geometry
         lean = U @ double.INWARD.T

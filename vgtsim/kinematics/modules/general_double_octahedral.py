@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import GeneralDoubleOctahedral, face_sides
+from vgtsim.description.modules import GeneralDoubleOctahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.modules import two_cell_rates as rates
 from vgtsim.kinematics.modules import two_cells as cells
@@ -262,7 +262,7 @@ def make_general_double_octahedra(modules: Sequence[GeneralDoubleOctahedral], si
     """
     names, geometries, begins = tuple(module.name for module in modules), [], []
     for module in modules:
-        base, top = face_sides(module, side)
+        base, top = module.faces(side)
         geometries.append(cells.TwoCellGeometry(base, top, module.longerons, module.joint_offset))
         try:
             begins.append(cells.forward_lengths(geometries[-1], [module.straight] * 3))

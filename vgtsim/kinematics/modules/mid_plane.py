@@ -57,7 +57,9 @@ class DoubleOctahedronGeometry:
 
     def one(self, m: int) -> DoubleOctahedronGeometry:
         """Dimensions of module m alone, each of shape (1,)."""
-        return DoubleOctahedronGeometry(*(item[m : m + 1] for item in (self.face_side, self.longeron, self.joint_offset)))
+        return DoubleOctahedronGeometry(
+            *(item[m : m + 1] for item in (self.face_side, self.longeron, self.joint_offset))
+        )
 
 
 def normal(midplane: ArrayLike) -> Array:

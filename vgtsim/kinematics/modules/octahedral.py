@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import Octahedral, face_sides
+from vgtsim.description.modules import Octahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.modules import octahedron as single
 from vgtsim.kinematics.modules.kind import Groups, Kind, PlannedMember
@@ -261,7 +261,9 @@ def make_octahedra(modules: Sequence[Octahedral], side: float) -> Octahedra:
     """
     geometries = tuple(octahedron_geometry(module, side) for module in modules)
     poses = [
-        pose_parameters(*single.forward(geometry, np.array([item.length or module.straight for item in module.longerons])))
+        pose_parameters(
+            *single.forward(geometry, np.array([item.length or module.straight for item in module.longerons]))
+        )
         for geometry, module in zip(geometries, modules, strict=True)
     ]
     return Octahedra(tuple(module.name for module in modules), np.array(poses), geometries)
@@ -269,7 +271,7 @@ def make_octahedra(modules: Sequence[Octahedral], side: float) -> Octahedra:
 
 def octahedron_geometry(module: Octahedral, side: float) -> single.OctahedronGeometry:
     """Fixed dimensions of a described module; faces that are not given are the arm's, of a side in m."""
-    base, top = face_sides(module, side)
+    base, top = module.faces(side)
     return single.OctahedronGeometry(base, top, tuple(longeron.length for longeron in module.longerons))
 
 

@@ -18,6 +18,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.mode_following import worst_row
+
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
@@ -241,4 +243,4 @@ def find_short(reached: Array) -> tuple[int, ...] | None:
 def find_singular(modules: ModuleSet, x: Array) -> tuple[Array, Index]:
     """Smallest singular value of each module, a pure number, and the leg worst of it, shapes (..., M)."""
     left, value, _ = np.linalg.svd(modules.conditioned(x))
-    return value[..., -1], np.argmax(np.abs(left[..., -1]), axis=-1)
+    return value[..., -1], worst_row(left, value)

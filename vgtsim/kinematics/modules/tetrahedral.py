@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import Tetrahedral, face_sides
+from vgtsim.description.modules import Tetrahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
 from vgtsim.kinematics.modules.sets import Mask, ModuleSet, ModuleState, all_legs, find_short
@@ -183,7 +183,7 @@ class Hinges(ModuleSet):
 
 def make_hinges(modules: Sequence[Tetrahedral], side: float) -> Hinges:
     """The set of described modules; sides that are not given are the arm's, m."""
-    faces = np.array([face_sides(module, side)[0] for module in modules])
+    faces = np.array([module.faces(side)[0] for module in modules])
     straight = np.array([[module.straight] for module in modules])
     return Hinges(tuple(module.name for module in modules), straight, faces[:, [0, 2]])
 

@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
 from vgtsim.kinematics.closure import (
     LOWER,
     UPPER,
@@ -34,6 +33,7 @@ from vgtsim.kinematics.closure import (
     make_circles,
     place_circles,
 )
+from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
 from vgtsim.kinematics.modules.octahedron import leg_jacobian
 from vgtsim.kinematics.triangle import place_triangle, triangle_frame, triangle_nodes
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,8 +13,8 @@ from playing import bend, change, play, shorten
 from vgtsim.errors import DescriptionError, DivergenceError
 from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
-from vgtsim.plant import run
-from vgtsim.plant.loop import _Contacts, _note_contacts
+from vgtsim.plant import Contact, run
+from vgtsim.plant.watch import list_contacts, name_collision
 from vgtsim.runlog import RunLog, load_run, save_run
 from vgtsim.site import Site
 
@@ -113,10 +114,13 @@ def test_what_the_start_posture_touches_is_named(module_scene, motion):
 
 
 def test_a_collision_says_which_drives_it_is_under():
-    contact = SimpleNamespace(geom=(0, 1), dist=-0.001)
+    touching = SimpleNamespace(geom=(0, 1), dist=-0.001)
     model = SimpleNamespace(geom=lambda i: SimpleNamespace(name=("arm", "block")[i]))
+    contacts = list_contacts(cast(Any, model), cast(Any, SimpleNamespace(contact=[touching], time=2.0)))
+    assert contacts == [Contact(2.0, "arm", "block", -0.001)]
     for drive, said in (("hydraulic", "under hydraulic drives"), ("servo", "")):
-        assert _note_contacts(model, SimpleNamespace(contact=[contact], time=2.0), _Contacts(), drive).endswith(said)
+        assert name_collision(contacts[0], drive).endswith(said)
+    assert not name_collision(contacts[0], "servo")
 
 
 def test_a_loop_that_cannot_close_stops_the_run_and_names_the_row(module_scene, motion):

@@ -1,0 +1,38 @@
+"""Every example runs from an empty folder, and each figure that it prints beside an expected one agrees with it."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+FILMS = {"13_film"}  # need EGL
+MOST_LINES = 60
+PAIR = re.compile(r"(-?\d+(?:\.\d+)?)[^,]*, expected (-?\d+(?:\.\d+)?)")
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, marks=[pytest.mark.render] * (path.stem in FILMS), id=path.stem) for path in EXAMPLES]
+)
+@pytest.mark.long
+def test_an_example_prints_what_it_expects(path, tmp_path):
+    done = subprocess.run([sys.executable, path], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    pairs = PAIR.findall(done.stdout)
+    assert pairs, done.stdout
+    for found, expected in pairs:
+        digits = len(expected.partition(".")[2])
+        assert abs(float(found) - float(expected)) < 1.01 * 10**-digits, (found, expected)  # one unit in the last place
+
+
+def test_examples_are_numbered_short_and_start_from_the_package():
+    assert [path.name[:3] for path in EXAMPLES] == [f"{number:02d}_" for number in range(1, len(EXAMPLES) + 1)]
+    for path in EXAMPLES:
+        text = path.read_text()
+        assert len(text.splitlines()) < MOST_LINES, path.name
+        assert "\nimport vgtsim\n" in text, path.name

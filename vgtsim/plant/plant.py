@@ -1,0 +1,341 @@
+"""The plant: one arm in one tank, stepped from outside. The only place that calls `mj_step` in a run."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.errors import CommandError, DivergenceError, StoppedError
+from vgtsim.graphics import mujoco
+from vgtsim.mjcf import build_model, retime
+from vgtsim.mjcf.pose import fill_qpos, make_pose_map
+from vgtsim.plant.addresses import find_addresses
+from vgtsim.plant.drives import Drive, find_drive
+from vgtsim.plant.recorder import Contact, Recorder
+from vgtsim.plant.springs import fit_springs
+from vgtsim.plant.state import PlantState
+from vgtsim.plant.watch import check_state, list_contacts, list_warnings, name_collision
+from vgtsim.runlog import RunLog
+from vgtsim.site import Site
+from vgtsim.statics.settling import settle
+
+Array = NDArray[np.float64]
+
+_SENSOR_BIT = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+_SAME_STEP = 1e-6  # of a step: by which rounding may move the instant of a record
+_NEVER_RESET = "it has not been reset yet"
+
+
+class Plant:
+    """An arm that is reset, commanded and stepped: tours, operators, missions and environments are its clients.
+
+    Each command is a length wanted at the end of the next step, because the rigid drives hold at the end of a step.
+    Under rigid and hydraulic drives a contact is a collision, not a load: the first one stops the plant for good.
+    Between two steps the plant holds the last command.
+
+    Attributes:
+        site: The scene with its arm and tank.
+        model: The compiled model; the drives change it.
+        data: State of MuJoCo, to be read only.
+        timestep: s.
+    """
+
+    def __init__(
+        self,
+        site: Site,
+        *,
+        timestep: float | None = None,
+        record_rate: float | None = None,
+        model: mujoco.MjModel | None = None,
+    ) -> None:
+        """Make a plant; the second one of a site is made in some hundredths of a second.
+
+        Args:
+            site: The scene with its arm and tank.
+            timestep: In place of the scene's, s.
+            record_rate: Records a second in place of the scene's `log_rate`, see the property.
+            model: In place of the one of `build_model`; the plant changes it.
+
+        Raises:
+            CommandError: The step is not positive, or the rate is negative or above that of the steps.
+        """
+        simulation = site.task.simulation
+        self.site = site
+        self.timestep = simulation.timestep if timestep is None else timestep
+        if not 0 < self.timestep < np.inf:
+            raise CommandError("timestep", f"{self.timestep:g} s", "a positive time")
+        self.model = build_model(site) if model is None else model
+        if self.model.opt.timestep != self.timestep:
+            retime(self.model, self.timestep)
+        self.data = mujoco.MjData(self.model)
+        self._at = find_addresses(self.model, site.truss)
+        self._pose = make_pose_map(self.model, site.truss)
+        self._recorder = Recorder(self._at)
+        self._steps = 0
+        self.record_rate = simulation.log_rate if record_rate is None else record_rate
+        self._stopped = _NEVER_RESET
+
+    @property
+    def record_rate(self) -> float:
+        """Records a second, from none to one a step; it may be changed between two steps.
+
+        A record is made at the first step at or after the instant that the rate asks for. So the log is evenly spaced,
+        which verification needs, only where the rate is a whole fraction of the rate of steps.
+        """
+        return self._record_rate
+
+    @record_rate.setter
+    def record_rate(self, rate: float) -> None:
+        most = 1 / self.timestep
+        if not 0 <= rate <= most * (1 + _SAME_STEP):
+            raise CommandError("record_rate", f"{rate:g} Hz", f"0 to {most:g} Hz, the rate of steps")
+        self._record_rate = rate
+        self._first, self._taken = self._steps, 0
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the reset, s."""
+        return self._steps * self.timestep
+
+    @property
+    def stopped(self) -> str:
+        """Why the plant cannot be stepped, or an empty string."""
+        return self._stopped
+
+    def reset(self, lengths: ArrayLike | None = None, inputs: ArrayLike | None = None) -> PlantState:
+        """Stand the arm in a posture, at rest and in equilibrium under its weight; time, log and goal start anew.
+
+        Args:
+            lengths: Of the cylinders, shape (J,), m.
+            inputs: Of the same posture, shape (n,); saves the way from lengths to inputs. Without both, the scene's start.
+
+        Returns:
+            The state at time zero.
+
+        Raises:
+            CommandError: An array has the wrong size or is not finite.
+            AssemblyError: The lengths do not close the loops.
+            DescriptionError: The arm is so deep in something that its state diverges, or an elastic arm buckles.
+        """
+        chain = self.site.chain
+        wanted = None if lengths is None else self._read("lengths", lengths)
+        if inputs is None:
+            q = self.site.start if wanted is None else np.asarray(chain.inputs_from_lengths(wanted))
+        else:
+            q = _read_row("inputs", inputs, chain.straight.size)
+        self._target = chain.lengths(q) if wanted is None else wanted
+        self._rates: Array | None = None
+        self._commanded = self._target
+        self._stand(chain.nodes(q))
+        self._find_equilibrium()
+        self._recorder = Recorder(self._at)
+        self._steps, self._wall, self._stopped = 0, 0.0, ""
+        self.record_rate = self._record_rate
+        self._goal, self._settled = -1, False
+        self._touched: list[Contact] = []
+        self._slow = int(self._speed() < self.site.task.motion.settle_speed)
+        self._state: PlantState | None = None
+        return self.state
+
+    def command(self, lengths: ArrayLike | None = None, *, rates: ArrayLike | None = None) -> None:
+        """Say where the cylinders are to be at the end of the next step, or how fast they are to go from now on.
+
+        Args:
+            lengths: Shape (J,), m; held until the next command.
+            rates: Shape (J,), m/s; each step adds a step's way to the commanded lengths, until the next command.
+
+        Raises:
+            CommandError: Both or neither are given, or the size is wrong, or something is not finite.
+            StoppedError: The plant has stopped.
+        """
+        self._require_going()
+        if (lengths is None) == (rates is None):
+            raise CommandError("command", "neither or both", "either lengths or rates")
+        if lengths is not None:
+            self._target, self._rates = self._read("lengths", lengths), None
+        else:
+            self._rates = self._read("rates", rates)
+
+    def mark(self, goal: int, *, settled: bool = False) -> None:
+        """Say for the records which goal is approached from now on, or held, settled; -1 for none."""
+        self._goal, self._settled = goal, settled
+
+    def step(self, count: int = 1) -> None:
+        """Go on by a number of steps, fewer if something is touched that must not be.
+
+        Raises:
+            StoppedError: The plant has stopped before.
+            DivergenceError: The state stopped being physical; the error carries the log until then.
+        """
+        self._require_going()
+        self._state, self._touched = None, []
+        for _ in range(count):
+            self._advance()
+            if self._stopped:
+                break
+
+    @property
+    def calm(self) -> bool:
+        """Whether the arm has come to rest, see `PlantState.calm`."""
+        return self._slow >= self._calm_steps
+
+    @property
+    def state(self) -> PlantState:
+        """The state now.
+
+        Raises:
+            StoppedError: The plant has not been reset.
+        """
+        if self._stopped == _NEVER_RESET:
+            self._require_going()
+        if self._state is None:
+            self._state = self._look()
+        return self._state
+
+    @property
+    def log(self) -> RunLog:
+        """All records since the reset."""
+        simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
+        performance = {
+            "simulated_s": simulated,
+            "wall_s": wall,
+            "real_time_factor": simulated / wall,
+            "steps": float(self._steps),
+            "nv": float(self.model.nv),
+        }
+        return self._recorder.make_log(
+            warnings=list_warnings(self.data), performance=performance, stopped=self._stopped
+        )
+
+    def _require_going(self) -> None:
+        if self._stopped:
+            raise StoppedError(self._stopped)
+
+    def _read(self, what: str, values: ArrayLike | None) -> Array:
+        """One finite value for each cylinder."""
+        return _read_row(what, values, len(self._at.slide))
+
+    def _stand(self, nodes: Array) -> None:
+        """Put the hubs at nodes, of the unloaded arm, shape (N, 3), m; an elastic arm sags to where it settles."""
+        mujoco.mj_resetData(self.model, self.data)
+        springs, self._calm_steps = None, 1
+        if self.site.task.simulation.members == "elastic":
+            springs = fit_springs(self.model, self.data, self.site, nodes)
+            nodes = settle(self.site.held_model, nodes)
+            self._calm_steps = round(springs.period / self.timestep)  # a ringing arm stands still twice a period
+        fill_qpos(self._pose, self.site.truss, nodes, self.data.qpos)
+        self._drive: Drive = find_drive(self.model, self.data, self.site, self._at, springs, nodes)
+
+    def _find_equilibrium(self) -> None:
+        """Let the constraints take up the weight before time zero: kinematics give the posture, but not its forces."""
+        motion = self.site.task.motion
+        touched: list[Contact] = []
+        for _ in range(round(motion.patience / self.timestep)):
+            self._drive.command(self._target)
+            mujoco.mj_step(self.model, self.data)
+            touched = touched or list_contacts(self.model, self.data)
+            try:
+                check_state(self.model, self.data)
+            except DivergenceError:
+                if not touched:
+                    raise
+                _, first, second, gap = touched[0]
+                found = f"{first} {-gap:.3g} m deep in {second}, which the drives cannot hold"
+                raise self.site.scene.error("motion.start", found, "a posture clear of everything") from None
+            if self._speed() < motion.settle_speed:
+                break
+        self.data.time = 0.0
+
+    def _speed(self) -> float:
+        """Greatest speed of a node along an axis, m/s."""
+        return float(np.max(np.abs(self.data.qvel[self._at.hub_speeds])))
+
+    def _advance(self) -> None:
+        """One step: drives, MuJoCo, divergence, record, rest, contact."""
+        begin = time.perf_counter()
+        model, data = self.model, self.data
+        if self._rates is not None:
+            self._target = self._target + self._rates * self.timestep
+        recorded = self._start_step()
+        rates = data.qvel[self._at.slide]
+        self._recorder.note_saturation(self._drive.command(self._target))
+        mujoco.mj_step(model, data)
+        self._steps += 1
+        try:
+            check_state(model, data)
+        except DivergenceError as error:
+            self._stopped = str(error)
+            self._wall += time.perf_counter() - begin
+            raise DivergenceError(error.time, error.row, error.value, self.log) from None
+        if recorded:
+            self._recorder.record(
+                data,
+                time=(self._steps - 1) * self.timestep,
+                commanded=self._commanded,
+                rates=rates,
+                goal=self._goal,
+                settled=self._settled,
+                pressure=self._drive.pressure,
+            )
+        self._note_rest()
+        if data.ncon:
+            self._note_contacts()
+        self._wall += time.perf_counter() - begin
+
+    def _start_step(self) -> bool:
+        """Whether the coming step is recorded; sensors cost a fifth of a step, so they are worked out for records alone."""
+        due = self._taken / (self._record_rate * self.timestep) if self._record_rate else np.inf
+        recorded = self._steps - self._first >= due - _SAME_STEP
+        self._taken += recorded
+        flags = self.model.opt.disableflags
+        self.model.opt.disableflags = flags & ~_SENSOR_BIT if recorded else flags | _SENSOR_BIT
+        return recorded
+
+    def _note_rest(self) -> None:
+        """Count the steps for which the arm has been slow under one command."""
+        if self._target is not self._commanded and np.any(self._target != self._commanded):
+            self._slow = 0
+        self._slow = self._slow + 1 if self._speed() < self.site.task.motion.settle_speed else 0
+        self._commanded = self._target
+
+    def _note_contacts(self) -> None:
+        contacts = list_contacts(self.model, self.data)
+        self._recorder.note_contacts(contacts)
+        self._touched += contacts
+        if contacts:
+            self._stopped = name_collision(contacts[0], self.site.task.simulation.drive)
+
+    def _look(self) -> PlantState:
+        data, at = self.data, self._at
+        mujoco.mj_kinematics(self.model, data)  # a step leaves the places of its begin
+        return PlantState(
+            time=self.time,
+            commanded=np.array(self._commanded),
+            lengths=at.retracted + data.qpos[at.position],
+            rates=data.qvel[at.slide],
+            nodes=data.site_xpos[at.nodes],
+            tool_position=data.site_xpos[at.tool].copy(),
+            tool_rotation=data.xmat[at.tip].reshape(3, 3).copy(),
+            drive_force=self._drive.force(),
+            speed=self._speed(),
+            calm=self.calm,
+            contacts=tuple(self._touched),
+            stopped=self._stopped,
+        )
+
+
+def _read_row(what: str, values: ArrayLike | None, size: int) -> Array:
+    """A copy of finite values, shape (size,)."""
+    try:
+        row = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise CommandError(what, repr(values), f"{size} numbers") from None
+    if row.shape != (size,):
+        raise CommandError(what, f"shape {row.shape}", f"shape ({size},)")
+    if not np.isfinite(row).all():
+        raise CommandError(
+            what, f"{row[~np.isfinite(row)][0]} at {int(np.flatnonzero(~np.isfinite(row))[0])}", "finite numbers"
+        )
+    return row

@@ -1,0 +1,29 @@
+"""Products of many short vectors, quicker than NumPy's own for a single pose."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross products, shape (..., 3), of vectors whose shapes broadcast; the same sums as `numpy.cross`."""
+    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    result[..., 0] = ay * bz - az * by
+    result[..., 1] = az * bx - ax * bz
+    result[..., 2] = ax * by - ay * bx
+    return result
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar products, shape (..., 1), of vectors whose shapes broadcast."""
+    return np.sum(a * b, axis=-1, keepdims=True)
+
+
+def across(vector: Array, unit: Array) -> Array:
+    """Part of vectors that is square to unit vectors, shape (..., 3)."""
+    return vector - dot(vector, unit) * unit

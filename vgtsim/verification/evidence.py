@@ -1,0 +1,183 @@
+"""What a run's log and its site say, worked out once for all checks: motion, forces, strength, tool, clearance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.geometry import Clearance, arm_clearance, make_profile, obstacles, self_clearance
+from vgtsim.kinematics.inertia import member_radii
+from vgtsim.runlog import RunLog
+from vgtsim.site import Site
+from vgtsim.statics.cases import Envelope, find_envelope
+from vgtsim.statics.equilibrium import MemberForces, solve_members
+from vgtsim.statics.motion import Motion, motion_from_log
+from vgtsim.statics.rating import Ratings, rate
+from vgtsim.statics.utilisation import Utilisation, utilise
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_BESIDE = 2  # records on either side of one that its acceleration is made of, see `motion_from_log`
+_CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """A run and everything that several checks read out of it; T records, M members. Vectors are in frame G.
+
+    Attributes:
+        site: Where it ran.
+        log: The run.
+    """
+
+    site: Site
+    log: RunLog
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the members."""
+        return self.site.truss.member_names
+
+    @property
+    def actuator_names(self) -> list[str]:
+        """Names of the actuators, shape (J,)."""
+        return [self.site.truss.members[i].name for i in self.site.truss.actuated]
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Velocities and accelerations of the nodes; NaN where they are unknown."""
+        return motion_from_log(self.log.time, self.log.nodes)
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Lengths of the members from hub to hub, shape (T, M), m."""
+        return self.site.truss.lengths(self.log.nodes)
+
+    @cached_property
+    def gaps(self) -> Array:
+        """Distance of each member's ends from its hubs, the greater of the two, shape (T, M), m."""
+        return np.linalg.norm(self.log.ends - self.log.nodes[:, self.site.truss.ends], axis=-1).max(axis=-1)
+
+    @cached_property
+    def axial(self) -> Array:
+        """Measured axial forces at the near ends, tension positive, shape (T, M), N."""
+        return self.log.axial(self.site.truss.ends)
+
+    @cached_property
+    def shear(self) -> Array:
+        """Measured forces across the members at the near ends, shape (T, M, 3), N."""
+        return self.log.shear()
+
+    @cached_property
+    def moving(self) -> MemberForces:
+        """Expected forces with inertia, from the method of joints; NaN where the motion is unknown."""
+        return solve_members(self.site.load_model, self.log.nodes, self.motion)
+
+    @cached_property
+    def settled(self) -> Index:
+        """Records at rest, shape (S,)."""
+        settled = np.flatnonzero(self.log.settled)
+        if (
+            self._rings
+        ):  # accelerations beside a record that is not settled are partly those of the motion to or from it
+            settled = settled[np.isin(settled - _BESIDE, settled) & np.isin(settled + _BESIDE, settled)]
+        return settled
+
+    @cached_property
+    def resting(self) -> MemberForces:
+        """Expected forces of the settled records alone: at rest, or with the inertia of an elastic arm's ringing."""
+        if self._rings:
+            return self.moving.at(self.settled)
+        return solve_members(self.site.load_model, self.log.nodes[self.settled])
+
+    @property
+    def _rings(self) -> bool:
+        """Whether the arm still rings a little when it counts as settled: an elastic one does."""
+        return self.site.task.simulation.members == "elastic"
+
+    @cached_property
+    def ratings(self) -> Ratings:
+        """Allowable forces, shapes (T, M)."""
+        return rate(self.site.sections, self.lengths, self.site.task.limits.safety_factor)
+
+    @cached_property
+    def use(self) -> Utilisation:
+        """Demand over strength under the measured forces, shapes (T, M).
+
+        The force varies along a member by its own weight and inertia, which the expected forces give.
+        """
+        expected, pinned = self.moving, self.site.truss.ring_actuators.ravel()
+        off = self.axial - expected.near_axial
+        moment = expected.near_moment.copy()
+        moment[:, pinned] = self.log.member_moment[:, pinned]
+        changed = {"bar": expected.bar + off, "near_axial": self.axial, "far_axial": expected.far_axial + off}
+        return utilise(self.ratings, replace(expected, **changed, near_moment=moment))
+
+    @cached_property
+    def case_records(self) -> Index:
+        """Records whose poses are held against the load cases."""
+        count = len(self.log.time)
+        return np.unique(np.linspace(0, count - 1, min(count, _CASE_POSES)).astype(int))
+
+    @cached_property
+    def envelope(self) -> Envelope:
+        """Worst of the load cases in every recorded pose."""
+        task, nodes = self.site.task, self.log.nodes[self.case_records]
+        return find_envelope(self.site.case_model, self.site.sections, nodes, task.loads, task.limits.safety_factor)
+
+    @cached_property
+    def tool(self) -> tuple[Array, Array]:
+        """Tool point, m, and outward unit normal of the plane through the tip nodes, shapes (T, 3)."""
+        corner = self.log.nodes[:, self.site.truss.tip]
+        normal = np.cross(corner[:, 0] - corner[:, 2], corner[:, 1] - corner[:, 2])
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        return corner.mean(axis=1) + self.site.arm.tip_plate.tool_offset * normal, normal
+
+    @cached_property
+    def around(self) -> Clearance:
+        """Distances of the arm from tank, riser, equipment and waste at every record."""
+        site, ball = self.site, self.site.task.payload
+        return arm_clearance(
+            self.log.nodes,
+            site.truss.ends,
+            member_radii(site.arm, site.truss),
+            site.arm.hub.radius,
+            site.tank,
+            make_profile(site.tank.shell),
+            obstacles(site.tank),
+            (self.tool[0], ball.radius) if ball.mass else None,
+        )
+
+    @cached_property
+    def among(self) -> tuple[Array, Index]:
+        """Least distance of the arm from itself and the mast, shape (T,), m, and the pair of members, shape (T, 2).
+
+        The mast, before the first module, and the payload, in the last one, follow the members.
+        """
+        site, nodes, count = self.site, self.log.nodes, self.log.nodes.shape[1]
+        radius, pivot = site.mast.outer_diameter / 2, site.chain.mount[:3, 3]
+        axis = (np.broadcast_to(pivot + [0, 0, up], (len(nodes), 1, 3)) for up in (radius, site.mast.length))
+        points = np.concatenate([nodes, *axis, self.tool[0][:, None]], axis=1)
+        ends = np.concatenate([site.truss.ends, [[count, count + 1], [count + 2, count + 2]]])
+        radii = np.append(member_radii(site.arm, site.truss), [radius, site.task.payload.radius])
+        return self_clearance(points, ends, radii, np.append(site.truss.module, [-1, len(site.arm.modules) - 1]))
+
+    @cached_property
+    def clearance(self) -> Array:
+        """Least distance of the arm from anything, shape (T,), m."""
+        return np.minimum(self.around.least, self.among[0])
+
+    @cached_property
+    def tool_errors(self) -> tuple[Array, Array]:
+        """Distance, m, and angle, rad, of the tool from the goal approached or held, shapes (T,); NaN without a goal."""
+        (position, direction), goals, log = self.tool, self.site.task.motion.goals, self.log
+        wanted = np.array([goal.position for goal in goals])[log.goal]
+        aimed = np.array([goal.direction for goal in goals])[log.goal]
+        distance = np.linalg.norm(position - wanted, axis=-1)
+        angle = np.arctan2(np.linalg.norm(np.cross(direction, aimed), axis=-1), np.sum(direction * aimed, axis=-1))
+        distance[log.goal < 0] = angle[log.goal < 0] = np.nan
+        return distance, angle

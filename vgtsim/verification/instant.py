@@ -1,0 +1,74 @@
+"""The truss at one instant of a run: loads on its nodes, and forces and stiffnesses of its bars."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vgtsim.errors import DescriptionError
+from vgtsim.runlog import RunLog
+from vgtsim.site import Site
+from vgtsim.statics.elasticity import require_no_offset
+from vgtsim.statics.equilibrium import solve_members
+from vgtsim.statics.motion import Motion
+from vgtsim.statics.stiffness import node_loads
+from vgtsim.verification.evidence import Array, Evidence, Index
+
+STIFF_EDGE = 1e3  # stiffness of the rigid tip plate's edges over that of the stiffest member
+
+
+@dataclass(frozen=True)
+class Instant:
+    """A truss of N nodes and B bars: the M members, then the edges of the tip plate. Frame G, tension positive.
+
+    Attributes:
+        record: Index of the record.
+        nodes: Shape (N, 3), m.
+        load: Weight and inertia shared between the nodes, shape (N, 3), N.
+        ends: Node indices of the bars, shape (B, 2).
+        length: Shape (B,), m.
+        spring: Axial stiffness, shape (B,), N/m.
+        force: In equilibrium with the loads, shape (B,), N; zero on the edges.
+        measured: The simulation's at the near end, shape (B,), N; zero on the edges.
+    """
+
+    record: int
+    nodes: Array
+    load: Array
+    ends: Index
+    length: Array
+    spring: Array
+    force: Array
+    measured: Array
+
+
+def find_instant(site: Site, log: RunLog, time: float | None = None) -> Instant:
+    """Collect the truss of one instant.
+
+    Args:
+        site: Where the run was.
+        time: Simulated time, s; absent for that of the greatest axial force.
+
+    Raises:
+        DescriptionError: A module has a joint offset, or the time is not in the log.
+    """
+    require_no_offset(site.chain, "a truss is exported")
+    if time is not None and not log.time[0] <= time <= log.time[-1]:
+        raise DescriptionError(None, "time", f"{time:.6g} s", f"{log.time[0]:.6g} to {log.time[-1]:.6g} s, as logged")
+    run, model, truss = Evidence(site, log), site.elastic_model, site.truss
+    record = int(np.argmax(np.abs(run.axial).max(axis=1)) if time is None else np.argmin(np.abs(log.time - time)))
+    nodes, motion = log.nodes[record], Motion(run.motion.velocity[record], run.motion.acceleration[record])
+    now = motion if np.isfinite(motion.acceleration).all() else None
+    edges = np.zeros(len(truss.tip_edges))
+    ends, spring = np.concatenate([truss.ends, truss.tip_edges]), model.stiffness_at(nodes)
+    return Instant(
+        record=record,
+        nodes=nodes,
+        load=node_loads(model, nodes, now),
+        ends=ends,
+        length=np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1),
+        spring=np.append(spring, edges + STIFF_EDGE * spring.max()),
+        force=np.append(solve_members(model.loads, nodes, now).bar, edges),
+        measured=np.append(run.axial[record], edges),
+    )

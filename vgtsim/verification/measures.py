@@ -1,0 +1,114 @@
+"""How a figure of a run is measured, and what stands beside it in the report. `docs/add_check.md` shows how to add one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.kinematics.ties import first_greatest
+from vgtsim.site import Site
+from vgtsim.verification.evidence import Evidence
+
+Array = NDArray[np.float64]
+_NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One measured figure.
+
+    Attributes:
+        value: The worst; NaN when it could not be measured.
+        where: Member or place.
+        when: Time, s.
+        detail: Why it could not be measured, or more figures.
+    """
+
+    value: float
+    where: str = "none"
+    when: float = _NAN
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One row of the report: a figure, held against the limit of a key in the scene.
+
+    Attributes:
+        check: Name of the check that the row belongs to.
+        quantity: What is measured, in words.
+        unit: Of figure and limit.
+        limit: Key in the scene's `limits`.
+        sense: Whether the figure must be at most or at least the limit.
+        applies: Whether the row is in the report of a site.
+        find: Measures the figure.
+    """
+
+    check: str
+    quantity: str
+    unit: str
+    limit: str
+    sense: Literal["at most", "at least"]
+    applies: Callable[[Site], bool]
+    find: Callable[[Evidence], Finding]
+
+    def __call__(self, run: Evidence) -> Finding:
+        """Measure the figure."""
+        return self.find(run)
+
+
+def report_as(
+    check: str,
+    quantity: str,
+    *,
+    unit: str,
+    limit: str,
+    sense: Literal["at most", "at least"] = "at most",
+    applies: Callable[[Site], bool] = lambda _: True,
+) -> Callable[[Callable[[Evidence], Finding]], Measure]:
+    """Make a row of the report of the function below; the arguments are the fields of `Measure`."""
+
+    def wrap(find: Callable[[Evidence], Finding]) -> Measure:
+        return Measure(check=check, quantity=quantity, unit=unit, limit=limit, sense=sense, applies=applies, find=find)
+
+    return wrap
+
+
+def measures_in(module: ModuleType) -> list[Measure]:
+    """Rows that a module defines, each named `check_...`, alone or in a tuple, in their order in the file."""
+    found: list[Measure] = []
+    for name, value in vars(module).items():
+        if name.startswith("check_"):
+            found += value if isinstance(value, tuple) else (value,)
+    return found
+
+
+def missing(detail: str, where: str = "none") -> Finding:
+    """A figure that could not be measured, and why."""
+    return Finding(_NAN, where, _NAN, detail)
+
+
+def worst_of(values: Array, time: Array, names: Sequence[str]) -> Finding:
+    """Find the greatest of values of shape (T, M) at times (T,), s, with named columns.
+
+    NaN when anything was not measured: then that is named.
+    """
+    if values.size == 0:
+        return missing("nothing was measured")
+    gaps = np.isnan(values)
+    record, column = np.unravel_index(first_greatest(gaps if gaps.any() else values), values.shape)
+    if gaps.any():
+        detail = f"{gaps.any(axis=1).sum()} of {len(values)} records were not measured"
+        return Finding(_NAN, names[int(column)], float(time[record]), detail)
+    return Finding(float(values[record, column]), names[int(column)], float(time[record]))
+
+
+def least_of(values: Array, time: Array, names: Sequence[str]) -> Finding:
+    """Find the least of values, as `worst_of` finds the greatest."""
+    worst = worst_of(-values, time, names)
+    return Finding(-worst.value, worst.where, worst.when, worst.detail)

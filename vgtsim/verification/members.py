@@ -1,0 +1,173 @@
+"""Is every member loaded along its axis, by the force that the method of joints gives?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.kinematics import Truss
+from vgtsim.site import Site
+from vgtsim.verification.drives import collect, lacks_pressures
+from vgtsim.verification.evidence import Array, Evidence
+from vgtsim.verification.measures import Finding, missing, report_as, worst_of
+
+LEAST_FORCE = 1.0  # N; errors are relative to this where an arm without weight carries less
+LEAST_MOMENT = 1.0  # N·m; the same of bending
+_STOPPED = 4  # bit of `RunLog.saturation`: a piston at an end, where the barrel carries what the oil does not
+_NEVER_SETTLED = "the arm never settled"
+
+
+@report_as("axial_purity", "moment at a member's end", unit="N*m", limit="end_moment")
+def check_moment(run: Evidence) -> Finding:
+    """Greatest moment at the end of a member that has a ball there."""
+    straight, names = _unbent(run.site.truss)
+    return worst_of(np.linalg.norm(run.log.member_moment[:, straight], axis=-1), run.log.time, names)
+
+
+@report_as(
+    "axial_purity",
+    "shear beyond own weight and inertia",
+    unit="N",
+    limit="excess_shear",
+    applies=lambda site: not site.task.simulation.lumped,
+)
+def check_shear(run: Evidence) -> Finding:
+    """Greatest shear at a member's end beyond its share of the member's own weight and inertia.
+
+    Actuators between joint blocks are left to `check_bending_at_rest` and `check_bending_moving`.
+    """
+    straight, names = _unbent(run.site.truss)
+    excess = (run.shear - run.moving.near_transverse)[:, straight]
+    return worst_of(np.linalg.norm(excess, axis=-1), run.log.time, names)
+
+
+@report_as(
+    "axial_purity",
+    "shear at a member's end, mass in the hubs",
+    unit="N",
+    limit="lumped_shear",
+    applies=lambda site: site.task.simulation.lumped,
+)
+def check_lumped_shear(run: Evidence) -> Finding:
+    """Greatest shear at the end of a member that has no mass of its own."""
+    return check_shear(run)
+
+
+def _unbent(truss: Truss) -> tuple[NDArray[np.intp], list[str]]:
+    """Members that a joint offset does not bend, and their names."""
+    straight = np.setdiff1d(np.arange(len(truss.members)), truss.ring_actuators)
+    return straight, [truss.members[i].name for i in straight]
+
+
+def _bends(site: Site) -> bool:
+    """Whether members are bent: only a joint offset does that."""
+    return len(site.truss.rings) > 0
+
+
+@report_as(
+    "axial_purity",
+    "bending error at rest over largest bending",
+    unit="1",
+    limit="axial_force_settled",
+    applies=_bends,
+)
+def check_bending_at_rest(run: Evidence) -> Finding:
+    """As `check_bending_moving`, for the settled records."""
+    return _find_bending(run, settled=True)
+
+
+@report_as(
+    "axial_purity",
+    "bending error in motion over largest bending",
+    unit="1",
+    limit="axial_force_moving",
+    applies=_bends,
+)
+def check_bending_moving(run: Evidence) -> Finding:
+    """Greatest error of what bends an actuator between joint blocks, over the greatest bending moment of the run.
+
+    At the near pin the moment and, times the length, the shear; torsion and moments about the pin are errors. The detail
+    has the greatest moment itself.
+    """
+    return _find_bending(run, settled=False)
+
+
+def _find_bending(run: Evidence, *, settled: bool) -> Finding:
+    log, pinned = run.log, run.site.truss.ring_actuators.ravel()
+    rows, expected = (run.settled, run.resting) if settled else (np.arange(len(log.time)), run.moving)
+    if not len(rows):
+        return missing(_NEVER_SETTLED)
+    names, time = [run.names[i] for i in pinned], log.time[rows]
+    turned = np.linalg.norm(log.member_moment[rows][:, pinned] - expected.near_moment[:, pinned], axis=-1)
+    pushed = np.linalg.norm(run.shear[rows][:, pinned] - expected.near_transverse[:, pinned], axis=-1)
+    size = np.linalg.norm(np.stack([expected.near_moment, expected.far_moment])[:, :, pinned], axis=-1).max(axis=0)
+    greatest = worst_of(np.nan_to_num(size), time, names)
+    error = np.maximum(turned, pushed * run.lengths[rows][:, pinned]) / max(greatest.value, LEAST_MOMENT)
+    detail = f"bending moment up to {greatest.value:.4g} N*m in {greatest.where} at {greatest.when:.2f} s"
+    return replace(worst_of(error, time, names), detail=detail)
+
+
+@report_as("axial_force", "error at rest over largest force", unit="1", limit="axial_force_settled")
+def check_axial_settled(run: Evidence) -> Finding:
+    """Greatest error of an axial force at rest, over the largest force of the instant."""
+    if not len(run.settled):
+        return missing(_NEVER_SETTLED)
+    error = relative_error(run.axial[run.settled], run.resting.near_axial)
+    return worst_of(error, run.log.time[run.settled], run.names)
+
+
+@report_as("axial_force", "error in motion over largest force", unit="1", limit="axial_force_moving")
+def check_axial_moving(run: Evidence) -> Finding:
+    """Greatest error of an axial force at any instant, inertia included, over the largest force of the instant."""
+    return worst_of(relative_error(run.axial, run.moving.near_axial), run.log.time, run.names)
+
+
+@report_as("axial_force", "drive force error over largest force", unit="1", limit="axial_force_moving")
+def check_drives(run: Evidence) -> Finding:
+    """Greatest error of a drive's force against the method of joints, over the largest force of the instant."""
+    error = relative_error(run.log.actuator_force, run.moving.bar[:, run.site.truss.actuated])
+    return worst_of(error, run.log.time, run.actuator_names)
+
+
+@report_as("axial_force", "mast reaction error over the reaction", unit="1", limit="axial_force_moving")
+def check_reaction(run: Evidence) -> Finding:
+    """Greatest error of the mast's force and moment on the arm, each over the greatest of the instant or the run."""
+    expected = run.moving.reaction
+    force, moment = (np.linalg.norm(part, axis=-1, keepdims=True) for part in (expected[:, :3], expected[:, 3:]))
+    lever = np.maximum(moment, np.nanmax(force, initial=LEAST_FORCE))  # a metre's lever where the arm hangs straight
+    size = np.concatenate([np.repeat(np.maximum(force, LEAST_FORCE), 3, 1), np.repeat(lever, 3, 1)], axis=1)
+    names = ("mast force x", "y", "z", "mast moment x", "y", "z")
+    return worst_of(np.abs(run.log.mast_reaction - expected) / size, run.log.time, names)
+
+
+@report_as(
+    "axial_force",
+    "chamber pressures against drive force",
+    unit="1",
+    limit="axial_force_moving",
+    applies=lambda site: site.task.simulation.drive == "hydraulic",
+)
+def check_pressure_force(run: Evidence) -> Finding:
+    """Greatest difference of pressures times areas from a drive's force, over the largest force of the instant.
+
+    A piston at an end of its stroke is left out: its barrel carries what the oil does not.
+    """
+    log = run.log
+    if lack := lacks_pressures(log):
+        return lack
+    bore, rod = collect(run.site, "bore"), collect(run.site, "rod")
+    area = np.pi / 4 * np.stack([-(bore**2), bore**2 - rod**2], axis=-1)
+    force = np.sum(log.pressure * area, axis=-1)
+    most = np.maximum(np.abs(log.actuator_force).max(axis=1, keepdims=True), LEAST_FORCE)
+    free = (log.saturation & _STOPPED) == 0
+    return worst_of(np.where(free, np.abs(force - log.actuator_force) / most, 0.0), log.time, run.actuator_names)
+
+
+def relative_error(measured: Array, expected: Array) -> Array:
+    """Difference over the largest expected force of each instant, shape (T, M), for forces of shape (T, M), N.
+
+    Straight poses leave many members near zero, so the member's own force is no measure.
+    """
+    return np.abs(measured - expected) / np.maximum(np.max(np.abs(expected), axis=-1, keepdims=True), LEAST_FORCE)
