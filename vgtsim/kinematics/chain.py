@@ -187,12 +187,6 @@ class Chain:
             row[:, place.moving] = (block @ place.take(dx)[..., None])[..., place.modules.actuated, 0]
         return _shaped(row, batch)
 
-    @cached_property
-    def _usual_slopes(self) -> tuple[Array, ...]:
-        """How much all legs together change by each input in the straight pose, shape (M, inputs) for each place."""
-        places = self.layout.places
-        return tuple(np.linalg.norm(p.modules.length_jacobian(p.straight)[1], axis=-2) for p in places)
-
     def input_rates(self, q: ArrayLike, only: Collection[str] | None = None) -> Array:
         """Rates of the inputs q per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 

@@ -129,7 +129,7 @@ def require_pressure(site: Site, time: Array, lengths: Array) -> None:
     """
     chain = site.chain
     nodes = chain.nodes(chain.inputs_from_lengths(lengths))
-    forces, parts = solve_members(site.load_model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
+    forces, parts = solve_members(site.case_model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
     used = np.where(forces > 0, forces / parts.pull, -forces / parts.push)
     record, worst = (int(i) for i in np.unravel_index(first_greatest(used), used.shape))
     if used[record, worst] <= 1:

@@ -150,7 +150,7 @@ class MidPlanes(ModuleState):
         rate /= (h * (cos * z - sin * lean))[..., None]
         return tangent, rate
 
-    @property
+    @cached_property
     def closed(self) -> Mask:
         """Mid-planes that meet all three longeron circles."""
         return self.placed & self._meeting[3]
@@ -171,7 +171,7 @@ class MidPlanes(ModuleState):
         far = np.sum(span * tangent[..., ahead, :], axis=-1)[..., None] * rate[..., ahead, :]
         return length, far - np.sum(span * tangent, axis=-1)[..., None] * rate
 
-    @property
+    @cached_property
     def inner(self) -> Array:
         """Mid nodes n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'."""
         feet = self._feet
@@ -180,7 +180,7 @@ class MidPlanes(ModuleState):
         rise = self.modules.geometry.joint_offset[:, None, None] * self._sound[1][..., None, :]
         return np.concatenate([feet, feet + rise / 2, feet + rise], axis=-2)
 
-    @property
+    @cached_property
     def inner_slope(self) -> Array:
         """The feet slide along their tangents; heads and middles turn with the normal."""
         tangent, rate = self._slopes
@@ -211,7 +211,7 @@ class DoubleOctahedra(ModuleSet):
         """Whether the modules have joint blocks."""
         return bool(np.any(self.geometry.joint_offset > 0))
 
-    @property
+    @cached_property
     def inner_count(self) -> int:
         """Three mid nodes; with a joint offset the feet, middles and heads of three joint blocks."""
         return 9 if self.offset else 3
@@ -321,7 +321,7 @@ class DoubleOctahedra(ModuleSet):
         """All actuators retracted to the length."""
         return self.solve(np.full(self.actuated.shape, length))
 
-    @property
+    @cached_property
     def swings(self) -> bool:
         """A mid-plane's normal turns about Z."""
         return True

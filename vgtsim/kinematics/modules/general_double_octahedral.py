@@ -52,22 +52,22 @@ class CellStates(ModuleState):
             arrived.append(good)
         return np.stack(states, axis=-2), np.stack(arrived, axis=-1)
 
-    @property
+    @cached_property
     def states(self) -> Array:
         """All six angles, shape (b, M, 6), rad; of the straight pose where the upper cell does not follow."""
         return self._followed[0]
 
-    @property
+    @cached_property
     def placed(self) -> Mask:
         """Modules whose upper cell assembles, with no singularity on the way."""
         return self._followed[1]
 
-    @property
+    @cached_property
     def kept(self) -> Mask:
         """Angles that are numbers: lengths depend on the lower cell alone."""
         return np.all(np.isfinite(self.x), axis=-1)
 
-    @property
+    @cached_property
     def valid(self) -> Mask:
         """Modules that assemble with the lower cell short of its singularity."""
         return self.placed & (np.linalg.det(self.legs[1]) * self.modules.sign > 0)
@@ -102,12 +102,12 @@ class CellStates(ModuleState):
         lengths = [cells.actuator_lengths(geometry, x[..., m, :]) for m, geometry in enumerate(geometries)]
         return np.stack(lengths, axis=-2), self.modules.angle_jacobian(x)
 
-    @property
+    @cached_property
     def inner(self) -> Array:
         """n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'."""
         return self._with_blocks(self._nodes[..., :3, :], self._nodes[..., 3:6, :], -2)
 
-    @property
+    @cached_property
     def inner_slope(self) -> Array:
         """As `two_cell_rates.mid_velocities`, for all inner nodes."""
         both = self._each(rates.mid_velocities, axis=-4)
@@ -131,7 +131,7 @@ class GeneralDoubleOctahedra(ModuleSet):
     inputs = 3
     units = ("rad", "rad", "rad")
 
-    @property
+    @cached_property
     def inner_count(self) -> int:
         """Three mid nodes; with a joint offset the feet, middles and heads of three joint blocks."""
         return 9 if self.geometries[0].joint_offset else 3

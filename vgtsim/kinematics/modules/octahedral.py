@@ -51,12 +51,12 @@ class Poses(ModuleState):
         placed = self.placed
         return self.x if placed.all() else np.where(placed[..., None], self.x, self.modules.straight)
 
-    @property
+    @cached_property
     def kept(self) -> Mask:
         """Poses in which static longerons have their length."""
         return self.placed & np.all(self.modules.find_errors(self.legs[0]) <= single.STATIC_TOLERANCE, axis=-1)
 
-    @property
+    @cached_property
     def valid(self) -> Mask:
         """Poses short of a singularity: beyond one the determinant has the other sign, and the mode is another."""
         sign = np.linalg.det(self.legs[1]) * self.modules.sign > 0
@@ -215,7 +215,7 @@ class Octahedra(ModuleSet):
         """By a search, see `search_strokes`."""
         search_strokes(self, low, high)
 
-    @property
+    @cached_property
     def swings(self) -> bool:
         """Only with six actuators: static longerons do not follow a swing."""
         return bool(np.all(self.actuated))

@@ -55,47 +55,47 @@ class ModuleState(ABC):
 
     x: Array
 
-    @property
+    @cached_property
     @abstractmethod
     def placed(self) -> Mask:
         """Which modules have a transform, shape (b, M)."""
 
-    @property
+    @cached_property
     def closed(self) -> Mask:
         """Which modules have inner nodes, shape (b, M)."""
         return self.placed
 
-    @property
+    @cached_property
     def kept(self) -> Mask:
         """Which modules have lengths, and static legs of their own length, shape (b, M)."""
         return self.closed
 
-    @property
+    @cached_property
     @abstractmethod
     def valid(self) -> Mask:
         """Which modules are on the assembly mode of the straight arm, and clear of the inputs' singularities, (b, M)."""
 
-    @property
+    @cached_property
     @abstractmethod
     def transform(self) -> tuple[Array, Array]:
         """R_BT, shape (b, M, 3, 3), and P_BT, shape (b, M, 3), m."""
 
-    @property
+    @cached_property
     @abstractmethod
     def twist(self) -> tuple[Array, Array]:
         """Angular velocity of T and velocity of its origin per unit rate of each input, each (b, M, inputs, 3)."""
 
-    @property
+    @cached_property
     @abstractmethod
     def legs(self) -> tuple[Array, Array]:
         """Lengths of all legs, shape (b, M, legs), m, and their derivatives, shape (b, M, legs, inputs)."""
 
-    @property
+    @cached_property
     def inner(self) -> Array:
         """Nodes on neither face, shape (b, M, inner_count, 3), m."""
         return np.empty((*self.x.shape[:-1], 0, 3))
 
-    @property
+    @cached_property
     def inner_slope(self) -> Array:
         """Derivatives of the inner nodes, shape (b, M, inner_count, 3, inputs)."""
         return np.empty((*self.x.shape[:-1], 0, 3, self.x.shape[-1]))
@@ -125,12 +125,12 @@ class ModuleSet(ABC):
     def refuse(self, x: Array) -> Exception:
         """The error of inputs of which some are not `kept`; it names the module."""
 
-    @property
+    @cached_property
     def inner_count(self) -> int:
         """Number of nodes of a module that are on neither face."""
         return 0
 
-    @property
+    @cached_property
     @abstractmethod
     def actuated(self) -> Mask:
         """Which legs are actuators, shape (M, legs)."""
@@ -186,7 +186,7 @@ class ModuleSet(ABC):
         """Inputs that pass the riser, shape (M, inputs), for retracted actuators of a length, m; the straight ones."""
         return self.straight
 
-    @property
+    @cached_property
     def swings(self) -> bool:
         """Whether inputs exist that turn every module about the axis of its base."""
         return False

@@ -52,12 +52,12 @@ class HingeState(ModuleState):
         """Shape (b, M), rad; straight where the input is no number."""
         return np.where(self.placed, self.x[..., 0], self.modules.straight[:, 0])
 
-    @property
+    @cached_property
     def kept(self) -> Mask:
         """Hinges that are not folded flat."""
         return self.placed & (np.abs(np.sin(self._theta / 2)) >= _FOLDED)
 
-    @property
+    @cached_property
     def valid(self) -> Mask:
         """The working branch, clear of its two flat poses."""
         return self.placed & (self.x[..., 0] > 0) & (self.x[..., 0] < np.pi) & (self.legs[1][..., 0, 0] > 0)
@@ -73,7 +73,7 @@ class HingeState(ModuleState):
         third = self.modules.height / 3
         return R, np.stack([np.zeros_like(angle), -third * (1 - cosine), third * sine], axis=-1)
 
-    @property
+    @cached_property
     def twist(self) -> tuple[Array, Array]:
         """A turn about X through the hinge line."""
         angle = self._theta
