@@ -132,14 +132,14 @@ def test_a_ball_falls_through_the_riser_onto_the_waste():
     for _ in range(1500):
         mujoco.mj_step(model, data)
     assert data.qpos[2] == pytest.approx(TANK.waste.level + 0.5, abs=SINK)
-    assert tank_mjcf.WASTE in {model.geom(geom).name for geom in data.contact.geom.ravel()}
+    assert names.WASTE in {model.geom(geom).name for geom in data.contact.geom.ravel()}
 
 
 def test_a_tank_without_waste_has_no_waste_geom():
     empty = TANK.model_copy(update={"waste": TANK.waste.model_copy(update={"level": 0.0})})
     _, model = make_model(empty)
     with pytest.raises(KeyError):
-        model.geom(tank_mjcf.WASTE)
+        model.geom(names.WASTE)
 
 
 def test_equipment_stands_where_it_is_described(model):
