@@ -39,6 +39,22 @@ class AssemblyError(VgtError):
         super().__init__(f"{module} does not assemble: residual {residual:.3g} m{'; ' + detail if detail else ''}")
 
 
+class SingularPoseError(AssemblyError):
+    """A module stands in a singular pose: its lengths do not say how it moves.
+
+    Attributes:
+        value: Smallest sine between one column of its Jacobian and the span of the others, a pure number.
+        bound: What it must be at least.
+    """
+
+    def __init__(self, module: str, value: float, bound: float) -> None:
+        super().__init__(module, 0.0)
+        self.value, self.bound = value, bound
+        self.args = (
+            f"{module} is singular: smallest sine between columns of its Jacobian {value:.2g}, allowed {bound:.0e}",
+        )
+
+
 class SingularityError(AssemblyError):
     """Given lengths lie behind a singularity; the module may be on another assembly mode there.
 
@@ -152,6 +168,10 @@ class TrussError(VgtError):
     def __init__(self, rank: int, members: tuple[str, ...], detail: str) -> None:
         self.rank, self.members, self.detail = rank, members, detail
         super().__init__(f"{detail} (rank {rank}; members: {', '.join(members[:6]) or 'none'})")
+
+
+class NearSingularWarning(UserWarning):
+    """A truss or pose is sound, but so near a singular one that results have few digits; the figure is in the message."""
 
 
 class DivergenceError(VgtError):

@@ -10,6 +10,7 @@ from vgtsim.geometry.panels import TOLERANCE
 from vgtsim.geometry.profile import make_profile
 from vgtsim.mjcf import names
 from vgtsim.mjcf import tank as tank_mjcf
+from vgtsim.mjcf.views import light_tank
 
 TANK = load_tank(Path(__file__).parents[2] / "scenes/tanks/type_ii.toml")
 PROFILE = make_profile(TANK.shell)
@@ -22,6 +23,7 @@ SINK = 0.02  # m; penetration of a ball at rest under MuJoCo's default contact s
 def make_model(tank=TANK, balls=(), radius=0.3):
     spec = mujoco.MjSpec()
     tank_mjcf.add_tank(spec, tank)
+    light_tank(spec, tank)
     for index, ball in enumerate(balls):
         body = spec.worldbody.add_body(name=f"ball{index}", pos=ball)
         body.add_freejoint()

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -11,16 +9,22 @@ from vgtsim.errors import PathError
 from vgtsim.geometry import make_profile
 from vgtsim.kinematics.bending import azimuth, bend_all
 from vgtsim.kinematics.inertia import member_radii
-from vgtsim.planning.path import PathSettings, plan_path
-from vgtsim.positioning import Surroundings
+from vgtsim.planning.path import plan_path
+from vgtsim.planning.trajectory import Corridor
+from vgtsim.positioning import Surroundings, make_box
 
 SAMPLING = 0.01  # points 4 cm apart stand for capsules, arcs 2 cm apart for the tank's profile
+CLEARANCE, STROKE_MARGIN = 0.10, 0.005  # m
 BENDS = np.radians([10.0, 32.0, 32.0, 25.0, 10.0])
 
 
 @pytest.fixture(scope="module")
 def around(hanging_arm, type_ii):
     return Surroundings(hanging_arm, type_ii, 0.15, 0.4572)
+
+
+def corridor(around, clearance=CLEARANCE):
+    return Corridor(make_box(around.chain, STROKE_MARGIN), around, clearance)
 
 
 def pose(chain, azimuth_g):
@@ -30,7 +34,7 @@ def pose(chain, azimuth_g):
 @pytest.fixture(scope="module")
 def past_equipment(hanging_arm, around):
     """From one side of the equipment, which stands at 50 to 75 degrees, to the other."""
-    return plan_path(hanging_arm, around, pose(hanging_arm, 110), pose(hanging_arm, 10), "past")
+    return plan_path(corridor(around), pose(hanging_arm, 110), pose(hanging_arm, 10), "past")
 
 
 def brute_clearance(chain, tank, q):
@@ -59,7 +63,7 @@ def brute_clearance(chain, tank, q):
 def test_path_is_clear_by_brute_force(hanging_arm, type_ii, past_equipment):
     samples = past_equipment.spline(np.linspace(0, 1, 97))
     least = min(brute_clearance(hanging_arm, type_ii, q) for q in samples)
-    assert least >= PathSettings().clearance
+    assert least >= CLEARANCE
     assert least == pytest.approx(past_equipment.clearance, abs=SAMPLING)
 
 
@@ -70,7 +74,7 @@ def test_path_joins_its_ends(hanging_arm, past_equipment):
 
 def test_path_stays_inside_the_strokes(hanging_arm, past_equipment):
     lengths = hanging_arm.lengths(past_equipment.spline(np.linspace(0, 1, 1001)))
-    margin = PathSettings().stroke_margin
+    margin = STROKE_MARGIN
     assert np.all(lengths > hanging_arm.stroke[0] + margin)
     assert np.all(lengths < hanging_arm.stroke[1] - margin)
     assert past_equipment.spare > 0
@@ -83,11 +87,11 @@ def test_path_goes_the_long_way_round_the_equipment(hanging_arm, past_equipment)
 
 
 def test_path_takes_the_short_way_where_nothing_stands(hanging_arm, around):
-    path = plan_path(hanging_arm, around, pose(hanging_arm, 120), pose(hanging_arm, 200), "free")
+    path = plan_path(corridor(around), pose(hanging_arm, 120), pose(hanging_arm, 200), "free")
     tools = hanging_arm.tool(path.spline(np.linspace(0, 1, 101)))[0]
     turned = np.unwrap([azimuth(hanging_arm, tool) for tool in tools])
     assert abs(turned[-1] - turned[0]) == pytest.approx(np.radians(80), abs=1e-6)
-    assert path.clearance >= PathSettings().clearance
+    assert path.clearance >= CLEARANCE
 
 
 def test_path_blocked_both_ways_names_what_blocks_it(hanging_arm, type_ii):
@@ -95,13 +99,12 @@ def test_path_blocked_both_ways_names_what_blocks_it(hanging_arm, type_ii):
     blocked = type_ii.model_copy(update={"equipment": (*type_ii.equipment, second)})
     around = Surroundings(hanging_arm, blocked, 0.15, 0.4572)
     with pytest.raises(PathError) as caught:
-        plan_path(hanging_arm, around, pose(hanging_arm, 110), pose(hanging_arm, 10), "shut in")
+        plan_path(corridor(around), pose(hanging_arm, 110), pose(hanging_arm, 10), "shut in")
     assert caught.value.leg == "shut in"
     assert caught.value.place in {"saltwell_screen", "second_screen", "thermocouple_tree"}
-    assert caught.value.clearance < PathSettings().clearance
+    assert caught.value.clearance < CLEARANCE
 
 
 def test_more_clearance_is_kept_when_it_is_asked_for(hanging_arm, around):
     ends = pose(hanging_arm, 120), pose(hanging_arm, 150)
-    wide = dataclasses.replace(PathSettings(), clearance=0.3)
-    assert plan_path(hanging_arm, around, *ends, "wide", wide).clearance >= 0.3
+    assert plan_path(corridor(around, 0.3), *ends, "wide").clearance >= 0.3

@@ -12,13 +12,13 @@ from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.bending import bend_all
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.directrix import cubic, spline
+from vgtsim.positioning.directrix import cubic
 from vgtsim.positioning.fitting import fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.kernel import Kernel
 from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum
 from vgtsim.positioning.problem import Problem
-from vgtsim.positioning.shape import follow_curve, solve_shape, solve_shapes
+from vgtsim.positioning.shape import solve_shapes
 from vgtsim.positioning.strokes import make_box
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -107,7 +107,7 @@ def test_the_search_makes_its_objective_least(arm30):
     tall = Differences("tall", lambda q: -arm30.nodes(q)[..., 2].max(axis=-1) - arm30.nodes(q)[..., 2].min(axis=-1))
     several = WeightedSum(((1.0, MidStroke()), (2.0, LengthVariation())))
     objectives = (MidStroke(), LengthVariation(), tall, several)
-    found = [solve_shape(box, position, direction, objective=item) for item in objectives]
+    found = [solve_shapes(box, position, direction, item)[0] for item in objectives]
     q = np.array([shape.solution.q[0] for shape in found])
     at = Configurations(box, kernel.state(q), np.zeros(len(q), int))
     table = np.array([item.values(at) for item in objectives])  # objective by shape
@@ -116,17 +116,6 @@ def test_the_search_makes_its_objective_least(arm30):
     assert table[2, 2] < table[2, 0] - 1e-3
     whole = solve(Problem(box, tool_goal(position, direction), MidStroke()), found[0].solution.q)
     assert whole.value[0] <= found[0].value + 1e-6  # curves leave two of the null space's 25 freedoms
-
-
-def test_an_octahedral_arm_follows_a_spline_with_its_twist(arm30):
-    box, base = make_box(arm30, 0.005), arm30.mount[:3, 3]
-    way = base + np.array([[0, 0, 0], [0.3, 0.1, -3.9], [1.7, 0.3, -7.6], [4.6, 0.4, -9.9]])
-    shapes = [follow_curve(box, spline(way, [0, 0, -11.5], [9, 0, -7.0]), [9, 0, -7.0], twist=t) for t in (0.0, 0.3)]
-    for shape in shapes:
-        assert shape.solution.met[0]
-        assert np.min(box.spare(arm30.lengths(shape.solution.q[0]))) > 0
-    turn = [arm30.frames(shape.fitted)[0][-1] for shape in shapes]
-    assert np.arccos((np.trace(turn[0].T @ turn[1]) - 1) / 2) == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize(("name", "culprit"), [("mixed", "h1 has a hinge"), ("tetra4", "h1 has a hinge")])

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from studies.free_ratios import couple_freely
 from vgtsim.errors import GoalError
 from vgtsim.positioning.anchoring import anchor_successively
 from vgtsim.positioning.batch import solve
@@ -10,7 +11,7 @@ from vgtsim.positioning.goals import GoalSpace, Position, tool_goal
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import LengthVariation, MidStroke
 from vgtsim.positioning.problem import Problem
-from vgtsim.positioning.reduction import anchor, couple, whole
+from vgtsim.positioning.reduction import Reduction, anchor, couple
 from vgtsim.positioning.strokes import make_box
 
 GOAL = 1e-9
@@ -32,7 +33,11 @@ def target(hanging_arm):
 
 def test_slopes_of_a_reduction_are_those_of_differences(hanging_arm):
     rng = np.random.default_rng(0)
-    for reduction in (couple(hanging_arm.straight, PAIRS, 0.7), couple(hanging_arm.straight, PAIRS, None), whole(15)):
+    for reduction in (
+        couple(hanging_arm.straight, PAIRS, 0.7),
+        couple_freely(hanging_arm.straight, PAIRS),
+        Reduction(np.eye(15), np.zeros(15)),
+    ):
         z = rng.standard_normal((4, reduction.order))
         move = rng.standard_normal(z.shape)
         rise = (reduction.inputs(z + STEP * move) - reduction.inputs(z - STEP * move)) / (2 * STEP)
@@ -43,7 +48,8 @@ def test_slopes_of_a_reduction_are_those_of_differences(hanging_arm):
 @pytest.mark.parametrize(("ratio", "order"), [(1.0, 9), (0.9, 9), (None, 11)])
 def test_coupled_arm_meets_the_goal_with_coupled_inputs(hanging_arm, box, target, ratio, order):
     """Equation 8.7: fifteen inputs become nine; with a free ratio for each pair, eleven."""
-    reduction = couple(hanging_arm.straight, PAIRS, ratio)
+    zero = hanging_arm.straight
+    reduction = couple(zero, PAIRS, ratio) if ratio else couple_freely(zero, PAIRS)
     assert reduction.order == order
     problem = Problem(box, target, MidStroke(), reduction=reduction)
     found = solve(problem, hanging_arm.straight)
@@ -56,7 +62,7 @@ def test_coupled_arm_meets_the_goal_with_coupled_inputs(hanging_arm, box, target
 
 
 def test_one_pair_with_a_free_ratio_leaves_thirteen(hanging_arm):
-    assert couple(hanging_arm.straight, ((0, 1),), None).order == 13
+    assert couple_freely(hanging_arm.straight, ((0, 1),)).order == 13
     assert couple(hanging_arm.straight, ((0, 1),)).order == 12
 
 

@@ -5,9 +5,9 @@ import pytest
 
 from studies.swept_surface import end_tangent
 from vgtsim.errors import ReachError
-from vgtsim.positioning.directrix import F, cubic, spline
+from vgtsim.positioning.directrix import F, cubic
 from vgtsim.positioning.fitting import fit
-from vgtsim.positioning.shape import follow_curve, solve_shape
+from vgtsim.positioning.shape import solve_shapes
 from vgtsim.positioning.strokes import make_box
 
 GOAL = 1e-9
@@ -43,16 +43,6 @@ def test_cubic_meets_its_end_conditions(index):
     np.testing.assert_allclose(curve.tangent(u), (curve.point(u + 1e-6) - curve.point(u - 1e-6)) / 2e-6, atol=1e-7)
 
 
-def test_spline_goes_through_its_way_points():
-    way = np.array([[0, 0, 0], [1, 0, 2], [2, 2, 3], [2, 4, 3.0]])
-    curve = spline(way, [0, 0, 4], [0, 3, 0])
-    u = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
-    np.testing.assert_allclose(curve.point(u / u[-1]), way, atol=ROUNDING)
-    np.testing.assert_allclose(curve.tangent(np.array([0.0, 1.0])), [[0, 0, 4], [0, 3, 0]], atol=ROUNDING)
-    with pytest.raises(ValueError, match="coincide"):
-        spline(way[[0, 1, 1, 2]], [0, 0, 1], [0, 0, 1])
-
-
 def test_fitted_segments_end_on_the_curve(hanging_arm):
     base = hanging_arm.mount[:3, 3]
     curve = cubic(base, base + [7.0, 2.0, -8.0], [0, 0, -14.0], [14.0, 0, 0])
@@ -71,7 +61,7 @@ def test_shape_meets_the_goal_exactly_inside_the_strokes(hanging_arm, box, seed)
     q = np.array(hanging_arm.straight)
     q[::3], q[1::3] = bend * np.cos(azimuth), bend * np.sin(azimuth)
     position, direction = hanging_arm.tool(q)
-    shape = solve_shape(box, position, direction)
+    shape = solve_shapes(box, position, direction)[0]
     at, along = hanging_arm.tool(shape.solution.q[0])
     np.testing.assert_allclose(at, position, atol=GOAL)
     np.testing.assert_allclose(along, direction, atol=GOAL)
@@ -82,19 +72,12 @@ def test_other_magnitudes_give_other_shapes_with_the_same_end(hanging_arm, box):
     q = np.array(hanging_arm.straight)
     q[::3] = 0.12
     position, direction = hanging_arm.tool(q)
-    found = [solve_shape(box, position, direction, pair) for pair in ((10.0, 10.0), (13.0, 16.0))]
+    found = [solve_shapes(box, position, direction, magnitudes=(pair,))[0] for pair in ((10.0, 10.0), (13.0, 16.0))]
     assert np.abs(found[0].solution.q - found[1].solution.q).max() > 0.01
     np.testing.assert_allclose(hanging_arm.tool(found[0].solution.q[0])[0], position, atol=GOAL)
     np.testing.assert_allclose(hanging_arm.tool(found[1].solution.q[0])[0], position, atol=GOAL)
 
 
-def test_arm_follows_a_spline(hanging_arm, box):
-    base = hanging_arm.mount[:3, 3]
-    way = base + np.array([[0, 0, 0], [0.6, 0.2, -4.0], [3.0, 0.5, -8.2], [6.8, 0.0, -10.5]])
-    shape = follow_curve(box, spline(way, [0, 0, -14], [12, 0, -6]), [12, 0, -6])
-    assert shape.solution.met[0]
-
-
 def test_goal_beyond_every_curve_is_refused(hanging_arm, box):
     with pytest.raises(ReachError, match="shape"):
-        solve_shape(box, [40.0, 0, 0], [1, 0, 0], settings=None)
+        solve_shapes(box, [40.0, 0, 0], [1, 0, 0])

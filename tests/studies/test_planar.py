@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from studies.orthogonal_bases import bases_by_qr
+from studies.jacobian_analysis import analyse, bases_by_qr, bases_by_svd
 from studies.planar import PlanarArm
-from vgtsim.positioning.analysis import analyse, bases_by_svd, condition_numbers
+from vgtsim.positioning.analysis import condition_numbers
 
 PRINTED = 0.5e-4  # half the fourth decimal
 COARSE = 0.5e-2  # half the second decimal

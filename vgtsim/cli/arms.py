@@ -113,6 +113,7 @@ def capacity(
     """Map the allowable payload of an arm over radius and depth, the governing limit, and the sag of the tip."""
     import numpy as np
 
+    from vgtsim.kinematics.ties import first_greatest, first_least
     from vgtsim.output.capacity_map import write_capacity
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning.capacity import unload
@@ -129,7 +130,7 @@ def capacity(
             moved = unload(chain, plane.q, payload, GRAVITY, safety_factor)
             found = map_capacity(chain, np.concatenate([plane.q, moved]), GRAVITY, safety_factor, payload)
     list_files(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
-    far, least = int(found.radius.argmax()), int(found.payload.argmin())
+    far, least = int(first_greatest(found.radius)), int(first_least(found.payload))
     for words, i in (("at full reach", far), ("least", least)):
         OUT.print(
             f"{words}: {found.payload[i]:.0f} kg at radius {found.radius[i]:.2f} m, depth {found.depth[i]:.2f} m, "

@@ -7,7 +7,7 @@ from vgtsim.description.modules import (
     GeneralDoubleOctahedral,
     Octahedral,
     Prism,
-    Section,
+    SectionModule,
     Tetrahedral,
 )
 from vgtsim.description.scene import Scene
@@ -21,7 +21,7 @@ __all__ = [
     "Octahedral",
     "Prism",
     "Scene",
-    "Section",
+    "SectionModule",
     "Tank",
     "Tetrahedral",
     "ToolPath",

@@ -3,21 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi, sin, sqrt
+from math import pi, sqrt
 
 from pydantic import Field, model_validator
 
-from vgtsim.description.modules import (
-    Actuated,
-    DoubleOctahedral,
-    GeneralDoubleOctahedral,
-    Module,
-    Octahedral,
-    Sides,
-    Tetrahedral,
-    altitude,
-    face_sides,
-)
+from vgtsim.description.modules import Actuated, BattenActuated, DoubleOctahedral, Module, Sides, Tetrahedral
 from vgtsim.description.schema import Description, Name, Provenance, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.units import Length
@@ -115,9 +105,9 @@ class Manipulator(Description):
 
     @model_validator(mode="after")
     def _faces_match(self) -> Manipulator:
-        below, above = "the mast flange", face_sides(self.modules[0], self.face_side)[0]
+        below, above = "the mast flange", self.modules[0].faces(self.face_side)[0]
         for module in self.modules:
-            base, top = face_sides(module, self.face_side)
+            base, top = module.faces(self.face_side)
             for sides in (base, top):
                 if 2 * max(sides) >= sum(sides):
                     raise ValueError(f"module {module.name}: a face with sides {_metres(sides)} does not close")
@@ -135,70 +125,9 @@ class Manipulator(Description):
         return self
 
     @model_validator(mode="after")
-    def _blocks_fit(self) -> Manipulator:
-        ball = 2 * self.hub.radius
+    def _modules_fit(self) -> Manipulator:
         for module in self.modules:
-            if not isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral) or module.block is None:
-                continue
-            if module.joint_offset <= ball:
-                raise ValueError(
-                    f"module {module.name}: joint offset of {module.joint_offset:.4g} m keeps the balls at both ends of "
-                    f"{module.block} apart only above their diameter, {ball:.4g} m"
-                )
-            if self.blocks[module.block].diameter > ball:
-                raise ValueError(
-                    f"block {module.block}: post of {self.blocks[module.block].diameter:.4g} m at most as thick as its "
-                    f"balls, {ball:.4g} m"
-                )
-        return self
-
-    @model_validator(mode="after")
-    def _hinges_open(self) -> Manipulator:
-        for module in self.modules:
-            if isinstance(module, Tetrahedral):
-                flat, cylinder = 2 * altitude(module, self.face_side), self.cylinders[module.cylinder]
-                if cylinder.extended >= flat:
-                    raise ValueError(
-                        f"module {module.name}: the stroke of {module.cylinder} ends at {cylinder.extended:.4g} m and "
-                        f"crosses the singular flat pose at l = 2 h = {flat:.4g} m"
-                    )
-                if not cylinder.retracted <= flat * sin(module.straight / 2) <= cylinder.extended:
-                    raise ValueError(
-                        f"module {module.name}: straight pose needs {flat * sin(module.straight / 2):.4g} m of "
-                        f"{module.cylinder}, which has {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
-                    )
-            if isinstance(module, GeneralDoubleOctahedral):
-                cylinder = self.cylinders[module.cylinder]
-                if not cylinder.retracted <= module.straight <= cylinder.extended:
-                    raise ValueError(
-                        f"module {module.name}: straight length {module.straight:.4g} m outside the stroke of "
-                        f"{module.cylinder}, {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
-                    )
-            if isinstance(module, Octahedral):
-                for longeron in module.longerons:
-                    cylinder = self.cylinders[longeron.cylinder] if longeron.cylinder else None
-                    if cylinder and not cylinder.retracted <= module.straight <= cylinder.extended:
-                        raise ValueError(
-                            f"module {module.name}: straight length {module.straight:.4g} m outside the stroke of "
-                            f"{longeron.cylinder}, {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
-                        )
-        return self
-
-    @model_validator(mode="after")
-    def _lengths_close(self) -> Manipulator:
-        for module in self.active:
-            least = self.face_side / 2
-            if module.longeron <= least:
-                raise ValueError(
-                    f"module {module.name}: longerons of {module.longeron:.4g} m do not close a triangle on a face "
-                    f"side of {self.face_side:.4g} m; longer than {least:.4g} m"
-                )
-            height = 2 * sqrt(module.longeron**2 - least**2) + module.joint_offset
-            if module.straight >= height:
-                raise ValueError(
-                    f"module {module.name}: straight extension {module.straight:.4g} m below that of upright "
-                    f"longerons, {height:.4g} m"
-                )
+            module.check(self)
         return self
 
     def _references(self) -> list[tuple[str, str, Mapping[str, Description]]]:
@@ -210,20 +139,7 @@ class Manipulator(Description):
         found += [(f"cylinders.{key}.material", item.material, self.materials) for key, item in self.cylinders.items()]
         found += [(f"blocks.{key}.material", block.material, self.materials) for key, block in self.blocks.items()]
         for index, module in enumerate(self.modules):
-            for field in type(module).model_fields:
-                if field.endswith("_tube"):
-                    found.append((f"modules.{index}.{field}", getattr(module, field), self.tubes))
-            if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral):
-                found.append((f"modules.{index}.cylinder", module.cylinder, self.cylinders))
-            if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral) and module.block is not None:
-                found.append((f"modules.{index}.block", module.block, self.blocks))
-            if isinstance(module, Octahedral):
-                for leg, longeron in enumerate(module.longerons):
-                    place = f"modules.{index}.longerons.{leg}"
-                    if longeron.cylinder is not None:
-                        found.append((f"{place}.cylinder", longeron.cylinder, self.cylinders))
-                    elif longeron.tube is not None:
-                        found.append((f"{place}.tube", longeron.tube, self.tubes))
+            found += [(f"modules.{index}.{field}", name, getattr(self, table)) for field, name, table in module.parts()]
         return found
 
     @property
@@ -254,7 +170,7 @@ class Manipulator(Description):
     def block_of(self, module: int) -> Block:
         """Joint block of a module with a joint offset, given by its index."""
         owner = self.modules[module]
-        assert isinstance(owner, DoubleOctahedral | GeneralDoubleOctahedral)
+        assert isinstance(owner, BattenActuated)
         assert owner.block is not None  # demanded of every module that has an offset
         return self.blocks[owner.block]
 

@@ -2,51 +2,79 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from math import pi, sin, sqrt
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from vgtsim.description.schema import Description, Name
 from vgtsim.units import Angle, Length, Number
 
+if TYPE_CHECKING:
+    from vgtsim.description.manipulator import Manipulator
+
 Sides = tuple[float, float, float]
 _Sides = tuple[Length, Length, Length]
 
 
-def _pair_offset(module: str, offset: float, block: str | None) -> None:
-    if bool(offset) != (block is not None):
-        found = f"joint_offset of {offset:.4g} m with {'no block' if block is None else f'block {block!r}'}"
-        raise ValueError(f"module {module}: {found}; a joint offset and its block go together")
-
-
-class DoubleOctahedral(Description):
-    """A symmetric batten-actuated double-octahedral module (sections 3.5.3 and 3.5.4).
+class ModuleKind(Description):
+    """The root of every kind of module.
 
     Attributes:
         name: Unique in the arm.
-        longeron: Length of its twelve longerons, m.
-        joint_offset: Ljo of equation 3.54, m: distance between the two mid-plane node triangles.
-        block: Joint block of its mid-plane nodes; one is given where there is an offset.
-        longeron_tube: Tube of the longerons.
-        batten_tube: Tube of the three battens of its top face.
-        cylinder: Cylinder of its three mid-plane actuators.
-        straight: Extension 2d of the straight working pose, m.
     """
 
-    kind: Literal["double_octahedral"]
     name: Name
-    longeron: Length = Field(gt=0)
+
+    @property
+    def freedom(self) -> int:
+        """Number of actuators."""
+        return 0
+
+    def faces(self, side: float) -> tuple[Sides, Sides]:
+        """Sides 12, 23, 31 of the base and of the top, m; `side` is the face side of the arm, m."""
+        return (side, side, side), (side, side, side)
+
+    def parts(self) -> Iterator[tuple[str, str, str]]:
+        """Give for each part that the module names: the field, the name, and the arm's table that must hold the name."""
+        for field in type(self).model_fields:
+            if field.endswith("_tube"):
+                yield field, getattr(self, field), "tubes"
+            elif field in ("cylinder", "block") and getattr(self, field) is not None:
+                yield field, getattr(self, field), f"{field}s"
+
+    def check(self, arm: Manipulator) -> None:
+        """Check that the module fits the arm's parts.
+
+        Raises:
+            ValueError: It does not; the message says which dimension is wrong.
+        """
+
+
+class BattenActuated(ModuleKind):
+    """A double-octahedral module of any shape: three actuators among its mid-plane nodes.
+
+    Attributes:
+        joint_offset: Ljo of equation 3.54, m: distance between the two mid-plane node triangles.
+        block: Joint block of the mid-plane nodes; a module has one if it has an offset.
+        longeron_tube: Tube of the twelve longerons.
+        batten_tube: Tube of the three battens of its top face.
+        cylinder: Cylinder of the three actuators.
+    """
+
     joint_offset: Length = Field(default=0.0, ge=0)
     block: Name | None = None
     longeron_tube: Name
     batten_tube: Name
     cylinder: Name
-    straight: Length = Field(gt=0)
 
     @model_validator(mode="after")
-    def _offset_has_blocks(self) -> DoubleOctahedral:
-        _pair_offset(self.name, self.joint_offset, self.block)
+    def _offset_has_blocks(self) -> Self:
+        if bool(self.joint_offset) != (self.block is not None):
+            block = "no block" if self.block is None else f"block {self.block!r}"
+            found = f"joint_offset of {self.joint_offset:.4g} m with {block}"
+            raise ValueError(f"module {self.name}: {found}; a joint offset and its block go together")
         return self
 
     @property
@@ -54,58 +82,90 @@ class DoubleOctahedral(Description):
         """Number of actuators."""
         return 3
 
+    def check(self, arm: Manipulator) -> None:
+        """Check that the joint block keeps the balls of the longerons apart."""
+        if self.block is None:
+            return
+        ball, post = 2 * arm.hub.radius, arm.blocks[self.block].diameter
+        if self.joint_offset <= ball:
+            raise ValueError(
+                f"module {self.name}: joint offset of {self.joint_offset:.4g} m keeps the balls at both ends of "
+                f"{self.block} apart only above their diameter, {ball:.4g} m"
+            )
+        if post > ball:
+            raise ValueError(f"block {self.block}: post of {post:.4g} m at most as thick as its balls, {ball:.4g} m")
 
-class GeneralDoubleOctahedral(Description):
+
+class DoubleOctahedral(BattenActuated):
+    """A symmetric batten-actuated double-octahedral module (sections 3.5.3 and 3.5.4).
+
+    Attributes:
+        longeron: Length of its twelve longerons, m.
+        straight: Extension 2d of the straight working pose, m.
+    """
+
+    kind: Literal["double_octahedral"]
+    longeron: Length = Field(gt=0)
+    straight: Length = Field(gt=0)
+
+    def check(self, arm: Manipulator) -> None:
+        """Check the joint block, and that the longerons close on the arm's faces and reach the straight pose."""
+        super().check(arm)
+        least = arm.face_side / 2
+        if self.longeron <= least:
+            raise ValueError(
+                f"module {self.name}: longerons of {self.longeron:.4g} m do not close a triangle on a face "
+                f"side of {arm.face_side:.4g} m; longer than {least:.4g} m"
+            )
+        height = 2 * sqrt(self.longeron**2 - least**2) + self.joint_offset
+        if self.straight >= height:
+            raise ValueError(
+                f"module {self.name}: straight extension {self.straight:.4g} m below that of upright "
+                f"longerons, {height:.4g} m"
+            )
+
+
+class GeneralDoubleOctahedral(BattenActuated):
     """A batten-actuated double-octahedral module whose longerons and faces may all differ (sections 3.5.1 and 3.5.2).
 
     Attributes:
-        name: Unique in the arm.
         base: Sides n1 n2, n2 n3, n3 n1 of its base, m; absent for the arm's face side.
         top: Sides n7 n8, n8 n9, n9 n7 of its top, m; absent for the arm's face side.
         longerons: Lengths of L1 to L12 = n1 n4, n2 n5, n3 n6, n3 n4, n1 n5, n2 n6, n5' n7, n6' n8, n4' n9, n4' n7,
             n5' n8, n6' n9, m; without a joint offset n4' is n4, and so on.
-        joint_offset: Ljo, m: distance between the two mid-plane node triangles.
-        block: Joint block of its mid-plane nodes; one is given where there is an offset.
-        longeron_tube: Tube of the longerons.
-        batten_tube: Tube of the three battens of its top face.
-        cylinder: Cylinder of its three mid-plane actuators.
         straight: Length of the three actuators in the straight working pose, m.
     """
 
     kind: Literal["double_octahedral_general"]
-    name: Name
     base: _Sides | None = None
     top: _Sides | None = None
     longerons: tuple[Length, ...] = Field(min_length=12, max_length=12)
-    joint_offset: Length = Field(default=0.0, ge=0)
-    block: Name | None = None
-    longeron_tube: Name
-    batten_tube: Name
-    cylinder: Name
     straight: Length = Field(gt=0)
 
     @model_validator(mode="after")
     def _lengths_are_lengths(self) -> GeneralDoubleOctahedral:
-        _pair_offset(self.name, self.joint_offset, self.block)
         for number, length in enumerate(self.longerons, 1):
             if length <= 0:
                 raise ValueError(f"module {self.name}: longeron L{number} of {length:.4g} m, must be longer than 0")
         return self
 
-    @property
-    def freedom(self) -> int:
-        """Number of actuators."""
-        return 3
+    def faces(self, side: float) -> tuple[Sides, Sides]:
+        """Sides of its own faces, or those of the arm."""
+        return self.base or (side, side, side), self.top or (side, side, side)
+
+    def check(self, arm: Manipulator) -> None:
+        """Check the joint block and that the stroke holds the straight pose."""
+        super().check(arm)
+        _require_straight(self.name, self.straight, self.cylinder, arm)
 
 
-class Tetrahedral(Description):
+class Tetrahedral(ModuleKind):
     """A hinge of two static triangles about the third side of its base (section 3.3).
 
     Its base and its top are the triangle of sides L1, L1, L2, apex at the second corner; the actuator joins the two
     apexes. It cannot end an arm: the tip plate would have to hold the hinge line too.
 
     Attributes:
-        name: Unique in the arm.
         side: L1, m; absent for the arm's face side.
         hinge: L2, of the hinge line, m; absent for the arm's face side.
         batten_tube: Tube of the two sides of its top.
@@ -114,7 +174,6 @@ class Tetrahedral(Description):
     """
 
     kind: Literal["tetrahedral"]
-    name: Name
     side: Length | None = Field(default=None, gt=0)
     hinge: Length | None = Field(default=None, gt=0)
     batten_tube: Name
@@ -125,6 +184,31 @@ class Tetrahedral(Description):
     def freedom(self) -> int:
         """Number of actuators."""
         return 1
+
+    def faces(self, side: float) -> tuple[Sides, Sides]:
+        """Sides of both triangles."""
+        whole = (self.side or side, self.side or side, self.hinge or side)
+        return whole, whole
+
+    def altitude(self, side: float) -> float:
+        """Altitude h of the triangles on their hinge (3.1), m; they must close."""
+        (leg, _, hinge), _ = self.faces(side)
+        return sqrt(leg**2 - hinge**2 / 4)
+
+    def check(self, arm: Manipulator) -> None:
+        """Check that the stroke holds the straight pose and ends below the flat pose."""
+        flat, cylinder = 2 * self.altitude(arm.face_side), arm.cylinders[self.cylinder]
+        if cylinder.extended >= flat:
+            raise ValueError(
+                f"module {self.name}: the stroke of {self.cylinder} ends at {cylinder.extended:.4g} m and "
+                f"crosses the singular flat pose at l = 2 h = {flat:.4g} m"
+            )
+        straight = flat * sin(self.straight / 2)
+        if not cylinder.retracted <= straight <= cylinder.extended:
+            raise ValueError(
+                f"module {self.name}: straight pose needs {straight:.4g} m of "
+                f"{self.cylinder}, which has {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
+            )
 
 
 class Longeron(Description):
@@ -147,11 +231,10 @@ class Longeron(Description):
         return self
 
 
-class Octahedral(Description):
+class Octahedral(ModuleKind):
     """A longeron-actuated octahedral module, a Stewart platform (section 3.4).
 
     Attributes:
-        name: Unique in the arm.
         base: Sides n1 n2, n2 n3, n3 n1 of its base, m; absent for the arm's face side.
         top: Sides n4 n5, n5 n6, n6 n4 of its top, m; absent for the arm's face side.
         longerons: l1 to l6 = n1 n4, n2 n5, n3 n6, n3 n4, n1 n5, n2 n6; at least one is a cylinder.
@@ -160,7 +243,6 @@ class Octahedral(Description):
     """
 
     kind: Literal["octahedral"]
-    name: Name
     base: _Sides | None = None
     top: _Sides | None = None
     longerons: tuple[Longeron, ...] = Field(min_length=6, max_length=6)
@@ -183,12 +265,31 @@ class Octahedral(Description):
         """Indices of the actuated longerons."""
         return tuple(i for i, longeron in enumerate(self.longerons) if longeron.cylinder is not None)
 
+    def faces(self, side: float) -> tuple[Sides, Sides]:
+        """Sides of its own faces, or those of the arm."""
+        return self.base or (side, side, side), self.top or (side, side, side)
 
-class Prism(Description):
+    def parts(self) -> Iterator[tuple[str, str, str]]:
+        """Parts of the module and of each longeron."""
+        yield from super().parts()
+        for i, longeron in enumerate(self.longerons):
+            if longeron.cylinder is not None:
+                yield f"longerons.{i}.cylinder", longeron.cylinder, "cylinders"
+            elif longeron.tube is not None:
+                yield f"longerons.{i}.tube", longeron.tube, "tubes"
+
+    def check(self, arm: Manipulator) -> None:
+        """Check that each stroke holds the straight pose."""
+        for i in self.actuated:
+            cylinder = self.longerons[i].cylinder
+            assert cylinder is not None  # of an actuated longeron
+            _require_straight(self.name, self.straight, cylinder, arm)
+
+
+class Prism(ModuleKind):
     """A static section: a triangular prism with one diagonal in each side (section 3.6).
 
     Attributes:
-        name: Unique in the arm.
         length: Distance between its end faces, m.
         longeron_tube: Tube of the three longerons.
         cross_longeron_tube: Tube of the three diagonals.
@@ -196,18 +297,16 @@ class Prism(Description):
     """
 
     kind: Literal["prism"]
-    name: Name
     length: Length = Field(gt=0)
     longeron_tube: Name
     cross_longeron_tube: Name
     batten_tube: Name
 
 
-class Section(Description):
+class SectionModule(ModuleKind):
     """A static section of any shape: tapered, twisted, with end faces that are not parallel, or as measured.
 
     Attributes:
-        name: Unique in the arm.
         base: Sides 12, 23, 31 of its base, m; absent for the arm's face side.
         top: Sides 12, 23, 31 of its top, m; absent for those of the base.
         length: Distance between the centroids of the faces along the base's normal, m; absent with a transform.
@@ -220,7 +319,6 @@ class Section(Description):
     """
 
     kind: Literal["section"]
-    name: Name
     base: _Sides | None = None
     top: _Sides | None = None
     length: Length | None = Field(default=None, gt=0)
@@ -234,7 +332,7 @@ class Section(Description):
     batten_tube: Name
 
     @model_validator(mode="after")
-    def _one_shape(self) -> Section:
+    def _one_shape(self) -> SectionModule:
         if (self.length is None) == (self.transform is None):
             raise ValueError(f"module {self.name}: either a length or a measured transform")
         if self.transform is not None:
@@ -244,51 +342,26 @@ class Section(Description):
                 raise ValueError(f"module {self.name}: the transform's last row must be 0, 0, 0, 1")
         return self
 
+    def faces(self, side: float) -> tuple[Sides, Sides]:
+        """Sides of its own faces; the top is like the base where it is not given."""
+        base = self.base or (side, side, side)
+        return base, self.top or base
+
 
 Actuated = DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral
-Module = Annotated[
-    Actuated | Prism | Section,
-    Field(discriminator="kind"),
-]
+Module = Annotated[Actuated | Prism | SectionModule, Field(discriminator="kind")]
 KINDS = ("double_octahedral", "double_octahedral_general", "tetrahedral", "octahedral", "prism", "section")
 
 
-def face_sides(module: Module, default: float) -> tuple[Sides, Sides]:
-    """Sides 12, 23, 31 of a module's end faces.
-
-    Args:
-        module: The module.
-        default: The arm's face side, m, which stands wherever the module says nothing.
-
-    Returns:
-        Of the base and of the top, m.
-    """
-    whole = (default, default, default)
-    if isinstance(module, Tetrahedral):
-        side, hinge = module.side or default, module.hinge or default
-        return (side, side, hinge), (side, side, hinge)
-    if isinstance(module, Octahedral | GeneralDoubleOctahedral):
-        return module.base or whole, module.top or whole
-    if isinstance(module, Section):
-        base = module.base or whole
-        return base, module.top or base
-    return whole, whole
+def _require_straight(module: str, straight: float, name: str, arm: Manipulator) -> None:
+    cylinder = arm.cylinders[name]
+    if not cylinder.retracted <= straight <= cylinder.extended:
+        raise ValueError(
+            f"module {module}: straight length {straight:.4g} m outside the stroke of "
+            f"{name}, {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
+        )
 
 
 def joint_offset(module: Module) -> float:
     """Ljo of a module, m: its mid-plane nodes are joint blocks where it is not zero."""
-    return module.joint_offset if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral) else 0.0
-
-
-def altitude(module: Tetrahedral, default: float) -> float:
-    """Altitude h of a tetrahedral module's triangles on their hinge (3.1).
-
-    Args:
-        module: The module; its triangles must close.
-        default: The arm's face side, m.
-
-    Returns:
-        m.
-    """
-    (side, _, hinge), _ = face_sides(module, default)
-    return sqrt(side**2 - hinge**2 / 4)
+    return module.joint_offset if isinstance(module, BattenActuated) else 0.0

@@ -156,44 +156,75 @@ def arm_clearance(
     radii = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
     for first in range(0, len(flat), _CHUNK):
         part = slice(first, first + _CHUNK)
-        gaps = _gaps(flat[part], np.asarray(ends, np.intp), tank, profile, around) - radii[:, None]
+        gaps = _gaps(flat[part], np.asarray(ends, np.intp), radii, tank, profile, around)
         body[part] = gaps.argmin(axis=1)
         distance[part] = gaps.min(axis=1)
     return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
 
 
-def _gaps(balls: Array, ends: Index, tank: Tank, profile: Profile, around: Obstacles) -> Array:
-    """Distances of centre lines and centres from each place, shape (B, M + balls, P), m."""
+def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile, around: Obstacles) -> Array:
+    """Distances of members and balls from each place, shape (B, M + balls, P), m."""
     a, b = balls[:, ends[:, 0]], balls[:, ends[:, 1]]
     depth, mouth = enclosure_depth(tank, profile, balls)
-    inf = np.inf
+    inf, count = np.inf, len(ends)
     shell, riser = np.where(mouth, inf, depth), np.where(mouth, depth, inf)
     member_shell = np.minimum(shell[:, ends[:, 0]], shell[:, ends[:, 1]])
     member_riser = np.minimum(riser[:, ends[:, 0]], riser[:, ends[:, 1]])
     near = mouth[:, ends[:, 0]] | mouth[:, ends[:, 1]]
     if near.any():
-        along, at_riser = _along(a[near], b[near], tank, profile)
+        least = np.min(np.concatenate([member_riser, riser], 1) - radii, axis=1)
+        config, member = np.nonzero(near)
+        along, at_riser = _along(a[near], b[near], radii[member], (config, least), tank, profile)
         member_shell[near] = np.minimum(member_shell[near], np.where(at_riser, inf, along))
         member_riser[near] = np.minimum(member_riser[near], np.where(at_riser, along, inf))
     columns = [np.concatenate([member_shell, shell], 1), np.concatenate([member_riser, riser], 1)]
     starts, stops = np.concatenate([a, balls], 1), np.concatenate([b, balls], 1)
     for (low, high), radius in zip(around.axes, around.radii, strict=True):
-        columns.append(segment_distance(starts, stops, low, high)[0] - radius)
+        gap = np.empty(starts.shape[:2])
+        gap[:, :count] = segment_distance(a, b, low, high)[0] - radius
+        gap[:, count:] = segment_distance(balls, balls, low, high)[0] - radius
+        columns.append(gap)
     columns.append(np.minimum(starts[..., 2], stops[..., 2]) - around.waste_level)
-    return np.stack(columns, -1)
+    return np.stack(columns, -1) - radii[:, None]
 
 
-def _along(a: Array, b: Array, tank: Tank, profile: Profile) -> tuple[Array, NDArray[np.bool_]]:
-    """Least enclosure distance along segments (n, 3), m, and whether the riser is nearest there."""
-    rows = np.arange(len(a))
+def _along(
+    a: Array, b: Array, radii: Array, bound: tuple[Index, Array], tank: Tank, profile: Profile
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Least enclosure distance along segments, and whether the riser is nearest there.
+
+    The distance changes by no more than the way along the segment, so samples bound it from below. The search ends for
+    a member that cannot come as near to the riser as another one has already.
+
+    Args:
+        a: First ends, shape (n, 3), m.
+        b: Second ends, shape (n, 3), m.
+        radii: Shape (n,), m.
+        bound: Configuration of each, shape (n,), and the gap that each configuration has from the riser, shape (B,), m.
+        tank: The tank.
+        profile: Its profile.
+
+    Returns:
+        Distance, shape (n,), m, not the least where the search has ended, and whether the riser is nearest, shape (n,).
+    """
+    (config, found), way = bound, np.linalg.norm(b - a, axis=1)
     low, high = np.zeros(len(a)), np.ones(len(a))
     least, at_riser = np.full(len(a), np.inf), np.zeros(len(a), bool)
+    some = np.arange(len(a))
     for _ in range(_CUTS):
-        t = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, _SAMPLES)
-        depth, mouth = enclosure_depth(tank, profile, a[:, None] + t[..., None] * (b - a)[:, None])
-        best = depth.argmin(axis=1)
-        least, at_riser = depth[rows, best], mouth[rows, best]
-        low, high = t[rows, np.maximum(best - 1, 0)], t[rows, np.minimum(best + 1, _SAMPLES - 1)]
+        t = low[some, None] + (high - low)[some, None] * np.linspace(0, 1, _SAMPLES)
+        depth, mouth = enclosure_depth(tank, profile, a[some, None] + t[..., None] * (b - a)[some, None])
+        rows, best = np.arange(len(some)), depth.argmin(axis=1)
+        before, after = np.maximum(best - 1, 0), np.minimum(best + 1, _SAMPLES - 1)
+        least[some], at_riser[some] = depth[rows, best], mouth[rows, best]
+        low[some], high[some] = t[rows, before], t[rows, after]
+        np.minimum.at(found, config[some], np.where(at_riser[some], least[some] - radii[some], np.inf))
+        step = (t[:, 1] - t[:, 0]) * way[some]
+        same = (mouth[rows, before] == mouth[rows, best]) & (mouth[rows, after] == mouth[rows, best])
+        open_still = least[some] - step / 2 - radii[some] < found[config[some]]
+        some = some[~(same & at_riser[some]) | open_still]
+        if not len(some):
+            break
     return least, at_riser
 
 

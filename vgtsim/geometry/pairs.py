@@ -109,33 +109,30 @@ def near_members(pairs: MemberPairs, points: Array, balls: MemberBalls, reach: f
     Returns:
         Configuration of each pair, shape (R,), and its members, shape (2, R). No pair within the reach is missing.
     """
-    config, members, away = _pairs_of_modules(pairs, balls, _module_gaps(pairs, points) < reach)
-    near = np.flatnonzero(away - _grown(pairs, balls, config, members) < reach)
+    config, members, lower = _pairs_of_modules(pairs, balls, _module_gaps(pairs, points) < reach)
+    near = np.flatnonzero(lower < reach)
     return config[near], members[:, near]
 
 
 def _pairs_of_modules(pairs: MemberPairs, balls: MemberBalls, chosen: Mask) -> tuple[Index, Index, Array]:
-    """Pairs of members of chosen pairs of modules, shape (W, Q), as `near_members`, and their midpoints' distance."""
+    """Pairs of members of chosen pairs of modules, shape (W, Q), as `near_members`, and the distance of their balls."""
     config, pair = np.nonzero(chosen)
     count = np.diff(pairs.begin)[pair]
     # the members of all chosen pairs of modules, one pair of modules after the other
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     members = pairs.members[:, np.repeat(pairs.begin[pair], count) + within]
     config = np.repeat(config, count)
-    return config, members, _norm(balls.middle[config, members[0]] - balls.middle[config, members[1]])
-
-
-def _grown(pairs: MemberPairs, balls: MemberBalls, config: Index, members: Index) -> Array:
-    """Sum of the radii of the balls that hold two members, shape (R,), m."""
+    first, second = members
     size = balls.half + pairs.radii
-    return size[config, members[0]] + size[config, members[1]]
+    away = _norm(balls.middle[config, first] - balls.middle[config, second])
+    return config, members, away - size[config, first] - size[config, second]
 
 
 def nearest_members(pairs: MemberPairs, points: Array) -> tuple[Array, Index]:
     """Least distance between members of each configuration, shape (W,), m, and the two members, shape (W, 2).
 
-    The midpoints of two members bound their distance from above. Only pairs whose balls come within the bound of some
-    pair of near modules are measured.
+    Of the two modules that are nearest, the two members whose balls are nearest are measured. Their distance is a bound:
+    only pairs whose balls are as near as that are measured too.
     """
     count = len(points)
     if not pairs.members.size:
@@ -143,28 +140,33 @@ def nearest_members(pairs: MemberPairs, points: Array) -> tuple[Array, Index]:
     balls, every, gaps = member_balls(pairs.ends, points), np.arange(count), _module_gaps(pairs, points)
     likely = np.zeros(gaps.shape, bool)
     likely[every, gaps.argmin(axis=1)] = True
-    bound = _least_upper(pairs, *_pairs_of_modules(pairs, balls, likely))
-    config, members, away = _pairs_of_modules(pairs, balls, gaps <= bound[:, None])
-    bound = _least_upper(pairs, config, members, away)
-    near = np.flatnonzero(away - _grown(pairs, balls, config, members) <= bound[config])
-    config, (first, second) = config[near], members[:, near]
+    config, members, lower = _pairs_of_modules(pairs, balls, likely)
+    likely_pair = np.lexsort((lower, config))[_starts(config)]
+    # a little more: the pair that gives the bound must not be lost by rounding
+    bound = _measure(pairs, balls, every, members[:, likely_pair]) + _ROUNDING
+    config, members, lower = _pairs_of_modules(pairs, balls, gaps <= bound[:, None])
+    near = np.flatnonzero(lower <= bound[config])
+    config, members = config[near], members[:, near]
+    gap = _measure(pairs, balls, config, members)
+    best = np.lexsort((members[1], members[0], gap, config))[_starts(config)]
+    return gap[best], members[:, best].T
+
+
+def _starts(config: Index) -> Index:
+    """Where each configuration begins in a list that holds them in order."""
+    return np.flatnonzero(np.diff(config, prepend=-1))
+
+
+def _measure(pairs: MemberPairs, balls: MemberBalls, config: Index, members: Index) -> Array:
+    """Distance between the surfaces of pairs of members, shape (R,), m."""
+    first, second = members
     ends = (
         balls.first[config, first],
         balls.last[config, first],
         balls.first[config, second],
         balls.last[config, second],
     )
-    gap = segment_distance(*ends)[0] - pairs.radii[first] - pairs.radii[second]
-    order = np.lexsort((second, first, gap, config))
-    best = order[np.searchsorted(config[order], every)]
-    return gap[best], np.stack([first[best], second[best]], -1)
-
-
-def _least_upper(pairs: MemberPairs, config: Index, members: Index, away: Array) -> Array:
-    """Least distance of midpoints less the radii in each configuration, shape (W,), m; configurations in order."""
-    upper = away - pairs.radii[members[0]] - pairs.radii[members[1]]
-    # a little more: the pair that gives the bound must not be lost by rounding
-    return np.minimum.reduceat(upper, np.flatnonzero(np.diff(config, prepend=-1))) + _ROUNDING
+    return segment_distance(*ends)[0] - pairs.radii[first] - pairs.radii[second]
 
 
 def _module_gaps(pairs: MemberPairs, points: Array) -> Array:

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 # m; standing back of the boxes for each of the two angles, and their depth away from the tank
 TOLERANCE = 0.02
+_ONE_LINE = 1e-9  # rad between tangent lines: shipped tanks have 0.05 or more, rounding leaves 1e-16
 DEPTH = 0.4
 
 
@@ -104,9 +105,12 @@ def _tangents(piece: Piece, tolerance: float) -> list[_Tangent]:
 
 
 def _meet(a: _Tangent, b: _Tangent) -> Array:
-    """Intersection of two tangent lines (r, z)."""
-    s, _ = np.linalg.solve(np.stack([a.along, -b.along], -1), b.point - a.point)
-    return a.point + s * a.along
+    """Intersection of two tangent lines (r, z); between their points where they are one line but for rounding."""
+    turn = a.along[0] * b.along[1] - a.along[1] * b.along[0]
+    if abs(turn) < _ONE_LINE:
+        return (a.point + b.point) / 2
+    apart = b.point - a.point
+    return a.point + (apart[0] * b.along[1] - apart[1] * b.along[0]) / turn * a.along
 
 
 def _slab(line: _Tangent, corner: Array) -> Panel:

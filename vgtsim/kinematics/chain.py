@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.layout import Layout, Place, make_layout
 from vgtsim.kinematics.truss import Truss, make_truss
@@ -222,6 +223,12 @@ class Chain:
             row[..., _moving(place)] = (block @ place.take(dx)[..., None])[..., place.modules.actuated, 0]
         return row
 
+    @cached_property
+    def _usual_slopes(self) -> tuple[Array, ...]:
+        """How much all legs together change by each input in the straight pose, shape (M, inputs) for each place."""
+        places = self.layout.places
+        return tuple(np.linalg.norm(p.modules.length_jacobian(p.straight)[1], axis=-2) for p in places)
+
     def input_rates(self, q: ArrayLike, only: Collection[str] | None = None) -> Array:
         """Rates of the inputs q per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 
@@ -234,13 +241,15 @@ class Chain:
 
         Raises:
             AssemblyError: As `lengths`.
-            LinAlgError: A module is singular.
+            SingularPoseError: A module is singular; it is named.
         """
         x = self._inputs(q)
         rates = np.zeros((*x.shape[:-1], self.layout.inputs, self.layout.actuators))
-        for place in self.layout.places:
+        for place, usual in zip(self.layout.places, self._usual_slopes, strict=True):
             chosen = [m for m, name in enumerate(place.modules.names) if only is None or name in only]
-            block = np.linalg.inv(place.modules.length_jacobian(place.take(x))[1][..., chosen, :, :])
+            names = [place.modules.names[m] for m in chosen]
+            slopes = place.modules.length_jacobian(place.take(x))[1][..., chosen, :, :]
+            block = invert_sound(slopes, usual[chosen], lambda where, names=names: names[where[-1]])
             module, leg = np.nonzero(place.modules.actuated[chosen])
             picked = np.moveaxis(block[..., module, :, leg], 0, -2)  # the picked legs come first
             rates[..., place.columns[chosen][module], place.lengths[chosen][module, leg][:, None]] = picked
@@ -325,7 +334,7 @@ class Chain:
 
         Raises:
             AssemblyError: As `lengths`.
-            LinAlgError: A module is singular.
+            SingularPoseError: A module is singular; it is named.
         """
         return self.jacobian(q) @ self.input_rates(q)
 

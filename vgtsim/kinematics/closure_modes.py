@@ -195,7 +195,7 @@ def _distinct(C: Array, phi: ComplexArray, flexible: bool) -> Modes:
     for i in range(len(z)):
         if np.all(apart[kept, i] > _SAME):
             kept.append(i)
-    kept.sort(key=lambda i: tuple(np.real(z[i])))
+    kept.sort(key=lambda i: tuple(np.round(np.real(z[i]), 9)))  # mirrored solutions share cosines but for rounding
     return Modes(z[kept, :3], z[kept, 3:], *_quality(C, phi[kept]), flexible)
 
 

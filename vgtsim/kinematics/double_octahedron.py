@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
+from vgtsim.kinematics.conditioning import invert_sound
 
 Array = NDArray[np.float64]
 
@@ -314,6 +315,7 @@ def midplane_from_lengths(
 
     Raises:
         AssemblyError: No assembly was found near the start; the residual is what was left.
+        SingularPoseError: The start, or what it leads to, is singular.
 
     Source: equations 3.28 to 3.33. Differs: undamped steps, at most 0.2 rad each, in place of a fixed damping 0.90.
     """
@@ -326,7 +328,10 @@ def midplane_from_lengths(
         residual = float(np.max(np.abs(gap), initial=0.0))
         if residual <= tolerance:
             break
-        step = np.linalg.solve(angle_jacobian(geometry, phi), -gap[..., None])[..., 0]
+        slopes = angle_jacobian(geometry, phi)
+        step = -(invert_sound(slopes, float(np.mean(geometry.height)), lambda _: "double octahedron") @ gap[..., None])[
+            ..., 0
+        ]
         largest = np.max(np.abs(step), axis=-1, keepdims=True)
         phi = phi + step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-300))
     if not residual <= 1e2 * tolerance:

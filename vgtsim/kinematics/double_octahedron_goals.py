@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.double_octahedron_general import Geometry, advance, transform
 from vgtsim.kinematics.double_octahedron_rates import jacobian
 from vgtsim.kinematics.roll_pitch_yaw import angular_velocity_matrix, roll_pitch_yaw
@@ -120,7 +121,7 @@ def inverse(geometry: Geometry, goals: Goal | Sequence[Goal], start: ArrayLike) 
         The state on the mode of the start, and what is left of the error.
 
     Raises:
-        AssemblyError: The upper cell is singular at an iterate.
+        SingularPoseError: The upper cell, or roll and pitch at a pitch of 90 degrees, is singular at an iterate.
 
     Source: section 3.5.2, and 3.5.4 steps 1 to 8. Differs: damped, and on the general module.
     """
@@ -156,7 +157,8 @@ def _unfinished(error: Array, slope: Array) -> NDArray[np.bool_]:
 
 def _damped_step(J: Array, slope: Array, damping: Array) -> Array:
     square = np.swapaxes(J, -1, -2) @ J
-    weight = damping * np.trace(square, axis1=-2, axis2=-1)
+    # not quite zero where no goal depends on the state: no step there, and no singular matrix in the batch
+    weight = damping * np.trace(square, axis1=-2, axis2=-1) + np.finfo(float).tiny
     step = np.linalg.solve(square + weight[..., None, None] * np.eye(3), -slope[..., None])[..., 0]
     largest = np.max(np.abs(step), axis=-1, keepdims=True)
     return step * np.minimum(1.0, _LARGEST_STEP / np.maximum(largest, 1e-300))
@@ -196,7 +198,7 @@ def _angle_error(goal: AnglesAndCoordinate, R: Array, P: Array, radius: float) -
     wanted = np.stack(np.broadcast_arrays(goal.roll, goal.pitch), axis=-1).astype(float)
     off = angles[..., :2] - wanted
     lag = P[..., goal.axis] - np.asarray(goal.coordinate, float)
-    rate = radius * np.asarray(np.linalg.inv(angular_velocity_matrix(angles)), float)[..., :2, :]
+    rate = radius * invert_sound(angular_velocity_matrix(angles), 1.0, lambda _: "roll and pitch of a goal")[..., :2, :]
     axis = np.broadcast_to(np.eye(3)[goal.axis], (*P.shape[:-1], 1, 3))
     error = _joined(radius * np.arctan2(np.sin(off), np.cos(off)), lag[..., None])
     return error, np.concatenate([_turns(rate), _moves(axis)], axis=-2)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.errors import AssemblyError
+from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.double_octahedron_general import (
     UPPER_LEGS,
     Geometry,
@@ -37,7 +37,7 @@ def jacobian(geometry: Geometry, state: ArrayLike) -> Array:
         Velocity of T's origin over angular velocity of T in frame B, shape (..., 6, 3).
 
     Raises:
-        AssemblyError: The upper cell is singular.
+        SingularPoseError: The upper cell is singular.
 
     Source: section 3.5.4, step 5, for the general module.
     """
@@ -46,10 +46,8 @@ def jacobian(geometry: Geometry, state: ArrayLike) -> Array:
     velocity = mid_velocities(geometry, angles)[..., 3 + UPPER_LEGS[:, 0], :, :]
     length, J = upper_jacobian(points)
     unit = (points[..., 6 + UPPER_LEGS[:, 1], :] - points[..., 3 + UPPER_LEGS[:, 0], :]) / length[..., None]
-    try:
-        return np.linalg.solve(J, np.einsum("...ik,...ikj->...ij", unit, velocity))
-    except np.linalg.LinAlgError:
-        raise AssemblyError("double octahedron, upper cell", 0.0, "singular state") from None
+    inverse = invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "double octahedron, upper cell")
+    return inverse @ np.einsum("...ik,...ikj->...ij", unit, velocity)
 
 
 def upper_jacobian(points: Array) -> tuple[Array, Array]:
@@ -100,15 +98,13 @@ def length_jacobian(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]
         l1, l2, l3, shape (..., 3), m, and dtwist/dl, shape (..., 6, 3).
 
     Raises:
-        AssemblyError: Either cell is singular.
+        SingularPoseError: Either cell is singular.
 
     Source: section 3.2.
     """
     angles = np.asarray(state, float)
-    try:
-        inverse = np.linalg.inv(angle_jacobian(geometry, angles))
-    except np.linalg.LinAlgError:
-        raise AssemblyError("double octahedron, lower cell", 0.0, "singular state") from None
+    usual = float(np.mean(geometry.circles.radius))
+    inverse = invert_sound(angle_jacobian(geometry, angles), usual, lambda _: "double octahedron, lower cell")
     return actuator_lengths(geometry, angles), jacobian(geometry, angles) @ inverse
 
 

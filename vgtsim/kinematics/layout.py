@@ -14,9 +14,8 @@ from vgtsim.description.modules import (
     Module,
     Octahedral,
     Prism,
-    Section,
+    SectionModule,
     Tetrahedral,
-    face_sides,
     joint_offset,
 )
 from vgtsim.errors import TrussError
@@ -120,7 +119,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
         TrussError: The members of a static section do not hold it.
     """
     modules, side = manipulator.modules, manipulator.face_side
-    active = [k for k, module in enumerate(modules) if not isinstance(module, Prism | Section)]
+    active = [k for k, module in enumerate(modules) if not isinstance(module, Prism | SectionModule)]
     sizes = [_input_count(modules[k]) for k in active]
     first = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
     alike = [(modules[k].kind, joint_offset(modules[k]) > 0) for k in active]
@@ -132,7 +131,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
         among = slice(None) if len(which) == len(active) else np.array(which)
         places.append(_place(manipulator, truss, [active[a] for a in which], among, columns))
     root, after, face_from, offset = _constants(manipulator, active)
-    faces = [face_sides(modules[0], side)[0], *(face_sides(module, side)[1] for module in modules)]
+    faces = [modules[0].faces(side)[0], *(module.faces(side)[1] for module in modules)]
     owner = np.repeat(np.arange(len(active)), sizes).astype(int)
     module_of_input = np.array(active, dtype=int)[owner]
     moves = (truss.node_module[:, None] >= module_of_input).astype(float)
@@ -154,7 +153,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
     )
 
 
-def make_static(module: Prism | Section, side: float) -> StaticSection:
+def make_static(module: Prism | SectionModule, side: float) -> StaticSection:
     """Static section of a description.
 
     Args:
@@ -168,11 +167,11 @@ def make_static(module: Prism | Section, side: float) -> StaticSection:
         AssemblyError: A measured transform is not a rotation.
         TrussError: The members do not hold it; the module is named.
     """
-    base, top = face_sides(module, side)
+    base, top = module.faces(side)
     try:
-        if isinstance(module, Section) and module.transform is not None:
+        if isinstance(module, SectionModule) and module.transform is not None:
             return section_from_transform(base, top, module.transform)
-        tilt, twist = (module.tilt, module.twist) if isinstance(module, Section) else ((0.0, 0.0), 0.0)
+        tilt, twist = (module.tilt, module.twist) if isinstance(module, SectionModule) else ((0.0, 0.0), 0.0)
         return make_section(base, module.length or 0.0, top=top, tilt=tilt, twist=twist)
     except TrussError as error:
         members = tuple(f"{module.name}/{member}" for member in error.members)
@@ -189,7 +188,7 @@ def octahedron_geometry(module: Octahedral, side: float) -> single.Geometry:
     Returns:
         The geometry.
     """
-    base, top = face_sides(module, side)
+    base, top = module.faces(side)
     return single.Geometry(base, top, tuple(longeron.length for longeron in module.longerons))
 
 
@@ -203,7 +202,7 @@ def general_geometry(module: GeneralDoubleOctahedral, side: float) -> general.Ge
     Returns:
         The geometry.
     """
-    base, top = face_sides(module, side)
+    base, top = module.faces(side)
     return general.Geometry(base, top, module.longerons, module.joint_offset)
 
 
@@ -239,7 +238,7 @@ def _module_set(picked: list[Module], side: float) -> tuple[ModuleSet, Array]:
         return GeneralDoubleOctahedra(names, shapes, begins), begins[:, :3]
     hinges = [module for module in picked if isinstance(module, Tetrahedral)]
     if hinges:
-        faces = np.array([face_sides(module, side)[0] for module in hinges])
+        faces = np.array([module.faces(side)[0] for module in hinges])
         straight = np.array([[module.straight] for module in hinges])
         return Tetrahedra(names, tetra.Geometry(faces[:, 0], faces[:, 2])), straight
     stewarts = [module for module in picked if isinstance(module, Octahedral)]
@@ -259,7 +258,7 @@ def _constants(manipulator: Manipulator, active: list[int]) -> tuple[Array, Arra
         if k in active:
             gathered.append(here)
             here, source = np.eye(4), source + 1
-        elif isinstance(module, Prism | Section):
+        elif isinstance(module, Prism | SectionModule):
             static = make_static(module, manipulator.face_side)
             step = np.eye(4)
             step[:3, :3], step[:3, 3] = static.R, static.P

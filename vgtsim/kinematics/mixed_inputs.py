@@ -140,7 +140,7 @@ class MixedInputs:
 
         Raises:
             AssemblyError: As `Chain.lengths`.
-            LinAlgError: A conventional module is singular.
+            SingularPoseError: A conventional module is singular; it is named.
         """
         chain = self.chain
         rates = np.zeros((*np.shape(q)[:-1], chain.layout.inputs, self.size))
@@ -166,7 +166,7 @@ class MixedInputs:
 
         Raises:
             AssemblyError: As `canonical`.
-            LinAlgError: A conventional module is singular.
+            SingularPoseError: A conventional module is singular; it is named.
         """
         q = self.canonical(y, start)
         position, direction, J = self.chain.tool_jacobian(q)
@@ -184,7 +184,7 @@ class MixedInputs:
 
         Raises:
             AssemblyError: As `canonical`.
-            LinAlgError: A conventional module is singular.
+            SingularPoseError: A conventional module is singular; it is named.
         """
         q = self.canonical(y, start)
         nodes, J = self.chain.node_jacobian(q)

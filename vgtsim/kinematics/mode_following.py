@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics.octahedral_closure import closure_slopes, closure_values, newton_step, solve_cyclic
+from vgtsim.kinematics.ties import first_greatest
 
 Array = NDArray[np.float64]
 Path = Callable[[Array, NDArray[np.intp]], Array]
@@ -30,6 +31,7 @@ _NEWTON_STEPS = 4
 _LEAST_STEP = 1e-7  # of the path: shorter certified steps mean a singularity this near
 _MOST_STEPS = 4000
 _ROUNDING = 1e-10  # rad: a ball no smaller than the rounding of the angles
+_SAME_VALUE = 1e-6  # of the greatest: singular values this near are one, whose directions are any mix
 _POLISH = 2  # Newton steps after the last, which leave rounding only
 
 
@@ -192,6 +194,20 @@ def _second_derivatives(
     return own + further, other + further, mixed + further
 
 
+def worst_row(left: Array, value: Array) -> NDArray[np.intp]:
+    """Row with most of what is lost at the smallest singular value.
+
+    Args:
+        left: Left singular vectors, shape (..., n, n).
+        value: Singular values, falling, shape (..., n).
+
+    Returns:
+        Shape (...): the first of equals. All directions of one value count, because which of them come out is chance.
+    """
+    same = value <= value[..., -1:] + _SAME_VALUE * value[..., :1]
+    return first_greatest(np.sum(left**2 * same[..., None, :], axis=-1), axis=-1)
+
+
 def worst_direction(J: ArrayLike, scale: ArrayLike = 1.0) -> tuple[float, int]:
     """How near a Jacobian of lengths is to losing rank, and by which length.
 
@@ -203,7 +219,7 @@ def worst_direction(J: ArrayLike, scale: ArrayLike = 1.0) -> tuple[float, int]:
         Smallest singular value of J / scale, and the index of the row with most of its left singular vector.
     """
     left, value, _ = np.linalg.svd(np.asarray(J, float) / np.asarray(scale, float))
-    return float(value[-1]), int(np.argmax(np.abs(left[:, -1])))
+    return float(value[-1]), int(worst_row(left, value))
 
 
 def damped_newton(C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: float, count: int) -> tuple[Array, Array]:

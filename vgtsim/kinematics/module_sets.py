@@ -13,6 +13,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.mode_following import worst_row
+
 Array = NDArray[np.float64]
 
 
@@ -121,4 +123,4 @@ def find_singular(module_set: ModuleSet, x: Array) -> tuple[Array, NDArray[np.in
         Shapes (..., M).
     """
     left, value, _ = np.linalg.svd(module_set.conditioned(x))
-    return value[..., -1], np.argmax(np.abs(left[..., -1]), axis=-1)
+    return value[..., -1], worst_row(left, value)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
+from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
 from vgtsim.kinematics.octahedral_closure import (
     LOWER,
@@ -331,15 +332,10 @@ def twist_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
         Velocity of T's origin over angular velocity of T in frame B, shape (..., 6, 6 - k).
 
     Raises:
-        AssemblyError: The pose is singular.
+        SingularPoseError: The pose is singular.
     """
     _, J = length_jacobian(geometry, R, P)
-    unit = np.zeros((6, geometry.actuated.size))
-    unit[geometry.actuated, np.arange(geometry.actuated.size)] = 1.0
-    try:
-        return np.asarray(np.linalg.solve(J, np.broadcast_to(unit, (*J.shape[:-2], *unit.shape))), float)
-    except np.linalg.LinAlgError:
-        raise AssemblyError("octahedron", 0.0, "singular pose") from None
+    return invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "octahedron")[..., geometry.actuated]
 
 
 def singularity(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> tuple[float, int]:

@@ -22,7 +22,7 @@ from vgtsim.mjcf.keyframes import HOLDING_WEIGHTS, add_keyframes, reach_pose, wi
 from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.mjcf.tank import add_tank
-from vgtsim.mjcf.views import add_arm_views, add_goal_markers, add_tank_views
+from vgtsim.mjcf.views import add_arm_views, add_goal_markers, add_tank_cameras, light_tank
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -65,7 +65,8 @@ def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: f
     add_tank(spec, site.tank)
     add_arm(spec, rigging)
     add_goal_markers(spec, task.motion.goals)
-    add_tank_views(spec, site.tank, pivot)
+    light_tank(spec, site.tank)
+    add_tank_cameras(spec, site.tank, pivot)
     add_keyframes(spec, site.chain, keyed)
     return spec
 

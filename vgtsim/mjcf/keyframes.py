@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import DoubleOctahedral, Prism, Section
+from vgtsim.description.modules import DoubleOctahedral, Prism, SectionModule
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.layout import make_static
@@ -57,7 +57,7 @@ def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:
     faces = chain.frames(chain.straight)[1]
     active = len(chain.layout.names)
     for k, module in reversed(list(enumerate(arm.modules))):
-        if isinstance(module, Prism | Section):
+        if isinstance(module, Prism | SectionModule):
             height += float(make_static(module, arm.face_side).P[2])
             continue
         active -= 1

@@ -32,11 +32,18 @@ def add_goal_markers(spec: mujoco.MjSpec, goals: Sequence[Goal]) -> None:
         )
 
 
-def add_tank_views(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> None:
-    """Light the tank and place the four cameras of a scene; the tank is cut open towards -y.
+def add_tank_cameras(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> None:
+    """Place the four cameras of a scene; the tank is cut open towards -y."""
+    radius, crown = tank.shell.inner_diameter / 2, tank.shell.crown
+    middle = np.array([0.0, 0.0, 0.42 * crown])
+    _add_camera(spec, "overview", [-0.9 * radius, -2.0 * radius, 1.9 * crown], middle, 45)
+    _add_camera(spec, "cutaway", [0.0, -2.35 * radius, 0.62 * crown], middle, 38)
+    _add_camera(spec, "riser", [2.2, -4.2, pivot_height + 0.6], [0, 0, pivot_height - 0.9], 60)
+    _add_tool_camera(spec)
 
-    A headlight reaches everywhere, one lamp gives relief, nothing casts shadows; the sky is pale.
-    """
+
+def light_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
+    """A headlight that reaches everywhere, one lamp for relief, no shadows; a pale sky."""
     radius, crown = tank.shell.inner_diameter / 2, tank.shell.crown
     _set_headlight(spec, ambient=0.35, diffuse=0.45, specular=0.1)
     body = spec.body(names.TANK)
@@ -47,11 +54,6 @@ def add_tank_views(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> None
     sky = spec.add_texture(name=f"{names.TANK}/sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=64, height=384)
     sky.builtin = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
     sky.rgb1, sky.rgb2 = [0.80, 0.86, 0.92], [0.97, 0.97, 0.97]
-    middle = np.array([0.0, 0.0, 0.42 * crown])
-    _add_camera(spec, "overview", [-0.9 * radius, -2.0 * radius, 1.9 * crown], middle, 45)
-    _add_camera(spec, "cutaway", [0.0, -2.35 * radius, 0.62 * crown], middle, 38)
-    _add_camera(spec, "riser", [2.2, -4.2, pivot_height + 0.6], [0, 0, pivot_height - 0.9], 60)
-    _add_tool_camera(spec)
 
 
 def add_arm_views(spec: mujoco.MjSpec, height: float) -> None:

@@ -87,11 +87,7 @@ def write_drawing(figure: Figure, stem: Path) -> tuple[Path, Path]:
     """Write a figure as PNG and as SVG.
 
     Args:
-        figure: The figure.
         stem: Path without suffix.
-
-    Returns:
-        Both paths.
     """
     png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
     with styled(), replacing(png) as whole:
@@ -105,7 +101,6 @@ def make_solid(chain: Chain, nodes: Array) -> trimesh.Scene:
     """Make an arm of cylinders and balls.
 
     Args:
-        chain: The arm.
         nodes: Of a pose, shape (N, 3), m.
 
     Returns:
@@ -142,9 +137,6 @@ def write_solid(solid: trimesh.Scene, stem: Path) -> tuple[Path, Path]:
     Args:
         solid: From `make_solid`.
         stem: Path without suffix.
-
-    Returns:
-        Both paths.
     """
     glb, stl = stem.with_suffix(".glb"), stem.with_suffix(".stl")
     with replacing(glb) as whole:

@@ -14,16 +14,7 @@ from vgtsim.statics.capacity import CapacityMap
 
 
 def write_capacity(found: CapacityMap, title: str, folder: Path) -> tuple[Path, Path]:
-    """Write `capacity.csv` and `capacity.png`.
-
-    Args:
-        found: The map.
-        title: Of the plot.
-        folder: Existing folder.
-
-    Returns:
-        The two files.
-    """
+    """Write `capacity.csv` and `capacity.png`."""
     table, picture = folder / "capacity.csv", folder / "capacity.png"
     with replacing(table) as partial, partial.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
@@ -41,15 +32,7 @@ def write_capacity(found: CapacityMap, title: str, folder: Path) -> tuple[Path, 
 
 
 def plot_capacity(found: CapacityMap, title: str) -> Figure:
-    """Draw allowable payload and sag over radius and depth, side by side.
-
-    Args:
-        found: The map.
-        title: Of the figure.
-
-    Returns:
-        The figure.
-    """
+    """Draw allowable payload and sag over radius and depth, side by side."""
     figure = Figure(figsize=(11, 5.5), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     values = (

@@ -20,7 +20,6 @@ def open_film(path: Path, width: int, height: int, fps: int) -> Iterator[Callabl
     """Open an MP4 file for frames.
 
     Args:
-        path: File to write.
         width: Even, pixels.
         height: Even, pixels.
         fps: Frames a second.

@@ -69,9 +69,6 @@ def panels(rows: int, columns: int, height: float, sharey: bool = False) -> tupl
         columns: Number of columns.
         height: Of the figure, inches.
         sharey: Whether the panels share their ordinate.
-
-    Returns:
-        The figure and its axes, row by row.
     """
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
@@ -89,7 +86,6 @@ def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as an image, whole or not at all; the same figure gives the same file.
 
     Args:
-        figure: The figure.
         path: Image file; its suffix tells the format, PNG if it has none.
     """
     kind = path.suffix[1:].lower() or "png"
@@ -129,7 +125,7 @@ def draw_limit(axes: Axes, value: float, label: str) -> None:
     axes.text(0.995, value, label, color=LIMIT, fontsize=7.5, ha="right", va="bottom", transform=place)
 
 
-def finish(axes: Axes, site: Site, log: RunLog, *, named: bool = False, abscissa: bool = True) -> None:
+def finish_axes(axes: Axes, site: Site, log: RunLog, *, named: bool = False, abscissa: bool = True) -> None:
     """Shade the settled stays and label the time axis.
 
     Args:

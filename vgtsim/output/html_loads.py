@@ -7,6 +7,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.ties import first_greatest, order_down
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.report import Report
@@ -32,7 +33,7 @@ def member_rows(site: Site, log: RunLog, report: Report) -> str:
     axial = log.axial(site.truss.ends)
     peak = np.max(np.nan_to_num(used, nan=-np.inf), axis=0)
     rows = []
-    for index in np.argsort(-peak)[:_ROWS]:
+    for index in order_down(peak)[:_ROWS]:
         record = int(np.nanargmax(used[:, index]))
         member = site.truss.members[index]
         pulled, pushed = (
@@ -67,7 +68,7 @@ def reaction_rows(site: Site, log: RunLog) -> str:
             (bending, "kN·m"),
             (np.abs(wrench[:, 5]), "kN·m"),
         ):
-            worst = int(np.argmax(values))
+            worst = int(first_greatest(values))
             cells.append(f"{values[worst] / 1e3:.2f} {unit} at {log.time[worst]:.2f} s")
         body = "".join(f'<td class="figure">{cell}</td>' for cell in cells)
         rows.append(f'<tr><th scope="row">{name}</th>{body}</tr>')

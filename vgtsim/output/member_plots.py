@@ -8,8 +8,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vgtsim.description.sections import Cylinder
+from vgtsim.kinematics.ties import order_down
 from vgtsim.output.colours import LIMIT, LINES, REST
-from vgtsim.output.figure import draw_limit, finish, panels
+from vgtsim.output.figure import draw_limit, finish_axes, panels
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.report import Report
@@ -57,7 +58,7 @@ def _draw_modules(site: Site, log: RunLog, values: Array, limits: list[tuple[flo
         axes.set_title(f"{module.name} ({site.truss.members[site.truss.actuated[own][0]].section})")
         if index % columns == 0:
             axes.set_ylabel(label)
-        finish(axes, site, log, abscissa=index + columns >= len(limits))
+        finish_axes(axes, site, log, abscissa=index + columns >= len(limits))
     for axes in panel[len(limits) :]:
         axes.set_axis_off()
     _draw_key(panel, len(limits), columns)
@@ -82,7 +83,7 @@ def plot_axial_forces(site: Site, log: RunLog) -> Figure:
     _draw_members(axes, site, log, axial)
     axes.axhline(0.0, color=REST, linewidth=0.8)
     axes.set_ylabel("axial force, kN (tension +)")
-    finish(axes, site, log, named=True)
+    finish_axes(axes, site, log, named=True)
     return figure
 
 
@@ -98,13 +99,13 @@ def plot_utilisation(site: Site, log: RunLog, report: Report) -> Figure:
     draw_limit(axes, site.task.limits.member_utilisation, "limit")
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("demand over capacity")
-    finish(axes, site, log, named=True)
+    finish_axes(axes, site, log, named=True)
     return figure
 
 
 def _draw_members(axes: Axes, site: Site, log: RunLog, values: Array) -> None:
     """Draw values (T, M); the members with the greatest magnitudes get lines and names."""
-    order = np.argsort(-np.nanmax(np.abs(values), axis=0))
+    order = order_down(np.nanmax(np.abs(values), axis=0))
     named, others = order[:_NAMED], order[_NAMED:]
     if len(others):
         time, low, high = _envelope(log.time, values[:, others])

@@ -65,11 +65,7 @@ def make_overlay(width: int, height: int, title: str, end: float) -> Overlay:
     Args:
         width: Of the frames, pixels.
         height: Of the frames, pixels.
-        title: Of the scene.
         end: Both ends of the scale of axial force, N.
-
-    Returns:
-        The overlay.
     """
     unit = max(_LEAST_FONT, round(height / 36))
     folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
@@ -125,7 +121,6 @@ def draw_overlay(overlay: Overlay, frame: Picture, values: tuple[str, ...], mark
     """Put the overlay and the texts of one instant onto a frame.
 
     Args:
-        overlay: The static parts.
         frame: Shape (height, width, 3).
         values: One for each of `LABELS`.
         marks: Names to write; those outside the picture are left out.

@@ -39,7 +39,6 @@ def draw_postures(chain: Chain, panels: Sequence[Postures], path: Path) -> None:
     """Draw several postures at each of several goals, each goal seen across its vertical plane.
 
     Args:
-        chain: The arm.
         panels: One for each goal.
         path: Image file; its suffix tells the format.
     """
@@ -73,7 +72,6 @@ def draw_posture(chain: Chain, q: ArrayLike, goal: ArrayLike, path: Path) -> Non
     """Draw the truss with its goal.
 
     Args:
-        chain: The arm.
         q: Inputs, shape (n,).
         goal: Tool point wanted, in frame G, shape (3,), m.
         path: Image file; its suffix tells the format.

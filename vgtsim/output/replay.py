@@ -45,11 +45,7 @@ def make_replay(model: mujoco.MjModel, truss: Truss, end: float) -> Replay:
 
     Args:
         model: Compiled model of the truss.
-        truss: The truss.
         end: Both ends of the colour scale, N.
-
-    Returns:
-        The replay.
     """
     pairs = []
     for index, member in enumerate(truss.members):
@@ -64,7 +60,6 @@ def pose_model(replay: Replay, nodes: Array, axial: Array) -> None:
     """Pose the model and colour its members.
 
     Args:
-        replay: The replay; its model and data change.
         nodes: Hub positions in frame G, shape (N, 3), m.
         axial: Tension positive, shape (M,), N.
     """
@@ -79,7 +74,6 @@ def frame_times(log: RunLog, fps: int, speed: float) -> Array:
     """Simulated times at which the film's frames are taken.
 
     Args:
-        log: The run.
         fps: Frames a second of film.
         speed: Simulated seconds in a second of film.
 
@@ -94,9 +88,7 @@ def interpolate(log: RunLog, axial: Array, time: float) -> tuple[int, Array, Arr
     """Find the state between two records.
 
     Args:
-        log: The run.
         axial: Axial forces at its records, shape (T, M), N.
-        time: s.
 
     Returns:
         The record before, the nodes, shape (N, 3), m, and the axial forces, shape (M,), N.
@@ -111,10 +103,6 @@ def interpolate(log: RunLog, axial: Array, time: float) -> tuple[int, Array, Arr
 
 def camera_at(cuts: tuple[Cut, ...], time: float) -> str:
     """Choose the camera of an instant.
-
-    Args:
-        cuts: In order.
-        time: s.
 
     Returns:
         Camera of the first shot that has not ended; the last one when all have.

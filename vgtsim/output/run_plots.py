@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vgtsim.output.colours import HOLD, LINES, REST
-from vgtsim.output.figure import draw_limit, finish, panels
+from vgtsim.output.figure import draw_limit, finish_axes, panels
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.report import Report
@@ -28,7 +28,7 @@ def plot_closure(site: Site, log: RunLog, report: Report) -> Figure:
     draw_limit(axes, site.task.limits.closure, "limit")
     axes.set_ylim(top=2.5 * max(site.task.limits.closure, float(np.nanmax(report.series["closure"]))))
     axes.set_ylabel("greatest gap, m")
-    finish(axes, site, log, named=True)
+    finish_axes(axes, site, log, named=True)
     return figure
 
 
@@ -50,7 +50,7 @@ def plot_tool_error(site: Site, log: RunLog, report: Report) -> Figure:
         axes.semilogy(log.time, np.where(log.settled, shown, np.nan), color=HOLD, linewidth=3.0, label="settled")
         draw_limit(axes, limit * factor, "limit when settled")
         axes.set_ylabel(label)
-        finish(axes, site, log, named=axes is place, abscissa=axes is turn)
+        finish_axes(axes, site, log, named=axes is place, abscissa=axes is turn)
     turn.legend(loc="lower left", ncols=2)
     return figure
 
@@ -69,7 +69,7 @@ def plot_clearance(site: Site, log: RunLog, report: Report) -> Figure:
     draw_limit(axes, site.task.limits.clearance * 1e3, "limit")
     axes.set_ylim(bottom=min(0.0, 1.1 * float(clearance[worst])))
     axes.set_ylabel("clearance, mm")
-    finish(axes, site, log, named=True)
+    finish_axes(axes, site, log, named=True)
     return figure
 
 
@@ -87,6 +87,6 @@ def plot_reaction(site: Site, log: RunLog, wrench: Array) -> Figure:
         size = np.linalg.norm(part, axis=-1)
         axes.plot(log.time, size, color=REST, linewidth=0.9, linestyle=":", label="magnitude")
         axes.set_ylabel(label)
-        finish(axes, site, log, named=axes is force, abscissa=axes is moment)
+        finish_axes(axes, site, log, named=axes is force, abscissa=axes is moment)
     force.legend(loc="center right", bbox_to_anchor=(1.0, 0.28), ncols=4)  # clear of zero and of the weight
     return figure

@@ -19,7 +19,6 @@ def draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
 
     Args:
         axes: Abscissa along the plane, ordinate z, m.
-        tank: The tank.
         azimuth: Of the plane from +x, rad; equipment is projected onto it.
     """
     profile = make_profile(tank.shell)
@@ -48,7 +47,6 @@ def draw_tank_top(axes: Axes, tank: Tank) -> None:
 
     Args:
         axes: Abscissa x, ordinate y, m.
-        tank: The tank.
     """
     axes.add_patch(Circle((0, 0), tank.shell.inner_diameter / 2, fill=False, edgecolor=REST, linewidth=1.4))
     axes.add_patch(Circle((0, 0), tank.arm_riser.bore / 2, fill=False, edgecolor=REST, linestyle=":"))

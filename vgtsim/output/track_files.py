@@ -20,7 +20,6 @@ def write_track(chain: Chain, followed: Followed, facts: Facts, stem: Path) -> t
     """Write a path.
 
     Args:
-        chain: The arm.
         followed: The path as it is run.
         facts: Its figures, for the JSON file.
         stem: Path of the files without their suffixes.

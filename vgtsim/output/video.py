@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.graphics import mujoco
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.colours import scale_end
 from vgtsim.output.encoder import open_film
@@ -46,7 +47,6 @@ def render_video(
 
     Args:
         site: Where the run was.
-        log: The run.
         report: With the series `tool_position_error`, if tracking was measured.
         path: File to write, whole or not at all; its suffix is `.mp4`.
         progress: Called with the frames drawn and their number.
@@ -122,7 +122,7 @@ def _values(site: Site, log: RunLog, report: Report, record: int, time: float, f
     """Write the texts of one instant, one for each of the overlay's labels."""
     goal = goal_name(site, int(log.goal[record])) or "none"
     error = report.series.get("tool_position_error")
-    worst = int(np.argmax(np.abs(forces)))
+    worst = int(first_greatest(np.abs(forces)))
     return (
         f"{time:.2f} s",
         f"{goal}{' (settled)' if log.settled[record] else ''}",

@@ -14,10 +14,6 @@ _GRID = 45  # cells across a panel
 def plot_workspace(found: Workspace, title: str) -> Figure:
     """Draw a sample of the workspace in the frame of the base face.
 
-    Args:
-        found: The sample.
-        title: Of the arm.
-
     Returns:
         The figure: greatest tilt and greatest dexterity by distance from the axis and height, tool points from along
         the axis with the least singular value, and the spread of tilt.

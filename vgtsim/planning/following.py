@@ -1,9 +1,9 @@
-"""A path of the tool as actuator lengths in time, inside the cylinders' rates and accelerations.
+"""A tool path as actuator lengths in time, inside the rates and accelerations of the cylinders.
 
-Every piece is solved goal by goal, each from the last; then the goals are doubled, all new ones at once from the spline
-through the old ones, until that spline keeps the tool on the path between goals too. Where the posture is a smooth
-function of the goal, the error falls with the sixth power of the goals' distance; where it jumps, it does not fall at
-all. Pieces are run from rest to rest, so a corner of the path asks no infinite acceleration.
+Each piece is solved goal by goal, each goal from the one before. Then the number of goals is doubled until the spline
+through them keeps the tool on the path between goals too. The error falls with the sixth power of the distance between
+goals where the posture is a smooth function of the goal. It does not fall where the posture jumps. Each piece is run
+from rest to rest, so a corner of the path asks no infinite acceleration.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
-_TIMESTEP = 0.01  # of the clock when no scene says, s
-_FIRST = 17  # goals of a piece that are solved one after the other
-_MOST = 2049  # goals after which a piece that still leaves the path is given up
+_TIMESTEP = 0.01  # s, of an arm without a scene
+_FIRST = 17  # goals of a piece that are solved one after the other, so that each start is near its goal
+_MOST = 2049  # 17 goals doubled seven times: a piece that still leaves the path then has a jump
 _BETWEEN = 8  # places between two goals at which the deviation is measured
-_STEADY = 0.998  # of the speed wanted: steps are not quite those of the faster motion
+_STEADY = 0.998  # of the speed asked for: a slower motion has other steps, which may be a little faster
 _JUDGED = 1000  # instants at which clearance is measured
-_SOLVING = NewtonSettings(optimality=1e-12, most=300)  # so near the optimum that its rest is not seen in accelerations
+_SOLVING = NewtonSettings(optimality=1e-12, most=300)  # a looser optimum shows as noise in the accelerations
 
 
 @dataclass(frozen=True)
@@ -50,17 +50,17 @@ class Followed:
     """A path as it is run.
 
     Attributes:
-        time: s, shape (n,).
+        time: Shape (T,), s.
         q: Inputs, shape (T, n).
-        lengths: Of the actuators, shape (n, 3 A), m.
-        stretch: Index of the stretch of each instant, shape (n,).
-        names: Of the stretches.
-        limits: Of the actuators.
-        deviation: Greatest distance of the tool from the path, m, between goals too.
-        turn: Greatest angle of its direction from the path's, rad.
+        lengths: Actuator lengths, shape (T, J), m.
+        stretch: Index into `names` at each instant, shape (T,).
+        names: Names of the stretches.
+        limits: Rates and accelerations of the actuators.
+        deviation: Greatest distance of the tool from the path, at goals and between them, m.
+        turn: Greatest angle between the tool's direction and the path's, rad.
         goals: Number of goals solved.
-        iterations: Of all goals.
-        optimal: Part of the goals that are local optima to second order.
+        iterations: Number of iterations over all goals.
+        optimal: Share of the goals that are local optima to second order.
     """
 
     time: Array
@@ -77,7 +77,7 @@ class Followed:
 
     @property
     def rates(self) -> Array:
-        """Differences of the lengths over the step, shape (n - 1, 3 A), m/s."""
+        """Differences of the lengths over the step, shape (T - 1, J), m/s."""
         return np.diff(self.lengths, axis=0) / (self.time[1] - self.time[0])
 
     @property
@@ -91,11 +91,7 @@ def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) ->
 
     Args:
         place: The site, or an arm alone, which starts straight.
-        path: The path.
         objectives: Names, each with `:weight` or without.
-
-    Returns:
-        The path as it is run.
 
     Raises:
         DescriptionError: An objective is not known, or needs a scene; the path is none; or the arm has active
@@ -119,12 +115,11 @@ def follow(problem: Problem, path: ToolPath, start: Array, timestep: float) -> F
 
     Args:
         problem: Arm, strokes and objective; its goal is replaced.
-        path: The path.
-        start: Configuration from which the first goal is sought, shape (n,).
+        start: Configuration from which the first goal is solved, shape (n,).
         timestep: s.
 
     Returns:
-        The path as it is run: on it within its tolerance, and inside all rates and accelerations.
+        A motion on the path within its tolerance and inside all rates and accelerations.
 
     Raises:
         DescriptionError: The path is none.
@@ -146,29 +141,24 @@ def follow(problem: Problem, path: ToolPath, start: Array, timestep: float) -> F
     whole = np.concatenate(lengths)
     away = np.max(off, axis=0)
     return Followed(
-        np.asarray(timestep * np.arange(len(whole)), float),
-        chain.inputs_from_lengths(whole),
-        whole,
-        np.array(which),
-        tuple(stretch.name for stretch in stretches),
-        limits,
-        float(away[0]),
-        float(away[1]),
-        sum(len(found.q) for found in solved),
-        sum(int(found.iterations.sum()) for found in solved),
-        float(np.mean(np.concatenate([found.optimal for found in solved]))),
+        time=np.asarray(timestep * np.arange(len(whole)), float),
+        q=chain.inputs_from_lengths(whole),
+        lengths=whole,
+        stretch=np.array(which),
+        names=tuple(stretch.name for stretch in stretches),
+        limits=limits,
+        deviation=float(away[0]),
+        turn=float(away[1]),
+        goals=sum(len(found.q) for found in solved),
+        iterations=sum(int(found.iterations.sum()) for found in solved),
+        optimal=float(np.mean(np.concatenate([found.optimal for found in solved]))),
     )
 
 
 def report(place: Place, followed: Followed) -> dict[str, str | float | int]:
-    """Figures of a path, rates and accelerations by differences of the lengths that are run.
+    """Figures of a followed path by name and unit; the clearance is measured only at a site.
 
-    Args:
-        place: The site, from which the clearance is measured, or an arm alone.
-        followed: The path as it is run.
-
-    Returns:
-        By name, with units.
+    Rates and accelerations are differences of the lengths as they are run.
     """
     chain = place.chain
     rate = float(np.max(np.abs(followed.rates) / followed.limits.rate))

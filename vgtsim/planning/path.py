@@ -13,37 +13,14 @@ from vgtsim.errors import PathError
 from vgtsim.kinematics.bending import azimuth, bend_all, swing
 from vgtsim.kinematics.chain import Chain
 from vgtsim.planning.trajectory import Corridor, assemblable, smooth
-from vgtsim.positioning import Surroundings, make_box
 
 Array = NDArray[np.float64]
 
+_WAYPOINTS = 40  # of a way, ends included
+_SAMPLES = 241  # configurations at which a smoothed path is judged, six for each way-point
 _SWING = np.radians(5.0)  # below this the swing is the straight line
-_TUCKED = (
-    20.0,
-    35.0,
-    35.0,
-    20.0,
-    0.0,
-)  # bends of a shape clear of floor, wall and dome, deg; less each where there are more
-
-
-@dataclass(frozen=True)
-class PathSettings:
-    """How a path is planned.
-
-    Attributes:
-        clearance: Least clearance of the path, m.
-        stroke_margin: Distance kept from the ends of the strokes, m.
-        softness: Width of the clearance hinge beyond the clearance, m.
-        waypoints: Number of way-points, ends included.
-        samples: Number of configurations at which the finished path is judged.
-    """
-
-    clearance: float = 0.10
-    stroke_margin: float = 0.005
-    softness: float = 0.08
-    waypoints: int = 40
-    samples: int = 241
+# Bends of a shape that is clear of floor, wall and dome, degrees; each module bends less where an arm has more modules.
+_TUCKED = (20.0, 35.0, 35.0, 20.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -53,8 +30,8 @@ class Path:
     Attributes:
         spline: Inputs over the parameter 0 to 1, shape (n,) at each; its fourth derivative is continuous.
         clearance: Least clearance over the path, m.
-        place: What is that near.
-        spare: Least distance of an actuator from the end of its stroke, m.
+        place: Name of the nearest thing there.
+        spare: Least distance of an actuator from the end of its stroke box, m.
         travel: Sum along the path of the greatest change of an actuator, m: its time at a fixed rate.
     """
 
@@ -65,58 +42,43 @@ class Path:
     travel: float
 
 
-def plan_path(
-    chain: Chain,
-    surroundings: Surroundings,
-    first: ArrayLike,
-    last: ArrayLike,
-    leg: str,
-    settings: PathSettings | None = None,
-) -> Path:
+def plan_path(corridor: Corridor, first: ArrayLike, last: ArrayLike, leg: str) -> Path:
     """Find a clear path between two configurations, the shortest of the candidates.
 
-    Candidates are the straight line in inputs and a swing about the mast while the shape changes; when none
-    of those is clear, the swing the other way round; then the swings by way of a tucked shape. Each is
+    The first candidates are the straight line in inputs, and a swing about the mast while the shape changes. When
+    neither is clear, the swing the other way round is tried, then both swings by way of a tucked shape. Each candidate is
     smoothed and then judged densely, the shortest of a group first.
 
     Args:
-        chain: The arm.
-        surroundings: What to keep clear of.
+        corridor: Stroke box and surroundings.
         first: Inputs at the start, shape (n,).
         last: Inputs at the end, shape (n,).
         leg: Name of the goal at the end, for errors.
-        settings: How to plan.
-
-    Returns:
-        The path.
 
     Raises:
         PathError: No candidate is clear inside the strokes.
     """
-    settings = settings or PathSettings()
-    box = make_box(chain, settings.stroke_margin)
-    corridor = Corridor(chain, box, surroundings, settings.clearance, settings.softness)
-    ends = np.asarray(first, float), np.asarray(last, float)
+    box, wanted = corridor.box, corridor.clearance
     failed: list[Path] = []
-    for group in _candidates(chain, *ends, settings.waypoints):
-        ways = [smooth(corridor, assemblable(corridor, way, box.middle)) for way in group]
-        rough = [item for item in (_spline(corridor, way, settings) for way in ways) if item is not None]
+    for group in _candidates(box.chain, np.asarray(first, float), np.asarray(last, float)):
+        ways = [smooth(corridor, assemblable(corridor, way)) for way in group]
+        rough = [item for item in (_spline(corridor, way) for way in ways) if item is not None]
         for spline, samples, length in sorted(rough, key=lambda item: _travel(item[2])):
             path = _judge(corridor, spline, samples, length)
-            if path.clearance >= settings.clearance and path.spare > 0:
+            if path.clearance >= wanted and path.spare > 0:
                 return path
             failed.append(path)
     best = max(failed, key=lambda path: min(path.clearance, path.spare), default=None)
     if best is None:
         raise PathError(leg, -np.inf, "a module that does not assemble")
-    if best.clearance >= settings.clearance:
+    if best.clearance >= wanted:
         raise PathError(leg, best.clearance, f"{best.place}, but overruns a stroke by {-best.spare:.4f} m")
     raise PathError(leg, best.clearance, best.place)
 
 
-def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator[list[Array]]:
+def _candidates(chain: Chain, first: Array, last: Array) -> Iterator[list[Array]]:
     """Groups of ways, shape (W, n) each, the simplest group first."""
-    part = np.linspace(0.0, 1.0, count)
+    part = np.linspace(0.0, 1.0, _WAYPOINTS)
     at, to = azimuth(chain, chain.tool(first)[0]), azimuth(chain, chain.tool(last)[0])
     near = float(np.mod(to - at + np.pi, 2 * np.pi) - np.pi)
     far = near - np.copysign(2 * np.pi, near)
@@ -137,11 +99,11 @@ def _candidates(chain: Chain, first: Array, last: Array, count: int) -> Iterator
     yield ways
 
 
-def _spline(corridor: Corridor, way: Array, settings: PathSettings) -> tuple[BSpline, Array, Array] | None:
+def _spline(corridor: Corridor, way: Array) -> tuple[BSpline, Array, Array] | None:
     """Spline through a way, its samples and their actuator lengths; None when one does not assemble."""
     spline = make_interp_spline(np.linspace(0.0, 1.0, len(way)), way, k=5)
-    samples = spline(np.linspace(0.0, 1.0, settings.samples))
-    state = corridor.kernel.state(samples)
+    samples = spline(np.linspace(0.0, 1.0, _SAMPLES))
+    state = corridor.box.kernel.state(samples)
     return (spline, samples, state.legs) if np.all(state.assembles) else None
 
 
@@ -150,7 +112,7 @@ def _travel(length: Array) -> float:
 
 
 def _judge(corridor: Corridor, spline: BSpline, samples: Array, length: Array) -> Path:
-    """What a sampled path comes near to."""
+    """Least clearance and spare stroke of a sampled path."""
     clearance, places = corridor.surroundings.clearance(samples)
     worst = int(np.argmin(clearance))
     spare = float(np.min(corridor.box.spare(length)))

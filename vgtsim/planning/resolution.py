@@ -29,7 +29,7 @@ from vgtsim.positioning import (
     solve_goal,
     tool_goal,
 )
-from vgtsim.positioning.analysis import analyse
+from vgtsim.positioning.analysis import condition_numbers, lost_directions
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -180,15 +180,14 @@ def _asked_resolution(place: Place, request: Request) -> Resolution:
 
 def _facts(place: Place, goal: GoalSpace, found: Solution, objectives: tuple[str, ...]) -> Facts:
     J = evaluate(place.chain, goal, place.box.kernel.state(found.q[None]), np.zeros(1, int))[1][0]
-    seen = analyse(J, goal.names)
     return {
         "objective": " + ".join(objectives),
         "value": float(found.value),
         "iterations": int(found.iterations),
         "optimal": bool(found.optimal),
         "stationarity": float(found.stationarity),
-        "condition number": seen.condition,
-        "lost directions": list(seen.lost_names),
+        "condition number": float(condition_numbers(J)),
+        "lost directions": list(lost_directions(J, goal.names)),
         "binding": list(binding_actuators(place.box, found.q)),
         **found.notes,
     }

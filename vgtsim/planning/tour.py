@@ -11,9 +11,10 @@ from vgtsim.description.scene import Goal
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.objectives import MARGIN
-from vgtsim.planning.path import PathSettings, plan_path
+from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import goal_keep, resolve_goal, scene_resolution
 from vgtsim.planning.timing import make_limits, time_lengths
+from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
 from vgtsim.site import Site
 from vgtsim.statics.loads import tool_point
@@ -21,7 +22,7 @@ from vgtsim.statics.settling import settle
 
 Array = NDArray[np.float64]
 
-_AIMS = 6  # corrections of the aim for the sag of an elastic arm; two or three are enough where the arm is not near buckling
+_AIMS = 6  # corrections of the aim for the sag of an elastic arm
 _AIMED = 1e-4  # error of the settled tool that ends the corrections, m and rad: a tenth of the tracking limit
 
 
@@ -30,12 +31,12 @@ class Leg:
     """The way to one goal.
 
     Attributes:
-        name: Of the goal.
-        goal: Its index in the scene.
+        name: Name of the goal.
+        goal: Index of the goal in the scene.
         lengths: Actuator lengths at every step, the first and last included, shape (T, J), m.
-        q: Inputs at its end, shape (n,).
-        clearance: Least clearance planned on the way, m.
-        place: What is that near.
+        q: Inputs at the end, shape (n,).
+        clearance: Least planned clearance, m.
+        place: Name of the nearest thing there.
     """
 
     name: str
@@ -57,8 +58,8 @@ class Tour:
 
     Attributes:
         start: Inputs at the start, shape (n,).
-        legs: In the order of the goals; each begins with the lengths the last one ended with.
-        timestep: Of the rows of each leg, s.
+        legs: In the order of the goals. Each leg begins with the lengths at which the leg before it ended.
+        timestep: Time between two rows of a leg, s.
     """
 
     start: Array
@@ -79,7 +80,7 @@ def solve_first_goal(site: Site) -> Array:
     """Find the configuration at the first goal, without planning the way to it.
 
     Args:
-        site: The site; it is not checked here, see `check_site`.
+        site: It is not checked here, see `check_site`.
 
     Returns:
         Inputs, shape (n,).
@@ -95,17 +96,14 @@ def plan_tour(site: Site) -> Tour:
 
     All goals are solved before the first path is planned, so that a goal out of reach is reported soon.
 
-    Args:
-        site: The site.
-
     Returns:
-        The tour; the same scene gives the same tour, bit for bit.
+        The tour. The same scene gives the same tour, bit for bit.
 
     Raises:
         DescriptionError: The scene cannot work, see `check_site`.
         ReachError: A goal cannot be met, or not by an arm that gives.
         TrussError: The arm does not settle at a goal.
-        PathError: A goal cannot be come to without touching anything.
+        PathError: No clear path to a goal was found.
     """
     check_site(site)
     motion = site.task.motion
@@ -114,12 +112,12 @@ def plan_tour(site: Site) -> Tour:
     for goal in motion.goals:
         q = _configure(site, goal, shapes[-1], keep)
         shapes.append(_aim_above(site, goal, q) if site.sags else q)
-    settings = PathSettings(clearance=motion.clearance, stroke_margin=motion.stroke_margin)
+    corridor = Corridor(site.box, site.surroundings, motion.clearance)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
     timestep = site.task.simulation.timestep
     legs = []
     for index, (goal, first, last) in enumerate(zip(motion.goals, shapes[:-1], shapes[1:], strict=True)):
-        path = plan_path(site.chain, site.surroundings, first, last, goal.name, settings)
+        path = plan_path(corridor, first, last, goal.name)
         lengths = time_lengths(site.chain, path.spline, limits, timestep)
         legs.append(
             Leg(name=goal.name, goal=index, lengths=lengths, q=last, clearance=path.clearance, place=path.place)

@@ -1,22 +1,20 @@
 """Way-points between two configurations, moved until they are short, smooth and clear.
 
-The sum of squares that is made small holds, in actuator lengths, the first and second differences along the
-way, and hinges for strokes and clearances that grow before a limit is met. Gauss-Newton with damping; the
-matrix is block-banded, since a way-point feels only two neighbours on either side.
+A damped Gauss-Newton iteration makes a sum of squares small: first and second differences of the actuator lengths along
+the way, and hinges for strokes and clearances, which grow before a limit is met. The matrix is block-banded, since a
+way-point feels only two neighbours on either side.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-from vgtsim.kinematics.chain import Chain
 from vgtsim.positioning import StrokeBox, Surroundings
-from vgtsim.positioning.kernel import Kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -25,31 +23,25 @@ _LENGTH = 0.1  # a difference of this size counts one, m
 _BEND = 0.05  # weight of second differences against first ones, in units of the way's whole length
 _HINGE = 20.0  # weight of a hinge at its limit: well above what a detour around it costs
 _STROKE_SOFT = 0.02  # width of the stroke hinge inside the box, m
-_SETTLED = 1e-3
+_LEAST_DAMPING = 1e-9  # keeps the equations definite where the way stands in a singular pose: rounding leaves 1e-13
+_SETTLED = 1e-3  # relative fall of the sum below which a further step is not worth its price
 
 
 @dataclass(frozen=True)
 class Corridor:
-    """What the way-points must stay inside of.
+    """The limits of the way-points.
 
     Attributes:
-        chain: The arm.
-        box: Actuator lengths allowed.
-        surroundings: What to keep clear of.
-        clearance: Clearance wanted, m.
+        box: The arm and the actuator lengths allowed.
+        surroundings: Everything to keep clear of.
+        clearance: Least clearance, m.
         softness: Width of the clearance hinge beyond it, m.
     """
 
-    chain: Chain
     box: StrokeBox
     surroundings: Surroundings
     clearance: float
-    softness: float
-
-    @cached_property
-    def kernel(self) -> Kernel:
-        """The arm, ready for batches."""
-        return Kernel(self.chain)
+    softness: float = 0.08
 
 
 def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
@@ -76,27 +68,26 @@ def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
         else:
             return way
         done = value - after < _SETTLED * value
-        way, value, damping = trial, after, damping / 4
+        way, value, damping = trial, after, max(damping / 4, _LEAST_DAMPING)
         if done:
             break
     return way
 
 
-def assemblable(corridor: Corridor, way: Array, middle: Array) -> Array:
+def assemblable(corridor: Corridor, way: Array) -> Array:
     """Pull the inner way-points towards the middle of the strokes until every one assembles.
 
     Args:
-        corridor: Gives the arm.
+        corridor: Arm and stroke box.
         way: Way-points, shape (W, n).
-        middle: Inputs at mid-stroke, shape (n,).
 
     Returns:
         Way-points, shape (W, n).
     """
     for part in np.linspace(0.0, 1.0, 11):
         trial = np.array(way)
-        trial[1:-1] += part * (middle - way[1:-1])
-        if np.all(corridor.kernel.state(trial).assembles):
+        trial[1:-1] += part * (corridor.box.middle - way[1:-1])
+        if np.all(corridor.box.kernel.state(trial).assembles):
             return trial
     return way
 
@@ -118,7 +109,7 @@ def _hinges(corridor: Corridor, length: Array) -> tuple[Array, Array]:
 
 def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
     """Half the sum of squares; infinite when a way-point does not assemble."""
-    state = corridor.kernel.state(way)
+    state = corridor.box.kernel.state(way)
     if not np.all(state.assembles):
         return np.inf
     low, high = _hinges(corridor, state.legs)
@@ -131,8 +122,8 @@ def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
 
 def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple[Array, Array]:
     """Slope, shape (W - 2, n), and blocks [i, i + o] of the matrix, shape (3, W - 2, n, n)."""
-    state = corridor.kernel.state(way)
-    wide = corridor.kernel.dense(state.blocks)
+    state = corridor.box.kernel.state(way)
+    wide = corridor.box.kernel.dense(state.blocks)
     count, size = state.q.shape
     low, high = _hinges(corridor, state.legs)
     pull = stiffness @ state.legs + _HINGE / _STROKE_SOFT * (high - low)

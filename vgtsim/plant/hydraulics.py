@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.plant.oil import VAPOUR, ChamberState, Cylinders, Oil, make_cylinders, pressures
 from vgtsim.site import Site
 from vgtsim.statics.equilibrium import solve_members
@@ -128,9 +129,9 @@ def require_pressure(site: Site, time: Array, lengths: Array) -> None:
     """
     chain = site.chain
     nodes = chain.nodes(chain.inputs_from_lengths(lengths))
-    forces, parts = solve_members(site.load_model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
+    forces, parts = solve_members(site.case_model, nodes).bar[:, chain.truss.actuated], make_cylinders(chain)
     used = np.where(forces > 0, forces / parts.pull, -forces / parts.push)
-    record, worst = (int(i) for i in np.unravel_index(np.argmax(used), used.shape))
+    record, worst = (int(i) for i in np.unravel_index(first_greatest(used), used.shape))
     if used[record, worst] <= 1:
         return
     member, force = chain.truss.members[chain.truss.actuated[worst]], float(forces[record, worst])

@@ -1,8 +1,7 @@
-"""What a Jacobian says about a configuration: rank, range, null space, conditioning (section 6.2)."""
+"""How well conditioned a configuration is, and which goal directions it has lost (section 6.2)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -11,124 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 CONDITION_LIMIT = 1e5  # section 6.2.1: past it the smallest singular values are given up
-
-
-@dataclass(frozen=True)
-class Bases:
-    """Bases of the range and of the null space by one factorisation; by singular values here, by QR in the studies.
-
-    Attributes:
-        rank: Number of independent goal directions.
-        range: Orthonormal columns that span what the inputs can do to the goal rows, shape (m, rank).
-        null: Orthonormal columns that leave the goal rows alone, shape (n, n - rank).
-        left: First factor as computed: Q_1 of 6.16, or U of 6.28, shape (m, m).
-        right: Q_2 of 6.18, or V of 6.28, shape (n, n).
-        values: Magnitude of the diagonal of R_2 in the order of pivoting, or the singular values, shape (min(m, n),).
-    """
-
-    rank: int
-    range: Array
-    null: Array
-    left: Array
-    right: Array
-    values: Array
-
-    @property
-    def nullity(self) -> int:
-        """Columns less rank (6.15)."""
-        return self.right.shape[0] - self.rank
-
-
-@dataclass(frozen=True)
-class Analysis:
-    """A Jacobian by singular values, those past the condition limit given up.
-
-    Attributes:
-        bases: Range and null space of what is kept.
-        condition: Greatest over least singular value of the whole Jacobian, infinite when one is zero.
-        kept_condition: The same over the values that are kept (6.32).
-        inverse: Pseudo-inverse of what is kept (6.35), shape (n, m).
-        lost: Goal directions given up, unit columns, shape (m, m - rank).
-        lost_names: One name for each: the goal rows it consists of, greatest part first.
-    """
-
-    bases: Bases
-    condition: float
-    kept_condition: float
-    inverse: Array
-    lost: Array
-    lost_names: tuple[str, ...]
-
-    def step(self, change: ArrayLike) -> tuple[Array, Array]:
-        """Least step of the inputs for a change of the goal rows, and the part of the change that is refused.
-
-        Args:
-            change: Wanted change, shape (m,).
-
-        Returns:
-            Step, shape (n,), at most |change| over the least singular value kept; and the part of the change along lost
-            directions, shape (m,).
-
-        Source: equation 6.36 and section 6.2.1.
-        """
-        wanted = np.asarray(change, float)
-        return self.inverse @ wanted, self.lost @ (self.lost.T @ wanted)
-
-
-def bases_by_svd(jacobian: ArrayLike, limit: float = CONDITION_LIMIT) -> Bases:
-    """Range and null space by singular value decomposition.
-
-    Args:
-        jacobian: Shape (m, n), augmented by zero rows or not.
-        limit: Ratio of the greatest to the least singular value that still counts.
-
-    Returns:
-        The bases.
-
-    Source: equations 6.28 to 6.32.
-    """
-    J = np.asarray(jacobian, float)
-    U, values, Vt = np.linalg.svd(J)
-    rank = int(np.sum(values > values[0] / limit)) if values[0] > 0 else 0
-    return Bases(rank, U[:, :rank], Vt[rank:].T, U, Vt.T, values)
-
-
-def analyse(jacobian: ArrayLike, names: tuple[str, ...] | None = None, limit: float = CONDITION_LIMIT) -> Analysis:
-    """Analyse a Jacobian.
-
-    Args:
-        jacobian: Shape (m, n); rows that are all zero (augmentation) are no goal rows and must be left out.
-        names: Of the goal rows, for the lost directions.
-        limit: Condition number past which singular values are given up.
-
-    Returns:
-        The analysis.
-
-    Raises:
-        ValueError: The Jacobian is not finite, or the names do not match its rows.
-
-    Source: section 6.2.1.
-    """
-    J = np.asarray(jacobian, float)
-    if not np.all(np.isfinite(J)):
-        raise ValueError("the Jacobian holds values that are not finite")
-    labels = names or tuple(f"row {i + 1}" for i in range(len(J)))
-    if len(labels) != len(J):
-        raise ValueError(f"{len(labels)} names for {len(J)} goal rows")
-    bases = bases_by_svd(J, limit)
-    values, rank = bases.values, bases.rank
-    least = values[-1] if len(J) <= J.shape[1] else 0.0
-    kept = values[:rank]
-    inverse = bases.right[:, :rank] / kept @ bases.left[:, :rank].T
-    lost = bases.left[:, rank:]
-    return Analysis(
-        bases,
-        float(values[0] / least) if least > 0 else inf,
-        float(kept[0] / kept[-1]) if rank else inf,
-        inverse,
-        lost,
-        tuple(_name(column, labels) for column in lost.T),
-    )
 
 
 def condition_numbers(jacobian: ArrayLike) -> Array:
@@ -145,7 +26,21 @@ def condition_numbers(jacobian: ArrayLike) -> Array:
         return np.where(values[..., -1] > 0, values[..., 0] / values[..., -1], inf)
 
 
+def lost_directions(jacobian: ArrayLike, names: tuple[str, ...], limit: float = CONDITION_LIMIT) -> tuple[str, ...]:
+    """Goal directions that a configuration cannot follow: one name for each, made of the goal rows' names.
+
+    Args:
+        jacobian: Shape (m, n).
+        names: Of the goal rows.
+        limit: Condition number past which singular values are given up.
+    """
+    U, values, _ = np.linalg.svd(np.asarray(jacobian, float))
+    rank = int(np.sum(values > values[0] / limit))
+    return tuple(_name(column, names) for column in U[:, rank:].T)
+
+
 def _name(direction: Array, labels: tuple[str, ...]) -> str:
+    """The rows that a direction consists of, the greatest part first."""
     order = np.argsort(-np.abs(direction), kind="stable")
     parts = [(direction[i], labels[i]) for i in order if abs(direction[i]) >= 0.1]
     if len(parts) == 1:

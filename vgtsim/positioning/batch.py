@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
-from vgtsim.positioning.newton import NewtonSettings, minimise
+from vgtsim.positioning.newton import Glance, NewtonSettings, minimise
 from vgtsim.positioning.objectives import StrokeBarrier
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.quadratic import Quadratic
@@ -16,6 +16,7 @@ from vgtsim.positioning.solution import Solution, join_solutions
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
 _NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first
 _CLOSE = 1e-3  # error, m and rad, to which it is gone
@@ -63,7 +64,10 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
         def bend(z: Array, i: Index, y: Array, by_length: Array | None, which: Index = which) -> Array:
             return problem.bend(z, which[i], y, by_length)
 
-        parts.append(minimise(model, z[which], how, bend))
+        def glance(z: Array, i: Index, value: bool, which: Index = which) -> tuple[Mask, Array, Array]:
+            return problem.glance(z, which[i], value)
+
+        parts.append(minimise(model, z[which], how, bend, glance))
     whole = join_solutions(parts)
     return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :rows])
 
@@ -75,5 +79,6 @@ def _come_near(problem: Problem, z: Array, how: NewtonSettings) -> Array:
     if len(far):
         z = np.array(z)
         coarse = replace(how, tolerance=_CLOSE, optimality=np.inf)
-        z[far] = minimise(lambda at, i: plain.model(at, far[i]), z[far], coarse).q
+        brief: Glance = lambda at, i, value: plain.glance(at, far[i], value)  # noqa: E731
+        z[far] = minimise(lambda at, i: plain.model(at, far[i]), z[far], coarse, glance=brief).q
     return z

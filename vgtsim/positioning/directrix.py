@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 Array = NDArray[np.float64]
 
@@ -53,31 +51,6 @@ def cubic(start: ArrayLike, end: ArrayLike, first: ArrayLike, last: ArrayLike) -
         return np.stack([np.zeros_like(u), np.ones_like(u), 2 * u, 3 * u**2], axis=-1) @ A.T
 
     return Directrix(point, tangent)
-
-
-def spline(points: ArrayLike, first: ArrayLike, last: ArrayLike) -> Directrix:
-    """A cubic spline through way-points, spaced by their chords, with given end tangents.
-
-    Args:
-        points: Shape (k, 3), m; the ends are the first and the last.
-        first: Derivative by u at the start, shape (3,), m.
-        last: At the end, shape (3,), m.
-
-    Returns:
-        The curve; its curvature is continuous.
-
-    Raises:
-        ValueError: Two way-points in a row coincide.
-    """
-    way = np.asarray(points, float)
-    chord = np.linalg.norm(np.diff(way, axis=0), axis=1)
-    if np.any(chord < 1e-9):
-        raise ValueError(f"way-points {int(np.argmin(chord))} and {int(np.argmin(chord)) + 1} coincide")
-    u = np.concatenate([[0.0], np.cumsum(chord)]) / chord.sum()
-    ends: Any = ((1, np.asarray(first, float)), (1, np.asarray(last, float)))
-    curve = CubicSpline(u, way, bc_type=ends)
-    rate = curve.derivative()
-    return Directrix(lambda at: curve(at), lambda at: rate(at))
 
 
 def arc_length(curve: Directrix, u: ArrayLike) -> Array:

@@ -354,7 +354,7 @@ def pulls(chain: Chain, goal: GoalSpace, which: Index, multipliers: Array) -> tu
 
 def _across(target: Array) -> Array:
     """Two unit vectors across each direction, shape (b, 2, 3)."""
-    helper = np.eye(3)[np.argmin(np.abs(target), axis=-1)]
+    helper = np.eye(3)[np.argmin(np.round(np.abs(target), 9), axis=-1)]  # the first of equals
     first = cross(target, helper)
     first /= np.linalg.norm(first, axis=-1, keepdims=True)
     return np.stack([first, cross(target, first)], axis=1)

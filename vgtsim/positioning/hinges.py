@@ -37,7 +37,7 @@ class ClearanceHinges(Objective):
         """In closed form, with Gauss and Newton's curvature."""
         rows = self.surroundings.rows(at.q, self.wanted + self.softness, payload=self.payload)
         batch, count = at.q.shape
-        rise = (self.wanted - rows.gap) / self.softness + 1
+        rise = self._rise(rows.gap)
         value, slope, dense = np.zeros(batch), np.zeros((batch, count)), np.zeros((batch, count, count))
         np.add.at(value, rows.config, 0.5 * rise**2)
         for b in np.unique(rows.config):
@@ -45,6 +45,16 @@ class ClearanceHinges(Objective):
             gradient = rows.gradient[mine] / self.softness
             slope[b], dense[b] = -rise[mine] @ gradient, gradient.T @ gradient
         return Terms(value, slope, dense=dense)
+
+    def values(self, at: Configurations) -> Array:
+        """Without gradients."""
+        rows = self.surroundings.rows(at.q, self.wanted + self.softness, slopes=False, payload=self.payload)
+        value = np.zeros(len(at.q))
+        np.add.at(value, rows.config, 0.5 * self._rise(rows.gap) ** 2)
+        return value
+
+    def _rise(self, gap: Array) -> Array:
+        return (self.wanted - gap) / self.softness + 1
 
     def bend(self, at: Configurations) -> Array:
         """Curvature that Gauss and Newton leave out, by differences of slopes, shape (b, n, n).

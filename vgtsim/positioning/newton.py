@@ -72,11 +72,16 @@ class NewtonSettings:
 
 
 Evaluate = Callable[[Array, Index], Quadratic]
+Glance = Callable[[Array, Index, bool], tuple[Mask, Array, Array]]
 Bend = Callable[[Array, Index, Array, Array | None], Array]
 
 
 def minimise(
-    evaluate: Evaluate, start: Array, settings: NewtonSettings | None = None, bend: Bend | None = None
+    evaluate: Evaluate,
+    start: Array,
+    settings: NewtonSettings | None = None,
+    bend: Bend | None = None,
+    glance: Glance | None = None,
 ) -> Solution:
     """Meet every goal of a batch and make its objective least in the null space.
 
@@ -87,6 +92,8 @@ def minimise(
         bend: From variables, goals, multipliers of the goal rows, shape (b, m), and the model's `by_length` to the
             curvature of the Lagrangian that the quadratic model leaves out, shape (b, k, k). It is worked out once a
             goal is near, and kept for a few steps.
+        glance: From variables, goals and whether values are wanted to `inside`, `error` and `value` of the quadratic
+            model alone, at a lower price: for trial steps that have been cut, most of which are cut again.
 
     Returns:
         The ends, with variables for inputs; goals that cannot be met are not `met`.
@@ -94,7 +101,7 @@ def minimise(
     Raises:
         ValueError: A start is outside the hard limits.
     """
-    how = settings or NewtonSettings()
+    how, views = settings or NewtonSettings(), _Views(evaluate, glance)
     batch = _begin(evaluate, start, how, bend is not None)
     active = np.arange(len(start))
     for count in range(how.most + 1):
@@ -108,19 +115,17 @@ def minimise(
         if count == how.most:
             break
         step, size = _bounded(step, how.turn), np.linalg.norm(multipliers, axis=1)
-        moved, shift = _escape(evaluate, batch, active, now, equations, how), np.zeros_like(step)
+        moved, shift = _escape(views, batch, active, now, equations, how), np.zeros_like(step)
         go = ~done & ~moved
         near = np.linalg.norm(now.error, axis=1) < _NEAR
         long = go & near & (np.max(np.abs(step), axis=1) > _FULL)
         for which, restore in ((go & ~long, None), (long, restoring(equations, long))):
-            moved[which], shift[which] = _search(
-                evaluate, batch, active[which], step[which], size[which], restore=restore
-            )
+            moved[which], shift[which] = _search(views, batch, active[which], step[which], size[which], restore=restore)
         if batch.learned is not None:
             _learn(batch, now.take(go), active[go], shift[go])
         batch.iterations[active[moved]] += 1
         again = np.flatnonzero(go & ~long & moved & (penalty > 0))
-        settled = _go_on(evaluate, batch, active, again, step[again], (equations, penalty), how)
+        settled = _go_on(views, batch, active, again, step[again], (equations, penalty), how)
         active = np.setdiff1d(active[moved], settled)
         if not len(active):
             break
@@ -134,6 +139,21 @@ def minimise(
         promise=batch.promise,
         optimal=batch.optimal,
     )
+
+
+@dataclass(frozen=True)
+class _Views:
+    """The problem as a whole and at a glance."""
+
+    model: Evaluate
+    brief: Glance | None
+
+    def glance(self, z: Array, which: Index, value: bool = True) -> tuple[Mask, Array, Array]:
+        """`inside`, `error` and, where it is wanted, `value` about some points."""
+        if self.brief is not None:
+            return self.brief(z, which, value)
+        at = self.model(z, which)
+        return at.inside, at.error, at.value
 
 
 @dataclass(frozen=True)
@@ -248,7 +268,7 @@ def _bounded(step: Array, turn: float) -> Array:
 
 
 def _go_on(
-    evaluate: Evaluate,
+    views: _Views,
     batch: _Batch,
     active: Index,
     pending: Index,
@@ -272,13 +292,13 @@ def _go_on(
             break
         batch.y[goals[keep]] += (change - penalty[pending, None] * now.error)[keep]
         size = np.linalg.norm(batch.y[goals[keep]], axis=1)
-        moved, _ = _search(evaluate, batch, goals[keep], step[keep], size, cuts=1)
+        moved, _ = _search(views, batch, goals[keep], step[keep], size, cuts=1)
         pending, way = pending[keep[moved]], length[keep[moved]]
     return np.concatenate(settled)
 
 
 def _search(
-    evaluate: Evaluate,
+    views: _Views,
     batch: _Batch,
     goals: Index,
     step: Array,
@@ -289,7 +309,8 @@ def _search(
 ) -> tuple[Mask, Array]:
     """Take the step or a part of it for each goal, where it lowers the merit enough: which moved, and by how much.
 
-    Long steps near a goal bend away from it; `restore`, shape (b, k, m), brings them back.
+    Long steps near a goal bend away from it; `restore`, shape (b, k, m), brings them back. The full step is modelled at
+    once, since it is taken as a rule; shorter ones only when they are taken.
     """
     moved, shift = np.zeros(len(goals), bool), np.zeros_like(step)
     error, weight = np.linalg.norm(batch.at.error[goals], axis=1), 2 * size
@@ -300,26 +321,31 @@ def _search(
         if not len(pending):
             break
         trial = batch.z[goals[pending]] + part * step[pending]
-        there = evaluate(trial, goals[pending])
         for back in () if restore is None else (restore,) * _RESTORED:
-            trial = trial - (back[pending] @ there.error[..., None])[..., 0]
-            there = evaluate(trial, goals[pending])
-        off = np.linalg.norm(there.error, axis=1)
+            error_there = views.glance(trial, goals[pending], value=False)[1]
+            trial = trial - (back[pending] @ error_there[..., None])[..., 0]
+        there = views.model(trial, goals[pending]) if part == 1.0 else None
+        at_trial = views.glance(trial, goals[pending]) if there is None else (there.inside, there.error, there.value)
+        inside, error_there, value_there = at_trial
+        off = np.linalg.norm(error_there, axis=1)
         with np.errstate(invalid="ignore"):
-            falls = there.value + weight[pending] * off <= bar[pending]
+            falls = value_there + weight[pending] * off <= bar[pending]
             short = np.max(np.abs(part * step[pending]), axis=1) < _FULL
             near = (off <= 0.25 * error[pending]) | (off <= _SLIGHT)
-        good = there.inside & (falls | (short & near & (part == 1.0)))
+        good = inside & (falls | (short & near & (part == 1.0)))
         taken = pending[good]
         moved[taken], shift[taken] = True, trial[good] - batch.z[goals[taken]]
         batch.z[goals[taken]] = trial[good]
-        batch.at.put(goals[taken], there, good)
+        if there is not None:
+            batch.at.put(goals[taken], there, good)
+        elif len(taken):
+            batch.at.put(goals[taken], views.model(trial[good], goals[taken]), slice(None))
         pending, part = pending[~good], part / 3
     return moved, shift
 
 
 def _escape(
-    evaluate: Evaluate, batch: _Batch, active: Index, now: Quadratic, equations: Equations, how: NewtonSettings
+    views: _Views, batch: _Batch, active: Index, now: Quadratic, equations: Equations, how: NewtonSettings
 ) -> Mask:
     """Leave saddles, or the way to one, along the least curvature in the null space: which goals have, shape (b,).
 
@@ -334,7 +360,7 @@ def _escape(
     step = _ESCAPE * downhill(W, now.J[freed], now.slope[freed], how.limit)
     least = np.maximum(batch.promise[goals], how.optimality * (1 + np.abs(now.value[freed])))
     size = np.linalg.norm(batch.y[goals], axis=1)
-    freed[freed] = _search(evaluate, batch, goals, step, size, _WAYS, restoring(equations, freed), least)[0]
+    freed[freed] = _search(views, batch, goals, step, size, _WAYS, restoring(equations, freed), least)[0]
     batch.age[active[freed]] = _KEPT
     return freed
 

@@ -97,6 +97,10 @@ class StrokeBarrier(Objective):
         first, second = at.box.slopes(at.length)
         return _of_lengths(at, at.box.barrier(at.length), first, second)
 
+    def values(self, at: Configurations) -> Array:
+        """Without slopes."""
+        return at.box.barrier(at.length)
+
 
 @dataclass(frozen=True)
 class MidStroke(Objective):

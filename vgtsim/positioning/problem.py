@@ -20,6 +20,7 @@ from vgtsim.positioning.strokes import StrokeBox
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
 _STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain allows
 
@@ -74,20 +75,13 @@ class Problem:
 
     def model(self, z: Array, which: Index) -> Quadratic:
         """Rows and objective about variables, shape (b, k), for goals of shape (b,)."""
-        state = self.kernel.state(self.inputs(z))
-        good = state.assembles & (np.min(self.box.spare(self.box.lengths(state.legs)), axis=1) > 0)
-        if not np.all(good):  # mid-stroke stands in for the others, whose numbers are never used
-            state = self.kernel.state(np.where(good[:, None], state.q, self.box.middle))
-        at = Configurations(self.box, state, which)
-        error, J = evaluate(self.chain, self.goal, state, which)
+        good, at = self._at(z, which)
+        error, J = self._rows(at)
         terms = self.guarded.terms(at)
-        if not np.all(np.isfinite(terms.value)):
-            raise ObjectiveError(self.objective.name, int(np.sum(~np.isfinite(terms.value))), "its value")
+        self._require_finite(terms.value)
         curve = self._known_curvature(at, terms)
         if len(self.kernel.static):
-            count = len(self.box.least)
-            rows = self.kernel.dense(state.blocks)[:, count:]
-            error = np.concatenate([error, state.legs[:, count:] - self.kernel.static], axis=1)
+            rows = self.kernel.dense(at.state.blocks)[:, len(self.box.least) :]
             J = np.concatenate([J, rows], axis=1)
             # changes no step that keeps static legs their length, and without it nothing would curve across them
             curve = curve + self._stiff * np.swapaxes(rows, 1, 2) @ rows
@@ -107,6 +101,32 @@ class Problem:
             rough=rough,
             by_length=terms.by_length,
         )
+
+    def glance(self, z: Array, which: Index, value: bool) -> tuple[Mask, Array, Array]:
+        """Of `model` only `inside`, `error` and, where it is wanted, `value`."""
+        good, at = self._at(z, which)
+        values = self.guarded.values(at) if value else np.zeros(len(z))
+        self._require_finite(values)
+        return good, self._rows(at)[0], values
+
+    def _at(self, z: Array, which: Index) -> tuple[Mask, Configurations]:
+        """Which variables are inside all limits, shape (b,), and the configurations."""
+        state = self.kernel.state(self.inputs(z))
+        good = state.assembles & (np.min(self.box.spare(self.box.lengths(state.legs)), axis=1) > 0)
+        if not np.all(good):  # mid-stroke stands in for the others, whose numbers are never used
+            state = self.kernel.state(np.where(good[:, None], state.q, self.box.middle))
+        return good, Configurations(self.box, state, which)
+
+    def _rows(self, at: Configurations) -> tuple[Array, Array]:
+        """Errors of the goal rows and then of static legs, shape (b, m + S), and the derivatives of the former."""
+        error, J = evaluate(self.chain, self.goal, at.state, at.which)
+        if len(self.kernel.static):
+            error = np.concatenate([error, at.state.legs[:, len(self.box.least) :] - self.kernel.static], axis=1)
+        return error, J
+
+    def _require_finite(self, value: Array) -> None:
+        if not np.all(np.isfinite(value)):
+            raise ObjectiveError(self.objective.name, int(np.sum(~np.isfinite(value))), "its value")
 
     def _known_curvature(self, at: Configurations, terms: Terms) -> Array:
         """Curvature of the objective, shape (b, n, n)."""

@@ -8,21 +8,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ReachError
+from vgtsim.kinematics.ties import order_down
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.directrix import Directrix, cubic
+from vgtsim.positioning.directrix import cubic
 from vgtsim.positioning.fitting import fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective
 from vgtsim.positioning.problem import Problem
-from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.solution import Solution
 from vgtsim.positioning.strokes import StrokeBox, bring_inside
 
 Array = NDArray[np.float64]
 
 MAGNITUDES = np.geomspace(0.25, 4.0, 13)  # of the end tangents, in distances from base to tool
-_BARRIER = 1e-2  # weight of the stroke barrier beside the nearness to a fit: a tenth of what other objectives have
+BARRIER = 1e-2  # weight of the stroke barrier beside the nearness to a fit: a tenth of what other objectives have
 
 
 @dataclass(frozen=True)
@@ -80,17 +80,18 @@ def solve_shapes(
     reach = float(np.linalg.norm(face - base))
     pairs = magnitudes or tuple((float(a), float(b)) for a in reach * MAGNITUDES for b in reach * MAGNITUDES)
     fits = np.array([fit(chain, cubic(base, face, a * out, b * along)) for a, b in pairs])
-    overrun = _overruns(box, fits)
+    overrun = overruns(box, fits)
     # the end conditions exactly and the strokes kept, as near to each fit as may be
     near = bring_inside(box, fits)
     nearness = Nearness(box.lengths(box.kernel.state(near).legs))
-    found = solve(Problem(box, goal.repeat(len(fits)), nearness, barrier=_BARRIER), near, settings)
+    found = solve(Problem(box, goal.repeat(len(fits)), nearness, barrier=BARRIER), near, settings)
     met = np.flatnonzero(found.met)
     if not len(met):
         best = int(np.argmin(np.linalg.norm(found.error, axis=1)))
-        raise _unmet(found.error[best], overrun[best])
+        raise unmet_ends(found.error[best], overrun[best])
     placed = Configurations(box, box.kernel.state(found.q[met]), np.zeros(len(met), int))
     value = (objective or MidStroke()).values(placed)
+    order = order_down(-value)[: len(met)]
     return [
         Shape(
             fitted=fits[i],
@@ -99,63 +100,17 @@ def solve_shapes(
             magnitudes=pairs[i],
             value=float(v),
         )
-        for v, i in sorted(zip(value.tolist(), met.tolist(), strict=True))
+        for v, i in zip(value[order].tolist(), met[order].tolist(), strict=True)
     ]
 
 
-def solve_shape(
-    box: StrokeBox,
-    position: ArrayLike,
-    direction: ArrayLike,
-    magnitudes: tuple[float, float] | None = None,
-    settings: NewtonSettings | None = None,
-    objective: Objective | None = None,
-) -> Shape:
-    """As `solve_shapes`, the best one or that of one pair of magnitudes."""
-    pairs = None if magnitudes is None else (magnitudes,)
-    return solve_shapes(box, position, direction, objective, pairs, settings)[0]
-
-
-def follow_curve(
-    box: StrokeBox,
-    curve: Directrix,
-    direction: ArrayLike,
-    settings: NewtonSettings | None = None,
-    twist: float = 0.0,
-) -> Shape:
-    """Give an arm the shape of any curve that begins at its base, and its end exactly.
-
-    Args:
-        box: The arm and its strokes.
-        curve: From the base to the last face's centroid, in frame G.
-        direction: Tool direction at the end, in frame G, shape (3,).
-        settings: Of the last stage.
-        twist: Of the last face about the curve, rad; see `fitting.fit`.
-
-    Raises:
-        ReachError: The end conditions cannot be met from the fit.
-    """
-    chain = box.chain
-    along = np.asarray(direction, float) / np.linalg.norm(direction)
-    end = curve.point(np.ones(1))[0] + chain.manipulator.tip_plate.tool_offset * along
-    q = fit(chain, curve, twist)
-    overrun = float(_overruns(box, q[None])[0])
-    near = bring_inside(box, q)
-    problem = Problem(box, tool_goal(end, along), Nearness(chain.lengths(near)), barrier=_BARRIER)
-    solution = solve_anywhere(problem, near, settings)
-    if not solution.met[0]:
-        raise _unmet(solution.error[0], overrun)
-    return Shape(
-        fitted=q, overrun=overrun, solution=solution, magnitudes=(np.nan, np.nan), value=float(solution.value[0])
-    )
-
-
-def _overruns(box: StrokeBox, q: Array) -> Array:
+def overruns(box: StrokeBox, q: Array) -> Array:
     """Greatest excess of a length over its stroke, shape (b,), m; infinite where a module does not assemble."""
     state = box.kernel.state(q)
     return np.where(state.assembles, -np.min(box.spare(box.lengths(state.legs)), axis=1), np.inf)
 
 
-def _unmet(error: Array, overrun: float) -> ReachError:
+def unmet_ends(error: Array, overrun: float) -> ReachError:
+    """The error of an arm whose end conditions are not met from a fit."""
     shortfall = float(np.linalg.norm(error[:3]))
     return ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun:.3g} m")

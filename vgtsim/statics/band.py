@@ -1,138 +1,15 @@
-"""Direct stiffness in band storage, for any framework: assembled through index tables made once, factored by Cholesky.
-
-A node's displacement depends on w of the unknowns: its own three, or the six of a rigid body that it is fixed to.
-"""
+"""Frameworks that may be statically indeterminate: deflection by direct stiffness, and stiffness under load."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
-from vgtsim.errors import TrussError
-from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.framework import Framework
-from vgtsim.statics.rank import diagnose
+from vgtsim.statics.stiffness_matrix import Pattern, add_blocks, assemble, geometric_blocks, make_pattern, unfold
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class Pattern:
-    """Where each bar's stiffness goes in the banded matrix; made once for a truss.
-
-    Attributes:
-        size: Number of unknowns.
-        band: Number of diagonals above the main one.
-        dof: Unknowns that the two ends of each bar depend on, shape (B, 2 w); -1 where there is none.
-        pairs: Pairs of those that land in the upper triangle, rows bar, first and second, shape (3, P).
-        place: Where in flattened band storage each pair goes, shape (P,).
-    """
-
-    size: int
-    band: int
-    dof: Indices
-    pairs: Indices
-    place: Indices
-
-
-@lru_cache(maxsize=16)
-def make_pattern(unknowns: tuple[tuple[int, ...], ...], ends: tuple[tuple[int, int], ...]) -> Pattern:
-    """Lay the band out.
-
-    Args:
-        unknowns: Of each node, w numbers; -1 where there is none.
-        ends: Node indices of each bar.
-
-    Returns:
-        The pattern.
-    """
-    of_node = np.array(unknowns, dtype=np.intp)
-    dof = of_node[np.array(ends, dtype=np.intp)].reshape(len(ends), -1)
-    size = int(of_node.max(initial=-1)) + 1
-    first, second = dof[:, :, None], dof[:, None, :]
-    pairs = np.array(np.nonzero((first >= 0) & (second >= 0) & (first <= second)), dtype=np.intp)
-    i, j = dof[pairs[0], pairs[1]], dof[pairs[0], pairs[2]]
-    band = int((j - i).max(initial=0))
-    return Pattern(size, band, dof, pairs, (band + i - j) * size + j)
-
-
-def assemble(pattern: Pattern, grow: Array, spring: Array) -> Array:
-    """Stiffness matrices in upper band storage.
-
-    Args:
-        pattern: Of the truss.
-        grow: Elongation of each bar per unit of each of its unknowns, shape (T, B, 2 w).
-        spring: Stiffnesses, shape (T, B), N/m.
-
-    Returns:
-        Shape (T, band + 1, n).
-    """
-    bar, first, second = pattern.pairs
-    value = (spring[..., None] * grow)[:, bar, first] * grow[:, bar, second]
-    room = (pattern.band + 1) * pattern.size
-    place = pattern.place + room * np.arange(len(grow))[:, None]
-    matrix = np.asarray(np.bincount(place.ravel(), value.ravel(), room * len(grow)), float)
-    return matrix.reshape(len(grow), pattern.band + 1, pattern.size)
-
-
-def unfold(upper: Array) -> Array:
-    """Upper band storage, shape (band + 1, n), as a full symmetric matrix, shape (n, n)."""
-    band, size = upper.shape[0] - 1, upper.shape[1]
-    full = np.zeros((size, size))
-    for above in range(band + 1):
-        i = np.arange(size - above)
-        full[i, i + above] = full[i + above, i] = upper[band - above, above:]
-    return full
-
-
-def solve_band(truss: Truss | Framework, nodes: Array, upper: Array, load: Array) -> Array:
-    """Unknowns, shape (n, ...), of one pose from its banded matrix and loads, shape (n, ...).
-
-    Raises:
-        TrussError: The truss is a mechanism; its members are named.
-    """
-    try:
-        factor = cholesky_banded(upper, overwrite_ab=False, check_finite=False)
-    except LinAlgError:
-        diagnose(truss, nodes)
-        raise TrussError(len(load), (), "stiffness matrix is not positive definite") from None
-    return cho_solve_banded((factor, False), load, check_finite=False)
-
-
-def elongate(pattern: Pattern, grow: Array, moved: Array) -> Array:
-    """Elongations of the bars, shape (T, B, R), by unknowns, shape (T, n, R)."""
-    taken = np.where(pattern.dof[..., None] >= 0, moved[:, pattern.dof], 0.0)
-    return np.einsum("tmk,tmkr->tmr", grow, taken)
-
-
-def geometric_blocks(span: Array, bar: Array, difference: Array) -> Array:
-    """What bar forces add to the stiffness: a pulled bar resists turning by its force over its length.
-
-    Args:
-        span: From the first to the second end of each bar, shape (B, 3), m.
-        bar: Forces, tension positive, shape (B,), N.
-        difference: Displacement of the second end less that of the first per unit unknown, shape (B, 3, 2 w).
-
-    Returns:
-        Symmetric, shape (B, 2 w, 2 w).
-    """
-    length = np.linalg.norm(span, axis=-1)
-    unit = span / length[:, None]
-    across = np.eye(3) - unit[:, :, None] * unit[:, None, :]
-    return np.einsum("mki,mkl,mlj->mij", difference, across * (bar / length)[:, None, None], difference)
-
-
-def add_blocks(pattern: Pattern, blocks: Array) -> Array:
-    """Add blocks of the bars, shape (B, 2 w, 2 w), into a matrix of the unknowns, shape (n, n)."""
-    dof = np.where(pattern.dof < 0, pattern.size, pattern.dof)
-    total = np.zeros((pattern.size + 1, pattern.size + 1))
-    np.add.at(total, (dof[:, :, None], dof[:, None, :]), blocks)
-    return total[:-1, :-1]
 
 
 def deflect_framework(frame: Framework, nodes: ArrayLike, spring: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
@@ -148,15 +25,15 @@ def deflect_framework(frame: Framework, nodes: ArrayLike, spring: ArrayLike, for
         Displacements, shape (N, 3), m, and bar forces, tension positive, shape (B,), N.
 
     Raises:
-        TrussError: A mechanism; bars are named.
+        TrussError: A mechanism, or bars without stiffness; they are named.
     """
     n, stiffness = np.asarray(nodes, float), np.asarray(spring, float)
     pattern, grow = _framework_pattern(frame), _framework_growth(frame, n)
-    upper = assemble(pattern, grow[None], stiffness[None])[0]
-    moved = solve_band(frame, n, upper, np.asarray(force, float)[frame.free])
+    matrices = assemble(pattern, grow[None], stiffness[None])
+    moved = solve_poses(frame, n[None], matrices, np.asarray(force, float)[frame.free][None, :, None])
     shift = np.zeros(n.shape)
-    shift[frame.free] = moved
-    return shift, stiffness * elongate(pattern, grow[None], moved[None, :, None])[0, :, 0]
+    shift[frame.free] = moved[0, :, 0]
+    return shift, matrices.bar(moved)[0, :, 0]
 
 
 def tangent_stiffness(frame: Framework, nodes: ArrayLike, spring: ArrayLike, bar: ArrayLike) -> Array:
@@ -175,7 +52,7 @@ def tangent_stiffness(frame: Framework, nodes: ArrayLike, spring: ArrayLike, bar
     pattern, grow = _framework_pattern(frame), _framework_growth(frame, n)
     difference = np.broadcast_to(np.hstack([-np.eye(3), np.eye(3)]), (len(frame.ends), 3, 6))
     blocks = geometric_blocks(n[frame.ends[:, 1]] - n[frame.ends[:, 0]], np.asarray(bar, float), difference)
-    elastic = unfold(assemble(pattern, grow[None], np.asarray(spring, float)[None])[0])
+    elastic = unfold(assemble(pattern, grow[None], np.asarray(spring, float)[None]).upper[0])
     return elastic + add_blocks(pattern, blocks)
 
 

@@ -11,6 +11,7 @@ from vgtsim.constants import GRAVITY, PAYLOAD, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description.scene import Payload
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.ties import first_least
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import make_load_model
@@ -81,14 +82,10 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
     Member forces are linear in the payload, so two solves give it exactly.
 
     Args:
-        chain: The arm.
         nodes: Poses, shape (..., N, 3), m, in frame G.
         gravity: Downward, m/s².
         safety_factor: Omega of AISC 360.
         radius: Of the payload, m.
-
-    Returns:
-        The allowances.
 
     Raises:
         DescriptionError: A module has a joint offset: use in bending is not linear in the payload.
@@ -107,7 +104,7 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
         rows.append(_find_room(along[part], growth[part], pull, push))
     room = np.stack(rows, axis=-1)
     flat = room.reshape(*room.shape[:-2], -1)
-    worst = np.argmin(flat, axis=-1)
+    worst = first_least(flat, axis=-1)  # members that mirror one another carry the same
     return Allowance(flat.min(axis=-1), worst // len(LIMITS), worst % len(LIMITS))
 
 
@@ -124,7 +121,6 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
     Each module is bent in the plane by up to 45 degrees at its straight extension; shapes outside a stroke are dropped.
 
     Args:
-        chain: The arm.
         shapes: Shapes drawn.
         seed: Of the draw.
 
@@ -164,16 +160,14 @@ def map_capacity(
 ) -> CapacityMap:
     """Map the allowable payload over radius and depth: of the postures in each cell, the one that carries most.
 
+    The arm hangs; depth counts from its base face.
+
     Args:
-        chain: The arm, hanging; depth counts from its base face.
         q: Inputs of the postures, shape (K, n).
         gravity: Downward, m/s².
         safety_factor: Omega of AISC 360.
         reference: Payload of the sag, kg.
         cell: Side of a cell, m.
-
-    Returns:
-        The map.
 
     Raises:
         TrussError: The arm is a mechanism in one of the postures.

@@ -46,7 +46,6 @@ def apply_case(model: LoadModel, case: LoadCase) -> LoadModel:
 
     Args:
         model: Masses under plain gravity.
-        case: The case.
 
     Returns:
         With gravity turned and scaled; the payload's mass carries what its factor differs from that of the arm.
@@ -67,11 +66,7 @@ def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: Motio
     Args:
         model: Masses under plain gravity.
         nodes: Shape (..., N, 3), m, in frame G.
-        case: The case.
         motion: Of the nodes; the inertia of the arm and of the factored payload comes on top. Absent at rest.
-
-    Returns:
-        The forces.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
@@ -98,7 +93,6 @@ def bound_case(
     Args:
         model: Masses under plain gravity.
         nodes: Shape (..., N, 3), m, in frame G.
-        case: The case.
         motion: Of the nodes; absent at rest.
 
     Returns:
@@ -158,9 +152,6 @@ def find_envelope(
         nodes: Poses, shape (..., N, 3), m, in frame G.
         cases: At least one.
         safety_factor: Omega of AISC 360.
-
-    Returns:
-        The envelope.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.

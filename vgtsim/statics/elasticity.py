@@ -83,13 +83,9 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped
     with its solid rod; barrel wall and pins count as rigid.
 
     Args:
-        chain: The arm.
         payload: What it carries.
         gravity: Downward, along -z of frame G, m/s².
         lumped: Whether the members' mass sits in their hubs.
-
-    Returns:
-        The model.
 
     Raises:
         DescriptionError: A module has a joint offset: bending of its actuators is not in the stiffness.
@@ -126,7 +122,6 @@ def require_no_offset(chain: Chain, where: str) -> None:
     """Refuse an arm with a joint offset where bending of its actuators is not worked out.
 
     Args:
-        chain: The arm.
         where: Ends the message, for example "members are elastic".
 
     Raises:
@@ -143,7 +138,6 @@ def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
     """The same arm as its drives hold it at rest, with tubes as good as rigid where members are.
 
     Args:
-        model: Masses and stiffnesses.
         simulation: Says what drives the cylinders.
 
     Returns:

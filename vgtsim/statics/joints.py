@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import TrussError
+from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, warn_poor
 from vgtsim.statics.framework import Framework, Group
 from vgtsim.statics.rank import diagnose
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-_WORST = 1e9  # entry of an inverse block of unit vectors beyond which no sound digit of a force is left
 
 
 def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
@@ -78,34 +77,32 @@ def _invert(frame: Framework, groups: tuple[Group, ...], unit: Array, nodes: Arr
         axes = np.array([groups[place].axis for place in alike])
         sign = np.array([groups[place].sign for place in alike])
         matrix = sign * unit[:, bars[:, None, :], axes[:, :, None]]
-        blocks = _invert_blocks(frame, matrix, nodes, start)
+        blocks = _invert_blocks(frame, matrix, [groups[place].bars for place in alike], nodes, start)
         for place, which in enumerate(alike):
             inverse[which] = blocks[:, place]
     return inverse
 
 
-def _invert_blocks(frame: Framework, matrix: Array, nodes: Array, start: int) -> Array:
+def _invert_blocks(frame: Framework, matrix: Array, bars: list[Indices], nodes: Array, start: int) -> Array:
     """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
+    inverse, sine = invert(matrix, 1.0)
+    if sine is not None and sine.min() < POOR:
+        least = sine.min(axis=1)
+        worst = int(np.argmax(least < SINGULAR) if least.min() < SINGULAR else np.argmin(least))
+        group = int(np.argmin(sine[worst]))
+        if least[worst] < SINGULAR:
+            _refuse(frame, bars[group], nodes[worst], start + worst, float(least[worst]))
+        names = ", ".join(frame.bars[i] for i in bars[group][:3])
+        warn_poor(f"instant {start + worst}: smallest sine between bars {names}, ...", float(least[worst]), POOR)
+    return inverse
+
+
+def _refuse(frame: Framework, bars: Indices, nodes: Array, instant: int, sine: float) -> NoReturn:
+    """Name the mechanism at an instant, in a group of bars whose smallest sine is too small."""
+    figure = f"smallest sine between bars {sine:.2g}, sound from {SINGULAR:.0e}"
     try:
-        inverse = np.asarray(np.linalg.inv(matrix), float)
-    except np.linalg.LinAlgError:
-        inverse = _invert_each(matrix)
-    size = np.abs(inverse).max(axis=(1, 2, 3), initial=0.0)
-    if np.any(size > _WORST):
-        worst = start + int(np.argmax(size > _WORST))
-        try:
-            diagnose(frame, nodes[int(np.argmax(size > _WORST))])
-        except TrussError as error:
-            raise TrussError(error.rank, error.members, f"instant {worst}: {error.detail}") from None
-        detail = f"instant {worst}: so near a mechanism that forces have no digits"
-        raise TrussError(len(frame.ends), (), detail)
-    return inverse
-
-
-def _invert_each(matrix: Array) -> Array:
-    """Inverse of each block, infinite where there is none: one singular block makes `inv` refuse them all."""
-    inverse = np.full(matrix.shape, np.inf)
-    for place in np.ndindex(matrix.shape[:-2]):
-        with suppress(np.linalg.LinAlgError):
-            inverse[place] = np.linalg.inv(matrix[place])
-    return inverse
+        diagnose(frame, nodes)
+    except TrussError as error:
+        raise TrussError(error.rank, error.members, f"instant {instant}: {error.detail}; {figure}") from None
+    detail = f"instant {instant}: so near a mechanism that forces have no digits; {figure}"
+    raise TrussError(len(frame.ends), tuple(frame.bars[i] for i in bars), detail)

@@ -37,7 +37,6 @@ class LoadModel:
     """Everything that weighs and resists acceleration.
 
     Attributes:
-        truss: Nodes and members.
         members: Mass distribution of the members.
         blocks: That of the joint blocks' posts.
         plate: The tip plate.
@@ -105,7 +104,6 @@ def make_load_model(
     """Collect masses from the description.
 
     Args:
-        chain: The arm.
         payload: The ball that it carries.
         gravity: Downward, along -z of frame G, m/s².
         split: Whether each tube is two halves that move with their own hubs along it, as elastic members do.
@@ -136,7 +134,6 @@ def member_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -
     """Share each member's weight and inertia between its two hubs.
 
     Args:
-        model: Masses.
         nodes: Shape (..., N, 3), m, in frame G.
         motion: Velocities and accelerations of the nodes; absent at rest.
 
@@ -221,7 +218,6 @@ def hub_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> A
     """Weight and inertia of the hubs, tip plate and payload as forces at the nodes.
 
     Args:
-        model: Masses.
         nodes: Shape (..., N, 3), m, in frame G.
         motion: Velocities and accelerations of the nodes; absent at rest.
 

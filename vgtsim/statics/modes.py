@@ -8,12 +8,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
-from vgtsim.statics.band import add_blocks, geometric_blocks, unfold
+from vgtsim.errors import TrussError
+from vgtsim.kinematics.ties import first_greatest
+from vgtsim.statics.banded_solve import require_stiff, softest
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads
 from vgtsim.statics.stiffness import band_matrix, deflect, node_loads, pattern_of, scatter
+from vgtsim.statics.stiffness_matrix import add_blocks, geometric_blocks, unfold
 
 Array = NDArray[np.float64]
+
+_MASSLESS = 1e-12  # smallest eigenvalue of the mass matrix, its diagonal scaled to one: rounding leaves 1e-16,
+# a payload of 100 t on massless hubs 1e-4
 
 
 @dataclass(frozen=True)
@@ -42,17 +48,20 @@ def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestre
         The modes.
 
     Raises:
-        TrussError: The truss is a mechanism.
+        TrussError: The truss is a mechanism; members are named. Or something of it has no mass.
 
     Source: generalised eigenvalue problem K v = omega² M v; consistent masses as for a rigid line between its two
         hubs, see `member_loads`.
     """
     n = np.asarray(nodes, float)
-    stiff = stiffness_matrix(model, n)
+    matrices, mass = band_matrix(model, n[None]), mass_matrix(model, n)
+    require_stiff(model.truss, n[None], matrices)
+    _require_mass(model, mass)
+    stiff = unfold(matrices.upper[0])
     if prestressed:
         stiff = stiff + geometric_stiffness(model, n)
     last = min(count, len(stiff)) - 1
-    square, shape = eigh(stiff, mass_matrix(model, n), subset_by_index=[0, last])
+    square, shape = eigh(stiff, mass, subset_by_index=[0, last])
     moved = scatter(model.truss, np.broadcast_to(n, (last + 1, *n.shape)), shape.T)
     return Modes(np.sqrt(np.maximum(square, 0.0)) / (2 * np.pi), moved)
 
@@ -75,7 +84,7 @@ def damping_time(model: ElasticModel, nodes: ArrayLike, ratio: float) -> float:
 
 def stiffness_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
     """Stiffness matrix of the unknowns, shape (n, n), N/m, N and N·m, for nodes of shape (N, 3)."""
-    return unfold(band_matrix(model, np.asarray(nodes, float)[None])[0][0])
+    return unfold(band_matrix(model, np.asarray(nodes, float)[None]).upper[0])
 
 
 def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
@@ -137,6 +146,21 @@ def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
     total[np.arange(free), np.arange(free)] += np.repeat(model.loads.hub_mass[truss.base.stop : truss.tip.start], 3)
     total[-6:, -6:] += _tip_inertia(model, n)
     return total
+
+
+def _require_mass(model: ElasticModel, mass: Array) -> None:
+    """Refuse a motion that no mass takes part in; a description cannot hold one, an edited copy of a model can."""
+    value, modes = softest(mass, pattern_of(model.truss), _MASSLESS)
+    if value >= _MASSLESS:
+        return
+    size = np.linalg.norm(modes, axis=1)
+    moved = np.zeros(len(model.truss.nodes))
+    moved[model.truss.base.stop : model.truss.tip.start] = size[:-6].reshape(-1, 3).max(axis=1)
+    moved[model.truss.tip] = size[-6:].max()
+    node = int(first_greatest(moved))
+    members = tuple(m.name for m in model.truss.members if node in m.ends)
+    detail = f"no mass moves with {model.truss.nodes[node]}: smallest scaled eigenvalue of the mass {value:.2g}"
+    raise TrussError(len(mass), members, f"{detail}, sound from {_MASSLESS:.0e}")
 
 
 def _weighed(weight: Array, left: Array, right: Array) -> Array:

@@ -45,12 +45,8 @@ def find_ring_forces(truss: Truss, nodes: Array, tension: Array) -> RingForces:
     """Turn tensions of bars into what the actuators carry.
 
     Args:
-        truss: Nodes and members.
         nodes: Shape (..., N, 3), m, in frame G.
         tension: Of all bars, shape (..., B), N.
-
-    Returns:
-        The forces.
     """
     member = truss.ring_actuators.ravel()
     first = len(truss.members) + len(truss.tip_edges)

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from vgtsim.errors import TrussError
-from vgtsim.statics.band import solve_band
+from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.motion import Motion
 from vgtsim.statics.stiffness import band_matrix, elongations, gather, node_loads, pattern_of, scatter
@@ -32,7 +32,7 @@ def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, 
         Loaded pose, shape (..., N, 3), m.
 
     Raises:
-        TrussError: The arm buckles as a whole, or is a mechanism: the passes do not end.
+        TrussError: The arm buckles as a whole: the passes do not end. Or it is a mechanism; members are named.
 
     Source: Newton's method on the residual forces, without the geometric part of the tangent.
     """
@@ -43,12 +43,14 @@ def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, 
         part, now = slice(start, start + _CHUNK), None
         if motion is not None:
             now = Motion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
-        settled[part] = _settle_chunk(model, flat[part], now, damping_time)
+        settled[part] = _settle_chunk(model, flat[part], now, damping_time, start)
     return settled.reshape(n.shape)
 
 
-def _settle_chunk(model: ElasticModel, unloaded: Array, motion: Motion | None, damping_time: float) -> Array:
-    """As `settle`, for poses of shape (T, N, 3); those that have settled are left alone."""
+def _settle_chunk(
+    model: ElasticModel, unloaded: Array, motion: Motion | None, damping_time: float, start: int
+) -> Array:
+    """As `settle`, for poses of shape (T, N, 3), `start` of all; those that have settled are left alone."""
     rest, spring = _lengths(model, unloaded), model.stiffness_at(unloaded)
     nodes, left, step = unloaded.copy(), np.arange(len(unloaded)), 0.0
     for _ in range(_PASSES):
@@ -57,7 +59,7 @@ def _settle_chunk(model: ElasticModel, unloaded: Array, motion: Motion | None, d
         bar = spring[left] * (_lengths(model, pose) - rest[left])
         if now is not None:
             bar = bar + damping_time * spring[left] * _stretching(model, pose, now.velocity)
-        nodes[left], shift = _correct(model, pose, spring[left], _residual(model, pose, bar, now))
+        nodes[left], shift = _correct(model, pose, spring[left], _residual(model, pose, bar, now), start + left)
         step = np.abs(shift).max(axis=(1, 2))
         left = left[~(step < _CLOSE)]  # NaN has not settled
         if not len(left):
@@ -77,11 +79,12 @@ def _residual(model: ElasticModel, nodes: Array, bar: Array, motion: Motion | No
     return load - carried[:, :-1]
 
 
-def _correct(model: ElasticModel, nodes: Array, spring: Array, load: Array) -> tuple[Array, Array]:
+def _correct(
+    model: ElasticModel, nodes: Array, spring: Array, load: Array, numbers: NDArray[np.intp]
+) -> tuple[Array, Array]:
     """Nodes after a step of Newton's method, shape (T, N, 3), and how far they moved; the plate turns without growing."""
     truss = model.truss
-    matrices = band_matrix(model, nodes, spring)[0]
-    moved = np.stack([solve_band(truss, *item) for item in zip(nodes, matrices, load, strict=True)])
+    moved = solve_poses(truss, nodes, band_matrix(model, nodes, spring), load[..., None], numbers)[..., 0]
     shift = scatter(truss, nodes, moved)
     centre = nodes[:, truss.tip].mean(axis=1, keepdims=True)
     turn = np.swapaxes(Rotation.from_rotvec(moved[:, -3:]).as_matrix(), 1, 2)

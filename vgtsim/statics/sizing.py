@@ -90,9 +90,6 @@ def size_arm(chain: Chain, catalogue: Catalogue, demand: Demand, target: float =
         demand: What the arm must stand.
         target: Greatest utilisation.
 
-    Returns:
-        The sizing.
-
     Raises:
         DescriptionError: No cylinder in the catalogue is short enough for the arm's strokes, or no size carries the load
             of a place; its forces are named. A module has a joint offset: bending is not rated here.

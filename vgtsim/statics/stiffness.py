@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics.truss import Truss
-from vgtsim.statics.band import Pattern, assemble, elongate, make_pattern, solve_band
+from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads, member_loads, tool_point
 from vgtsim.statics.motion import Motion
+from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
 
 Array = NDArray[np.float64]
 
@@ -171,7 +172,7 @@ def scatter(truss: Truss, nodes: Array, moved: Array) -> Array:
     return shift
 
 
-def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) -> tuple[Array, Array, Array]:
+def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) -> Stiffness:
     """Stiffness matrices in upper band storage.
 
     Args:
@@ -180,24 +181,22 @@ def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) 
         spring: Stiffnesses, shape (T, M), N/m; absent for those at the actuator lengths of the pose.
 
     Returns:
-        The matrices, shape (T, band + 1, n); elongations, shape (T, M, 12); stiffnesses, shape (T, M), N/m.
+        The matrices, with the elongations and stiffnesses they are made of.
     """
     grow = elongations(model.truss, nodes)
     spring = model.stiffness_at(nodes) if spring is None else spring
-    return assemble(pattern_of(model.truss), grow, spring), grow, spring
+    return assemble(pattern_of(model.truss), grow, spring)
 
 
 def _solve(model: ElasticModel, nodes: Array, load: Array) -> tuple[Array, Array]:
     """Unknowns, shape (T, n, R), and bar forces, shape (T, M, R), of loads, shape (T, n, R)."""
-    pattern = pattern_of(model.truss)
-    moved = np.empty(load.shape)
+    moved, numbers = np.empty(load.shape), np.arange(len(nodes))
     bar = np.empty((len(nodes), len(model.truss.members), load.shape[-1]))
     for start in range(0, len(nodes), _CHUNK):
         part = slice(start, start + _CHUNK)
-        matrix, grow, spring = band_matrix(model, nodes[part])
-        for offset, upper in enumerate(matrix):
-            moved[start + offset] = solve_band(model.truss, nodes[start + offset], upper, load[start + offset])
-        bar[part] = spring[..., None] * elongate(pattern, grow, moved[part])
+        matrices = band_matrix(model, nodes[part])
+        moved[part] = solve_poses(model.truss, nodes[part], matrices, load[part], numbers[part])
+        bar[part] = matrices.bar(moved[part])
     return moved, bar
 
 

@@ -48,7 +48,6 @@ def find_instant(site: Site, log: RunLog, time: float | None = None) -> Instant:
 
     Args:
         site: Where the run was.
-        log: The run.
         time: Simulated time, s; absent for that of the greatest axial force.
 
     Raises:

@@ -1,4 +1,4 @@
-"""How a figure of a run is measured, and what stands beside it in the report. `docs/add_check.md` shows how to add one."""
+"""How a figure of a run is measured, and the words beside it in the report. `docs/add_check.md` shows how to add one."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Evidence
 
@@ -40,7 +41,7 @@ class Measure:
 
     Attributes:
         check: Name of the check that the row belongs to.
-        quantity: What is measured, in words.
+        quantity: The measured quantity in words.
         unit: Of figure and limit.
         limit: Key in the scene's `limits`.
         sense: Whether the figure must be at most or at least the limit.
@@ -78,6 +79,16 @@ def report_as(
     return wrap
 
 
+def when(**settings: object) -> Callable[[Site], bool]:
+    """Whether a scene's simulation has some settings, for example `when(drive="hydraulic")`."""
+    return lambda site: all(getattr(site.task.simulation, name) == value for name, value in settings.items())
+
+
+def has_cases(site: Site) -> bool:
+    """Whether a scene has load cases."""
+    return bool(site.task.loads)
+
+
 def measures_in(module: ModuleType) -> list[Measure]:
     """Rows that a module defines, each named `check_...`, alone or in a tuple, in their order in the file."""
     found: list[Measure] = []
@@ -100,7 +111,7 @@ def worst_of(values: Array, time: Array, names: Sequence[str]) -> Finding:
     if values.size == 0:
         return missing("nothing was measured")
     gaps = np.isnan(values)
-    record, column = np.unravel_index(np.argmax(gaps if gaps.any() else values), values.shape)
+    record, column = np.unravel_index(first_greatest(gaps if gaps.any() else values), values.shape)
     if gaps.any():
         detail = f"{gaps.any(axis=1).sum()} of {len(values)} records were not measured"
         return Finding(_NAN, names[int(column)], float(time[record]), detail)

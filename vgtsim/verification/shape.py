@@ -12,7 +12,7 @@ from vgtsim.statics.modes import damping_time
 from vgtsim.statics.motion import Motion
 from vgtsim.statics.settling import settle
 from vgtsim.verification.evidence import Array, Evidence, Index
-from vgtsim.verification.measures import Finding, missing, report_as, worst_of
+from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
 
 _OIL_PASSES = 6  # a millimetre of oil changes its own stiffness by a hundredth at most
 _SETTLED = 60  # settled instants of a run whose shape is compared: each takes a nonlinear solve
@@ -29,7 +29,7 @@ def check_closure(run: Evidence) -> Finding:
     "node to forward kinematics",
     unit="m",
     limit="kinematics_agreement",
-    applies=lambda site: site.task.simulation.members == "rigid",
+    applies=when(members="rigid"),
 )
 def check_kinematics(run: Evidence) -> Finding:
     """Greatest distance of a node from the forward kinematics of the actual lengths."""
@@ -46,7 +46,7 @@ def check_kinematics(run: Evidence) -> Finding:
     "settled node to stiffness solution",
     unit="m",
     limit="kinematics_agreement",
-    applies=lambda site: site.task.simulation.members == "elastic",
+    applies=when(members="elastic"),
 )
 def check_settled_shape(run: Evidence) -> Finding:
     """Greatest distance of a node of an elastic arm, at settled instants, from where the stiffness solve puts it.

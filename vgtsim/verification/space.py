@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vgtsim.kinematics.ties import first_least
 from vgtsim.verification.evidence import Evidence
 from vgtsim.verification.measures import Finding, report_as
 
@@ -12,7 +13,7 @@ from vgtsim.verification.measures import Finding, report_as
 def check_clearance(run: Evidence) -> Finding:
     """Least distance of the arm from tank, riser, equipment, waste, mast and itself."""
     around, (among, pair), names = run.around, run.among, [*run.names, *run.site.truss.nodes, "payload"]
-    worst = int(np.argmin(run.clearance))
+    worst = int(first_least(run.clearance))
     if among[worst] < around.least[worst]:
         members = [*run.names, "mast", "payload"]
         where = " and ".join(members[i] for i in pair[worst])

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from vgtsim.kinematics.ties import first_greatest
 from vgtsim.statics.rating import SLENDERNESS_ADVICE
 from vgtsim.statics.utilisation import MODES
 from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, report_as, worst_of
+from vgtsim.verification.measures import Finding, has_cases, report_as, worst_of
 
 
 @report_as("member_utilisation", "force over strength", unit="1", limit="member_utilisation")
@@ -20,7 +21,7 @@ def check_utilisation(run: Evidence) -> Finding:
     if not np.isfinite(found.value):
         return found
     record, member = np.unravel_index(np.nanargmax(used), used.shape)
-    mode = MODES[int(np.argmax(run.use.by_mode[:, record, member]))]
+    mode = MODES[int(first_greatest(run.use.by_mode[:, record, member]))]
     text = f"governed by {mode}, KL/r {slender[record, member]:.0f}, margin {_margin(found.value):.3g}"
     most = float(np.nanmax(slender))
     if most > SLENDERNESS_ADVICE:
@@ -30,11 +31,7 @@ def check_utilisation(run: Evidence) -> Finding:
 
 
 @report_as(
-    "member_utilisation",
-    "force over strength, load cases",
-    unit="1",
-    limit="member_utilisation",
-    applies=lambda site: bool(site.task.loads),
+    "member_utilisation", "force over strength, load cases", unit="1", limit="member_utilisation", applies=has_cases
 )
 def check_case_strength(run: Evidence) -> Finding:
     """Greatest part of the strength used in any load case at any recorded pose."""
@@ -43,7 +40,7 @@ def check_case_strength(run: Evidence) -> Finding:
 
 def find_worst_case(run: Evidence, used: Array) -> Finding:
     """Worst of demands over capacity, shape (C, T, M), with its load case and margin."""
-    case, *_ = np.unravel_index(np.argmax(used), used.shape)
+    case, *_ = np.unravel_index(first_greatest(used), used.shape)
     found = worst_of(used[case], run.log.time[run.case_records], run.names)
     return replace(found, detail=f"case {run.envelope.cases[int(case)]}, margin {_margin(found.value):.3g}")
 

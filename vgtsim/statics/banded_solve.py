@@ -1,0 +1,129 @@
+"""Displacements from stiffness matrices in band storage, by Cholesky, and whether a matrix may be solved with at all.
+
+A singular matrix is told by its smallest eigenvalue with every node scaled to one: a pure number, whatever the units of
+the unknowns, and the same on every processor. To find one for every pose would cost more than to solve; so every solve has
+one more right side, of drawn signs, whose response is never softer than the smallest eigenvalue allows. Only where that
+response is suspiciously soft is the eigenvalue found.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh, get_lapack_funcs
+
+from vgtsim.errors import TrussError
+from vgtsim.kinematics.conditioning import warn_poor
+from vgtsim.kinematics.truss import Truss
+from vgtsim.statics.framework import Framework
+from vgtsim.statics.rank import find_mechanism
+from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, unfold
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+(_PBSV,) = get_lapack_funcs(("pbsv",), dtype=np.float64)
+# smallest eigenvalues, every node scaled to one. Shipped arms: elastic 1e-5, on servos a hundred thousand times softer
+# than their members 1e-10; rounding leaves 2e-15 of a mechanism
+SINGULAR = 1e-13
+POOR = 1e-11  # warned of: five digits are left
+_SUSPECT = 1e-10  # response to the drawn load below which the eigenvalue is found
+_SHARE = 0.3  # part of the largest elongation above which a bar is named
+
+
+@lru_cache(maxsize=16)
+def _drawn(size: int) -> Array:
+    """A load that no mode is square to but by accident, shape (n,); the square of its length is n."""
+    load = np.random.default_rng(size).standard_normal(size)
+    return load * np.sqrt(size) / np.linalg.norm(load)
+
+
+def solve_poses(
+    truss: Truss | Framework, nodes: Array, matrices: Stiffness, load: Array, numbers: Indices | None = None
+) -> Array:
+    """Unknowns of a batch of poses by their loads.
+
+    Args:
+        truss: What the matrices are of.
+        nodes: Shape (T, N, 3), m, to name what is wrong.
+        matrices: Stiffness in those poses.
+        load: Shape (T, n, R), N and N·m.
+        numbers: Of the poses, shape (T,), to name which is wrong; absent where there is one.
+
+    Returns:
+        Shape (T, n, R), m and rad.
+
+    Raises:
+        TrussError: The truss is a mechanism, or bars have no stiffness; they are named.
+    """
+    count, size, sides = load.shape
+    scale = matrices.pattern.scale(matrices.upper[:, -1])
+    loads = np.empty((count, size, sides + 1))
+    loads[..., :sides] = load
+    loads[..., sides] = scale * _drawn(size)
+    failed = np.zeros(count, bool)
+    for pose in range(count):
+        _, loads[pose], failed[pose] = _PBSV(matrices.upper[pose], loads[pose])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        response = np.sqrt(size / np.einsum("ti,ti->t", scale * loads[..., sides], scale * loads[..., sides]))
+    for pose in np.flatnonzero(failed | ~(response > _SUSPECT)):
+        require_stiff(truss, nodes, matrices, int(pose), numbers)
+    return loads[..., :sides]
+
+
+def require_stiff(
+    truss: Truss | Framework, nodes: Array, matrices: Stiffness, pose: int = 0, numbers: Indices | None = None
+) -> None:
+    """Refuse a pose in which the truss can move without a bar resisting.
+
+    Args:
+        truss: What the matrices are of.
+        nodes: Shape (T, N, 3), m.
+        matrices: Stiffness in those poses.
+        pose: Which of them.
+        numbers: As for `solve_poses`.
+
+    Raises:
+        TrussError: It can; its members are named.
+    """
+    value, modes = softest(unfold(matrices.upper[pose]), matrices.pattern, SINGULAR)
+    where = "" if numbers is None else f"pose {numbers[pose]}: "
+    if value >= POOR:
+        return
+    if value >= SINGULAR:
+        warn_poor(f"{where}stiffness matrix near singular, smallest scaled eigenvalue", value, POOR)
+        return
+    figure = f"smallest scaled eigenvalue of the stiffness {value:.2g}, sound from {SINGULAR:.0e}"
+    found = find_mechanism(truss, nodes[pose])
+    if found is not None:
+        raise TrussError(found.rank, found.members, f"{where}{found.detail}; {figure}")
+    place = matrices.pattern.dof
+    taken = np.where((place >= 0)[..., None], modes[place], 0.0)
+    stretched = np.linalg.norm(np.einsum("bi,bik->bk", matrices.grow[pose], taken), axis=-1)
+    names = truss.bars if isinstance(truss, Framework) else truss.member_names
+    slack = np.flatnonzero(~(stretched <= _SHARE * np.nanmax(stretched)))
+    weak = ", ".join(f"{names[i]} {matrices.spring[pose, i]:.3g} N/m" for i in slack[:3])
+    detail = f"{where}a mechanism, or nearly: its softest motion stretches {weak}; {figure}"
+    raise TrussError(matrices.pattern.size, tuple(names[i] for i in slack), detail)
+
+
+def softest(matrix: Array, pattern: Pattern, bound: float) -> tuple[float, Array]:
+    """Smallest eigenvalue of a symmetric matrix with every node scaled to one, and the modes that are too soft.
+
+    Args:
+        matrix: Shape (n, n).
+        pattern: Says which unknowns share a unit.
+        bound: What the eigenvalues must be at least.
+
+    Returns:
+        A pure number, not a number where an entry is none; and modes in the units of the unknowns, shape (n, k): all
+        below the bound, because their mix is chance, and the softest anyway.
+    """
+    if not np.all(np.isfinite(matrix)):
+        return float("nan"), np.full((len(matrix), 1), np.nan)
+    size = pattern.scale(np.diag(matrix))
+    scale = 1 / np.where(size > 0, size, 1.0)
+    value, mode = eigh(matrix * scale * scale[:, None])
+    return float(value[0]), scale[:, None] * mode[:, : max(1, np.count_nonzero(value < bound))]
