@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import vgtsim
-from vgtsim.mjcf.files import write_arm_files
+from vgtsim.mjcf import write_arm_files
 from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
 
 PARTS = """
@@ -50,8 +50,7 @@ BOOM = '[[modules]]\nkind = "prism"\nname = "boom"\nlength = "1.5 m"\n' + "".joi
 (folder / "mine.toml").write_text(PARTS + BEND.format(name="lower") + BOOM + BEND.format(name="upper"))
 
 arm = vgtsim.load_arm(folder / "mine.toml")
-straight = vgtsim.forward_kinematics(arm)
-print(f"straight arm: {-straight.tool[2]:.4f} m long, expected {1.0 + 1.5 + 1.0 + 0.3:.4f} m")
+print(f"straight arm: {-vgtsim.forward_kinematics(arm).tool[2]:.4f} m long, expected {1.0 + 1.5 + 1.0 + 0.3:.4f} m")
 q = arm.straight + [0.2, 0, 0, 0.2, 0, 0]  # (u_x, u_y, d) of each bend: tilt its mid-plane
 files = write_drawing(draw_arm(arm, {"straight": arm.straight, "bent": q}), folder / "mine")
 files += write_solid(make_solid(arm, arm.nodes(q)), folder / "mine") + write_arm_files(

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from vgtsim.output import film as render
     from vgtsim.output import write_outputs as write
     from vgtsim.planning import plan_tour as plan
-    from vgtsim.plant import run
+    from vgtsim.plant import Plant, run
     from vgtsim.posture import Posture, forward_kinematics, jacobian, member_forces, solve_goal
     from vgtsim.site import Site, load_arm
     from vgtsim.site import load_site as load
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 __all__ = [
+    "Plant",
     "Posture",
     "Site",
     "__version__",
@@ -41,6 +42,7 @@ __all__ = [
 ]
 
 _HOME = {  # of each name: its room, and its name there if that is another
+    "Plant": ("plant", "Plant"),
     "Posture": ("posture", "Posture"),
     "Site": ("site", "Site"),
     "build_model": ("mjcf", "build_model"),

@@ -43,7 +43,7 @@ def invert(matrix: Array, usual: ArrayLike) -> tuple[Array, Array | None]:
     except np.linalg.LinAlgError:
         inverse = _invert_each(matrix)
     size = np.asarray(usual, float)
-    most = max(_largest(matrix), float(size.max())) * _largest(inverse)
+    most = max(_largest(matrix), float(size.max(initial=0.0))) * _largest(inverse)
     if most * matrix.shape[-1] <= 1 / POOR:  # column times row is at most n times that; false where it is no number
         return inverse, None
     with np.errstate(divide="ignore", invalid="ignore"):

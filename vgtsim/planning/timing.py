@@ -1,9 +1,9 @@
 """From a path to actuator lengths in time, inside the rates and accelerations of the cylinders.
 
-The path's parameter is first replaced by one in which the fastest actuator, measured by its own rate, moves
-at the same speed all along: the p-norm of the scaled rates, which is smooth where the greatest of them has
-corners. That parameter then runs from rest to rest with ramps of a fifth-order smooth step in speed, so that
-the acceleration starts and ends at zero and is continuous.
+The path's parameter is first replaced by one in which the fastest actuator, relative to its own rate, keeps the same
+speed. The greatest rate has corners, so a p-norm of the scaled rates, which is smooth, stands for it. The new parameter
+runs from rest to rest with ramps of a fifth-order smooth step in speed, so the acceleration is continuous and starts and
+ends at zero.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from vgtsim.kinematics.chain import Chain
 
 Array = NDArray[np.float64]
 
-_POWER = 12  # of the norm; 15 equal rates would count 1.25 times one of them
-_GRID = 801  # points of the path at which speeds are looked at
-_SPARE = 1.005  # for what lies between the points of the grid
+_POWER = 12  # of the p-norm: 15 equal rates count 1.25 times one of them
+_GRID = 801  # points of the path at which speeds are measured
+_SPARE = 1.005  # margin on the time for peaks between the points of the grid
 
 
 @dataclass(frozen=True)
 class SpeedLimits:
-    """What the cylinders may do.
+    """Limits of the cylinders' motion.
 
     Attributes:
         rate: Greatest speed of each actuator, shape (J,), m/s.
@@ -37,16 +37,7 @@ class SpeedLimits:
 
 
 def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> SpeedLimits:
-    """Limits of an arm's cylinders.
-
-    Args:
-        chain: The arm.
-        rate_fraction: Part of the rated speed to use.
-        acceleration: m/s².
-
-    Returns:
-        The limits.
-    """
+    """Limits of an arm's cylinders: a fraction of their rated speeds, and an acceleration, m/s²."""
     truss, cylinders = chain.truss, chain.manipulator.cylinders
     rates = [rate_fraction * cylinders[truss.members[i].section].rate for i in truss.actuated]
     return SpeedLimits(np.array(rates), acceleration)
@@ -58,7 +49,7 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
     Args:
         chain: The arm.
         spline: Inputs over the parameter 0 to 1, shape (n,) at each.
-        limits: Of the actuators.
+        limits: Rates and acceleration of the actuators.
         timestep: s.
 
     Returns:

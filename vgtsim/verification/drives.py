@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, Measure, least_of, missing, report_as, worst_of
+from vgtsim.verification.measures import Finding, Measure, has_cases, least_of, missing, report_as, when, worst_of
 from vgtsim.verification.strength import find_worst_case
 
 SATURATIONS = {  # bits of `RunLog.saturation` that each drive sets
@@ -22,10 +21,6 @@ SATURATIONS = {  # bits of `RunLog.saturation` that each drive sets
         8: "with a cavity in its oil",
     },
 }
-
-
-def _driven(drive: str) -> Callable[[Site], bool]:
-    return lambda site: site.task.simulation.drive == drive
 
 
 @report_as("actuator_stroke", "distance to the end of a stroke", unit="m", limit="actuator_stroke", sense="at least")
@@ -58,11 +53,7 @@ def find_saturation(run: Evidence, bit: int) -> Finding:
 
 check_saturations: tuple[Measure, ...] = tuple(
     report_as(
-        "actuator_force",
-        f"records with a cylinder {words}",
-        unit="1",
-        limit="saturation",
-        applies=_driven(drive),
+        "actuator_force", f"records with a cylinder {words}", unit="1", limit="saturation", applies=when(drive=drive)
     )(partial(find_saturation, bit=bit))
     for drive, bits in SATURATIONS.items()
     for bit, words in bits.items()
@@ -70,11 +61,7 @@ check_saturations: tuple[Measure, ...] = tuple(
 
 
 @report_as(
-    "actuator_force",
-    "chamber pressure over supply",
-    unit="1",
-    limit="actuator_force",
-    applies=_driven("hydraulic"),
+    "actuator_force", "chamber pressure over supply", unit="1", limit="actuator_force", applies=when(drive="hydraulic")
 )
 def check_highest_pressure(run: Evidence) -> Finding:
     """Greatest pressure in a chamber over the supply's."""
@@ -89,7 +76,7 @@ def check_highest_pressure(run: Evidence) -> Finding:
     unit="Pa",
     limit="chamber_pressure",
     sense="at least",
-    applies=_driven("hydraulic"),
+    applies=when(drive="hydraulic"),
 )
 def check_lowest_pressure(run: Evidence) -> Finding:
     """Least pressure in a chamber, above the tank's."""
@@ -97,11 +84,7 @@ def check_lowest_pressure(run: Evidence) -> Finding:
 
 
 @report_as(
-    "actuator_force",
-    "drive force over capacity, load cases",
-    unit="1",
-    limit="actuator_force",
-    applies=lambda site: bool(site.task.loads),
+    "actuator_force", "drive force over capacity, load cases", unit="1", limit="actuator_force", applies=has_cases
 )
 def check_case_drives(run: Evidence) -> Finding:
     """Greatest part of the drives' capacity used in any load case at any recorded pose."""

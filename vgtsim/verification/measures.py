@@ -1,4 +1,4 @@
-"""How a figure of a run is measured, and what stands beside it in the report. `docs/add_check.md` shows how to add one."""
+"""How a figure of a run is measured, and the words beside it in the report. `docs/add_check.md` shows how to add one."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Measure:
 
     Attributes:
         check: Name of the check that the row belongs to.
-        quantity: What is measured, in words.
+        quantity: The measured quantity in words.
         unit: Of figure and limit.
         limit: Key in the scene's `limits`.
         sense: Whether the figure must be at most or at least the limit.
@@ -77,6 +77,16 @@ def report_as(
         return Measure(check=check, quantity=quantity, unit=unit, limit=limit, sense=sense, applies=applies, find=find)
 
     return wrap
+
+
+def when(**settings: object) -> Callable[[Site], bool]:
+    """Whether a scene's simulation has some settings, for example `when(drive="hydraulic")`."""
+    return lambda site: all(getattr(site.task.simulation, name) == value for name, value in settings.items())
+
+
+def has_cases(site: Site) -> bool:
+    """Whether a scene has load cases."""
+    return bool(site.task.loads)
 
 
 def measures_in(module: ModuleType) -> list[Measure]:

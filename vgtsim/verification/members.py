@@ -11,7 +11,7 @@ from vgtsim.kinematics import Truss
 from vgtsim.site import Site
 from vgtsim.verification.drives import collect, lacks_pressures
 from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, missing, report_as, worst_of
+from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
 
 LEAST_FORCE = 1.0  # N; errors are relative to this where an arm without weight carries less
 LEAST_MOMENT = 1.0  # N·m; the same of bending
@@ -27,11 +27,7 @@ def check_moment(run: Evidence) -> Finding:
 
 
 @report_as(
-    "axial_purity",
-    "shear beyond own weight and inertia",
-    unit="N",
-    limit="excess_shear",
-    applies=lambda site: not site.task.simulation.lumped,
+    "axial_purity", "shear beyond own weight and inertia", unit="N", limit="excess_shear", applies=when(lumped=False)
 )
 def check_shear(run: Evidence) -> Finding:
     """Greatest shear at a member's end beyond its share of the member's own weight and inertia.
@@ -48,7 +44,7 @@ def check_shear(run: Evidence) -> Finding:
     "shear at a member's end, mass in the hubs",
     unit="N",
     limit="lumped_shear",
-    applies=lambda site: site.task.simulation.lumped,
+    applies=when(lumped=True),
 )
 def check_lumped_shear(run: Evidence) -> Finding:
     """Greatest shear at the end of a member that has no mass of its own."""
@@ -67,11 +63,7 @@ def _bends(site: Site) -> bool:
 
 
 @report_as(
-    "axial_purity",
-    "bending error at rest over largest bending",
-    unit="1",
-    limit="axial_force_settled",
-    applies=_bends,
+    "axial_purity", "bending error at rest over largest bending", unit="1", limit="axial_force_settled", applies=_bends
 )
 def check_bending_at_rest(run: Evidence) -> Finding:
     """As `check_bending_moving`, for the settled records."""
@@ -79,11 +71,7 @@ def check_bending_at_rest(run: Evidence) -> Finding:
 
 
 @report_as(
-    "axial_purity",
-    "bending error in motion over largest bending",
-    unit="1",
-    limit="axial_force_moving",
-    applies=_bends,
+    "axial_purity", "bending error in motion over largest bending", unit="1", limit="axial_force_moving", applies=_bends
 )
 def check_bending_moving(run: Evidence) -> Finding:
     """Greatest error of what bends an actuator between joint blocks, over the greatest bending moment of the run.
@@ -147,7 +135,7 @@ def check_reaction(run: Evidence) -> Finding:
     "chamber pressures against drive force",
     unit="1",
     limit="axial_force_moving",
-    applies=lambda site: site.task.simulation.drive == "hydraulic",
+    applies=when(drive="hydraulic"),
 )
 def check_pressure_force(run: Evidence) -> Finding:
     """Greatest difference of pressures times areas from a drive's force, over the largest force of the instant.

@@ -18,9 +18,9 @@ class Check:
 
     Attributes:
         name: One of `CHECK_NAMES`; a check with two figures stands in two rows.
-        quantity: What was measured, in words.
+        quantity: The measured quantity in words.
         measured: The worst figure; NaN when the check could not be made.
-        limit: What it is held against.
+        limit: The figure that it is held against.
         unit: Of both.
         sense: `at most` or `at least`.
         where: Worst member or place.
@@ -75,20 +75,8 @@ class Report:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what `report.json` holds; figures that are not finite become null."""
-        names = (
-            "name",
-            "quantity",
-            "measured",
-            "limit",
-            "sense",
-            "unit",
-            "passed",
-            "where",
-            "when",
-            "source",
-            "detail",
-        )
-        rows = [{name: getattr(check, name) for name in names} for check in self.checks]
+        names = "name quantity measured limit sense unit passed where when source detail"
+        rows = [{name: getattr(check, name) for name in names.split()} for check in self.checks]
         for row in rows:
             row["measured"], row["when"] = _finite(row["measured"]), _finite(row["when"])
         return {

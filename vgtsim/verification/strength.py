@@ -10,7 +10,7 @@ from vgtsim.kinematics.ties import first_greatest
 from vgtsim.statics.rating import SLENDERNESS_ADVICE
 from vgtsim.statics.utilisation import MODES
 from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, report_as, worst_of
+from vgtsim.verification.measures import Finding, has_cases, report_as, worst_of
 
 
 @report_as("member_utilisation", "force over strength", unit="1", limit="member_utilisation")
@@ -31,11 +31,7 @@ def check_utilisation(run: Evidence) -> Finding:
 
 
 @report_as(
-    "member_utilisation",
-    "force over strength, load cases",
-    unit="1",
-    limit="member_utilisation",
-    applies=lambda site: bool(site.task.loads),
+    "member_utilisation", "force over strength, load cases", unit="1", limit="member_utilisation", applies=has_cases
 )
 def check_case_strength(run: Evidence) -> Finding:
     """Greatest part of the strength used in any load case at any recorded pose."""

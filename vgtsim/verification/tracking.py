@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, missing, report_as, worst_of
+from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
 
 
 @report_as("tracking", "tool position at a settled goal", unit="m", limit="tracking_position")
@@ -25,11 +25,13 @@ def check_tool_direction(run: Evidence) -> Finding:
     "cylinder length to its command",
     unit="m",
     limit="tracking_position",
-    # rigid drives of a rigid arm have no excuse to trail; others may, and are judged at the goals
-    applies=lambda site: site.task.simulation.drive == site.task.simulation.members == "rigid",
+    applies=when(drive="rigid", members="rigid"),
 )
 def check_command(run: Evidence) -> Finding:
-    """Greatest distance of a cylinder's length from its command."""
+    """Greatest distance of a cylinder's length from its command.
+
+    Rigid drives of a rigid arm have no excuse to trail; others may, and are judged at the goals.
+    """
     return worst_of(np.abs(run.log.actual - run.log.commanded), run.log.time, run.actuator_names)
 
 
