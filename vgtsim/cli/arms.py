@@ -50,7 +50,7 @@ def show(
 ) -> None:
     """Draw an arm, straight and bent or in a given pose, as PNG and SVG line drawing; export it as GLB and STL."""
     from vgtsim.kinematics.given_pose import read_pose
-    from vgtsim.mjcf.build import reach_pose
+    from vgtsim.mjcf import reach_pose
     from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
     from vgtsim.output.write import prepare_folder
     from vgtsim.site import load_arm

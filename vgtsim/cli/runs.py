@@ -33,7 +33,7 @@ def run(
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
 ) -> None:
     """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
-    from vgtsim.mjcf.files import write_scene_files
+    from vgtsim.mjcf import write_scene_files
     from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
     from vgtsim.planning import plan_tour
     from vgtsim.plant import run as simulate
@@ -64,7 +64,7 @@ def run(
 def build(description: SceneOrArm, out: OutFolder = None) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
     from vgtsim.kinematics.stroke_boxes import check_strokes
-    from vgtsim.mjcf.files import write_arm_files, write_scene_files
+    from vgtsim.mjcf import write_arm_files, write_scene_files
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning import check_site, solve_first_goal
     from vgtsim.site import load_arm, load_site
