@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import vgtsim
-from vgtsim.mjcf.files import write_arm_files
+from vgtsim.mjcf import write_arm_files
 from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
 
 PARTS = """

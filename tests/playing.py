@@ -9,8 +9,7 @@ import mujoco
 import numpy as np
 
 from vgtsim.description import Scene
-from vgtsim.mjcf import build_spec
-from vgtsim.mjcf.build import finish_model
+from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
 from vgtsim.runlog import RunLog

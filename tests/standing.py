@@ -10,10 +10,7 @@ import numpy as np
 from vgtsim.description import Manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.mjcf import names
-from vgtsim.mjcf.build import build_arm_spec
-from vgtsim.mjcf.pose import fill_qpos, make_pose_map
-from vgtsim.mjcf.rows import select_drive, stiffen
+from vgtsim.mjcf import build_arm_spec, fill_qpos, make_pose_map, names, select_drive, stiffen
 from vgtsim.plant.addresses import find_addresses
 from vgtsim.plant.recorder import Recorder
 from vgtsim.statics import make_load_model, solve_members

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import vgtsim.site
 from vgtsim import cli
 from vgtsim.errors import DivergenceError, MissingLibraryError
 
@@ -91,7 +92,7 @@ def test_a_divergence_has_its_own_status(monkeypatch, capsys):
     def diverge(*_):
         raise DivergenceError(1.25, "m1/longeron/3/closure", 0.4)
 
-    monkeypatch.setattr(cli.runs, "load_scene", diverge)
+    monkeypatch.setattr(vgtsim.site, "load_scene", diverge)
     status, said = call(monkeypatch, capsys, "run", "any.toml")
     assert status == cli.Status.DIVERGED
     assert "t = 1.250 s" in said
@@ -102,7 +103,7 @@ def test_a_missing_library_has_its_own_status(monkeypatch, capsys):
     def lack(*_):
         raise MissingLibraryError("EGL", "apt-get install libegl1")
 
-    monkeypatch.setattr(cli.runs, "load_scene", lack)
+    monkeypatch.setattr(vgtsim.site, "load_scene", lack)
     status, said = call(monkeypatch, capsys, "run", "any.toml")
     assert status == cli.Status.MISSING_LIBRARY
     assert "apt-get install libegl1" in said

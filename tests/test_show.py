@@ -15,7 +15,7 @@ from vgtsim.cli import app
 from vgtsim.description import load_manipulator
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.workspace import sample_workspace
-from vgtsim.mjcf.build import reach_pose
+from vgtsim.mjcf import reach_pose
 from vgtsim.output.arm_drawing import make_solid
 
 ROOT = Path(__file__).parents[1] / "models"

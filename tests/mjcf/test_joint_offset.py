@@ -13,10 +13,7 @@ from standing import STEP, stand
 from vgtsim.description import load_manipulator
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.mjcf import names
-from vgtsim.mjcf.build import build_arm_spec
-from vgtsim.mjcf.pose import qpos_from_nodes
-from vgtsim.mjcf.rows import select_drive, stiffen
+from vgtsim.mjcf import build_arm_spec, names, qpos_from_nodes, select_drive, stiffen
 from vgtsim.statics.loads import weigh
 
 ROOT = Path(__file__).parents[2] / "models"

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.start import bend_start
-from vgtsim.mjcf import build_model, load_model, names
+from vgtsim.kinematics.bending import bend_start
+from vgtsim.mjcf import build_model, load_model, names, qpos_from_nodes, write_scene_files
 from vgtsim.mjcf.contact_bits import contact_bits
-from vgtsim.mjcf.files import measure_sag, write_scene_files
-from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.mjcf.files import measure_sag
 from vgtsim.site import Site
 from vgtsim.statics.loads import make_load_model
 

@@ -10,6 +10,7 @@ from vgtsim.geometry.panels import TOLERANCE
 from vgtsim.geometry.profile import make_profile
 from vgtsim.mjcf import names
 from vgtsim.mjcf import tank as tank_mjcf
+from vgtsim.mjcf.views import light_tank
 
 TANK = load_tank(Path(__file__).parents[2] / "scenes/tanks/type_ii.toml")
 PROFILE = make_profile(TANK.shell)
@@ -22,6 +23,7 @@ SINK = 0.02  # m; penetration of a ball at rest under MuJoCo's default contact s
 def make_model(tank=TANK, balls=(), radius=0.3):
     spec = mujoco.MjSpec()
     tank_mjcf.add_tank(spec, tank)
+    light_tank(spec, tank)
     for index, ball in enumerate(balls):
         body = spec.worldbody.add_body(name=f"ball{index}", pos=ball)
         body.add_freejoint()
@@ -132,14 +134,14 @@ def test_a_ball_falls_through_the_riser_onto_the_waste():
     for _ in range(1500):
         mujoco.mj_step(model, data)
     assert data.qpos[2] == pytest.approx(TANK.waste.level + 0.5, abs=SINK)
-    assert tank_mjcf.WASTE in {model.geom(geom).name for geom in data.contact.geom.ravel()}
+    assert names.WASTE in {model.geom(geom).name for geom in data.contact.geom.ravel()}
 
 
 def test_a_tank_without_waste_has_no_waste_geom():
     empty = TANK.model_copy(update={"waste": TANK.waste.model_copy(update={"level": 0.0})})
     _, model = make_model(empty)
     with pytest.raises(KeyError):
-        model.geom(tank_mjcf.WASTE)
+        model.geom(names.WASTE)
 
 
 def test_equipment_stands_where_it_is_described(model):

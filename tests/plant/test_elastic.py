@@ -11,9 +11,7 @@ from finite_elements import settle_with_pynite
 from playing import bend, change, play
 
 from vgtsim.errors import DescriptionError
-from vgtsim.mjcf import build_spec
-from vgtsim.mjcf.build import finish_model
-from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.mjcf import build_spec, finish_model, qpos_from_nodes
 from vgtsim.plant.addresses import find_addresses
 from vgtsim.plant.hydraulics import FLOW
 from vgtsim.plant.springs import fit_springs

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,11 +18,12 @@ from vgtsim.cli.application import (
     list_files,
     show_report,
 )
-from vgtsim.description import load_manipulator, load_scene
-from vgtsim.description.files import is_scene
-from vgtsim.description.shipped import find_file
+from vgtsim.description import find_file, is_scene
 from vgtsim.errors import DivergenceError, MissingLibraryError
 from vgtsim.runlog import RunLog, load_run
+
+if TYPE_CHECKING:
+    from vgtsim.site import Site
 
 
 @app.command(epilog="Example: vgtsim run type_ii_reach --video")
@@ -32,16 +33,15 @@ def run(
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
 ) -> None:
     """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
-    from vgtsim.mjcf.files import write_scene_files
+    from vgtsim.mjcf import write_scene_files
     from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
     from vgtsim.planning import plan_tour
     from vgtsim.plant import run as simulate
-    from vgtsim.site import Site
+    from vgtsim.site import load_site
     from vgtsim.verification import verify as judge
 
-    site = Site(load_scene(scene_name))
-    scene = site.scene
-    folder = out or Path("out") / scene.task.name
+    site = load_site(scene_name)
+    folder = out or Path("out") / site.task.name
     with ERR.status("planning the tour"):
         tour = plan_tour(site)
     clear_folder(prepare_folder(folder))
@@ -61,30 +61,25 @@ def run(
 
 
 @app.command(epilog="Example: vgtsim build type_ii_reach --out out/model")
-def build(
-    description: SceneOrArm,
-    out: OutFolder = None,
-) -> None:
+def build(description: SceneOrArm, out: OutFolder = None) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
-    from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.kinematics.stroke_boxes import check_strokes
-    from vgtsim.mjcf.files import write_arm_files, write_scene_files
+    from vgtsim.mjcf import write_arm_files, write_scene_files
     from vgtsim.output.write import prepare_folder
     from vgtsim.planning import check_site, solve_first_goal
-    from vgtsim.site import Site
+    from vgtsim.site import load_arm, load_site
 
     file = find_file(description, "scene", "arm")
     if is_scene(file):
-        site = Site(load_scene(file))
+        site = load_site(file)
         check_site(site)
-        scene = site.scene
-        folder = prepare_folder(out or Path("out") / scene.task.name)
-        files = write_scene_files(site, solve_first_goal(site), folder)
+        files = write_scene_files(site, solve_first_goal(site), prepare_folder(out or Path("out") / site.task.name))
     else:
-        manipulator = load_manipulator(file)
-        check_strokes(Chain(manipulator, hanging_mount(0.0)))
-        beside = file.parent if file == description else Path("out") / manipulator.name  # not among the shipped files
-        files = write_arm_files(manipulator, prepare_folder(out or beside) / manipulator.name)
+        arm = load_arm(file)
+        check_strokes(arm)
+        name = arm.manipulator.name
+        beside = file.parent if file == description else Path("out") / name  # not among the shipped files
+        files = write_arm_files(arm.manipulator, prepare_folder(out or beside) / name)
     list_files(*files)
 
 
@@ -92,11 +87,9 @@ def build(
 def verify(folder: RunFolder) -> None:
     """Make every check again from the log of a run, and write its report again."""
     from vgtsim.output.write import prepare_folder, write_reports
-    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    scene, log = load_run(folder / "run.npz")
-    site = Site(scene)
+    site, log = _load(folder)
     report = judge(site, log)
     write_reports(site, log, report, prepare_folder(folder))
     show_report(report, folder)
@@ -110,11 +103,9 @@ def render(
 ) -> None:
     """Film the log of a run."""
     from vgtsim.output.write import film
-    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    scene, log = load_run(folder / "run.npz")
-    site = Site(scene)
+    site, log = _load(folder)
     list_files(film(site, log, judge(site, log), folder, camera))
 
 
@@ -127,10 +118,8 @@ def export(
     """Write the truss of one instant with loads and forces, for other tools: JSON, PyNiteFEA, VTK."""
     from vgtsim.output.truss_export import write_truss
     from vgtsim.output.write import prepare_folder
-    from vgtsim.site import Site
 
-    scene, log = load_run(folder / "run.npz")
-    list_files(*write_truss(Site(scene), log, prepare_folder(folder), time, vtk=vtk))
+    list_files(*write_truss(*_load(folder), prepare_folder(folder), time, vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
@@ -149,3 +138,11 @@ def view(
         mujoco.viewer.launch(model)
     except (ImportError, RuntimeError) as error:
         raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
+
+
+def _load(folder: Path) -> tuple[Site, RunLog]:
+    """Site and log of a run."""
+    from vgtsim.site import Site
+
+    scene, log = load_run(folder / "run.npz")
+    return Site(scene), log

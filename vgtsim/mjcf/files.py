@@ -5,18 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.errors import DescriptionError
+from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
-from vgtsim.mjcf.build import HOLDING_WEIGHTS, VIEW_TIMESTEP, build_arm_spec, build_spec
+from vgtsim.mjcf.build import VIEW_TIMESTEP, build_arm_spec, build_spec
+from vgtsim.mjcf.keyframes import HOLDING_WEIGHTS
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.replacing import replacing
 from vgtsim.site import Site
 
-_SETTLE = 0.5  # s
+_SETTLE = 0.5  # in which a model gives way as far as it does, s
 
 _HEADER = """
 {title}
@@ -43,42 +45,17 @@ class Sag:
     gap: float
 
 
-def write_scene_files(site: Site, first_goal: np.ndarray, folder: Path) -> tuple[Path, Path]:
-    """Write `scene.xml` and `scene.mjb`.
-
-    Args:
-        site: The scene's.
-        first_goal: Inputs at its first goal, shape (n,).
-        folder: Existing folder.
-
-    Returns:
-        Both paths.
-    """
+def write_scene_files(site: Site, first_goal: NDArray[np.float64], folder: Path) -> tuple[Path, Path]:
+    """Write `scene.xml` and `scene.mjb` into an existing folder, with a keyframe at the inputs of the first goal."""
     poses = {"first_goal": first_goal}
-    factor = site.task.simulation.weight_scale
-    exact = build_spec(site, poses)
-    return _write(
-        build_spec(site, poses, VIEW_TIMESTEP),
-        exact,
-        factor,
-        site.task.title,
-        "first_goal",
-        folder / "scene",
-    )
+    spec, exact = build_spec(site, poses, VIEW_TIMESTEP), build_spec(site, poses)
+    return _write(spec, exact, site.task.simulation.weight_scale, site.task.title, "first_goal", folder / "scene")
 
 
 def write_arm_files(manipulator: Manipulator, stem: Path) -> tuple[Path, Path]:
-    """Write the model of an arm alone.
-
-    Args:
-        manipulator: The arm.
-        stem: Path without suffix.
-
-    Returns:
-        Paths of the XML and the MJB.
-    """
+    """Write the model of an arm alone as XML and MJB; `stem` is the path without suffix."""
     spec = build_arm_spec(manipulator)
-    return _write(spec, build_arm_spec(manipulator), HOLDING_WEIGHTS, manipulator.title, "reach", stem)
+    return _write(spec, spec, HOLDING_WEIGHTS, manipulator.title, "reach", stem)
 
 
 def _write(
@@ -86,6 +63,7 @@ def _write(
 ) -> tuple[Path, Path]:
     from vgtsim import __version__
 
+    model = exact.compile()
     text = spec.compile() and spec.to_xml()
     # read back: six digits open the loops a little, and the arm swings until they have closed
     plain, scaled = (mujoco.MjModel.from_xml_string(text) for _ in range(2))
@@ -106,7 +84,6 @@ def _write(
     )
     xml, mjb = stem.with_suffix(".xml"), stem.with_suffix(".mjb")
     _write_whole(xml, f"<!--{header}-->\n{text}".encode())
-    model = exact.compile()
     stiffen(model, factor)
     select_drive(model, "servo")
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
@@ -116,15 +93,7 @@ def _write(
 
 
 def measure_sag(model: mujoco.MjModel, key: str) -> Sag:
-    """Let a model settle in a keyframe under its servos.
-
-    Args:
-        model: Compiled model.
-        key: Name of the keyframe.
-
-    Returns:
-        How far it gave way.
-    """
+    """Let a model settle in a keyframe under its servos, and measure how far it gives way."""
     select_drive(model, "servo")
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)

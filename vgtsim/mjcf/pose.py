@@ -58,15 +58,7 @@ class PoseMap:
 
 
 def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
-    """Look up the addresses once.
-
-    Args:
-        model: Compiled model of the truss.
-        truss: The truss.
-
-    Returns:
-        The map.
-    """
+    """Look up the addresses of a truss in its compiled model."""
 
     def address(joint: str) -> int:
         return int(model.joint(joint).qposadr[0])
@@ -102,32 +94,15 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
 
 
 def qpos_from_nodes(model: mujoco.MjModel, truss: Truss, nodes: Array) -> Array:
-    """Coordinates of the pose in which the hubs stand at given positions and no member has spun.
+    """Coordinates, shape (nq,), of the pose in which the hubs stand at nodes and no member has spun.
 
-    Args:
-        model: Compiled model of the truss.
-        truss: The truss.
-        nodes: Positions in frame G, shape (N, 3), m; the flange and the tip plate must be undeformed.
-
-    Returns:
-        qpos, shape (nq,).
+    The nodes are in frame G, shape (N, 3), m. Flange and tip plate must be undeformed.
     """
-    pose = make_pose_map(model, truss)
-    return fill_qpos(pose, truss, nodes, np.array(model.qpos0))
+    return fill_qpos(make_pose_map(model, truss), truss, nodes, np.array(model.qpos0))
 
 
 def fill_qpos(pose: PoseMap, truss: Truss, nodes: Array, qpos: Array) -> Array:
-    """Write the coordinates of a pose into an array; as `qpos_from_nodes`, for a map made beforehand.
-
-    Args:
-        pose: Addresses.
-        truss: The truss.
-        nodes: Positions in frame G, shape (N, 3), m.
-        qpos: Written in place, shape (nq,).
-
-    Returns:
-        The same array.
-    """
+    """As `qpos_from_nodes`, for a map made beforehand: writes into qpos, shape (nq,), and returns it."""
     qpos[pose.slides] = nodes[truss.free] - pose.hub_reference
     span = nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]]
     length = np.linalg.norm(span, axis=-1)
@@ -151,14 +126,9 @@ def fill_qpos(pose: PoseMap, truss: Truss, nodes: Array, qpos: Array) -> Array:
 
 
 def block_rotations(truss: Truss, nodes: Array) -> Array:
-    """Orientation of every joint block: Z from its foot to its head, X outward from the middle of its ring.
+    """Rotations of the three joint blocks of each ring, shape (R, 3, 3, 3), for nodes of shape (N, 3), m.
 
-    Args:
-        truss: Nodes.
-        nodes: Shape (N, 3), m.
-
-    Returns:
-        Shape (R, 3, 3, 3): rotations of three blocks of each ring.
+    Z goes from the foot of a block to its head, X outward from the middle of its ring.
     """
     foot, middle, head = (nodes[truss.rings[:, :, k]] for k in range(3))
     z = (head - foot) / np.linalg.norm(head - foot, axis=-1, keepdims=True)
@@ -169,14 +139,11 @@ def block_rotations(truss: Truss, nodes: Array) -> Array:
 
 
 def pinned_rotation(block: Array, span: Array) -> Array:
-    """Orientation of a barrel on a joint block: Z along the actuator, X along the block's Z, its pin.
+    """Orientation of a barrel in the frame of its joint block, shape (3, 3): Z along the actuator, X along the pin.
 
     Args:
-        block: Rotation of the block, shape (3, 3).
-        span: From the near to the far end, across the block's Z, shape (3,).
-
-    Returns:
-        In the frame of the block, shape (3, 3).
+        block: Rotation of the block, shape (3, 3); its Z is the pin.
+        span: From the near to the far end, across the pin, shape (3,).
     """
     z = block.T @ span
     z[2] = 0.0  # rounding
@@ -205,14 +172,7 @@ def _quaternions(rotations: Array) -> Array:
 
 
 def quaternions_to(direction: Array) -> Array:
-    """Shortest rotations that carry z to given directions.
-
-    Args:
-        direction: Unit vectors, shape (M, 3).
-
-    Returns:
-        Shape (M, 4), w x y z; for the direction -z a half turn about x.
-    """
+    """Shortest rotations, shape (M, 4), w x y z, that carry z to unit vectors, shape (M, 3); to -z a half turn about x."""
     q = np.stack(
         [1 + direction[:, 2], -direction[:, 1], direction[:, 0], np.zeros(len(direction))],
         axis=-1,

@@ -1,31 +1,31 @@
-"""What an arm hangs from and carries, and what its parts may touch."""
+"""What an arm hangs from and carries."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import Tetrahedral
+from vgtsim.description.scene import Payload
+from vgtsim.geometry import MastPipe
 from vgtsim.kinematics import Chain
-from vgtsim.mjcf.contact_bits import contact_bits
+from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia
+from vgtsim.mjcf.contact_bits import module_bits
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Rigging:
-    """What the arm hangs from and carries, and how its cylinders are held.
+    """An arm with what it hangs from and carries, and how its cylinders are held.
 
     Attributes:
-        mast_diameter: Outer diameter of the mast, m.
-        mast_wall: m.
-        mast_density: kg/m³.
-        mast_length: From the flange up, m.
+        chain: The arm on its mount.
+        mast: The pipe that it hangs from.
         feed_range: Lowest and highest position of the mast relative to its working depth, m.
-        payload_mass: At the tool point, kg.
-        payload_radius: m.
+        payload: At the tool point.
         reference: Inputs of the reference pose, shape (n,): where the model stands when it is reset.
         timestep: Of the simulation, s; it sets the closures' time constants.
         servo_stiffness: N/m.
@@ -34,13 +34,10 @@ class Rigging:
         lumped: Whether the members' mass sits in their hubs.
     """
 
-    mast_diameter: float
-    mast_wall: float
-    mast_density: float
-    mast_length: float
+    chain: Chain
+    mast: MastPipe
     feed_range: tuple[float, float]
-    payload_mass: float
-    payload_radius: float
+    payload: Payload
     reference: Array
     timestep: float
     servo_stiffness: float
@@ -48,18 +45,16 @@ class Rigging:
     elastic: bool = False
     lumped: bool = False
 
+    @cached_property
+    def nodes(self) -> Array:
+        """Nodes of the reference pose, shape (N, 3), m, in frame G."""
+        return self.chain.nodes(self.reference)
 
-def part_bits(chain: Chain, module: int) -> dict[str, int]:
-    """Contact bits of a module; a hinge counts with the module below it, whose nodes it shares.
+    @cached_property
+    def inertia(self) -> MemberInertia:
+        """Masses of the members as they are simulated."""
+        return make_member_inertia(self.chain.manipulator, self.chain.truss, split=self.elastic, lumped=self.lumped)
 
-    Args:
-        chain: The arm.
-        module: Index of the module; -1 for the mast.
-
-    Returns:
-        `contype` and `conaffinity`.
-    """
-    modules = chain.manipulator.modules
-    part = module + 1 - sum(isinstance(item, Tetrahedral) for item in modules[: module + 1])
-    contype, conaffinity = contact_bits(part, len(modules) + 1)
-    return {"contype": contype, "conaffinity": conaffinity}
+    def bits(self, module: int) -> dict[str, int]:
+        """Contact bits of a module; -1 for the mast."""
+        return module_bits(self.chain.manipulator, module)

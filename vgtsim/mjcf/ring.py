@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, Member
 from vgtsim.kinematics.inertia import MemberInertia, make_block_inertia
 from vgtsim.mjcf import names
+from vgtsim.mjcf.fittings import hold_sites
+from vgtsim.mjcf.hubs import add_ball
 from vgtsim.mjcf.pose import block_rotations
-from vgtsim.mjcf.rigging import Rigging, part_bits
-from vgtsim.mjcf.rows import hold_sites
+from vgtsim.mjcf.rigging import Rigging
 
 Array = NDArray[np.float64]
 
@@ -38,17 +39,9 @@ class Seat:
     turn: Array
 
 
-def add_blocks(spec: mujoco.MjSpec, chain: Chain, nodes: Array) -> dict[int, Seat]:
-    """Add the joint blocks.
-
-    Args:
-        spec: Changed in place.
-        chain: The arm.
-        nodes: Of the reference pose, shape (N, 3), m, in frame G.
-
-    Returns:
-        Seats of their nodes.
-    """
+def add_blocks(spec: mujoco.MjSpec, rigging: Rigging) -> dict[int, Seat]:
+    """Add the joint blocks; returns the seats of their nodes."""
+    chain, nodes = rigging.chain, rigging.nodes
     truss, inertia = chain.truss, make_block_inertia(chain.manipulator, chain.truss)
     rings = truss.rings.reshape(-1, 3)
     turns = block_rotations(truss, nodes).reshape(-1, 3, 3)
@@ -64,68 +57,47 @@ def add_blocks(spec: mujoco.MjSpec, chain: Chain, nodes: Array) -> dict[int, Sea
             place = turn.T @ (nodes[node] - nodes[block[1]])
             body.add_site(name=truss.nodes[node], pos=place)
             seats[int(node)] = Seat(body, place, turn)
-        _dress_block(spec, body, chain, block, inertia, row)
+        _dress_block(spec, body, rigging, block, inertia, row)
     return seats
 
 
 def _dress_block(
     spec: mujoco.MjSpec,
     body: mujoco.MjsBody,
-    chain: Chain,
+    rigging: Rigging,
     block: NDArray[np.intp],
     inertia: MemberInertia,
     row: int,
 ) -> None:
     """Post and two balls; the masses of the balls stand at half the height."""
-    arm, truss = chain.manipulator, chain.truss
+    arm, truss = rigging.chain.manipulator, rigging.chain.truss
     module = int(truss.node_module[block[1]])
-    bits = part_bits(chain, module)
     half = float(inertia.centre[row, 0])
     transverse, axial = inertia.centroidal[row, 0]
     body.explicitinertial = True
     body.mass, body.ipos = inertia.mass[row, 0] + 2 * arm.hub_mass, [0, 0, 0]
     body.inertia = [transverse + 2 * arm.hub_mass * half**2] * 2 + [axial]
     for node, height in ((block[0], -half), (block[2], half)):
-        body.add_geom(
-            name=truss.nodes[node],
-            default=spec.find_default("hub"),
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[arm.hub.radius, 0, 0],
-            pos=[0, 0, height],
-            **bits,
-        )
-    post = arm.block_of(module).diameter / 2
-    name = truss.nodes[block[1]]
+        add_ball(spec, body, rigging, int(node), truss.nodes[node], np.array([0, 0, height]))
     body.add_geom(
-        name=name, default=spec.find_default("hub"), fromto=[0, 0, -half, 0, 0, half], size=[post, 0, 0], **bits
+        name=truss.nodes[block[1]],
+        default=spec.find_default("hub"),
+        fromto=[0, 0, -half, 0, 0, half],
+        size=[arm.block_of(module).diameter / 2, 0, 0],
+        **rigging.bits(module),
     )
 
 
 def pin_barrel(barrel: mujoco.MjsBody, chain: Chain, member: Member) -> None:
-    """Let a barrel turn about the axis of its block, X of its own frame, against a little friction.
-
-    Args:
-        barrel: Child of the block.
-        chain: The arm.
-        member: The actuator.
-    """
+    """Let a barrel turn about the axis of its block, X of the barrel's frame, against a little friction."""
     damping = chain.manipulator.block_of(member.module).pin_damping
     barrel.add_joint(name=names.pin(member.name), type=mujoco.mjtJoint.mjJNT_HINGE, axis=[1, 0, 0], damping=damping)
 
 
-def pin_rod(spec: mujoco.MjSpec, chain: Chain, member: Member, rod: mujoco.MjsBody, rigging: Rigging) -> None:
-    """Let a rod turn in its barrel and align its pin with the block at its far end.
-
-    Args:
-        spec: Changed in place.
-        chain: The arm.
-        member: The actuator.
-        rod: Its origin at the far end, which is closed on the block's middle elsewhere.
-        rigging: Gives the time step.
-    """
-    truss = chain.truss
+def pin_rod(spec: mujoco.MjSpec, rigging: Rigging, member: Member, rod: mujoco.MjsBody) -> None:
+    """Let a rod turn in its barrel and align its pin with the block at its far end, where its origin is."""
+    truss, nodes = rigging.chain.truss, rigging.nodes
     _, middle, head = next(block for block in truss.rings.reshape(-1, 3) if block[1] == member.ends[1])
-    nodes = chain.nodes(rigging.reference)
     lever = float(np.linalg.norm(nodes[head] - nodes[middle]))
     rod.add_joint(name=names.roll(member.name), type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
     rod.add_site(name=names.lug(member.name), pos=[lever, 0, 0])

@@ -27,37 +27,10 @@ SERVO_GROUP = 1
 LEAST_MASS, LEAST_INERTIA = 1e-9, 1e-9
 
 
-def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, timestep: float, info: str = "") -> None:
-    """Add a row of the closures' stiffness that holds two sites together.
-
-    Args:
-        spec: Changed in place.
-        name: Of the equality.
-        first: A site.
-        second: A site of another body.
-        timestep: Of the simulation, s.
-        info: Key path of what it comes from.
-    """
-    spec.add_equality(
-        name=name,
-        type=mujoco.mjtEq.mjEQ_CONNECT,
-        objtype=mujoco.mjtObj.mjOBJ_SITE,
-        name1=first,
-        name2=second,
-        solref=[SOLREF_STEPS * timestep, SOLREF_RATIO],
-        solimp=SOLIMP,
-        info=info,
-    )
-
-
 def stiffen(model: mujoco.MjModel, factor: float) -> None:
-    """Scale the inverse weights that regularise the constraint rows.
+    """Scale the inverse weights that regularise the constraint rows by a factor from 0 to 1.
 
-    Parts that have no mass of their own count with the lightest part that has: a massless bar moves with its hubs.
-
-    Args:
-        model: Compiled model, changed in place.
-        factor: Between 0 and 1; 1 leaves the compiled weights.
+    Parts that have no mass count with the lightest part that has some: a massless bar moves with its hubs.
     """
     light = model.body_mass < 2 * LEAST_MASS
     light[0] = False  # the world
@@ -97,9 +70,6 @@ def load_model(path: str | Path) -> mujoco.MjModel:
     Args:
         path: `.xml` written by this project (the factor in it is applied) or `.mjb` (weights travel in the file); or the
             name of a shipped arm.
-
-    Returns:
-        The model, ready to step.
 
     Raises:
         DescriptionError: The file is missing, of another kind, or carries no factor.

@@ -31,8 +31,6 @@ CONTACT_GROUP = 3
 FRONT_GROUP = 4
 FRONT_COVER_GROUP = 5
 
-BODY = "tank"
-WASTE = "tank/waste"
 _PARTS = 8
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
 
@@ -49,27 +47,22 @@ _SHINE = {"liner": 0.4, "riser": 0.4, "equipment": 0.3}
 
 
 def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
-    """Add a tank with its risers, waste, equipment and lights to the world.
-
-    Args:
-        spec: The model, changed in place. Frame G is the world frame.
-        tank: The tank.
+    """Add a tank with its risers, waste and equipment to the world, whose frame is G.
 
     Differs:
         The dissertation draws its tank; here the arm can touch it. For contact the tank is enclosed in boxes
         that lie outside it and stand back by at most a few centimetres, see `geometry.panels`.
     """
     profile = make_profile(tank.shell)
-    body = spec.worldbody.add_body(name=BODY)
+    body = spec.worldbody.add_body(name=names.TANK)
     body.info = "tank"
     for key, rgba in _COLOURS.items():
-        spec.add_material(name=f"{BODY}/{key}", rgba=rgba, specular=_SHINE.get(key, 0.0), shininess=0.3)
+        spec.add_material(name=f"{names.TANK}/{key}", rgba=rgba, specular=_SHINE.get(key, 0.0), shininess=0.3)
     _add_shell(spec, body, tank, profile)
     _add_risers(spec, body, tank, profile)
     _add_waste(spec, body, tank, profile)
     _add_equipment(body, tank)
     _add_panels(body, make_panels(tank, profile))
-    _add_lights(spec, body, tank)
 
 
 def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
@@ -87,25 +80,27 @@ def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: P
             (tank.arm_riser.name, "riser", solids.make_arm_riser(tank, profile, front), riser),
         )
         for name, material, mesh, group in parts:
-            _add_mesh(spec, body, f"{BODY}/{name}/{side}", mesh, material, group)
+            _add_mesh(spec, body, f"{names.TANK}/{name}/{side}", mesh, material, group)
 
 
 def _add_risers(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
     for riser in tank.risers:
         group = FRONT_COVER_GROUP if sin(riser.azimuth) < 0 else BACK_COVER_GROUP
         mesh = solids.make_riser(tank, profile, riser)
-        _add_mesh(spec, body, f"{BODY}/{riser.name}", mesh, "riser", group)
+        _add_mesh(spec, body, f"{names.TANK}/{riser.name}", mesh, "riser", group)
 
 
 def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
     level = tank.waste.level
     if not level:
         return
-    _add_mesh(spec, body, f"{WASTE}/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
-    geom = body.add_geom(name=WASTE, type=mujoco.mjtGeom.mjGEOM_CYLINDER, group=CONTACT_GROUP, contype=1, conaffinity=0)
+    _add_mesh(spec, body, f"{names.WASTE}/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
+    geom = body.add_geom(
+        name=names.WASTE, type=mujoco.mjtGeom.mjGEOM_CYLINDER, group=CONTACT_GROUP, contype=1, conaffinity=0
+    )
     geom.size = [float(profile.radius_at(level)), DEPTH / 2, 0]
     geom.pos = [0, 0, level - DEPTH / 2]
-    geom.material = f"{BODY}/contact"
+    geom.material = f"{names.TANK}/contact"
     geom.info = "tank.waste"
 
 
@@ -116,7 +111,7 @@ def _add_equipment(body: mujoco.MjsBody, tank: Tank) -> None:
         geom.fromto = axis.ravel()
         geom.size = [radius, 0, 0]
         geom.group = INSIDE_GROUP
-        geom.material = f"{BODY}/equipment"
+        geom.material = f"{names.TANK}/equipment"
         geom.info = f"tank.equipment.{index}"
 
 
@@ -125,15 +120,15 @@ def _add_panels(tank_body: mujoco.MjsBody, panels: tuple[Panel, ...]) -> None:
     quat = np.empty(4)
     for panel in panels:
         turn = atan2(panel.centre[1], panel.centre[0]) / (2 * pi) % 1.0
-        name = f"{BODY}/{panel.name.split('/')[0]}/part_{int(turn * _PARTS) + 1}"
+        name = f"{names.TANK}/{panel.name.split('/')[0]}/part_{int(turn * _PARTS) + 1}"
         if name not in bodies:
             bodies[name] = tank_body.add_body(name=name)
-        geom = bodies[name].add_geom(name=f"{BODY}/{panel.name}", type=mujoco.mjtGeom.mjGEOM_BOX)
+        geom = bodies[name].add_geom(name=f"{names.TANK}/{panel.name}", type=mujoco.mjtGeom.mjGEOM_BOX)
         geom.contype, geom.conaffinity = 1, 0
         mujoco.mju_mat2Quat(quat, panel.axes.ravel())
         geom.size, geom.pos, geom.quat = panel.half, panel.centre, quat
         geom.group = CONTACT_GROUP
-        geom.material = f"{BODY}/contact"
+        geom.material = f"{names.TANK}/contact"
         geom.info = "tank.shell"
 
 
@@ -145,18 +140,4 @@ def _add_mesh(
     asset.info = "tank"
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=0)
     geom.group = group
-    geom.material = f"{BODY}/{material}"
-
-
-def _add_lights(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank) -> None:
-    """A headlight that reaches everywhere, one lamp for relief, no shadows; a pale sky."""
-    headlight = spec.visual.headlight
-    headlight.ambient, headlight.diffuse, headlight.specular = [0.35] * 3, [0.45] * 3, [0.1] * 3
-    radius = tank.shell.inner_diameter / 2
-    lamp = body.add_light(name=f"{BODY}/lamp", castshadow=False, diffuse=[0.5] * 3, specular=[0.2] * 3)
-    lamp.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    lamp.pos = [-radius, -radius, 2 * tank.shell.crown]
-    lamp.dir = [0.4, 0.6, -0.7]
-    sky = spec.add_texture(name=f"{BODY}/sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=64, height=384)
-    sky.builtin = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
-    sky.rgb1, sky.rgb2 = [0.80, 0.86, 0.92], [0.97, 0.97, 0.97]
+    geom.material = f"{names.TANK}/{material}"

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.description.judging import Cut
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
-from vgtsim.mjcf import names
-from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map
+from vgtsim.mjcf import PoseMap, fill_qpos, make_pose_map, names
 from vgtsim.output.colours import force_colours
 from vgtsim.runlog import RunLog
 

@@ -14,7 +14,7 @@ from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics.ties import first_greatest
-from vgtsim.mjcf import build_spec, tank
+from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.colours import scale_end
 from vgtsim.output.encoder import open_film
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
@@ -103,8 +103,8 @@ def draw_frames(
 
 def _compile(site: Site) -> mujoco.MjModel:
     """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
-    model = build_spec(site).compile()
-    model.mat(f"{tank.BODY}/liner").rgba[:3] *= _DIM
+    model = build_model(site)
+    model.mat(f"{names.TANK}/liner").rgba[:3] *= _DIM
     model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
     model.light_diffuse[:] = _DIFFUSE
     model.vis.quality.numslices, model.vis.quality.numstacks = _SLICES, _STACKS

@@ -16,7 +16,7 @@ from vgtsim.planning.riser import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.sampling import sample_motion, sample_postures
 from vgtsim.planning.tour import plan_tour
 from vgtsim.site import Site
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.sizing import Demand, Sizing, size_arm
 
 _ROUNDS = 8
@@ -69,7 +69,7 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
     now, before, mass = site, None, None
     for count in range(1, _ROUNDS + 1):
         nodes, motion = sample_motion(now.chain, plan_tour(now))
-        moving = Motion(np.concatenate([motion.velocity, still]), np.concatenate([motion.acceleration, still]))
+        moving = NodeMotion(np.concatenate([motion.velocity, still]), np.concatenate([motion.acceleration, still]))
         demand = Demand(
             np.concatenate([nodes, beside]),
             moving,

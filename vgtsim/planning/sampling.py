@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vgtsim.kinematics.bending import swing
 from vgtsim.kinematics.chain import Chain
 from vgtsim.planning.tour import Tour
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ _LEAN = np.pi / 4  # greatest bend of a module, rad
 _DRAWN = 1500  # postures drawn at random; about 60 % of arm15's are inside the strokes
 
 
-def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array, Motion]:
+def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array, NodeMotion]:
     """Nodes along a tour with their velocities and accelerations, the goals included.
 
     Args:
@@ -40,7 +40,7 @@ def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array
     lengths = np.concatenate(rows)
     nodes = chain.nodes(chain.inputs_from_lengths(lengths))
     before, now, after = np.moveaxis(nodes, 1, 0)
-    return now, Motion((after - before) / (2 * step), (after - 2 * now + before) / step**2)
+    return now, NodeMotion((after - before) / (2 * step), (after - 2 * now + before) / step**2)
 
 
 def sample_postures(chain: Chain) -> Array:

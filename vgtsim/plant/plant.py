@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
-from vgtsim.mjcf import build_model, retime
-from vgtsim.mjcf.pose import fill_qpos, make_pose_map
+from vgtsim.mjcf import build_model, fill_qpos, make_pose_map, retime
 from vgtsim.plant.addresses import find_addresses
 from vgtsim.plant.drives import Drive, find_drive
 from vgtsim.plant.recorder import Contact, Recorder

@@ -47,7 +47,7 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     """
     count = problem.goal.count
     z = problem.variables(np.broadcast_to(np.asarray(start, float), (count, problem.chain.layout.inputs)))
-    rows, free = len(problem.goal.names), z.shape[1] - len(problem.kernel.static)
+    rows, free = len(problem.goal.names), z.shape[1] - len(problem.chain.layout.static)
     if rows > free:
         raise GoalError(problem.goal.names, 0.0, f"{rows} goal rows for {free} inputs that are left")
     how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import ObjectiveError
-from vgtsim.positioning.kernel import Blocks, Kernel, State
+from vgtsim.kinematics.state import Blocks, State
 from vgtsim.positioning.strokes import StrokeBox
 
 Array = NDArray[np.float64]
@@ -29,11 +29,6 @@ class Configurations:
     box: StrokeBox
     state: State
     which: Index
-
-    @property
-    def kernel(self) -> Kernel:
-        """Kinematics of the arm."""
-        return self.box.kernel
 
     @property
     def q(self) -> Array:
@@ -153,9 +148,9 @@ class LengthVariation(Objective):
         rate = away / size
         first = rate - rate.mean(axis=1, keepdims=True)
         weight = np.sqrt(1 / size)
-        full = at.kernel.dense(at.state.blocks)[:, : away.shape[1]]
+        full = at.state.leg_slopes[:, : away.shape[1]]
         spread = weight[:, :, None] * (full - full.mean(axis=1, keepdims=True))
-        slope = at.kernel.pull(at.state.blocks, first)
+        slope = at.state.pull(first)
         curve = np.swapaxes(spread, 1, 2) @ spread
         return Terms(np.sum(size - self.softness, axis=1), slope, dense=curve, by_length=first)
 
@@ -262,5 +257,4 @@ def _half_square(at: Configurations, away: Array) -> Terms:
 
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
     """Terms of a sum of functions of one length each."""
-    blocks = at.state.blocks
-    return Terms(value, at.kernel.pull(blocks, first), at.kernel.curve(blocks, second), by_length=first)
+    return Terms(value, at.state.pull(first), at.state.curve(second), by_length=first)

@@ -1,0 +1,82 @@
+"""Fittings of bodies in MJCF: closures, drives of slides, force sensors, inertia."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vgtsim.graphics import mujoco
+from vgtsim.kinematics.inertia import MemberInertia
+from vgtsim.mjcf import names
+from vgtsim.mjcf.rigging import Rigging
+from vgtsim.mjcf.rows import LEAST_INERTIA, LEAST_MASS, SERVO_GROUP, SOLIMP, SOLREF_RATIO, SOLREF_STEPS
+
+
+def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, timestep: float, info: str = "") -> None:
+    """Hold two sites of different bodies together with the stiffness of closures at a time step, s.
+
+    `info` is the key path of the description that compile errors name.
+    """
+    spec.add_equality(
+        name=name,
+        type=mujoco.mjtEq.mjEQ_CONNECT,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1=first,
+        name2=second,
+        solref=[SOLREF_STEPS * timestep, SOLREF_RATIO],
+        solimp=SOLIMP,
+        info=info,
+    )
+
+
+def add_drives(
+    spec: mujoco.MjSpec, owner: str, joint: str, rigging: Rigging, force: tuple[float, float] | None = None
+) -> None:
+    """Add the rigid drive and the servo of a slide; which of them is active is chosen after compilation.
+
+    Args:
+        spec: Changed in place.
+        owner: Of the slide: a member, or the feed.
+        joint: Name of the slide.
+        rigging: Gives step, stiffness and damping.
+        force: Greatest pull and push of the servo, N; without them it is not limited.
+    """
+    spec.add_equality(
+        name=names.drive(owner),
+        type=mujoco.mjtEq.mjEQ_JOINT,
+        objtype=mujoco.mjtObj.mjOBJ_JOINT,
+        name1=joint,
+        solref=[SOLREF_STEPS * rigging.timestep, SOLREF_RATIO],
+        solimp=SOLIMP,
+        active=False,
+        data=[0.0] * 12,
+    )
+    servo = spec.add_actuator(
+        name=names.servo(owner),
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        target=joint,
+        group=SERVO_GROUP,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+    )
+    servo.gainprm[0] = rigging.servo_stiffness
+    reference = spec.joint(joint).ref
+    servo.biasprm[:3] = [rigging.servo_stiffness * reference, -rigging.servo_stiffness, -rigging.servo_damping]
+    if force is not None:
+        servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        servo.forcerange = [-force[0], force[1]]  # pushing the rod out compresses the member
+
+
+def add_force_sensors(spec: mujoco.MjSpec, owner: str, site: str) -> None:
+    """Sense force and torque at a site."""
+    kind = mujoco.mjtSensor
+    for name, sensor in ((names.force(owner), kind.mjSENS_FORCE), (names.torque(owner), kind.mjSENS_TORQUE)):
+        spec.add_sensor(name=name, type=sensor, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=site)
+
+
+def set_inertia(body: mujoco.MjsBody, inertia: MemberInertia, segment: tuple[int, int], outward: float) -> None:
+    """Give a body, Z along its member, the mass of a segment, whose centre is on Z in the sense of `outward`, 1 or -1."""
+    transverse, axial = np.maximum(inertia.centroidal[segment], LEAST_INERTIA)
+    body.explicitinertial = True
+    body.mass = max(inertia.mass[segment], LEAST_MASS)
+    body.ipos = [0, 0, outward * inertia.centre[segment]]
+    body.inertia = [transverse, transverse, axial]

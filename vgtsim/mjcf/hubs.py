@@ -1,0 +1,103 @@
+"""Mast and hubs in MJCF: the pipe on its feed with the three hubs of the flange, and the free hubs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vgtsim.geometry import MastPipe
+from vgtsim.graphics import mujoco
+from vgtsim.kinematics.inertia import make_hub_masses
+from vgtsim.mjcf import names
+from vgtsim.mjcf.contact_bits import TANK
+from vgtsim.mjcf.fittings import add_drives, add_force_sensors
+from vgtsim.mjcf.rigging import Rigging
+
+_MAST = -1  # in place of a module's index
+
+
+def add_hubs(spec: mujoco.MjSpec, rigging: Rigging) -> dict[int, mujoco.MjsBody]:
+    """Add mast, feed, flange and all hubs but those of the tip plate and of joint blocks; returns the hubs by node.
+
+    The three of the flange are fixed to it; each other is a point mass on three slides.
+    """
+    truss = rigging.chain.truss
+    flange = _add_mast(spec, rigging)
+    hubs = {}
+    for node in range(3):
+        hubs[node] = flange.add_body(name=truss.nodes[node], pos=rigging.nodes[node] - rigging.chain.mount[:3, 3])
+        _dress_hub(spec, hubs[node], rigging, node)
+    for node in np.setdiff1d(truss.free, truss.rings).tolist():
+        name = truss.nodes[node]
+        hubs[node] = spec.worldbody.add_body(name=name, pos=rigging.nodes[node], info=name)
+        for joint, axis in zip(names.slides(name), np.eye(3), strict=True):
+            hubs[node].add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+        _dress_hub(spec, hubs[node], rigging, node)
+    arm = rigging.chain.manipulator
+    inertia = 0.4 * arm.hub_mass * arm.hub.radius**2  # a solid ball's
+    masses = make_hub_masses(arm, truss, lumped=rigging.lumped)
+    for node, body in hubs.items():
+        body.explicitinertial = True
+        body.ipos = [0, 0, 0]  # without a place MuJoCo writes no inertia into the XML
+        body.mass, body.inertia = masses[node], [inertia] * 3
+    return hubs
+
+
+def _add_mast(spec: mujoco.MjSpec, rigging: Rigging) -> mujoco.MjsBody:
+    """Add mast and feed; returns the flange."""
+    pipe, mount = rigging.mast, rigging.chain.mount
+    mast = spec.worldbody.add_body(name=names.MAST, pos=mount[:3, 3])
+    mast.add_joint(
+        name=names.FEED,
+        type=mujoco.mjtJoint.mjJNT_SLIDE,
+        axis=[0, 0, 1],
+        range=rigging.feed_range,
+        limited=mujoco.mjtLimited.mjLIMITED_FALSE,
+        info="mast",
+    )
+    bits = rigging.bits(_MAST)
+    mast.add_geom(
+        name=names.MAST,
+        default=spec.find_default("mast"),
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[pipe.outer_diameter / 2, pipe.length / 2, 0],
+        pos=[0, 0, pipe.length / 2],
+        contype=bits["contype"],
+        conaffinity=bits["conaffinity"] & ~TANK,  # it fills the riser by design; its fit is checked apart
+    )
+    _set_pipe_inertia(mast, pipe)
+    add_drives(spec, names.FEED, names.FEED, rigging)
+    flange = mast.add_body(name=names.FLANGE)
+    flange.add_site(name=names.FLANGE, zaxis=mount[:3, 2])
+    add_force_sensors(spec, names.FLANGE, names.FLANGE)
+    return flange
+
+
+def _set_pipe_inertia(body: mujoco.MjsBody, pipe: MastPipe) -> None:
+    radius, length = pipe.outer_diameter / 2, pipe.length
+    inner = radius - pipe.wall
+    mass = pipe.density * np.pi * (radius**2 - inner**2) * length
+    across = mass * (3 * (radius**2 + inner**2) + length**2) / 12
+    body.explicitinertial = True
+    body.mass, body.ipos = mass, [0, 0, length / 2]
+    body.inertia = [across, across, mass * (radius**2 + inner**2) / 2]
+
+
+def _dress_hub(spec: mujoco.MjSpec, body: mujoco.MjsBody, rigging: Rigging, node: int) -> None:
+    truss = rigging.chain.truss
+    add_ball(spec, body, rigging, node, truss.nodes[node])
+    body.add_site(name=truss.nodes[node])
+
+
+def add_ball(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, rigging: Rigging, node: int, name: str, pos: np.ndarray | None = None
+) -> None:
+    """Add the ball of a hub to a body, at a place in its frame."""
+    truss, radius = rigging.chain.truss, rigging.chain.manipulator.hub.radius
+    body.add_geom(
+        name=name,
+        default=spec.find_default("hub"),
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[radius, 0, 0],
+        pos=np.zeros(3) if pos is None else pos,
+        **rigging.bits(int(truss.node_module[node])),
+    )

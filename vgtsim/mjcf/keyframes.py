@@ -1,0 +1,110 @@
+"""Keyframes: the postures that a model file offers, each with servo targets that carry the weight."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.modules import DoubleOctahedral, Prism, SectionModule
+from vgtsim.graphics import mujoco
+from vgtsim.kinematics import Chain
+from vgtsim.kinematics.modules.static import make_static
+from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.mjcf.pose import qpos_from_nodes
+from vgtsim.mjcf.rows import select_drive, stiffen
+from vgtsim.site import Site
+
+Array = NDArray[np.float64]
+Poses = Mapping[str, tuple[Array, float]]
+
+RISER_MOUTH = 0.5  # a module nearer than this to the riser's mouth is stowed in the straight keyframe, m
+HOLDING_WEIGHTS = 1e-5  # on the inverse weights of an arm alone, and wherever holding forces are worked out
+HOLDING_TIME = 0.1  # in which an arm under rigid drives comes to rest, s
+STIFF_TUBES = 1e4  # on elastic tubes meanwhile: they must not ring
+_WASTE_GAP = 1.0  # between payload and waste in the straight keyframe, m
+_MOST_LEAN = 0.35  # of a mid-plane in the reach pose, rad: half of what its module bends
+_REACH_SAMPLE = 200  # configurations that the reach pose of a mixed arm is picked from
+
+
+def reach_pose(chain: Chain) -> Array:
+    """Inputs, shape (n,), of a pose that loads an arm much, its root being on the z axis of its mount.
+
+    A uniform chain is bent evenly by its first modules, to the horizontal if three can. Of any other arm it is the pose of
+    a seeded sample whose tool is farthest from the axis.
+    """
+    if chain.manipulator.uniform:
+        q = np.array(chain.straight)
+        bent = min(3, len(chain.layout.names))
+        q[: 3 * bent : 3] = np.sin(min(np.pi / 4 / bent, _MOST_LEAN))
+        return q
+    sample = sample_inputs(chain, _REACH_SAMPLE, seed=0)
+    out = chain.tool(sample)[0] - chain.mount[:3, 3]
+    across = np.linalg.norm(np.cross(out, chain.mount[:3, 2]), axis=-1)
+    return sample[int(np.argmax(across))]
+
+
+def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:
+    """Inputs and lift of the mast, m, of the two keyframes that do not fit under a mast at its working depth.
+
+    Stowed: the tool at the crown, all of the arm in and above the riser. Straight: the tool a metre above the waste;
+    what is still in the riser has to be stowed.
+    """
+    chain, arm, pivot, crown = site.chain, site.arm, site.scene.pivot_height, site.tank.shell.crown
+    low = site.tank.waste.level + site.task.payload.radius + _WASTE_GAP
+    q, height = np.array(chain.straight), low + arm.tip_plate.tool_offset
+    faces = chain.frames(chain.straight)[1]
+    active = len(chain.layout.names)
+    for k, module in reversed(list(enumerate(arm.modules))):
+        if isinstance(module, Prism | SectionModule):
+            height += float(make_static(module, arm.face_side).P[2])
+            continue
+        active -= 1
+        own = chain.layout.owner == active
+        if not isinstance(module, DoubleOctahedral):  # which has no other pose than the straight one to be stowed in
+            height += float(np.linalg.norm(faces[k + 1] - faces[k]))
+            continue
+        if height + module.straight > crown - RISER_MOUTH:
+            q[own] = chain.stowed[own]
+        height += 2 * q[own][2] + module.joint_offset
+    stowed_length = pivot - chain.tool(chain.stowed)[0][2]
+    return {"stowed": (chain.stowed, crown + stowed_length - pivot), "straight": (q, height - pivot)}
+
+
+def add_keyframes(spec: mujoco.MjSpec, chain: Chain, poses: Poses) -> None:
+    """Add keyframes from inputs and lift of the mast; the servos hold the weight as well as the lengths.
+
+    The servos' bias holds the reference pose, which a viewer starts from, and the targets of a keyframe add to that.
+    """
+    model = spec.compile()
+    stiffen(model, HOLDING_WEIGHTS)
+    select_drive(model, "rigid")
+    model.jnt_stiffness *= STIFF_TUBES
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT)  # weight is held, not what a pose leans on
+    joints = model.actuator_trnid[:, 0]
+    address, speed, stiffness = model.jnt_qposadr[joints], model.jnt_dofadr[joints], model.actuator_gainprm[:, 0]
+    rest = _holding_forces(model, model.qpos0)[speed]
+    for servo, push in zip(spec.actuators, rest, strict=True):
+        servo.biasprm[0] += push
+    for name, (q, lift) in poses.items():
+        qpos = qpos_from_nodes(model, chain.truss, chain.nodes(q) + np.array([0.0, 0.0, lift]))
+        push = _holding_forces(model, qpos)[speed] - rest
+        spec.add_key(name=name, qpos=qpos, ctrl=(qpos - model.qpos0)[address] + push / stiffness)
+
+
+def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
+    """Generalised forces with which rigid drives hold a pose at rest, shape (nv,)."""
+    rows = model.eq_type == mujoco.mjtEq.mjEQ_JOINT
+    address = model.jnt_qposadr[model.eq_obj1id[rows]]
+    model.eq_data[rows, 0] = qpos[address] - model.qpos0[address]
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    for _ in range(round(HOLDING_TIME / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+    force = np.zeros(model.nv)
+    drives = set(np.flatnonzero(rows).tolist())
+    for row in range(data.ne):
+        if int(data.efc_id[row]) in drives and data.efc_type[row] == mujoco.mjtConstraint.mjCNSTR_EQUALITY:
+            force[model.jnt_dofadr[model.eq_obj1id[data.efc_id[row]]]] = data.efc_force[row]
+    return force
