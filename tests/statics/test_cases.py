@@ -14,7 +14,7 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.statics import make_load_model, make_sections, solve_members
 from vgtsim.statics.cases import bound_case, find_envelope, solve_case
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 
 ROUNDING = 1e-9  # of the largest force
 SAMPLED = 2e-3  # of an amplitude, by which 40000 directions on a sphere or 200 on a circle may miss the worst
@@ -145,7 +145,7 @@ def test_motion_adds_the_inertia_of_arm_and_factored_payload(model, nodes):
     rng = np.random.default_rng(8)
     turn = rng.normal(size=3)  # the arm turning about its pivot as a rigid body, speeding up
     lever = nodes - nodes[:3].mean(axis=0)
-    motion = Motion(np.zeros(nodes.shape), np.cross(turn, lever))
+    motion = NodeMotion(np.zeros(nodes.shape), np.cross(turn, lever))
     whole = solve_case(model, nodes, LoadCase(name="run"), motion)
     direct = solve_members(model, nodes, motion)
     assert whole.bar == pytest.approx(direct.bar, abs=ROUNDING * np.abs(direct.bar).max())
@@ -180,7 +180,7 @@ def test_bending_counts_with_motion_and_from_any_direction():
         assert np.all(bound >= found * (1 - ROUNDING))
         assert bound.max() < 1.3 * found.max()  # two ends bent their worst at once, no more
     lever = nodes - nodes[:, :1]
-    motion = Motion(np.zeros(nodes.shape), np.cross(np.array([3.0, -2.0, 1.0]), lever))
+    motion = NodeMotion(np.zeros(nodes.shape), np.cross(np.array([3.0, -2.0, 1.0]), lever))
     whole, direct = solve_case(model, nodes, LoadCase(name="run"), motion), solve_members(model, nodes, motion)
     for name in ("near_moment", "far_moment"):
         most = np.abs(getattr(direct, name)).max()

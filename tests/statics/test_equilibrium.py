@@ -11,7 +11,7 @@ from vgtsim.description.scene import Payload
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.truss import Member, Truss
-from vgtsim.statics import Motion, diagnose, make_load_model, motion_from_log, solve_members
+from vgtsim.statics import NodeMotion, diagnose, make_load_model, motion_from_log, solve_members
 from vgtsim.statics.framework import equilibrium_matrix, framework_of
 from vgtsim.statics.loads import hub_loads, member_loads
 
@@ -60,7 +60,7 @@ def moving(chain, path, time):
     times = time + 0.005 * np.arange(-2, 3)
     nodes = np.stack([chain.nodes(path(t)) for t in times])
     motion = motion_from_log(times, nodes)
-    return nodes[2], Motion(motion.velocity[2], motion.acceleration[2])
+    return nodes[2], NodeMotion(motion.velocity[2], motion.acceleration[2])
 
 
 def all_loads(model, nodes):
@@ -209,7 +209,7 @@ def test_batches_of_any_shape_are_their_instants(chain, model, bent):
 
 def test_instants_without_motion_are_left_open(chain, model, bent):
     nodes = chain.nodes(bent[:2])
-    motion = Motion(np.zeros(nodes.shape), np.zeros(nodes.shape))
+    motion = NodeMotion(np.zeros(nodes.shape), np.zeros(nodes.shape))
     motion.velocity[0], motion.acceleration[0] = np.nan, np.nan
     forces = solve_members(model, nodes, motion)
     assert np.isnan(forces.bar[0]).all()

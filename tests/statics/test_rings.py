@@ -15,7 +15,7 @@ from vgtsim.description.scene import Payload
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.statics import Motion, diagnose, make_load_model, motion_from_log, solve_members
+from vgtsim.statics import NodeMotion, diagnose, make_load_model, motion_from_log, solve_members
 from vgtsim.statics.capacity import find_allowance
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import block_loads, hub_loads, member_loads
@@ -304,7 +304,7 @@ def test_drive_forces_of_an_offset_arm_do_the_work_of_weight_and_inertia(double,
     times = 0.7 + 0.005 * np.arange(-2, 3)
     nodes = np.stack([double.nodes(path(t)) for t in times])
     rates = motion_from_log(times, nodes)
-    forces = solve_members(model, nodes[2], Motion(rates.velocity[2], rates.acceleration[2]), pivot=np.zeros(3))
+    forces = solve_members(model, nodes[2], NodeMotion(rates.velocity[2], rates.acceleration[2]), pivot=np.zeros(3))
     loads, points = cloud.loads(path, 0.7, GRAVITY), cloud.points(path(0.7))[0]
     lengths = double.lengths(path(0.7))
     expected = []

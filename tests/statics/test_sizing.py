@@ -17,7 +17,7 @@ from vgtsim.statics import make_load_model, make_sections, rate
 from vgtsim.statics.cases import find_envelope
 from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import weigh
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.rating import SLENDERNESS_ADVICE, pin_shear
 from vgtsim.statics.sizing import Demand, size_arm
 from vgtsim.statics.utilisation import utilise
@@ -112,7 +112,7 @@ def test_sized_arm_is_lighter_than_one_for_more_and_its_mass_is_said(hanging_arm
 
 def test_inertia_of_the_tour_is_part_of_the_demand(hanging_arm, poses, payload):
     """Poses passed while the whole arm is thrown upward by 0.4 g."""
-    motion = Motion(np.zeros(poses.shape), np.broadcast_to([0.0, 0.0, 0.4 * GRAVITY], poses.shape))
+    motion = NodeMotion(np.zeros(poses.shape), np.broadcast_to([0.0, 0.0, 0.4 * GRAVITY], poses.shape))
     run = (LoadCase(name="run"),)
     still, shaken = (Demand(poses, moving, payload, run, GRAVITY, OMEGA) for moving in (None, motion))
     found = size_arm(hanging_arm, load_catalogue(), shaken, TARGET)

@@ -190,8 +190,7 @@ def member_radii(manipulator: Manipulator, truss: Truss) -> Array:
 def _straight_lengths(manipulator: Manipulator, truss: Truss) -> Array:
     """Length of each member in the straight pose, shape (M,), m; a tube keeps it."""
     chain = Chain(manipulator, np.eye(4))
-    nodes = chain.nodes(chain.straight)
-    return np.linalg.norm(nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]], axis=-1)
+    return truss.lengths(chain.nodes(chain.straight))
 
 
 def _uniform_segment(mass: float, start: float, end: float, outer: float, inner: float) -> _Segment:

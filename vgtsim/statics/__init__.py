@@ -2,7 +2,7 @@
 
 from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.loads import LoadModel, make_load_model
-from vgtsim.statics.motion import Motion, motion_from_log
+from vgtsim.statics.motion import NodeMotion, motion_from_log
 from vgtsim.statics.rank import diagnose
 from vgtsim.statics.rating import MemberSections, Ratings, make_sections, rate
 from vgtsim.statics.utilisation import Utilisation, find_use, smooth_peak, utilise
@@ -11,7 +11,7 @@ __all__ = [
     "LoadModel",
     "MemberForces",
     "MemberSections",
-    "Motion",
+    "NodeMotion",
     "Ratings",
     "Utilisation",
     "diagnose",

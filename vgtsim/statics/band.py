@@ -16,7 +16,6 @@ def deflect_framework(frame: Framework, nodes: ArrayLike, spring: ArrayLike, for
     """Find displacements and bar forces of a framework that may be statically indeterminate.
 
     Args:
-        frame: The framework.
         nodes: Shape (N, 3), m.
         spring: Axial stiffness of each bar, shape (B,), N/m.
         force: Loads on the nodes, shape (N, 3), N.
@@ -40,7 +39,6 @@ def tangent_stiffness(frame: Framework, nodes: ArrayLike, spring: ArrayLike, bar
     """Stiffness of a loaded framework at its deformed pose: a zero eigenvalue is where it buckles.
 
     Args:
-        frame: The framework.
         nodes: Deformed, shape (N, 3), m.
         spring: Change of each bar's force per change of its length, shape (B,), N/m.
         bar: Bar forces there, tension positive, shape (B,), N.

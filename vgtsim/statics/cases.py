@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.description.scene import LoadCase
 from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.loads import LoadModel, tool_forces
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.rating import MemberSections, rate
 from vgtsim.statics.utilisation import utilise
 
@@ -60,7 +60,7 @@ def _factored(model: LoadModel, case: LoadCase, gravity: Array) -> LoadModel:
     return replace(model, gravity=gravity, payload=model.payload.model_copy(update={"mass": mass}))
 
 
-def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: Motion | None = None) -> MemberForces:
+def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: NodeMotion | None = None) -> MemberForces:
     """Find the member forces of a case, without what comes from any direction.
 
     Args:
@@ -82,7 +82,7 @@ def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: Motio
 
 
 def bound_case(
-    model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: Motion | None = None
+    model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: NodeMotion | None = None
 ) -> tuple[MemberForces, MemberForces]:
     """Find the greatest and least forces and moments of a case whose shaking and reaction may come from any direction.
 

@@ -72,8 +72,7 @@ class ElasticModel:
             Shape (..., M), N/m.
         """
         n = np.asarray(nodes, float)
-        ends = self.truss.ends[self.truss.actuated]
-        return self.stiffness(np.linalg.norm(n[..., ends[:, 1], :] - n[..., ends[:, 0], :], axis=-1))
+        return self.stiffness(self.truss.lengths(n)[..., self.truss.actuated])
 
 
 def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped: bool = False) -> ElasticModel:
@@ -97,7 +96,7 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped
     require_no_offset(chain, "members are elastic")
     spring, rods, oil, stroke = np.zeros(len(truss.members)), [], [], []
     nodes = chain.nodes(chain.straight)
-    length = np.linalg.norm(nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]], axis=-1)
+    length = truss.lengths(nodes)
     for index, member in enumerate(truss.members):
         if member.role == "actuator":
             part = arm.cylinders[member.section]

@@ -11,16 +11,14 @@ groups too, with the bars that stand for blocks and actuators between them; see 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
-from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.rings import find_ring_forces
 from vgtsim.statics.vectors import cross, dot
 
@@ -75,7 +73,7 @@ class MemberForces:
 def solve_members(
     model: LoadModel,
     nodes: ArrayLike,
-    motion: Motion | None = None,
+    motion: NodeMotion | None = None,
     nodal_forces: ArrayLike | None = None,
     pivot: ArrayLike | None = None,
 ) -> MemberForces:
@@ -108,7 +106,7 @@ def solve_members(
     for start in range(0, max(len(flat), 1), _CHUNK):
         part, now = slice(start, start + _CHUNK), None
         if motion is not None:
-            now = Motion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
+            now = NodeMotion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
         more = None if extra is None else extra[part]
         parts.append(_solve_chunk(model, flat[part], now, more, about[part], start))
     whole = {}
@@ -120,14 +118,12 @@ def solve_members(
 
 
 def _solve_chunk(
-    model: LoadModel, nodes: Array, motion: Motion | None, extra: Array | None, pivot: Array, start: int
+    model: LoadModel, nodes: Array, motion: NodeMotion | None, extra: Array | None, pivot: Array, start: int
 ) -> MemberForces:
     """As `solve_members` for a flat batch, whose first instant is `start` of all."""
     truss = model.truss
     loads = member_loads(model, nodes, motion)
-    near_nodes, far_nodes = _selections(truss)
-    force = hub_loads(model, nodes, motion) + near_nodes @ loads.near
-    force += far_nodes @ loads.far
+    force = hub_loads(model, nodes, motion) + add_up(truss, loads)
     if extra is not None:
         force += extra
     if len(truss.rings):
@@ -156,17 +152,10 @@ def _solve_chunk(
     )
 
 
-def _load_blocks(model: LoadModel, nodes: Array, motion: Motion | None, force: Array) -> None:
+def _load_blocks(model: LoadModel, nodes: Array, motion: NodeMotion | None, force: Array) -> None:
     """Put the posts' loads on feet and heads, and pass the loads at the middles on to these."""
     rings = model.truss.rings.reshape(-1, 3)
     posts = block_loads(model, nodes, motion)
     for end, share in ((0, posts.near), (2, posts.far)):
         force[:, rings[:, end]] += share + force[:, rings[:, 1]] / 2
     force[:, rings[:, 1]] = 0.0
-
-
-@lru_cache(maxsize=64)
-def _selections(truss: Truss) -> tuple[Array, Array]:
-    """Matrices that add up values of members at their near and at their far nodes, shapes (N, M)."""
-    node = np.arange(len(truss.nodes))[:, None]
-    return (node == truss.ends[:, 0]).astype(float), (node == truss.ends[:, 1]).astype(float)

@@ -20,7 +20,6 @@ def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[
     """Find the force in every bar and at every support.
 
     Args:
-        frame: The framework.
         nodes: Shape (..., N, 3), m.
         force: Loads on the nodes, broadcast to shape (..., N, 3), N.
 
@@ -42,7 +41,6 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
     """Solve the groups one after the other, the last one first.
 
     Args:
-        frame: The framework.
         unit: Directions of the bars, shape (T, B, 3).
         force: Loads on the nodes, shape (T, N, 3), N.
         nodes: Shape (T, N, 3), m, to name what is wrong.

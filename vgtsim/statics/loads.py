@@ -10,7 +10,7 @@ where the segments meet.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from vgtsim.kinematics.inertia import (
     make_plate_inertia,
 )
 from vgtsim.kinematics.truss import Truss
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.vectors import across, cross, dot
 
 Array = NDArray[np.float64]
@@ -130,7 +130,7 @@ def weigh(chain: Chain) -> float:
     return make_load_model(chain, Payload(mass=0.0, radius=1.0), 0.0).mass
 
 
-def member_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> MemberLoads:
+def member_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> MemberLoads:
     """Share each member's weight and inertia between its two hubs.
 
     Args:
@@ -142,12 +142,25 @@ def member_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -
     return _share(model.member_parts, model.gravity, nodes, motion)
 
 
-def block_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> MemberLoads:
+def add_up(truss: Truss, loads: MemberLoads) -> Array:
+    """Loads of members added up at their nodes, shape (..., N, 3), N."""
+    near, far = _selections(truss)
+    return near @ loads.near + far @ loads.far
+
+
+@lru_cache(maxsize=64)
+def _selections(truss: Truss) -> tuple[Array, Array]:
+    """Matrices that add up values of members at their near and at their far nodes, shapes (N, M)."""
+    node = np.arange(len(truss.nodes))[:, None]
+    return (node == truss.ends[:, 0]).astype(float), (node == truss.ends[:, 1]).astype(float)
+
+
+def block_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> MemberLoads:
     """As `member_loads` for the posts of the joint blocks, between feet and heads."""
     return _share(model.block_parts, model.gravity, nodes, motion)
 
 
-def _share(parts: _Parts, gravity: Array, nodes: Array, motion: Motion | None) -> MemberLoads:
+def _share(parts: _Parts, gravity: Array, nodes: Array, motion: NodeMotion | None) -> MemberLoads:
     first, second = parts.ends[:, 0], parts.ends[:, 1]
     span = nodes[..., second, :] - nodes[..., first, :]
     length = np.sqrt(dot(span, span))
@@ -196,7 +209,7 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
     return total
 
 
-def direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: Motion) -> Array:
+def direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: NodeMotion) -> Array:
     """Second time derivative of the members' unit vectors, shape (..., M, 3), 1/s².
 
     Args:
@@ -214,7 +227,7 @@ def direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, m
     return turning - dot(spin, spin) * unit
 
 
-def hub_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> Array:
+def hub_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> Array:
     """Weight and inertia of the hubs, tip plate and payload as forces at the nodes.
 
     Args:
@@ -234,7 +247,7 @@ def hub_loads(model: LoadModel, nodes: Array, motion: Motion | None = None) -> A
     return force
 
 
-def _tip_forces(model: LoadModel, nodes: Array, motion: Motion | None) -> Array:
+def _tip_forces(model: LoadModel, nodes: Array, motion: NodeMotion | None) -> Array:
     """Forces at the three tip nodes, shape (..., 3, 3), N."""
     tip, side = model.truss.tip, model.face_side
     x, y = axes = _face_axes(nodes[..., tip, :], side)

@@ -23,7 +23,7 @@ _MASSLESS = 1e-12  # smallest eigenvalue of the mass matrix, its diagonal scaled
 
 
 @dataclass(frozen=True)
-class Modes:
+class NaturalModes:
     """Natural modes, slowest first.
 
     Attributes:
@@ -35,17 +35,12 @@ class Modes:
     nodes: Array
 
 
-def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestressed: bool = True) -> Modes:
+def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestressed: bool = True) -> NaturalModes:
     """Find the slowest natural modes about a pose.
 
     Args:
-        model: Masses and stiffnesses.
         nodes: Shape (N, 3), m, in frame G.
-        count: Number of modes.
         prestressed: Whether the member forces under weight stiffen (pulled) and soften (pushed) the arm.
-
-    Returns:
-        The modes.
 
     Raises:
         TrussError: The truss is a mechanism; members are named. Or something of it has no mass.
@@ -63,14 +58,13 @@ def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestre
     last = min(count, len(stiff)) - 1
     square, shape = eigh(stiff, mass, subset_by_index=[0, last])
     moved = scatter(model.truss, np.broadcast_to(n, (last + 1, *n.shape)), shape.T)
-    return Modes(np.sqrt(np.maximum(square, 0.0)) / (2 * np.pi), moved)
+    return NaturalModes(np.sqrt(np.maximum(square, 0.0)) / (2 * np.pi), moved)
 
 
 def damping_time(model: ElasticModel, nodes: ArrayLike, ratio: float) -> float:
     """Damper over stiffness, the same for every member, that gives the slowest mode a damping ratio.
 
     Args:
-        model: Masses and stiffnesses.
         nodes: Pose in which the mode is taken, unloaded, shape (N, 3), m.
         ratio: Of critical damping.
 
@@ -94,7 +88,6 @@ def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
     their directions to first order; as the plate turns, their points of attack move to second order.
 
     Args:
-        model: Masses and stiffnesses.
         nodes: Shape (N, 3), m, in frame G.
 
     Returns:
@@ -102,7 +95,7 @@ def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
     """
     n, truss = np.asarray(nodes, float), model.truss
     bar = deflect(model, n).bar
-    span = n[truss.ends[:, 1]] - n[truss.ends[:, 0]]
+    span = truss.spans(n)
     length = np.linalg.norm(span, axis=-1)
     unit = span / length[:, None]
     blocks = geometric_blocks(span, bar, _moves(model, n, 1) - _moves(model, n, 0))
@@ -123,14 +116,13 @@ def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
     """Mass matrix of the unknowns.
 
     Args:
-        model: Masses.
         nodes: Shape (N, 3), m, in frame G.
 
     Returns:
         Symmetric, shape (n, n), kg, kg·m and kg·m².
     """
     n, truss, part = np.asarray(nodes, float), model.truss, model.loads.members
-    span = n[truss.ends[:, 1]] - n[truss.ends[:, 0]]
+    span = truss.spans(n)
     length = np.linalg.norm(span, axis=-1)
     unit = span / length[:, None]
     across = np.eye(3) - unit[:, :, None] * unit[:, None, :]

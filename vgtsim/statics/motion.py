@@ -15,7 +15,7 @@ _SPACING = 1e-6  # relative change of the record spacing that ends a run: far ab
 
 
 @dataclass(frozen=True)
-class Motion:
+class NodeMotion:
     """How the nodes move.
 
     Attributes:
@@ -27,7 +27,7 @@ class Motion:
     acceleration: Array
 
 
-def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: int = 4) -> Motion:
+def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: int = 4) -> NodeMotion:
     """Differentiate recorded node positions twice by local polynomials (Savitzky and Golay).
 
     Args:
@@ -53,7 +53,7 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: i
         offset = stretch - stretch.mean(axis=0)
         velocity[run] = savgol_filter(offset, window, order, deriv=1, delta=spacing, axis=0)
         acceleration[run] = savgol_filter(offset, window, order, deriv=2, delta=spacing, axis=0)
-    return Motion(velocity, acceleration)
+    return NodeMotion(velocity, acceleration)
 
 
 def uniform_runs(time: Array) -> tuple[slice, ...]:

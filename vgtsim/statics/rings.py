@@ -53,7 +53,7 @@ def find_ring_forces(truss: Truss, nodes: Array, tension: Array) -> RingForces:
     upper, diagonal = (tension[..., first + k * len(member) :][..., : len(member)] for k in range(2))
     foot, head = truss.rings[:, :, 0].ravel(), truss.rings[:, :, 2].ravel()
     rise = nodes[..., head, :] - nodes[..., foot, :]
-    span = nodes[..., truss.ends[member, 1], :] - nodes[..., truss.ends[member, 0], :]
+    span = truss.spans(nodes)[..., member, :]
     height, length = (np.linalg.norm(item, axis=-1) for item in (rise, span))
     across, along = diagonal * height, diagonal * length
     whole = np.hypot(height, length)

@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from vgtsim.errors import TrussError
+from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness import band_matrix, elongations, gather, node_loads, pattern_of, scatter
 
 Array = NDArray[np.float64]
@@ -19,11 +20,10 @@ _PASSES = 40
 _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
 
-def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, damping_time: float = 0.0) -> Array:
+def settle(model: ElasticModel, nodes: ArrayLike, motion: NodeMotion | None = None, damping_time: float = 0.0) -> Array:
     """Find the pose in which every member's force is its stiffness times its elongation.
 
     Args:
-        model: Masses and stiffnesses.
         nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
         motion: Velocities and accelerations of the nodes, whose inertia and damping act too; absent at rest.
         damping_time: Damper over stiffness of every member, s.
@@ -42,33 +42,33 @@ def settle(model: ElasticModel, nodes: ArrayLike, motion: Motion | None = None, 
     for start in range(0, len(flat), _CHUNK):
         part, now = slice(start, start + _CHUNK), None
         if motion is not None:
-            now = Motion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
+            now = NodeMotion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
         settled[part] = _settle_chunk(model, flat[part], now, damping_time, start)
     return settled.reshape(n.shape)
 
 
 def _settle_chunk(
-    model: ElasticModel, unloaded: Array, motion: Motion | None, damping_time: float, start: int
+    model: ElasticModel, unloaded: Array, motion: NodeMotion | None, damping_time: float, start: int
 ) -> Array:
     """As `settle`, for poses of shape (T, N, 3), `start` of all; those that have settled are left alone."""
-    rest, spring = _lengths(model, unloaded), model.stiffness_at(unloaded)
+    truss = model.truss
+    rest, spring = truss.lengths(unloaded), model.stiffness_at(unloaded)
     nodes, left, step = unloaded.copy(), np.arange(len(unloaded)), 0.0
     for _ in range(_PASSES):
-        now = None if motion is None else Motion(motion.velocity[left], motion.acceleration[left])
+        now = None if motion is None else NodeMotion(motion.velocity[left], motion.acceleration[left])
         pose = nodes[left]
-        bar = spring[left] * (_lengths(model, pose) - rest[left])
+        bar = spring[left] * (truss.lengths(pose) - rest[left])
         if now is not None:
-            bar = bar + damping_time * spring[left] * _stretching(model, pose, now.velocity)
+            bar = bar + damping_time * spring[left] * _stretching(truss, pose, now.velocity)
         nodes[left], shift = _correct(model, pose, spring[left], _residual(model, pose, bar, now), start + left)
         step = np.abs(shift).max(axis=(1, 2))
         left = left[~(step < _CLOSE)]  # NaN has not settled
         if not len(left):
             return nodes
-    size = pattern_of(model.truss).size
-    raise TrussError(size, (), f"does not settle: {np.max(step):.3g} m in pass {_PASSES}")
+    raise TrussError(pattern_of(truss).size, (), f"does not settle: {np.max(step):.3g} m in pass {_PASSES}")
 
 
-def _residual(model: ElasticModel, nodes: Array, bar: Array, motion: Motion | None) -> Array:
+def _residual(model: ElasticModel, nodes: Array, bar: Array, motion: NodeMotion | None) -> Array:
     """Loads on the unknowns that member forces, shape (T, M), do not yet carry, shape (T, n), N and N·m."""
     pattern = pattern_of(model.truss)
     load = gather(model.truss, nodes, node_loads(model, nodes, motion))
@@ -93,13 +93,7 @@ def _correct(
     return after, shift
 
 
-def _stretching(model: ElasticModel, nodes: Array, velocity: Array) -> Array:
+def _stretching(truss: Truss, nodes: Array, velocity: Array) -> Array:
     """Rates of the members' lengths, shape (T, M), m/s."""
-    first, second = model.truss.ends.T
-    span, rate = nodes[:, second] - nodes[:, first], velocity[:, second] - velocity[:, first]
-    return np.sum(span * rate, axis=-1) / np.linalg.norm(span, axis=-1)
-
-
-def _lengths(model: ElasticModel, nodes: Array) -> Array:
-    ends = model.truss.ends
-    return np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
+    span = truss.spans(nodes)
+    return np.sum(span * truss.spans(velocity), axis=-1) / np.linalg.norm(span, axis=-1)

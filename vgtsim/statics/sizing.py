@@ -17,7 +17,7 @@ from vgtsim.kinematics.chain import Chain
 from vgtsim.statics.cases import bound_case
 from vgtsim.statics.elasticity import require_no_offset
 from vgtsim.statics.loads import make_load_model, weigh
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.rating import SLENDERNESS_ADVICE, describe_sections, rate
 from vgtsim.statics.utilisation import use_axial
 
@@ -41,7 +41,7 @@ class Demand:
     """
 
     nodes: Array
-    motion: Motion | None
+    motion: NodeMotion | None
     payload: Payload
     cases: Sequence[LoadCase]
     gravity: float

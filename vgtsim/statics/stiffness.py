@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
-from vgtsim.statics.loads import hub_loads, member_loads, tool_point
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.loads import add_up, hub_loads, member_loads, tool_point
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
 
 Array = NDArray[np.float64]
@@ -40,38 +40,26 @@ class Deflection:
     bar: Array
 
 
-@lru_cache(maxsize=16)
-def _pattern(nodes: int, ends: tuple[tuple[int, int], ...]) -> Pattern:
-    free = 3 * (nodes - 6)
-    none, plate = (-1,) * 6, tuple(range(free, free + 6))
-    own = [(*range(3 * i, 3 * i + 3), -1, -1, -1) for i in range(nodes - 6)]
-    return make_pattern((*[none] * 3, *own, *[plate] * 3), ends)
-
-
+@lru_cache(maxsize=64)
 def pattern_of(truss: Truss) -> Pattern:
-    """Look the pattern of an arm up, or make it.
-
-    Args:
-        truss: Nodes and members.
-
-    Returns:
-        Its pattern, with six unknowns of a node: of a free hub its displacement, of a tip node those of the plate.
-    """
-    return _pattern(len(truss.nodes), tuple(map(tuple, truss.ends.tolist())))
+    """Pattern of an arm, with six unknowns of a node: of a free hub its displacement, of a tip node those of the plate."""
+    between = len(truss.nodes) - 6
+    none, plate = (-1,) * 6, tuple(range(3 * between, 3 * between + 6))
+    hubs = [(*range(3 * i, 3 * i + 3), -1, -1, -1) for i in range(between)]
+    return make_pattern((*[none] * 3, *hubs, *[plate] * 3), tuple(map(tuple, truss.ends.tolist())))
 
 
 def elongations(truss: Truss, nodes: Array) -> Array:
     """Elongation of each member per unit of each unknown its ends depend on.
 
     Args:
-        truss: Nodes and members.
         nodes: Shape (..., N, 3), m.
 
     Returns:
         In the order of `Pattern.dof`, shape (..., M, 12), dimensionless and m.
     """
     first, second = truss.ends.T
-    span = nodes[..., second, :] - nodes[..., first, :]
+    span = truss.spans(nodes)
     unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
     lever = nodes - nodes[..., truss.tip, :].mean(axis=-2, keepdims=True)
     ends = [-unit, -np.cross(lever[..., first, :], unit), unit, np.cross(lever[..., second, :], unit)]
@@ -89,7 +77,6 @@ def deflect(
     """Find displacements and member forces under weight and further loads.
 
     Args:
-        model: Masses and stiffnesses.
         nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
         nodal_forces: On the hubs, broadcast to shape (..., N, 3), N.
         tool_wrench: Force on the tool point and moment about it, broadcast to shape (..., 6), N and N·m.
@@ -125,7 +112,6 @@ def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
     """Displacement and rotation of the tool point per unit force and moment on it.
 
     Args:
-        model: Stiffnesses.
         nodes: Shape (..., N, 3), m, in frame G.
 
     Returns:
@@ -145,14 +131,10 @@ def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
     return (np.swapaxes(load[:, -6:], 1, 2) @ moved[:, -6:]).reshape(*n.shape[:-2], 6, 6)
 
 
-def node_loads(model: ElasticModel, nodes: Array, motion: Motion | None = None) -> Array:
+def node_loads(model: ElasticModel, nodes: Array, motion: NodeMotion | None = None) -> Array:
     """Weight, and inertia in a motion, of everything: shape (..., N, 3), N, for nodes of shape (..., N, 3)."""
-    truss = model.truss
     shares = member_loads(model.loads, nodes, motion)
-    count = np.arange(nodes.shape[-2])[:, None]
-    first, second = truss.ends.T
-    near, far = (count == first).astype(float), (count == second).astype(float)
-    return hub_loads(model.loads, nodes, motion) + near @ shares.near + far @ shares.far
+    return hub_loads(model.loads, nodes, motion) + add_up(model.truss, shares)
 
 
 def gather(truss: Truss, nodes: Array, force: Array) -> Array:
@@ -176,7 +158,6 @@ def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) 
     """Stiffness matrices in upper band storage.
 
     Args:
-        model: Stiffnesses.
         nodes: Shape (T, N, 3), m.
         spring: Stiffnesses, shape (T, M), N/m; absent for those at the actuator lengths of the pose.
 

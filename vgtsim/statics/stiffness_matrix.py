@@ -55,9 +55,6 @@ def make_pattern(unknowns: tuple[tuple[int, ...], ...], ends: tuple[tuple[int, i
     Args:
         unknowns: Of each node, w numbers; -1 where there is none.
         ends: Node indices of each bar.
-
-    Returns:
-        The pattern.
     """
     of_node = np.array(unknowns, dtype=np.intp)
     dof = of_node[np.array(ends, dtype=np.intp)].reshape(len(ends), -1)
@@ -78,7 +75,6 @@ class Stiffness:
     """Stiffness matrices of a truss in a batch of poses, and what they are made of.
 
     Attributes:
-        pattern: Of the truss.
         grow: Elongation of each bar per unit of each of its unknowns, shape (T, B, 2 w).
         spring: Stiffnesses of the bars, shape (T, B), N/m.
         upper: The matrices in upper band storage, shape (T, band + 1, n).
@@ -98,7 +94,6 @@ def assemble(pattern: Pattern, grow: Array, spring: Array) -> Stiffness:
     """Add the bars up.
 
     Args:
-        pattern: Of the truss.
         grow: Elongation of each bar per unit of each of its unknowns, shape (T, B, 2 w).
         spring: Stiffnesses, shape (T, B), N/m.
 

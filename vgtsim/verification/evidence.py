@@ -14,7 +14,7 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics.cases import Envelope, find_envelope
 from vgtsim.statics.equilibrium import MemberForces, solve_members
-from vgtsim.statics.motion import Motion, motion_from_log
+from vgtsim.statics.motion import NodeMotion, motion_from_log
 from vgtsim.statics.rating import Ratings, rate
 from vgtsim.statics.utilisation import Utilisation, utilise
 
@@ -48,7 +48,7 @@ class Evidence:
         return [self.site.truss.members[i].name for i in self.site.truss.actuated]
 
     @cached_property
-    def motion(self) -> Motion:
+    def motion(self) -> NodeMotion:
         """Velocities and accelerations of the nodes; NaN where they are unknown."""
         return motion_from_log(self.log.time, self.log.nodes)
 

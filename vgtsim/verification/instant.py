@@ -11,7 +11,7 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import require_no_offset
 from vgtsim.statics.equilibrium import solve_members
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness import node_loads
 from vgtsim.verification.evidence import Array, Evidence, Index
 
@@ -58,7 +58,7 @@ def find_instant(site: Site, log: RunLog, time: float | None = None) -> Instant:
         raise DescriptionError(None, "time", f"{time:.6g} s", f"{log.time[0]:.6g} to {log.time[-1]:.6g} s, as logged")
     run, model, truss = Evidence(site, log), site.elastic_model, site.truss
     record = int(np.argmax(np.abs(run.axial).max(axis=1)) if time is None else np.argmin(np.abs(log.time - time)))
-    nodes, motion = log.nodes[record], Motion(run.motion.velocity[record], run.motion.acceleration[record])
+    nodes, motion = log.nodes[record], NodeMotion(run.motion.velocity[record], run.motion.acceleration[record])
     now = motion if np.isfinite(motion.acceleration).all() else None
     edges = np.zeros(len(truss.tip_edges))
     ends, spring = np.concatenate([truss.ends, truss.tip_edges]), model.stiffness_at(nodes)

@@ -9,7 +9,7 @@ import numpy as np
 from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.modes import damping_time
-from vgtsim.statics.motion import Motion
+from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.settling import settle
 from vgtsim.verification.evidence import Array, Evidence, Index
 from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
@@ -60,7 +60,7 @@ def check_settled_shape(run: Evidence) -> Finding:
         return missing("the arm never settled: no instant to compare")
     picked = np.unique(settled[np.linspace(0, len(settled) - 1, min(len(settled), _SETTLED)).astype(int)])
     known = np.isfinite(run.motion.acceleration[picked])
-    left = Motion(*(np.where(known, item[picked], 0.0) for item in (run.motion.velocity, run.motion.acceleration)))
+    left = NodeMotion(*(np.where(known, item[picked], 0.0) for item in (run.motion.velocity, run.motion.acceleration)))
     try:
         unloaded = _unload(run, picked, left)
         start = site.chain.nodes(site.chain.inputs_from_lengths(log.commanded[0]))
@@ -73,7 +73,7 @@ def check_settled_shape(run: Evidence) -> Finding:
     return replace(worst, detail=f"{len(picked)} settled instants; sag below the unloaded shape up to {sag:.4g} m")
 
 
-def _unload(run: Evidence, picked: Index, left: Motion) -> Array:
+def _unload(run: Evidence, picked: Index, left: NodeMotion) -> Array:
     """Shapes that some records would have without load, shape (S, N, 3), m.
 
     A valve holds the loaded length of its cylinder; the unloaded one is that less the deflection of the oil.
