@@ -3,7 +3,7 @@
 import numpy as np
 
 import vgtsim
-from vgtsim.description.scene import Payload
+from vgtsim.description import Payload
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import find_modes
 from vgtsim.statics.settling import settle

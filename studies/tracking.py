@@ -159,7 +159,7 @@ def _motion(way: Array, most: float) -> Array:
 
 def _values(problem: Problem, q: Array) -> Array:
     """Objective with its barrier, shape (b,), of inputs of shape (b, n)."""
-    at = Configurations(problem.box, problem.kernel.state(q), np.zeros(len(q), int))
+    at = Configurations(problem.box, problem.chain.state(q), np.zeros(len(q), int))
     return problem.guarded.values(at)
 
 

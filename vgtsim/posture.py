@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS
-from vgtsim.description.redundancy import Method
-from vgtsim.description.scene import Payload
+from vgtsim.description import Method, Payload
 from vgtsim.kinematics import Chain
 from vgtsim.planning.arm_alone import ArmAlone
 from vgtsim.planning.resolution import Request, solve_request

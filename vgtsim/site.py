@@ -14,13 +14,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.files import load_manipulator, load_scene
-from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.scene import Scene, SceneFile
-from vgtsim.description.tank import Tank
+from vgtsim.description import Manipulator, Scene, SceneFile, Tank, load_manipulator, load_scene
 from vgtsim.geometry import MastPipe, make_mast
+from vgtsim.kinematics.bending import bend_start
 from vgtsim.kinematics.chain import Chain, hanging_mount
-from vgtsim.kinematics.start import bend_start
 from vgtsim.kinematics.truss import Truss
 from vgtsim.positioning import StrokeBox, Surroundings, make_box
 from vgtsim.statics import (

@@ -10,9 +10,9 @@ import pytest
 from vgtsim.description import load_manipulator
 from vgtsim.errors import NearSingularWarning, SingularPoseError
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics import octahedron as longeron
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, invert_sound
 from vgtsim.kinematics.mixed_inputs import mix_inputs
+from vgtsim.kinematics.modules import octahedron as longeron
 from vgtsim.kinematics.ties import first_greatest, first_least, order_down
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -68,7 +68,7 @@ def test_flat_module_of_a_chain_is_named():
 
 def test_flat_octahedron_is_named():
     """Face in face, no longeron resists a motion out of the plane: three columns vanish, and no two are alike."""
-    geometry = longeron.Geometry((0.80, 0.85, 0.90), (0.70, 0.75, 0.65))
+    geometry = longeron.OctahedronGeometry((0.80, 0.85, 0.90), (0.70, 0.75, 0.65))
     for height in (0.0, 1e-17):
         with pytest.raises(SingularPoseError, match="octahedron is singular"):
             longeron.twist_jacobian(geometry, np.eye(3), np.array([0, 0, height]))

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
+from studies import double_octahedron as symmetric
+from studies import double_octahedron_goals as goals
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics import double_octahedron as symmetric
-from vgtsim.kinematics import double_octahedron_general as general
-from vgtsim.kinematics import double_octahedron_goals as goals
-from vgtsim.kinematics import double_octahedron_rates as rates
-from vgtsim.kinematics.octahedron import LEGS
+from vgtsim.kinematics.modules import two_cell_rates as rates
+from vgtsim.kinematics.modules import two_cells as general
+from vgtsim.kinematics.modules.octahedron import LEGS
 from vgtsim.kinematics.roll_pitch_yaw import roll_pitch_yaw, rotation
 
 ROUNDING = 1e-12  # m or rad: rounding of two closures in a row
@@ -17,7 +17,7 @@ SIDE, LONGERON = 0.8, 0.85
 
 def _module(seed, offset=0.05):
     rng = np.random.default_rng(seed)
-    return general.Geometry((0.80, 0.85, 0.90), (0.75, 0.70, 0.65), tuple(rng.uniform(0.8, 0.95, 12)), offset)
+    return general.TwoCellGeometry((0.80, 0.85, 0.90), (0.75, 0.70, 0.65), tuple(rng.uniform(0.8, 0.95, 12)), offset)
 
 
 def _states(module, count, seed=0):
@@ -52,8 +52,8 @@ def test_conventional_and_canonical_solutions_agree():
 def test_symmetric_dimensions_give_the_symmetric_module(offset):
     """3.41 with primed nodes gives 3.54 with P_sym on the lower nodes n4 to n6."""
     rng = np.random.default_rng(0)
-    plain = symmetric.Geometry(SIDE, LONGERON, offset)
-    module = general.Geometry((SIDE,) * 3, (SIDE,) * 3, (LONGERON,) * 12, offset)
+    plain = symmetric.MirrorModule(SIDE, LONGERON, offset)
+    module = general.TwoCellGeometry((SIDE,) * 3, (SIDE,) * 3, (LONGERON,) * 12, offset)
     midplane = np.c_[rng.uniform(-0.2, 0.2, (200, 2)), rng.uniform(0.4, 0.6, 200)]
     state = general.forward_lengths(module, symmetric.lengths(plain, midplane))
     R, P = general.transform(module, state)
@@ -70,7 +70,7 @@ def test_symmetric_dimensions_give_the_symmetric_module(offset):
 def test_mirroring_in_the_plane_of_the_midpoints_must_not_add_the_offset_again():
     """3.54 read with P_sym at the midpoints of n4 n4' (as the text before 3.52 offers) is wrong by Ljo."""
     offset = 0.05
-    module = general.Geometry((SIDE,) * 3, (SIDE,) * 3, (LONGERON,) * 12, offset)
+    module = general.TwoCellGeometry((SIDE,) * 3, (SIDE,) * 3, (LONGERON,) * 12, offset)
     n = general.nodes(module, general.forward_lengths(module, [1.0, 0.95, 1.05]))
     U = np.cross(n[1] - n[0], n[2] - n[0])
     U /= np.linalg.norm(U)
@@ -151,8 +151,8 @@ def test_two_angles_and_a_lateral_coordinate_can_be_met(axis):
 
 
 def test_symmetric_module_agrees_with_its_closed_form_inverses():
-    plain = symmetric.Geometry(SIDE, LONGERON, 0.05)
-    module = general.Geometry((SIDE,) * 3, (SIDE,) * 3, (LONGERON,) * 12, 0.05)
+    plain = symmetric.MirrorModule(SIDE, LONGERON, 0.05)
+    module = general.TwoCellGeometry((SIDE,) * 3, (SIDE,) * 3, (LONGERON,) * 12, 0.05)
     start = general.home(module, [0.95] * 3)
     point = np.array([0.15, -0.1, 0.95])
     state = goals.inverse(module, goals.Position(point), start).state
@@ -242,7 +242,7 @@ def test_only_the_symmetric_module_keeps_from_turning_about_z():
     actuators = np.random.default_rng(0).uniform(0.85, 1.05, (100, 3))
 
     def turn(longerons):
-        module = general.Geometry((SIDE,) * 3, (SIDE,) * 3, longerons)
+        module = general.TwoCellGeometry((SIDE,) * 3, (SIDE,) * 3, longerons)
         R = general.transform(module, general.forward_lengths(module, actuators))[0]
         return np.abs(R[:, 1, 0] - R[:, 0, 1]) / 2
 

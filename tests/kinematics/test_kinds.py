@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from studies.assembly_modes import octahedron_assemblies
 from vgtsim.description import Manipulator, load_manipulator
 from vgtsim.errors import AssemblyError, DescriptionError, SingularityError, TrussError
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.assembly_modes import octahedron_assemblies
-from vgtsim.kinematics.layout import octahedron_geometry
+from vgtsim.kinematics.modules.octahedral import octahedron_geometry
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters
 from vgtsim.kinematics.sampling import sample_inputs, singular_values
 from vgtsim.kinematics.stroke_boxes import check_strokes

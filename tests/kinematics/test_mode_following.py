@@ -3,20 +3,20 @@ import re
 import numpy as np
 import pytest
 
+from studies.assembly_modes import octahedron_assemblies
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics import octahedron as octa
-from vgtsim.kinematics.assembly_modes import octahedron_assemblies
-from vgtsim.kinematics.mode_following import damped_newton, worst_direction
-from vgtsim.kinematics.octahedral_closure import (
+from vgtsim.kinematics.closure import (
     Circles,
     circle_nodes,
     closure_coefficients,
     closure_values,
     newton_step,
 )
+from vgtsim.kinematics.mode_following import damped_newton, worst_direction
+from vgtsim.kinematics.modules import octahedron as octa
 
-MODULE = octa.Geometry((0.80, 0.85, 0.90), (0.70, 0.75, 0.65))
-EQUAL = octa.Geometry((0.8,) * 3, (0.8,) * 3)
+MODULE = octa.OctahedronGeometry((0.80, 0.85, 0.90), (0.70, 0.75, 0.65))
+EQUAL = octa.OctahedronGeometry((0.8,) * 3, (0.8,) * 3)
 SAME = 1e-9  # rad: two solutions of one mode agree to rounding, different modes differ by hundredths at least
 FINE = 1500  # steps of the reference path: half a millimetre each, small beside the distance of the modes
 

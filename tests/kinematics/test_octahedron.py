@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics import octahedron as octa
-from vgtsim.kinematics.octahedral_closure import circle_nodes
+from vgtsim.kinematics.closure import circle_nodes
+from vgtsim.kinematics.modules import octahedron as octa
 from vgtsim.kinematics.roll_pitch_yaw import roll_pitch_yaw, rotation
 from vgtsim.kinematics.triangle import triangle_frame
 
 ROUNDING = 1e-12  # m or rad: Newton's last step leaves rounding, magnified by the conditioning of the pose
 STEP, DIFFERENCE = 1e-6, 1e-7  # central differences of smooth functions of order one
-MODULE = octa.Geometry((0.80, 0.85, 0.90), (0.70, 0.75, 0.65))
+MODULE = octa.OctahedronGeometry((0.80, 0.85, 0.90), (0.70, 0.75, 0.65))
 
 
 def _poses(count, seed=0, turn=0.3, shift=0.12, module=MODULE):
@@ -99,7 +99,7 @@ def test_pose_outside_the_subspace_of_static_longerons_is_refused_with_the_resid
     R, P = (item[0] for item in _poses(1, seed=k))
     lengths = octa.lengths(MODULE, R, P)
     static = tuple(float(lengths[i]) if i < k else None for i in range(6))
-    module = octa.Geometry(MODULE.base, MODULE.top, static)
+    module = octa.OctahedronGeometry(MODULE.base, MODULE.top, static)
     assert module.actuated.size == 6 - k
     assert np.allclose(octa.inverse(module, R, P), lengths)
     off = P + np.array([0.0, 0.0, 0.01])
@@ -113,7 +113,9 @@ def test_pose_outside_the_subspace_of_static_longerons_is_refused_with_the_resid
 def test_motion_by_the_actuated_longerons_stays_in_the_subspace():
     R, P = (item[0] for item in _poses(1))
     lengths = octa.lengths(MODULE, R, P)
-    module = octa.Geometry(MODULE.base, MODULE.top, (None, float(lengths[1]), None, float(lengths[3]), None, None))
+    module = octa.OctahedronGeometry(
+        MODULE.base, MODULE.top, (None, float(lengths[1]), None, float(lengths[3]), None, None)
+    )
     moving = lengths[module.actuated] + 0.03
     joined = octa.all_lengths(module, moving)
     assert np.allclose(octa.inverse(module, *octa.forward(module, joined, (R, P)))[[1, 3]], lengths[[1, 3]])

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vgtsim.errors import AssemblyError, TrussError
+from vgtsim.kinematics.modules.static_section import make_section, section_from_nodes, section_from_transform
 from vgtsim.kinematics.roll_pitch_yaw import rotation
-from vgtsim.kinematics.static_section import make_section, section_from_nodes, section_from_transform
 from vgtsim.kinematics.triangle import triangle_frame
 
 ROUNDING = 1e-12  # m: rounding of a few operations on metres

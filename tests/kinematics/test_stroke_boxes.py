@@ -8,28 +8,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studies.double_octahedron import MirrorModule
 from vgtsim.description import load_manipulator
 from vgtsim.description.catalogue import INCH
 from vgtsim.errors import SingularityError
 from vgtsim.kinematics import Chain
-from vgtsim.kinematics import double_octahedron as double
-from vgtsim.kinematics import double_octahedron_rates as rates
-from vgtsim.kinematics import octahedron as single
-from vgtsim.kinematics.double_octahedra import DoubleOctahedra, cell_closure
 from vgtsim.kinematics.mode_following import certify_box
-from vgtsim.kinematics.module_sets import find_singular
-from vgtsim.kinematics.octahedra import Octahedra, straight_pose
-from vgtsim.kinematics.stroke_boxes import check_strokes, prove_double_octahedron, search_strokes
+from vgtsim.kinematics.modules import find_singular
+from vgtsim.kinematics.modules import octahedron as single
+from vgtsim.kinematics.modules import two_cell_rates as rates
+from vgtsim.kinematics.modules.mid_plane import angle_jacobian, cell_closure
+from vgtsim.kinematics.modules.octahedral import Octahedra
+from vgtsim.kinematics.modules.stroke_proof import prove_strokes
+from vgtsim.kinematics.modules.stroke_search import search_strokes
+from vgtsim.kinematics.roll_pitch_yaw import pose_parameters
+from vgtsim.kinematics.stroke_boxes import check_strokes
 
 MODELS = sorted((Path(__file__).parents[2] / "models").glob("*/*.toml"))
-LONG = double.Geometry(1.0, 1.5931)  # longerons much longer than the face
+LONG = MirrorModule(1.0, 1.5931)  # longerons much longer than the face
 SKEW_LEGS, SKEW_LENGTH = (1, 3, 4), 0.786
 
 
 def whole(geometry):
     """A set of one module."""
-    figures = (geometry.face_side, geometry.longeron, geometry.joint_offset)
-    return DoubleOctahedra(("m",), double.Geometry(*(np.array([x]) for x in figures)))
+    return geometry.own
 
 
 def box(middle, part, count=3):
@@ -50,8 +52,9 @@ def general_arm(**cylinder):
 def skew():
     """Three cylinders and three static longerons under a small top."""
     static = tuple(None if i in SKEW_LEGS else SKEW_LENGTH for i in range(6))
-    geometry = single.Geometry((1.0, 1.0, 1.0), (0.633, 0.633, 0.633), static)
-    return Octahedra(("p",), (geometry,)), straight_pose(geometry, [SKEW_LENGTH] * 6)
+    geometry = single.OctahedronGeometry((1.0, 1.0, 1.0), (0.633, 0.633, 0.633), static)
+    straight = pose_parameters(*single.forward(geometry, np.full(6, SKEW_LENGTH)))
+    return Octahedra(("p",), straight[None], (geometry,)), straight
 
 
 def reached(own, straight, lengths):
@@ -71,7 +74,7 @@ def test_double_octahedron_fine_at_its_corners_is_refused_for_what_lies_between(
     low, high = middle * (1 - half), middle * (1 + half)
     assert whole(LONG).attempt(corners(low, high)[:, None], None)[1].min() == 1.0
     with pytest.raises(SingularityError, match=r"m does not assemble.*smallest singular value .* m/actuator/\d"):
-        prove_double_octahedron("m", LONG, low, high)
+        prove_strokes(whole(LONG), low, high)
 
 
 def test_octahedron_fine_at_its_corners_is_refused_for_what_lies_between(skew):
@@ -79,7 +82,7 @@ def test_octahedron_fine_at_its_corners_is_refused_for_what_lies_between(skew):
     low, high = box(SKEW_LENGTH, 0.315)
     assert reached(own, straight, corners(low, high)).min() == 1.0
     with pytest.raises(SingularityError, match=r"p does not assemble.*smallest singular value 0\.0.* p/actuator/\d"):
-        search_strokes(own, straight, low, high)
+        search_strokes(own, low, high)
 
 
 def test_general_double_octahedron_is_refused_for_a_corner_of_its_strokes():
@@ -96,16 +99,16 @@ def test_value_of_a_general_double_octahedron_is_that_of_its_nearer_cell():
     chain = general_arm()
     own, rng = chain.layout.places[0].modules, np.random.default_rng(3)
     x = own.solve(rng.uniform(*chain.stroke, (40, 1, 3)), None)
-    states = own.states(x)[:, 0]
+    states = own.at(x).states[:, 0]
     one_by_one = [rates.singularity(own.geometries[0], state)[0] for state in states]
-    assert np.allclose(own.least_singular(x)[:, 0], one_by_one, atol=1e-12)
+    assert np.allclose(own.find_least(x)[:, 0], one_by_one, atol=1e-12)
 
 
 def test_searched_value_is_below_that_of_many_more_samples(skew):
     """What a hundred times denser sample finds is no nearer to a singularity."""
     own, straight = skew
     low, high = box(SKEW_LENGTH, 0.28)
-    found = search_strokes(own, straight, low, high)
+    found = search_strokes(own, low, high)
     legs = np.full((20000, 1, 6), SKEW_LENGTH)
     legs[:, 0, own.actuated[0]] = np.random.default_rng(1).uniform(low, high, (20000, 3))
     x, part = own.attempt(legs, straight[None])
@@ -116,10 +119,10 @@ def test_searched_value_is_below_that_of_many_more_samples(skew):
 @pytest.mark.parametrize("seed", range(6))
 def test_what_is_proved_can_be_reached_everywhere(seed):
     rng = np.random.default_rng(seed)
-    geometry = double.Geometry(1.0, rng.uniform(0.8, 1.5))
+    geometry = MirrorModule(1.0, rng.uniform(0.8, 1.5))
     widest = float(np.sqrt(3) * (geometry.height + geometry.apothem))
     low, high = box(rng.uniform(0.45, 0.65) * widest, 0.15)
-    assert prove_double_octahedron("m", geometry, low, high) >= 8**3
+    assert prove_strokes(whole(geometry), low, high) >= 8**3
     own = whole(geometry)
     x, part = own.attempt(rng.uniform(low, high, (3000, 1, 3)), None)
     assert part.min() == 1.0
@@ -134,39 +137,41 @@ def test_lengths_that_turn_the_mid_plane_over_are_not_called_reached():
     x, part = own.attempt(lengths, None)
     done = part[:, 0] == 1.0
     assert 100 < done.sum() < len(done)
-    assert np.allclose(own.length_jacobian(x[done])[0], lengths[done], atol=1e-8)
+    assert np.allclose(own.at(x[done]).legs[0], lengths[done], atol=1e-8)
 
 
 def test_flat_module_is_refused():
     """Three equal actuators of sqrt(3) (h + apothem) lay the longerons flat: beyond that there is no assembly."""
     widest = float(np.sqrt(3) * (LONG.height + LONG.apothem))
     with pytest.raises(SingularityError):
-        prove_double_octahedron("m", LONG, np.full(3, 0.7 * widest), np.full(3, 1.001 * widest))
+        prove_strokes(whole(LONG), np.full(3, 0.7 * widest), np.full(3, 1.001 * widest))
 
 
 def test_ball_of_a_box_holds_the_assemblies_of_its_points():
     rng = np.random.default_rng(2)
-    geometry, own = double.Geometry(1.0, 1.0), whole(double.Geometry(1.0, 1.0))
+    geometry, own = MirrorModule(1.0, 1.0), whole(MirrorModule(1.0, 1.0))
     centre, half = rng.uniform(1.2, 1.8, (50, 3)) ** 2, np.full(3, 0.02)
     x = own.solve(np.sqrt(centre)[:, None], None)
     phi = own.angles(x)[:, 0]
-    radius, quality = certify_box(cell_closure(geometry, np.sqrt(centre)), half, phi)
+    radius, quality = certify_box(
+        cell_closure(geometry.geometry, np.sqrt(centre)[:, None]).reshape(5, 3, -1), half, phi
+    )
     sure = quality <= 0.5
     assert 10 < sure.sum() < 50 or sure.all()
     for _ in range(20):
         point = np.sqrt(centre + half * rng.uniform(-1, 1, centre.shape))
         there = own.angles(own.solve(point[:, None], x))[:, 0]
         assert np.all(np.abs(there - phi).max(axis=1)[sure] <= radius[sure])
-        assert np.abs(double.angle_jacobian(geometry, there)[sure]).max() > 0
-        assert np.abs(np.linalg.det(double.angle_jacobian(geometry, there)))[sure].min() > 1e-3
+        assert np.abs(angle_jacobian(geometry.geometry, there[:, None])[:, 0][sure]).max() > 0
+        assert np.abs(np.linalg.det(angle_jacobian(geometry.geometry, there[:, None])[:, 0]))[sure].min() > 1e-3
 
 
 def test_box_with_a_singularity_is_never_certified():
     """A box about nearly flat lengths reaches beyond them."""
-    geometry, own = double.Geometry(1.0, 1.0), whole(double.Geometry(1.0, 1.0))
+    geometry, own = MirrorModule(1.0, 1.0), whole(MirrorModule(1.0, 1.0))
     widest = float(np.sqrt(3) * (geometry.height + geometry.apothem))
     length = np.full((1, 3), 0.995 * widest)
     phi = own.angles(own.solve(length[:, None], None))[:, 0]
     reach = widest**2 - length[0] ** 2
-    assert certify_box(cell_closure(geometry, length), reach, phi)[1][0] > 0.5
-    assert certify_box(cell_closure(geometry, length), reach / 20, phi)[1][0] <= 0.5
+    assert certify_box(cell_closure(geometry.geometry, length[:, None]).reshape(5, 3, -1), reach, phi)[1][0] > 0.5
+    assert certify_box(cell_closure(geometry.geometry, length[:, None]).reshape(5, 3, -1), reach / 20, phi)[1][0] <= 0.5

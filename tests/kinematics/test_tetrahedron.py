@@ -3,15 +3,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from studies import tetrahedron as tetra
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics import tetrahedron as tetra
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
 ROUNDING = 1e-13  # m or rad: rounding of a few operations on metres
 STEP, DIFFERENCE = 1e-6, 1e-8  # central differences: step² plus rounding over the step, with a margin
-MODULE = tetra.Geometry(side=0.9, hinge=0.8)
+MODULE = tetra.HingeModule(side=0.9, hinge=0.8)
 open_angle = st.floats(0.05, 3.0)
-geometry = st.builds(lambda side, ratio: tetra.Geometry(side, side * ratio), st.floats(0.5, 2.0), st.floats(0.3, 1.7))
+geometry = st.builds(
+    lambda side, ratio: tetra.HingeModule(side, side * ratio), st.floats(0.5, 2.0), st.floats(0.3, 1.7)
+)
 
 
 @given(geometry, open_angle)
@@ -72,7 +74,7 @@ def test_module_lies_above_its_base_and_below_its_top_on_the_working_branch(thet
 
 
 def test_regular_tetrahedron_has_its_dihedral_angle():
-    module = tetra.Geometry(1.0, 1.0)
+    module = tetra.HingeModule(1.0, 1.0)
     assert tetra.forward(module, 1.0) == pytest.approx(np.arccos(1 / 3), abs=1e-14)
 
 
@@ -117,4 +119,4 @@ def test_lengths_that_do_not_close_are_refused_with_the_gap():
     with pytest.raises(AssemblyError):
         tetra.forward(MODULE, -0.1)
     with pytest.raises(AssemblyError, match="flat"):
-        tetra.Geometry(0.4, 0.9)
+        tetra.HingeModule(0.4, 0.9)

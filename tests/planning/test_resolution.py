@@ -48,7 +48,7 @@ def test_an_objective_is_lower_where_it_was_asked_for(arm, name):
     def value(q):
         place = ArmAlone(arm)
         objective = make_objective(place, tool_goal(*REACHABLE), (name,))
-        at = Configurations(place.box, place.box.kernel.state(q[None]), np.zeros(1, int))
+        at = Configurations(place.box, place.box.chain.state(q[None]), np.zeros(1, int))
         return objective.terms(at).value[0]
 
     asked, plain = (
@@ -100,7 +100,7 @@ def test_loads_of_an_objective_are_those_of_the_scene(reach_scene):
         scene = dataclasses.replace(reach_scene, task=task)
         objective = make_objective(Site(scene), tool_goal(*REACHABLE), (name,))
         box = make_box(chain, 0.0)
-        at = Configurations(box, box.kernel.state(q[None]), np.zeros(1, int))
+        at = Configurations(box, box.chain.state(q[None]), np.zeros(1, int))
         return float(objective.terms(at).value[0])
 
     moon = {"gravity": 1.62}

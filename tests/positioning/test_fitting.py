@@ -15,7 +15,6 @@ from vgtsim.positioning.batch import solve
 from vgtsim.positioning.directrix import cubic
 from vgtsim.positioning.fitting import fit
 from vgtsim.positioning.goals import tool_goal
-from vgtsim.positioning.kernel import Kernel
 from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.shape import solve_shapes
@@ -102,14 +101,14 @@ def test_shapes_meet_the_goal_exactly_on_the_straight_arms_mode(chain):
 
 
 def test_the_search_makes_its_objective_least(arm30):
-    box, kernel = make_box(arm30, 0.005), Kernel(arm30)
+    box = make_box(arm30, 0.005)
     position, direction, _ = goal_and_curve(arm30)
     tall = Differences("tall", lambda q: -arm30.nodes(q)[..., 2].max(axis=-1) - arm30.nodes(q)[..., 2].min(axis=-1))
     several = WeightedSum(((1.0, MidStroke()), (2.0, LengthVariation())))
     objectives = (MidStroke(), LengthVariation(), tall, several)
     found = [solve_shapes(box, position, direction, item)[0] for item in objectives]
     q = np.array([shape.solution.q[0] for shape in found])
-    at = Configurations(box, kernel.state(q), np.zeros(len(q), int))
+    at = Configurations(box, arm30.state(q), np.zeros(len(q), int))
     table = np.array([item.values(at) for item in objectives])  # objective by shape
     np.testing.assert_allclose(np.diag(table), [shape.value for shape in found], rtol=1e-9)
     assert np.all(np.diag(table) <= table.min(axis=1) + 1e-12)

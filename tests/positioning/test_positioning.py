@@ -10,7 +10,6 @@ from vgtsim.positioning.batch import solve
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, report_rows, tool_goal
 from vgtsim.positioning.hinges import ClearanceHinges
-from vgtsim.positioning.kernel import Kernel
 from vgtsim.positioning.newton import NewtonSettings, minimise
 from vgtsim.positioning.objectives import (
     Configurations,
@@ -39,11 +38,6 @@ def box(hanging_arm):
     return make_box(hanging_arm, 0.005)
 
 
-@pytest.fixture(scope="module")
-def kernel(hanging_arm):
-    return Kernel(hanging_arm)
-
-
 def random_inputs(chain, seed, count, margin=0.03):
     low, high = chain.stroke
     part = np.random.default_rng(seed).random((count, *low.shape))
@@ -62,10 +56,10 @@ def goal_spaces(chain, q):
     }
 
 
-def test_kernel_agrees_with_the_chain(hanging_arm, kernel):
+def test_state_agrees_with_the_chain(hanging_arm):
     q = random_inputs(hanging_arm, 1, 20)
-    state = kernel.state(q)
-    frames = [kernel.face(state, face) for face in range(len(hanging_arm.manipulator.modules) + 1)]
+    state = hanging_arm.state(q)
+    frames = [state.face(face) for face in range(len(hanging_arm.manipulator.modules) + 1)]
     pairs = zip(
         (np.stack([R for R, _ in frames], 1), np.stack([P for _, P in frames], 1)),
         hanging_arm.frames(q),
@@ -75,9 +69,9 @@ def test_kernel_agrees_with_the_chain(hanging_arm, kernel):
         np.testing.assert_allclose(ours, theirs, atol=ROUNDING)
     tool, _, J = hanging_arm.tool_jacobian(q)
     linear, angular = (np.swapaxes(half, -1, -2) for half in (J[:, :3], J[:, 3:]))
-    at_origin = linear - np.cross(angular, tool[:, None])  # the kernel's velocities are of the point at the origin of G
+    at_origin = linear - np.cross(angular, tool[:, None])  # a state's velocities are of the point at the origin of G
     pairs = zip(
-        (state.angular, state.linear, state.legs, kernel.dense(state.blocks)),
+        (state.angular, state.linear, state.legs, state.leg_slopes),
         (angular, at_origin, *hanging_arm.length_jacobian(q)),
         strict=True,
     )
@@ -86,45 +80,45 @@ def test_kernel_agrees_with_the_chain(hanging_arm, kernel):
     assert np.all(state.assembles)
 
 
-def test_kernel_marks_what_does_not_assemble(hanging_arm, kernel):
+def test_state_marks_what_does_not_assemble(hanging_arm):
     q = np.repeat(hanging_arm.straight[None], 3, axis=0)
     q[1, 6], q[2, 14] = 1.2, 2.0
-    assert kernel.state(q).assembles.tolist() == [True, False, False]
+    assert hanging_arm.state(q).assembles.tolist() == [True, False, False]
 
 
 @pytest.mark.parametrize("name", ["tool", "partial", "intermediate"])
-def test_row_jacobian_and_curvature_are_those_of_differences(hanging_arm, kernel, name):
+def test_row_jacobian_and_curvature_are_those_of_differences(hanging_arm, name):
     q, rng = random_inputs(hanging_arm, 2, 3), np.random.default_rng(3)
     goal, which = goal_spaces(hanging_arm, q)[name], np.arange(3)
-    state = kernel.state(q)
+    state = hanging_arm.state(q)
     error, J = evaluate(hanging_arm, goal, state, which)
     np.testing.assert_allclose(error, 0.0, atol=ROUNDING * 10)
     weights, pull = rng.standard_normal(error.shape), rng.standard_normal(q.shape)
 
     def slope(x):
-        there = kernel.state(x)
+        there = hanging_arm.state(x)
         rows = np.einsum("bri,br->bi", evaluate(hanging_arm, goal, there, which)[1], weights)
-        return rows + kernel.pull(there.blocks, pull)
+        return rows + there.pull(pull)
 
     numeric = np.empty((3, 15, 15))
     for i in range(15):
         shift = STEP * np.eye(15)[i]
-        ahead, behind = (evaluate(hanging_arm, goal, kernel.state(q + s * shift), which)[0] for s in (1, -1))
+        ahead, behind = (evaluate(hanging_arm, goal, hanging_arm.state(q + s * shift), which)[0] for s in (1, -1))
         np.testing.assert_allclose(J[:, :, i], (ahead - behind) / (2 * STEP), atol=SLOPE)
         numeric[:, i] = (slope(q + shift) - slope(q - shift)) / (2 * STEP)
-    found = lagrangian_curvature(kernel, goal, state, which, weights, pull)
+    found = lagrangian_curvature(goal, state, which, weights, pull)
     numeric = (numeric + np.swapaxes(numeric, 1, 2)) / 2
     np.testing.assert_allclose(found, numeric, atol=BEND * np.abs(numeric).max())
 
 
 @pytest.mark.parametrize("away", [0.3, -0.4])
-def test_rows_away_from_the_goal_have_their_jacobian(hanging_arm, kernel, away):
+def test_rows_away_from_the_goal_have_their_jacobian(hanging_arm, away):
     q = random_inputs(hanging_arm, 4, 2)
     goal, which = goal_spaces(hanging_arm, q)["partial"], np.arange(2)
     q = q + away * np.tile([0.1, -0.05, 0.02], 5)
     move = np.random.default_rng(5).standard_normal(q.shape)
-    J = evaluate(hanging_arm, goal, kernel.state(q), which)[1]
-    ahead, behind = (evaluate(hanging_arm, goal, kernel.state(q + s * STEP * move), which)[0] for s in (1, -1))
+    J = evaluate(hanging_arm, goal, hanging_arm.state(q), which)[1]
+    ahead, behind = (evaluate(hanging_arm, goal, hanging_arm.state(q + s * STEP * move), which)[0] for s in (1, -1))
     np.testing.assert_allclose((J @ move[..., None])[..., 0], (ahead - behind) / (2 * STEP), rtol=SLOPE, atol=SLOPE)
 
 
@@ -134,19 +128,19 @@ def objectives(chain, tank):
     return (StrokeBarrier(), MidStroke(), LengthVariation(), Nearness(lengths), ClearanceHinges(around, 1.5, 0.5))
 
 
-def test_objective_slopes_are_those_of_differences(hanging_arm, kernel, box, type_ii):
+def test_objective_slopes_are_those_of_differences(hanging_arm, box, type_ii):
     q = random_inputs(hanging_arm, 7, 2, 0.05)
     move = np.random.default_rng(8).standard_normal(q.shape)
 
     def terms(objective, x):
-        return objective.terms(Configurations(box, kernel.state(x), np.arange(2)))
+        return objective.terms(Configurations(box, hanging_arm.state(x), np.arange(2)))
 
     whole = WeightedSum(tuple((0.3 + i, part) for i, part in enumerate(objectives(hanging_arm, type_ii))))
     for objective in (*objectives(hanging_arm, type_ii), whole):
         rise = (terms(objective, q + STEP * move).value - terms(objective, q - STEP * move).value) / (2 * STEP)
         slope = terms(objective, q).slope
         np.testing.assert_allclose(np.sum(slope * move, axis=1), rise, rtol=1e-4, err_msg=objective.name)
-    by_differences = Differences("copy", lambda x: box.barrier(kernel.state(x).legs))
+    by_differences = Differences("copy", lambda x: box.barrier(hanging_arm.state(x).legs))
     np.testing.assert_allclose(
         terms(by_differences, q).slope, terms(StrokeBarrier(), q).slope, rtol=1e-4, atol=1e-4 * np.abs(slope).max()
     )
@@ -194,7 +188,7 @@ def test_no_iterate_leaves_the_strokes(hanging_arm, box, monkeypatch):
 
 
 @pytest.mark.parametrize("objective", [StrokeBarrier(), MidStroke(), LengthVariation(0.01)], ids=lambda o: o.name)
-def test_no_null_space_step_improves_an_optimum(hanging_arm, box, kernel, objective):
+def test_no_null_space_step_improves_an_optimum(hanging_arm, box, objective):
     """Equation 6.63, with the goal met again after every step."""
     q = random_inputs(hanging_arm, 13, 4, 0.1)
     position, direction = hanging_arm.tool(q)
@@ -209,7 +203,7 @@ def test_no_null_space_step_improves_an_optimum(hanging_arm, box, kernel, object
             step = 0.01 * rng.standard_normal(q[b].shape)
             hold = Nearness(hanging_arm.lengths(best.q[b] + step))
             again = solve(Problem(box, single, hold, barrier=0.0), best.q[b])
-            state = kernel.state(again.q)
+            state = hanging_arm.state(again.q)
             at = Configurations(box, state, np.array([0]))
             assert np.linalg.norm(again.q[0] - best.q[b]) > 1e-3
             assert problem.guarded.terms(at).value[0] > best.value[b] - 1e-9

@@ -16,7 +16,6 @@ from vgtsim.positioning.anchoring import anchor_successively
 from vgtsim.positioning.batch import solve
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, tool_goal
-from vgtsim.positioning.kernel import Kernel
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
     Configurations,
@@ -51,29 +50,29 @@ def make_chain(name):
     return Chain(load_manipulator(MODELS / name / f"{name}.toml"), hanging_mount(7.3))
 
 
-def test_kernel_agrees_with_the_chain(chain):
-    q, kernel = sample_inputs(chain, 8, 1, 0.8), Kernel(chain)
-    state = kernel.state(q)
+def test_state_agrees_with_the_chain(chain):
+    q = sample_inputs(chain, 8, 1, 0.8)
+    state = chain.state(q)
     R, P = chain.frames(q)
     for face in range(R.shape[1]):
-        ours = kernel.face(state, face)
+        ours = state.face(face)
         np.testing.assert_allclose(ours[0], R[:, face], atol=ROUNDING)
         np.testing.assert_allclose(ours[1], P[:, face], atol=ROUNDING)
     length, slope = chain.length_jacobian(q)
     tool, _, J = chain.tool_jacobian(q)
     linear, angular = (np.swapaxes(half, -1, -2) for half in (J[:, :3], J[:, 3:]))
-    at_origin = linear - np.cross(angular, tool[:, None])  # the kernel's velocities are of the point at the origin of G
+    at_origin = linear - np.cross(angular, tool[:, None])  # a state's velocities are of the point at the origin of G
     theirs = (angular, at_origin, length, slope)
     count = chain.layout.actuators
-    found = (state.angular, state.linear, state.legs[:, :count], kernel.dense(state.blocks)[:, :count])
+    found = (state.angular, state.linear, state.legs[:, :count], state.leg_slopes[:, :count])
     for ours, other in zip(found, theirs, strict=True):
         np.testing.assert_allclose(ours, other, atol=ROUNDING)
-    np.testing.assert_allclose(state.legs[:, count:], np.tile(kernel.static, (8, 1)), atol=GOAL)
+    np.testing.assert_allclose(state.legs[:, count:], np.tile(chain.layout.static, (8, 1)), atol=GOAL)
     assert np.all(state.assembles)
 
 
 def test_rows_and_curvatures_are_those_of_differences(chain):
-    q, kernel, rng = sample_inputs(chain, 2, 2, 0.6), Kernel(chain), np.random.default_rng(3)
+    q, rng = sample_inputs(chain, 2, 2, 0.6), np.random.default_rng(3)
     module = chain.manipulator.modules[len(chain.manipulator.modules) // 2].name
     face = [m.name for m in chain.manipulator.modules].index(module) + 1
     R, P = chain.frames(q)
@@ -81,33 +80,33 @@ def test_rows_and_curvatures_are_those_of_differences(chain):
     tool = (Position(position), Direction(direction))
     inner = (Orientation(R[:, face], module=module), Position(P[:, face], module=module))
     goal, which, x = GoalSpace((*tool, *inner)), np.arange(2), q
-    state = kernel.state(x)
+    state = chain.state(x)
     error, J = evaluate(chain, goal, state, which)
     np.testing.assert_allclose(error, 0.0, atol=ROUNDING)
     weights, pull = rng.standard_normal(error.shape), rng.standard_normal(state.legs.shape)
 
     def slope(at):
-        there = kernel.state(at)
-        return (weights[:, None] @ evaluate(chain, goal, there, which)[1])[:, 0] + kernel.pull(there.blocks, pull)
+        there = chain.state(at)
+        return (weights[:, None] @ evaluate(chain, goal, there, which)[1])[:, 0] + there.pull(pull)
 
     numeric = np.empty((2, x.shape[1], x.shape[1]))
     for i, shift in enumerate(STEP * np.eye(x.shape[1])):
-        ahead, behind = (evaluate(chain, goal, kernel.state(x + s * shift), which)[0] for s in (1, -1))
+        ahead, behind = (evaluate(chain, goal, chain.state(x + s * shift), which)[0] for s in (1, -1))
         np.testing.assert_allclose(J[:, :, i], (ahead - behind) / (2 * STEP), atol=SLOPE * np.abs(J).max())
         numeric[:, i] = (slope(x + shift) - slope(x - shift)) / (2 * STEP)
     numeric = (numeric + np.swapaxes(numeric, 1, 2)) / 2
-    found = lagrangian_curvature(kernel, goal, state, which, weights, pull)
+    found = lagrangian_curvature(goal, state, which, weights, pull)
     np.testing.assert_allclose(found, numeric, atol=BEND * np.abs(numeric).max())
 
 
 def test_objectives_have_the_slopes_of_differences(chain):
-    q, kernel, box = sample_inputs(chain, 2, 4, 0.6), Kernel(chain), make_box(chain, 0.0)
+    q, box = sample_inputs(chain, 2, 4, 0.6), make_box(chain, 0.0)
     x, move = q, np.random.default_rng(5).standard_normal((2, chain.layout.inputs))
     lengths = chain.lengths(chain.straight)
     plane = goal_plane(chain, [3.0, 2.0, 1.0])
     parts = (StrokeBarrier(), MidStroke(), LengthVariation(), Nearness(lengths), plane)
     for objective in (*parts, WeightedSum(((2.0, MidStroke()), (0.5, plane)))):
-        states = (kernel.state(x + s * STEP * move) for s in (0, 1, -1))
+        states = (chain.state(x + s * STEP * move) for s in (0, 1, -1))
         here, ahead, behind = (objective.terms(Configurations(box, at, np.arange(2))) for at in states)
         rise = (ahead.value - behind.value) / (2 * STEP)
         np.testing.assert_allclose(
@@ -159,11 +158,11 @@ def test_a_hinged_arm_of_four_meets_points_and_refuses_more_rows_than_it_has_inp
 
 def test_poses_beyond_a_singularity_do_not_count_as_assembled():
     chain = make_chain("arm30")
-    kernel, row = Kernel(chain), np.tile(chain.straight, (4, 1))
+    row = np.tile(chain.straight, (4, 1))
     row[1, 8] *= -1.0  # the second module's top below its base
     row[2, 5] += np.pi  # the first turned by half a turn: another mode
     row[3, 3] = np.nan
-    state = kernel.state(row)
+    state = chain.state(row)
     assert state.assembles.tolist() == [True, False, False, False]
     assert state.valid[1].tolist() == [True, False, True, True, True]
 
@@ -179,8 +178,7 @@ def test_bends_add_up_in_one_plane_and_swing_with_the_arm():
     assert azimuth(chain, turned) == pytest.approx(angle + 1.1)
     np.testing.assert_allclose([turned[2], along[2]], [position[2], direction[2]], atol=ROUNDING)
     plane = goal_plane(chain, position)
-    kernel = Kernel(chain)
-    states = (kernel.state(x[None]) for x in (q, swing(chain, q, 0.5)))
+    states = (chain.state(x[None]) for x in (q, swing(chain, q, 0.5)))
     at = [Configurations(make_box(chain, 0.0), state, np.zeros(1, int)) for state in states]
     assert plane.terms(at[0]).value[0] < 1e-3 * plane.terms(at[1]).value[0]  # the top's normal to first order
 

@@ -13,7 +13,6 @@ from vgtsim.kinematics.bending import bend_all, swing
 from vgtsim.positioning import Keep, Surroundings, methods, solve_goal
 from vgtsim.positioning.goals import evaluate, tool_goal
 from vgtsim.positioning.hinges import ClearanceHinges
-from vgtsim.positioning.kernel import Kernel
 from vgtsim.positioning.nearest import come_nearest
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import Configurations, MidStroke, StrokeBarrier, WeightedSum
@@ -120,9 +119,9 @@ def test_no_posture_comes_nearer_than_the_nearest(hanging_arm, posture):
     box, start = problem.box, hanging_arm.lengths(q[best])
 
     def rows(lengths):
-        state = problem.kernel.state(hanging_arm.inputs_from_lengths(lengths, start=q[best])[None])
+        state = problem.chain.state(hanging_arm.inputs_from_lengths(lengths, start=q[best])[None])
         error, J = evaluate(hanging_arm, problem.goal, state, np.zeros(1, int))
-        return error[0], np.linalg.solve(problem.kernel.dense(state.blocks)[0].T, J[0].T).T
+        return error[0], np.linalg.solve(state.leg_slopes[0].T, J[0].T).T
 
     other = least_squares(
         lambda lengths: rows(lengths)[0],
@@ -193,8 +192,7 @@ def test_plane_and_hinges_have_the_slopes_and_curvatures_of_differences(hanging_
     move = np.random.default_rng(13).standard_normal(q.shape)
 
     def at(x):
-        kernel = Kernel(hanging_arm)
-        return Configurations(box, kernel.state(x[None]), which)
+        return Configurations(box, hanging_arm.state(x[None]), which)
 
     hinges = ClearanceHinges(tank_around, 1.5, 0.5)
     for objective in (goal_plane(hanging_arm, [4.0, -8.0, 1.0]), hinges, WeightedSum(((2.0, hinges),))):

@@ -9,9 +9,7 @@ import typer
 from rich.table import Table
 
 from vgtsim.cli.application import ERR, OUT, OutFolder, SceneOrArm, app, finish, list_files
-from vgtsim.description.files import is_scene
-from vgtsim.description.redundancy import Method
-from vgtsim.description.shipped import find_file
+from vgtsim.description import Method, find_file, is_scene
 
 if TYPE_CHECKING:
     from vgtsim.planning.arm_alone import Place

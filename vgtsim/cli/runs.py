@@ -18,8 +18,7 @@ from vgtsim.cli.application import (
     list_files,
     show_report,
 )
-from vgtsim.description.files import is_scene
-from vgtsim.description.shipped import find_file
+from vgtsim.description import find_file, is_scene
 from vgtsim.errors import DivergenceError, MissingLibraryError
 from vgtsim.runlog import RunLog, load_run
 

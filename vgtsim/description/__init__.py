@@ -1,32 +1,107 @@
-"""What a user writes: arms, tanks and scenes as frozen, validated data."""
+"""The files that a user writes: arms, tanks, scenes, paths and catalogues as frozen, validated data."""
 
-from vgtsim.description.files import load_manipulator, load_scene, load_tank, load_tool_path
+from vgtsim.description.catalogue import (
+    INCH,
+    Catalogue,
+    CylinderSize,
+    TubeSize,
+    load_catalogue,
+    write_sized_arm,
+)
+from vgtsim.description.files import (
+    dump_scene,
+    is_scene,
+    load_manipulator,
+    load_scene,
+    load_tank,
+    load_tool_path,
+    parse_scene,
+)
+from vgtsim.description.judging import CameraName, Cut, Limits, Video
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import (
+    Actuated,
     DoubleOctahedral,
     GeneralDoubleOctahedral,
+    Module,
     Octahedral,
     Prism,
     SectionModule,
     Tetrahedral,
+    joint_offset,
 )
-from vgtsim.description.scene import Scene
-from vgtsim.description.tank import Tank
-from vgtsim.description.tool_path import ToolPath
+from vgtsim.description.redundancy import OBJECTIVES, Method, choose_coupling, split_objective
+from vgtsim.description.scene import (
+    Bend,
+    Goal,
+    LoadCase,
+    Mast,
+    Payload,
+    Scene,
+    SceneFile,
+    Simulation,
+)
+from vgtsim.description.schema import closest
+from vgtsim.description.sections import Block, Cylinder, Material, Tube
+from vgtsim.description.shipped import MODELS, find_file, list_shipped
+from vgtsim.description.tank import Equipment, Riser, Shell, Tank
+from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 
 __all__ = [
+    "INCH",
+    "MODELS",
+    "OBJECTIVES",
+    "Actuated",
+    "ArcPiece",
+    "Bend",
+    "Block",
+    "CameraName",
+    "Catalogue",
+    "Cut",
+    "Cylinder",
+    "CylinderSize",
     "DoubleOctahedral",
+    "Equipment",
     "GeneralDoubleOctahedral",
+    "Goal",
+    "Limits",
+    "LinePiece",
+    "LoadCase",
     "Manipulator",
+    "Mast",
+    "Material",
+    "Method",
+    "Module",
     "Octahedral",
+    "Payload",
     "Prism",
+    "RasterPiece",
+    "Riser",
     "Scene",
+    "SceneFile",
     "SectionModule",
+    "Shell",
+    "Simulation",
+    "SplinePiece",
     "Tank",
     "Tetrahedral",
     "ToolPath",
+    "Tube",
+    "TubeSize",
+    "Video",
+    "choose_coupling",
+    "closest",
+    "dump_scene",
+    "find_file",
+    "is_scene",
+    "joint_offset",
+    "list_shipped",
+    "load_catalogue",
     "load_manipulator",
     "load_scene",
     "load_tank",
     "load_tool_path",
+    "parse_scene",
+    "split_objective",
+    "write_sized_arm",
 ]

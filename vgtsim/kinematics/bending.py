@@ -7,13 +7,13 @@ the horizontal axis across the bend, and its centroid stands in the direction ha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.description.scene import Bend
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedra import DoubleOctahedra
-from vgtsim.kinematics.octahedra import Octahedra
-from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform
 
 Array = NDArray[np.float64]
 
@@ -36,9 +36,8 @@ def azimuth(chain: Chain, point: Array) -> float:
 
 def can_swing(chain: Chain) -> bool:
     """Whether every module follows a swing: no hinges, no static longerons, no sections with inclined faces."""
-    for place in chain.layout.places:
-        if not isinstance(place.modules, DoubleOctahedra | Octahedra) or not np.all(place.modules.actuated):
-            return False
+    if not all(place.modules.swings for place in chain.layout.places):
+        return False
     return bool(np.all(chain.layout.after[:, 2, 2] > _PARALLEL))
 
 
@@ -65,13 +64,7 @@ def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
     turn[..., 0, 1, 0], turn[..., 0, 0, 1] = sin, -sin
     turn[..., 0, 2, 2] = 1.0
     for place in chain.layout.places:
-        own = x[..., place.columns]
-        if isinstance(place.modules, DoubleOctahedra):
-            own[..., :2] = (turn[..., :2, :2] @ own[..., :2, None])[..., 0]
-        elif isinstance(place.modules, Octahedra):
-            R, P = pose_transform(own)
-            own = pose_parameters(turn @ R @ np.swapaxes(turn, -1, -2), (turn @ P[..., None])[..., 0])
-        x[..., place.columns] = own
+        x[..., place.columns] = place.modules.swing(x[..., place.columns], turn)
     return x
 
 
@@ -81,7 +74,7 @@ def straight_yaws(chain: Chain) -> Array:
     Octahedra turn what follows them by 60 degrees, and twisted sections by their twist.
     """
     R = chain.mount[:3, :3].T @ chain.frames(chain.straight)[0]
-    which = [chain.manipulator.modules.index(module) for module in chain.manipulator.actuated]
+    which = chain.layout.modules
     return np.arctan2(R[which, 1, 0], R[which, 0, 0])
 
 
@@ -99,18 +92,25 @@ def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
     """
     angle, direction = np.broadcast_arrays(np.asarray(angles, float), np.asarray(directions, float))
     direction = direction - straight_yaws(chain)
-    x = np.broadcast_to(chain.straight, (*angle.shape[:-1], chain.layout.inputs)).copy()
+    x = np.empty((*angle.shape[:-1], chain.layout.inputs))
     for place in chain.layout.places:
-        bend, to, own = angle[..., place.active], direction[..., place.active], x[..., place.columns]
+        bend, to = angle[..., place.active], direction[..., place.active]
         half = np.stack([np.sin(bend / 2) * np.cos(to), np.sin(bend / 2) * np.sin(to), np.cos(bend / 2)], axis=-1)
-        if isinstance(place.modules, DoubleOctahedra):
-            own[..., :2] = half[..., :2]
-        elif isinstance(place.modules, Octahedra):
-            R, P = pose_transform(place.straight)
-            mirror = np.eye(3) - 2 * half[..., :, None] * half[..., None, :]
-            mirror[..., 2] *= -1
-            own = pose_parameters(mirror @ R, np.linalg.norm(P, axis=-1)[:, None] * half)
-        else:
-            own = own + bend[..., None]
-        x[..., place.columns] = own
+        x[..., place.columns] = place.modules.bend(bend, half)
     return x
+
+
+def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
+    """Inputs of the posture that a scene starts from, shape (n,): every module is bent symmetrically.
+
+    Args:
+        chain: The arm.
+        bends: One for each active module; an extension that is absent is that of the straight pose.
+    """
+    row = bend_all(chain, [bend.angle for bend in bends], [bend.azimuth for bend in bends])
+    for place in chain.layout.places:
+        for m, a in enumerate(place.active):
+            extension, columns = bends[a].extension, place.columns[m]
+            if extension is not None:
+                row[columns] = place.modules.extend(m, row[columns], extension)
+    return row

@@ -10,21 +10,11 @@ from numpy.typing import NDArray
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedra import DoubleOctahedra
-from vgtsim.kinematics.general_double_octahedra import GeneralDoubleOctahedra
 from vgtsim.kinematics.mixed_inputs import MixedInputs, Share, mix_inputs
-from vgtsim.kinematics.octahedra import Octahedra
-from vgtsim.kinematics.tetrahedra import Tetrahedra
 from vgtsim.units import to_si
 
 Array = NDArray[np.float64]
 
-_UNITS: dict[type, tuple[str, ...]] = {
-    DoubleOctahedra: ("dimensionless", "dimensionless", "m"),
-    GeneralDoubleOctahedra: ("rad", "rad", "rad"),
-    Octahedra: ("m", "m", "m", "rad", "rad", "rad"),
-    Tetrahedra: ("rad",),
-}
 _ROUNDING = 1e-9  # m: of a stroke's end that was converted from inches
 _SAME = 1e-6  # m: between the nodes of one pose by its inputs and by its lengths
 
@@ -54,7 +44,7 @@ def read_pose(chain: Chain, lengths: Sequence[str], inputs: Sequence[str]) -> Ar
     mixed = mix_inputs(chain, written["--lengths"])
     y = mixed.from_canonical(chain.straight)
     low, high = chain.stroke
-    units = {name: _UNITS[type(place.modules)] for place in chain.layout.places for name in place.modules.names}
+    units = {name: place.modules.units for place in chain.layout.places for name in place.modules.names}
     for share in mixed.shares:
         option = "--lengths" if share.conventional else "--inputs"
         if share.name not in written[option]:

@@ -58,7 +58,7 @@ class MixedInputs:
         """One for each active module, from the mast to the tool."""
         layout, found, start = self.chain.layout, {}, 0
         for place in layout.places:
-            for m, a in enumerate(np.arange(len(layout.names))[place.active]):
+            for m, a in enumerate(place.active):
                 found[int(a)] = (place.columns[m], place.lengths[m][place.modules.actuated[m]])
         shares = []
         for a, name in enumerate(layout.names):

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics.octahedral_closure import closure_slopes, closure_values, newton_step, solve_cyclic
+from vgtsim.kinematics.closure import closure_slopes, closure_values, newton_step, solve_cyclic
 from vgtsim.kinematics.ties import first_greatest
 
 Array = NDArray[np.float64]

@@ -123,3 +123,10 @@ def pose_twist(pose: ArrayLike) -> tuple[Array, Array]:
     angular[..., 3:] = angular_velocity_matrix(six[..., 3:])
     linear[..., :3] = np.eye(3)
     return angular, linear
+
+
+def smallest_turn(first: Array, last: Array) -> Array:
+    """Rotation that takes one unit vector to another about the axis across both, shape (3, 3); not to its opposite."""
+    v, c = np.cross(first, last), float(first @ last)
+    K = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    return np.eye(3) + K + K @ K / max(1 + c, 1e-9)

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import SingularityError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedra import DoubleOctahedra
-from vgtsim.kinematics.module_sets import find_singular
+from vgtsim.kinematics.modules import find_singular
 
 Array = NDArray[np.float64]
 
@@ -33,21 +32,19 @@ def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Arr
     middle, half = (least + greatest) / 2, part * (greatest - least) / 2
     x = np.empty((count, chain.layout.inputs))
     for place in chain.layout.places:
-        modules, moving = place.modules, place.lengths[place.modules.actuated]
+        modules, straight = place.modules, place.modules.straight_legs[0]
         for m in range(len(modules.names)):
             own = place.lengths[m][modules.actuated[m]]
-            straight = modules.length_jacobian(place.straight)[0]
             rows, tries = np.empty((0, modules.inputs)), 0
             while len(rows) < count:
                 size = 2 * (count - len(rows)) + 8
                 legs = np.broadcast_to(straight, (size, *straight.shape)).copy()
                 legs[:, m, modules.actuated[m]] = middle[own] + half[own] * rng.uniform(-1, 1, (size, len(own)))
-                start = None if isinstance(modules, DoubleOctahedra) else place.straight
-                found, reached = modules.attempt(legs, start)
+                found, reached = modules.attempt(legs)
                 rows = np.concatenate([rows, found[reached[:, m] == 1.0, m]])
                 tries += 1
                 if tries > 100:
-                    raise SingularityError(modules.names[m], 0.0, chain.truss.member_names[moving[0]], 0.0, 0.0)
+                    raise SingularityError(modules.names[m], 0.0, chain.truss.member_names[place.moving[0]], 0.0, 0.0)
             x[:, place.columns[m]] = rows[:count]
     return x
 

@@ -20,35 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import (
-    DoubleOctahedral,
-    GeneralDoubleOctahedral,
-    Module,
-    Octahedral,
-    Tetrahedral,
-    joint_offset,
-)
+from vgtsim.kinematics.modules import kind_of
+from vgtsim.kinematics.modules.kind import TRIANGLE, PlannedMember
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-
-# ends as (base | foot | head | top, corner); L1 to L12 of figure 3.10; without a joint offset foot and head are one
-_OCTAHEDRON_LONGERONS = (
-    (("base", 0), ("foot", 0)),
-    (("base", 1), ("foot", 1)),
-    (("base", 2), ("foot", 2)),
-    (("base", 2), ("foot", 0)),
-    (("base", 0), ("foot", 1)),
-    (("base", 1), ("foot", 2)),
-    (("head", 1), ("top", 0)),
-    (("head", 2), ("top", 1)),
-    (("head", 0), ("top", 2)),
-    (("head", 0), ("top", 0)),
-    (("head", 1), ("top", 1)),
-    (("head", 2), ("top", 2)),
-)
-_LEGS = ((0, 0), (1, 1), (2, 2), (2, 0), (0, 1), (1, 2))  # corners of base and top of l1 to l6 (3.27)
-_TRIANGLE = ((0, 1), (1, 2), (2, 0))
 
 
 @dataclass(frozen=True)
@@ -115,7 +91,7 @@ class Truss:
             "ends": np.array([member.ends for member in self.members]),
             "module": np.array([member.module for member in self.members]),
             "actuated": np.array([i for i, member in enumerate(self.members) if member.role == "actuator"], dtype=int),
-            "tip_edges": np.array([(tip + i, tip + j) for i, j in _TRIANGLE]),
+            "tip_edges": np.array([(tip + i, tip + j) for i, j in TRIANGLE]),
         }
         middles = set(self.rings[:, :, 1].ravel().tolist())
         pinned = [i for i in arrays["actuated"].tolist() if self.members[i].ends[0] in middles]
@@ -187,9 +163,9 @@ def make_truss(manipulator: Manipulator) -> Truss:
     rings: list[list[list[int]]] = []
     face = [0, 1, 2]
     for index, module in enumerate(manipulator.modules):
-        groups = {"base": face}
-        for name in _node_groups(module):
-            corners = (1,) if isinstance(module, Tetrahedral) else (0, 1, 2)
+        kind, groups = kind_of(module), {"base": face}
+        for name in (*kind.groups(module), "top"):
+            corners = kind.top if name == "top" else (0, 1, 2)
             groups[name] = list(face)
             carried = name == "mid" and "foot" in groups
             number = -1 if carried else max(group) + 1
@@ -198,18 +174,23 @@ def make_truss(manipulator: Manipulator) -> Truss:
                 nodes.append(f"{module.name}/{name}/{corner + 1}")
                 owner.append(index)
                 group.append(number)
-        members += _module_members(module, index, groups, closed=index == len(manipulator.modules) - 1)
+        plan, top = kind.plan(module, groups), groups["top"]
+        if index < len(manipulator.modules) - 1:  # the tip plate takes the place of the last battens
+            plan += [
+                PlannedMember("batten", module.batten_tube, top[i], top[j], n)
+                for n, (i, j) in enumerate(kind.battens, 1)
+            ]
+        members += [
+            Member(
+                f"{module.name}/{item.role}/{item.number}", item.role, (item.first, item.second), index, item.section
+            )
+            for item in plan
+        ]
         if "foot" in groups:
             rings.append([[groups[name][corner] for name in ("foot", "mid", "head")] for corner in range(3)])
-        face = groups["top"]
+        face = top
     blocks = np.array(rings, dtype=int).reshape(-1, 3, 3)
     return Truss(tuple(nodes), np.array(owner), tuple(members), np.array(group), blocks)
-
-
-def _node_groups(module: Module) -> tuple[str, ...]:
-    if joint_offset(module):
-        return ("foot", "mid", "head", "top")
-    return ("mid", "top") if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral) else ("top",)
 
 
 def _equivalent_bars(ends: Index, tip_edges: Index, rings: Index, actuators: Index) -> Index:
@@ -221,33 +202,3 @@ def _equivalent_bars(ends: Index, tip_edges: Index, rings: Index, actuators: Ind
     upper = np.stack([head, head[:, beyond]], axis=-1).reshape(-1, 2)
     diagonal = np.stack([foot, head[:, beyond]], axis=-1).reshape(-1, 2)
     return np.concatenate([members, tip_edges, upper, diagonal, np.stack([foot, head], axis=-1).reshape(-1, 2)])
-
-
-_Plan = list[tuple[str, str, int, int, int]]  # role, section, ends, number
-
-
-def _module_members(module: Module, index: int, groups: dict[str, list[int]], closed: bool) -> list[Member]:
-    base, top = groups["base"], groups["top"]
-    plan: _Plan = []
-    if isinstance(module, DoubleOctahedral | GeneralDoubleOctahedral):
-        mid = groups["mid"]
-        at = {"foot": mid, "head": mid, **groups}
-        for number, ((below, i), (above, j)) in enumerate(_OCTAHEDRON_LONGERONS, 1):
-            plan.append(("longeron", module.longeron_tube, at[below][i], at[above][j], number))
-        plan += [("actuator", module.cylinder, mid[i], mid[j], n) for n, (i, j) in enumerate(_TRIANGLE, 1)]
-    elif isinstance(module, Octahedral):
-        for number, (longeron, (i, j)) in enumerate(zip(module.longerons, _LEGS, strict=True), 1):
-            role = "longeron" if longeron.cylinder is None else "actuator"
-            plan.append((role, longeron.cylinder or longeron.tube or "", base[i], top[j], number))
-    elif isinstance(module, Tetrahedral):
-        plan.append(("actuator", module.cylinder, base[1], top[1], 1))
-    else:
-        plan += [("longeron", module.longeron_tube, base[i], top[i], i + 1) for i in range(3)]
-        plan += [("cross_longeron", module.cross_longeron_tube, base[i], top[j], i + 1) for i, j in _TRIANGLE]
-    if not closed:
-        edges = _TRIANGLE[:2] if isinstance(module, Tetrahedral) else _TRIANGLE
-        plan += [("batten", module.batten_tube, top[i], top[j], n) for n, (i, j) in enumerate(edges, 1)]
-    return [
-        Member(f"{module.name}/{role}/{number}", role, (first, second), index, section)
-        for role, section, first, second, number in plan
-    ]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.description.modules import DoubleOctahedral, Prism, SectionModule
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain
-from vgtsim.kinematics.layout import make_static
+from vgtsim.kinematics.modules.static import make_static
 from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.mjcf.rows import select_drive, stiffen

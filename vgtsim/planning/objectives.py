@@ -74,7 +74,7 @@ def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Obj
 def _condition(place: Place, goal: GoalSpace, q: Array) -> Array:
     """Condition number of the goal rows, lengths counted in straight arms, shape (b,)."""
     chain: Chain = place.chain
-    J = evaluate(chain, goal, place.box.kernel.state(q), np.zeros(len(q), int))[1]
+    J = evaluate(chain, goal, place.box.chain.state(q), np.zeros(len(q), int))[1]
     reach = float(np.linalg.norm(chain.tool(chain.straight)[0] - chain.mount[:3, 3]))
     return condition_numbers(np.concatenate([J[:, :3] / reach, J[:, 3:]], axis=1))
 

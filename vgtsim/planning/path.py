@@ -103,7 +103,7 @@ def _spline(corridor: Corridor, way: Array) -> tuple[BSpline, Array, Array] | No
     """Spline through a way, its samples and their actuator lengths; None when one does not assemble."""
     spline = make_interp_spline(np.linspace(0.0, 1.0, len(way)), way, k=5)
     samples = spline(np.linspace(0.0, 1.0, _SAMPLES))
-    state = corridor.box.kernel.state(samples)
+    state = corridor.box.chain.state(samples)
     return (spline, samples, state.legs) if np.all(state.assembles) else None
 
 

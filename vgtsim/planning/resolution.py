@@ -179,7 +179,7 @@ def _asked_resolution(place: Place, request: Request) -> Resolution:
 
 
 def _facts(place: Place, goal: GoalSpace, found: Solution, objectives: tuple[str, ...]) -> Facts:
-    J = evaluate(place.chain, goal, place.box.kernel.state(found.q[None]), np.zeros(1, int))[1][0]
+    J = evaluate(place.chain, goal, place.box.chain.state(found.q[None]), np.zeros(1, int))[1][0]
     return {
         "objective": " + ".join(objectives),
         "value": float(found.value),

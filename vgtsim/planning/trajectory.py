@@ -87,7 +87,7 @@ def assemblable(corridor: Corridor, way: Array) -> Array:
     for part in np.linspace(0.0, 1.0, 11):
         trial = np.array(way)
         trial[1:-1] += part * (corridor.box.middle - way[1:-1])
-        if np.all(corridor.box.kernel.state(trial).assembles):
+        if np.all(corridor.box.chain.state(trial).assembles):
             return trial
     return way
 
@@ -109,7 +109,7 @@ def _hinges(corridor: Corridor, length: Array) -> tuple[Array, Array]:
 
 def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
     """Half the sum of squares; infinite when a way-point does not assemble."""
-    state = corridor.box.kernel.state(way)
+    state = corridor.box.chain.state(way)
     if not np.all(state.assembles):
         return np.inf
     low, high = _hinges(corridor, state.legs)
@@ -122,8 +122,8 @@ def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
 
 def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple[Array, Array]:
     """Slope, shape (W - 2, n), and blocks [i, i + o] of the matrix, shape (3, W - 2, n, n)."""
-    state = corridor.box.kernel.state(way)
-    wide = corridor.box.kernel.dense(state.blocks)
+    state = corridor.box.chain.state(way)
+    wide = state.leg_slopes
     count, size = state.q.shape
     low, high = _hinges(corridor, state.legs)
     pull = stiffness @ state.legs + _HINGE / _STROKE_SOFT * (high - low)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
-from vgtsim.positioning.newton import Glance, NewtonSettings, minimise
+from vgtsim.positioning.newton import NewtonSettings, minimise
 from vgtsim.positioning.objectives import StrokeBarrier
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.quadratic import Quadratic
@@ -47,7 +47,7 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     """
     count = problem.goal.count
     z = problem.variables(np.broadcast_to(np.asarray(start, float), (count, problem.chain.layout.inputs)))
-    rows, free = len(problem.goal.names), z.shape[1] - len(problem.kernel.static)
+    rows, free = len(problem.goal.names), z.shape[1] - len(problem.chain.layout.static)
     if rows > free:
         raise GoalError(problem.goal.names, 0.0, f"{rows} goal rows for {free} inputs that are left")
     how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)
@@ -67,7 +67,7 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
         def glance(z: Array, i: Index, value: bool, which: Index = which) -> tuple[Mask, Array, Array]:
             return problem.glance(z, which[i], value)
 
-        parts.append(minimise(model, z[which], how, bend, glance))
+        parts.append(minimise(model, z[which], how, bend, glance if problem.objective.dear else None))
     whole = join_solutions(parts)
     return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :rows])
 
@@ -79,6 +79,5 @@ def _come_near(problem: Problem, z: Array, how: NewtonSettings) -> Array:
     if len(far):
         z = np.array(z)
         coarse = replace(how, tolerance=_CLOSE, optimality=np.inf)
-        brief: Glance = lambda at, i, value: plain.glance(at, far[i], value)  # noqa: E731
-        z[far] = minimise(lambda at, i: plain.model(at, far[i]), z[far], coarse, glance=brief).q
+        z[far] = minimise(lambda at, i: plain.model(at, far[i]), z[far], coarse).q
     return z

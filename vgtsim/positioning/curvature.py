@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics.state import State, cross
 from vgtsim.positioning.goals import GoalSpace, Pull, pulls
-from vgtsim.positioning.kernel import Kernel, State, cross
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -19,13 +19,10 @@ Index = NDArray[np.intp]
 _STEP = 1e-5  # of one-sided differences, in units of the inputs: errors of both kinds are near 1e-5 of the curvature
 
 
-def lagrangian_curvature(
-    kernel: Kernel, goal: GoalSpace, state: State, which: Index, multipliers: Array, length_slope: Array
-) -> Array:
+def lagrangian_curvature(goal: GoalSpace, state: State, which: Index, multipliers: Array, length_slope: Array) -> Array:
     """Second derivative of the goal rows and lengths, weighted.
 
     Args:
-        kernel: Kinematics of the arm.
         goal: Rows.
         state: Of b configurations inside the strokes.
         which: Goal of each, shape (b,).
@@ -35,22 +32,22 @@ def lagrangian_curvature(
     Returns:
         Shape (b, n, n), symmetric; not definite. Of direction rows and turns it is exact where they are met.
     """
-    pull = pulls(kernel.chain, goal, which, multipliers)
-    owner = kernel.chain.layout.owner
+    pull = pulls(state.chain, goal, which, multipliers)
+    owner = state.chain.layout.owner
     batch, count = state.q.shape
     total, raw = np.zeros((2, batch, count, count))
     for part in pull:
-        upper = _between(kernel, part, state)
+        upper = _between(part, state)
         lower = np.swapaxes(upper, 1, 2)
         total += (upper + lower) / (2 if np.any(part.turn) else 1)  # of a turn's rows the halves cancel
         raw += upper if np.any(part.turn) else upper + lower
-    first = _gradient(kernel, pull, state, length_slope)
+    first = _gradient(pull, state, length_slope)
     place = np.arange(count) - np.searchsorted(owner, owner)  # among the module's own inputs
     for i in range(int(place.max()) + 1):
         mine = np.flatnonzero(place == i)
         moved = state.q.copy()
         moved[:, mine] += _STEP
-        change = (_gradient(kernel, pull, kernel.state(moved), length_slope) - first) / _STEP
+        change = (_gradient(pull, state.chain.state(moved), length_slope) - first) / _STEP
         change -= raw[:, mine].sum(axis=1)
         row = np.full(int(owner.max()) + 1, -1)
         row[owner[mine]] = mine
@@ -59,12 +56,12 @@ def lagrangian_curvature(
     return (total + np.swapaxes(total, 1, 2)) / 2
 
 
-def _gradient(kernel: Kernel, pull: tuple[Pull, ...], state: State, length_slope: Array) -> Array:
+def _gradient(pull: tuple[Pull, ...], state: State, length_slope: Array) -> Array:
     """First derivative of the pulled quantities and weighted lengths by the inputs, shape (b, n)."""
-    total = kernel.pull(state.blocks, length_slope)
+    total = state.pull(length_slope)
     for part in pull:
         # forces and moments about the origin of G that the multipliers are
-        R, P = kernel.face(state, part.face)
+        R, P = state.face(part.face)
         moment = cross(P + part.offset * R[..., 2], part.point) + cross(R[..., 2], part.direction) + part.turn
         n = part.inputs
         slope = state.linear[:, :n] @ part.point[:, :, None] + state.angular[:, :n] @ moment[:, :, None]
@@ -72,10 +69,10 @@ def _gradient(kernel: Kernel, pull: tuple[Pull, ...], state: State, length_slope
     return total
 
 
-def _between(kernel: Kernel, part: Pull, state: State) -> Array:
+def _between(part: Pull, state: State) -> Array:
     """Derivative by inputs nearer the base of what inputs farther out do, shape (b, n, n)."""
-    angular, owner = state.angular, kernel.chain.layout.owner
-    R, P = kernel.face(state, part.face)
+    angular, owner = state.angular, state.chain.layout.owner
+    R, P = state.face(part.face)
     velocity = state.linear + cross(angular, (P + part.offset * R[..., 2])[:, None])
     turning = cross(angular, R[..., 2][:, None])
     found = np.zeros((*angular.shape[:2], angular.shape[1]))

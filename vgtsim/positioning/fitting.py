@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedra import DoubleOctahedra
 from vgtsim.kinematics.layout import Place
-from vgtsim.kinematics.octahedra import Octahedra
-from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, rotation
+from vgtsim.kinematics.modules import Chord
+from vgtsim.kinematics.roll_pitch_yaw import rotation
 from vgtsim.positioning.directrix import Directrix, arc_length
 
 Array = NDArray[np.float64]
@@ -70,25 +69,22 @@ def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
     R, P = chain.mount[:3, :3], chain.mount[:3, 3]
     for a in range(len(layout.names)):
         place, m = _place_of(chain, a)
-        if isinstance(place.modules, DoubleOctahedra):
-            offset = float(np.asarray(place.modules.geometry.joint_offset)[m])
-            q, top = _aim(R.T @ (chords.end[a] - P), float(layout.after[a, 2, 3]), offset)
-            top, end = R @ top, chords.end[a]
-        else:
-            straight = R @ pose_transform(place.straight[m])[0]
-            top = _smallest_turn(straight[:, 2], chords.direction[a]) @ straight @ share
-            q = pose_parameters(R.T @ top, R.T @ (chords.begin[a] - P))
-            end = chords.begin[a] + layout.after[a, 2, 3] * chords.direction[a]
-        row[place.columns[m]] = q
-        R, P = top @ layout.after[a, :3, :3], end
+        chord = Chord(
+            begin=R.T @ (chords.begin[a] - P),
+            direction=R.T @ chords.direction[a],
+            end=R.T @ (chords.end[a] - P),
+            length=float(layout.after[a, 2, 3]),
+        )
+        row[place.columns[m]], top, end = place.modules.lay(m, chord, share)
+        R, P = R @ top @ layout.after[a, :3, :3], P + R @ end
     return row
 
 
 def _require_fitting(chain: Chain) -> None:
     layout = chain.layout
     for place in layout.places:
-        for m, a in enumerate(np.arange(len(layout.names))[place.active]):
-            whole = isinstance(place.modules, DoubleOctahedra | Octahedra) and bool(np.all(place.modules.actuated[m]))
+        for m, a in enumerate(place.active):
+            whole = place.modules.lies(m)
             inclined = bool(np.any(np.abs(layout.after[a, :2, 3]) > _STRAIGHT) or layout.after[a, 2, 2] < 1 - _STRAIGHT)
             if not whole or inclined:
                 detail = "followed by a section with inclined faces" if whole else "a hinge or static longerons"
@@ -107,7 +103,7 @@ def _require_fitting(chain: Chain) -> None:
 def _place_of(chain: Chain, active: int) -> tuple[Place, int]:
     """Set of an active module, and which of the set it is."""
     for place in chain.layout.places:
-        found = np.flatnonzero(np.arange(len(chain.layout.names))[place.active] == active)
+        found = np.flatnonzero(place.active == active)
         if len(found):
             return place, int(found[0])
     raise AssertionError(active)
@@ -135,25 +131,5 @@ def _straight_lengths(chain: Chain) -> Array:
     """Distance between the end faces of each straight active module, shape (A,), m."""
     found = np.empty(len(chain.layout.names))
     for place in chain.layout.places:
-        found[place.active] = np.linalg.norm(place.modules.transform(place.straight)[1], axis=-1)
+        found[place.active] = np.linalg.norm(place.modules.at(place.modules.straight[None]).transform[1][0], axis=-1)
     return found
-
-
-def _aim(way: Array, static: float, offset: float) -> tuple[Array, Array]:
-    """Mid-plane and R_BT of a double octahedron that puts the end of what follows it at a point of its base frame.
-
-    The end is at p = w U + s (2 u_z U - z), with w the extension and s the static length, so U points along p + s z.
-    """
-    p = way + [0.0, 0.0, static]
-    size = float(np.linalg.norm(p))
-    U = p / size
-    turn = np.eye(3) - 2 * np.outer(U, U)
-    turn[:, 2] *= -1
-    return np.array([U[0], U[1], (size - 2 * static * U[2] - offset) / 2]), turn
-
-
-def _smallest_turn(first: Array, last: Array) -> Array:
-    """Rotation that takes one unit vector to another about the axis across both, shape (3, 3); not to its opposite."""
-    v, c = np.cross(first, last), float(first @ last)
-    K = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    return np.eye(3) + K + K @ K / max(1 + c, 1e-9)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.positioning.kernel import Kernel, State, cross
+from vgtsim.kinematics.state import State, cross
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -313,11 +313,10 @@ def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index) -> tuple
         Reached less desired, shape (b, m), m and rad, directions and turns as 2 tan(theta/2); and the Jacobian, shape
         (b, m, n).
     """
-    kernel = Kernel(chain)
     errors, slopes = [], []
     for part in goal.parts:
         face, inputs = part.place(chain)
-        motion = FaceMotion(*kernel.face(state, face), state.angular, state.linear, part.offset(chain))
+        motion = FaceMotion(*state.face(face), state.angular, state.linear, part.offset(chain))
         error, J = part.evaluate(part.targets(which), motion)
         J[:, :, inputs:] = 0.0
         errors.append(error)
@@ -328,7 +327,7 @@ def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index) -> tuple
 def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tuple[RowReport, ...]:
     """Desired, reached and residual of every row of one goal, for inputs of shape (n,)."""
     one = np.array([which])
-    error = evaluate(chain, goal, Kernel(chain).state(q[None]), one)[0][0]
+    error = evaluate(chain, goal, chain.state(q[None]), one)[0][0]
     wanted: list[float | None] = []
     for part in goal.parts:
         if isinstance(part, Position):

@@ -33,6 +33,11 @@ class ClearanceHinges(Objective):
     payload: bool = True
     name: str = "clearance"
 
+    @property
+    def dear(self) -> bool:
+        """Slopes take the derivatives of all nodes."""
+        return True
+
     def terms(self, at: Configurations) -> Terms:
         """In closed form, with Gauss and Newton's curvature."""
         rows = self.surroundings.rows(at.q, self.wanted + self.softness, payload=self.payload)
@@ -70,7 +75,7 @@ class ClearanceHinges(Objective):
             return found
         shift = _STEP * np.eye(first.slope.shape[1])
         moved = (at.q[used, None] + shift).reshape(-1, len(shift))
-        there = replace(at, state=at.kernel.state(moved), which=np.repeat(at.which[used], len(shift)))
+        there = replace(at, state=at.box.chain.state(moved), which=np.repeat(at.which[used], len(shift)))
         slope = self.terms(there).slope.reshape(len(used), len(shift), -1)
         found[used] = (slope - first.slope[used, None]) / _STEP - first.dense[used]
         return (found + np.swapaxes(found, 1, 2)) / 2

@@ -324,7 +324,8 @@ def _search(
         for back in () if restore is None else (restore,) * _RESTORED:
             error_there = views.glance(trial, goals[pending], value=False)[1]
             trial = trial - (back[pending] @ error_there[..., None])[..., 0]
-        there = views.model(trial, goals[pending]) if part == 1.0 else None
+        whole = part == 1.0 or views.brief is None
+        there = views.model(trial, goals[pending]) if whole else None
         at_trial = views.glance(trial, goals[pending]) if there is None else (there.inside, there.error, there.value)
         inside, error_there, value_there = at_trial
         off = np.linalg.norm(error_there, axis=1)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import ObjectiveError
-from vgtsim.positioning.kernel import Blocks, Kernel, State
+from vgtsim.kinematics.state import Blocks, State
 from vgtsim.positioning.strokes import StrokeBox
 
 Array = NDArray[np.float64]
@@ -29,11 +29,6 @@ class Configurations:
     box: StrokeBox
     state: State
     which: Index
-
-    @property
-    def kernel(self) -> Kernel:
-        """Kinematics of the arm."""
-        return self.box.kernel
 
     @property
     def q(self) -> Array:
@@ -71,6 +66,11 @@ class Objective:
     """An objective has a name for reports and gives its terms; the other methods have defaults."""
 
     name: str
+
+    @property
+    def dear(self) -> bool:
+        """Whether slopes cost far more than values: trial steps are then judged by values alone."""
+        return False
 
     def terms(self, at: Configurations) -> Terms:
         """Value, slope and known curvature."""
@@ -148,9 +148,9 @@ class LengthVariation(Objective):
         rate = away / size
         first = rate - rate.mean(axis=1, keepdims=True)
         weight = np.sqrt(1 / size)
-        full = at.kernel.dense(at.state.blocks)[:, : away.shape[1]]
+        full = at.state.leg_slopes[:, : away.shape[1]]
         spread = weight[:, :, None] * (full - full.mean(axis=1, keepdims=True))
-        slope = at.kernel.pull(at.state.blocks, first)
+        slope = at.state.pull(first)
         curve = np.swapaxes(spread, 1, 2) @ spread
         return Terms(np.sum(size - self.softness, axis=1), slope, dense=curve, by_length=first)
 
@@ -173,6 +173,11 @@ class Differences(Objective):
     name: str
     function: Callable[[Array], Array]
     step: float = 1e-5
+
+    @property
+    def dear(self) -> bool:
+        """Slopes take 2 n + 1 values."""
+        return True
 
     def terms(self, at: Configurations) -> Terms:
         """By 2 n + 1 values for each configuration."""
@@ -208,6 +213,11 @@ class WeightedSum(Objective):
         """Make the name."""
         names = [part.name if weight == 1 else f"{weight:g} {part.name}" for weight, part in self.parts]
         object.__setattr__(self, "name", " + ".join(names))
+
+    @property
+    def dear(self) -> bool:
+        """As dear as any part."""
+        return any(part.dear for _, part in self.parts)
 
     def terms(self, at: Configurations) -> Terms:
         """Weighted sums of everything."""
@@ -247,5 +257,4 @@ def _half_square(at: Configurations, away: Array) -> Terms:
 
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
     """Terms of a sum of functions of one length each."""
-    blocks = at.state.blocks
-    return Terms(value, at.kernel.pull(blocks, first), at.kernel.curve(blocks, second), by_length=first)
+    return Terms(value, at.state.pull(first), at.state.curve(second), by_length=first)

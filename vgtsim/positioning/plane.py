@@ -9,8 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics.bending import azimuth, straight_yaws
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.double_octahedra import DoubleOctahedra
-from vgtsim.kinematics.octahedra import Octahedra
 from vgtsim.positioning.objectives import Configurations, Objective, Terms
 
 Array = NDArray[np.float64]
@@ -22,8 +20,7 @@ _ON_AXIS = 1e-6  # distance from the mast's axis below which a goal has no plane
 class InPlane(Objective):
     """Half the sum of squares of what leads out of a vertical plane through the mast.
 
-    Of a double octahedron it is the part of its mid-plane's normal across the plane; of an octahedron those of its top's
-    centroid, m, and of its top's normal, to first order about the straight pose; of a hinge nothing.
+    Each kind of module says which forms on its inputs lead out of the plane, see `ModuleSet.sideways`.
 
     Attributes:
         across: The parts as linear forms on the inputs, shape (r, n).
@@ -53,18 +50,9 @@ def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
     yaws, known = straight_yaws(chain), float(np.hypot(local[0], local[1]) > _ON_AXIS)
     forms = []
     for place in chain.layout.places:
-        for columns, straight, yaw in zip(place.columns, place.straight, yaws[place.active], strict=True):
-            x, y = -known * np.sin(angle - yaw), known * np.cos(angle - yaw)
-            if isinstance(place.modules, DoubleOctahedra):
-                forms.append(_form(chain, columns, [x, y, 0.0]))
-            elif isinstance(place.modules, Octahedra):
-                cos, sin = np.cos(straight[5]), np.sin(straight[5])
-                forms.append(_form(chain, columns, [x, y, 0.0, 0.0, 0.0, 0.0]))
-                forms.append(_form(chain, columns, [0.0, 0.0, 0.0, x * sin - y * cos, x * cos + y * sin, 0.0]))
-    return InPlane(np.array(forms).reshape(-1, chain.layout.inputs))
-
-
-def _form(chain: Chain, columns: NDArray[np.intp], weights: list[float]) -> Array:
-    row = np.zeros(chain.layout.inputs)
-    row[columns] = weights
-    return row
+        for m, (columns, yaw) in enumerate(zip(place.columns, yaws[place.active], strict=True)):
+            rows = known * place.modules.sideways(m, angle - yaw)
+            form = np.zeros((len(rows), chain.layout.inputs))
+            form[:, columns] = rows
+            forms.append(form)
+    return InPlane(np.concatenate([np.empty((0, chain.layout.inputs)), *forms]))

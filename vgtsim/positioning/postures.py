@@ -41,7 +41,7 @@ def make_postures(box: StrokeBox, count: int = _COUNT) -> PostureTable:
     rng, chain = np.random.default_rng(_SEED), box.chain
     if chain.manipulator.uniform:
         q = _double_octahedral(box, count, rng)
-    elif len(box.kernel.static):  # a bend would not leave static legs their lengths
+    elif len(box.chain.layout.static):  # a bend would not leave static legs their lengths
         q = sample_inputs(chain, count, _SEED, _PART)
     else:
         q = np.concatenate([_bent(box, count // 2, rng), sample_inputs(chain, count - count // 2, _SEED, _PART)])

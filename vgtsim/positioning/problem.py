@@ -12,7 +12,6 @@ from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import GoalSpace, evaluate
-from vgtsim.positioning.kernel import Kernel
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, Terms, WeightedSum
 from vgtsim.positioning.quadratic import Quadratic
 from vgtsim.positioning.reduction import Reduction
@@ -48,11 +47,6 @@ class Problem:
         """The arm."""
         return self.box.chain
 
-    @property
-    def kernel(self) -> Kernel:
-        """Kinematics of the arm for batches."""
-        return self.box.kernel
-
     def inputs(self, z: Array) -> Array:
         """Inputs, shape (..., n), of variables, shape (..., k)."""
         return z if self.reduction is None else self.reduction.inputs(z)
@@ -64,7 +58,7 @@ class Problem:
     @property
     def tolerance(self) -> Array:
         """Of all rows, those of the goal and then one for each static leg, shape (m + S,), m and rad."""
-        return np.concatenate([self.goal.tolerance, np.full(len(self.kernel.static), _STATIC)])
+        return np.concatenate([self.goal.tolerance, np.full(len(self.chain.layout.static), _STATIC)])
 
     @cached_property
     def guarded(self) -> Objective:
@@ -80,8 +74,8 @@ class Problem:
         terms = self.guarded.terms(at)
         self._require_finite(terms.value)
         curve = self._known_curvature(at, terms)
-        if len(self.kernel.static):
-            rows = self.kernel.dense(at.state.blocks)[:, len(self.box.least) :]
+        if len(self.chain.layout.static):
+            rows = at.state.leg_slopes[:, len(self.box.least) :]
             J = np.concatenate([J, rows], axis=1)
             # changes no step that keeps static legs their length, and without it nothing would curve across them
             curve = curve + self._stiff * np.swapaxes(rows, 1, 2) @ rows
@@ -111,17 +105,17 @@ class Problem:
 
     def _at(self, z: Array, which: Index) -> tuple[Mask, Configurations]:
         """Which variables are inside all limits, shape (b,), and the configurations."""
-        state = self.kernel.state(self.inputs(z))
+        state = self.chain.state(self.inputs(z))
         good = state.assembles & (np.min(self.box.spare(self.box.lengths(state.legs)), axis=1) > 0)
         if not np.all(good):  # mid-stroke stands in for the others, whose numbers are never used
-            state = self.kernel.state(np.where(good[:, None], state.q, self.box.middle))
+            state = self.chain.state(np.where(good[:, None], state.q, self.box.middle))
         return good, Configurations(self.box, state, which)
 
     def _rows(self, at: Configurations) -> tuple[Array, Array]:
         """Errors of the goal rows and then of static legs, shape (b, m + S), and the derivatives of the former."""
         error, J = evaluate(self.chain, self.goal, at.state, at.which)
-        if len(self.kernel.static):
-            error = np.concatenate([error, at.state.legs[:, len(self.box.least) :] - self.kernel.static], axis=1)
+        if len(self.chain.layout.static):
+            error = np.concatenate([error, at.state.legs[:, len(self.box.least) :] - self.chain.layout.static], axis=1)
         return error, J
 
     def _require_finite(self, value: Array) -> None:
@@ -132,7 +126,7 @@ class Problem:
         """Curvature of the objective, shape (b, n, n)."""
         if terms.blocks is None:
             return np.zeros((*at.q.shape, at.q.shape[1])) if terms.dense is None else terms.dense
-        curve = self.kernel.spread(terms.blocks)
+        curve = at.state.spread(terms.blocks)
         if terms.dense is not None:
             curve += terms.dense
         return curve
@@ -144,11 +138,11 @@ class Problem:
 
     def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
         """Curvature of the Lagrangian that the model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""
-        state = self.kernel.state(self.inputs(z))
+        state = self.chain.state(self.inputs(z))
         rows = len(self.goal.names)
         weights = np.zeros((len(z), len(self.box.least))) if by_length is None else by_length
         weights = np.concatenate([weights, multipliers[:, rows:]], axis=1)
-        found = lagrangian_curvature(self.kernel, self.goal, state, which, multipliers[:, :rows], weights)
+        found = lagrangian_curvature(self.goal, state, which, multipliers[:, :rows], weights)
         found += self.objective.bend(Configurations(self.box, state, which))
         if self.reduction is None:
             return found

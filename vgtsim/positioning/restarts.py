@@ -169,7 +169,7 @@ def _refuse_contradictions(problem: Problem, found: Solution, left: Index) -> No
     chain, middle = problem.chain, problem.box.middle
     rng = np.random.default_rng(_SEED)
     q = middle + 0.05 * rng.standard_normal((3, *middle.shape))
-    J = evaluate(chain, problem.goal, problem.kernel.state(q), np.full(3, left[0]))[1]
+    J = evaluate(chain, problem.goal, problem.chain.state(q), np.full(3, left[0]))[1]
     U, values, _ = np.linalg.svd(J)
     ratio = values / values[:, :1]
     dependent = min(int(np.sum(row < _DEPENDENT)) for row in ratio)

@@ -83,13 +83,13 @@ def solve_shapes(
     overrun = overruns(box, fits)
     # the end conditions exactly and the strokes kept, as near to each fit as may be
     near = bring_inside(box, fits)
-    nearness = Nearness(box.lengths(box.kernel.state(near).legs))
+    nearness = Nearness(box.lengths(box.chain.state(near).legs))
     found = solve(Problem(box, goal.repeat(len(fits)), nearness, barrier=BARRIER), near, settings)
     met = np.flatnonzero(found.met)
     if not len(met):
         best = int(np.argmin(np.linalg.norm(found.error, axis=1)))
         raise unmet_ends(found.error[best], overrun[best])
-    placed = Configurations(box, box.kernel.state(found.q[met]), np.zeros(len(met), int))
+    placed = Configurations(box, box.chain.state(found.q[met]), np.zeros(len(met), int))
     value = (objective or MidStroke()).values(placed)
     order = order_down(-value)[: len(met)]
     return [
@@ -106,7 +106,7 @@ def solve_shapes(
 
 def overruns(box: StrokeBox, q: Array) -> Array:
     """Greatest excess of a length over its stroke, shape (b,), m; infinite where a module does not assemble."""
-    state = box.kernel.state(q)
+    state = box.chain.state(q)
     return np.where(state.assembles, -np.min(box.spare(box.lengths(state.legs)), axis=1), np.inf)
 
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.positioning.kernel import Kernel
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -35,11 +34,6 @@ class StrokeBox:
     chain: Chain
     least: Array
     greatest: Array
-
-    @cached_property
-    def kernel(self) -> Kernel:
-        """Kinematics of the arm for batches."""
-        return Kernel(self.chain)
 
     @cached_property
     def middle(self) -> Array:
@@ -110,12 +104,11 @@ def spare_strokes(box: StrokeBox, q: Array) -> Array:
     Returns:
         Shape (b, A), m; minus infinity for a module that does not assemble.
     """
-    state, layout = box.kernel.state(q), box.chain.layout
+    state, layout = box.chain.state(q), box.chain.layout
     spare = box.spare(box.lengths(state.legs))
     owner = np.empty(layout.actuators, dtype=int)
     for place in layout.places:
-        mine = np.arange(len(layout.names))[place.active]
-        owner[place.lengths[place.modules.actuated]] = np.repeat(mine, place.modules.actuated.sum(axis=1))
+        owner[place.moving] = np.repeat(place.active, place.modules.actuated.sum(axis=1))
     least = np.stack([spare[:, owner == a].min(axis=1) for a in range(len(layout.names))], axis=1)
     return np.where(state.valid, least, -np.inf)
 
@@ -148,7 +141,7 @@ def bring_inside(box: StrokeBox, q: Array) -> Array:
 
 def binding_actuators(box: StrokeBox, q: Array) -> tuple[str, ...]:
     """Names such as `m3/actuator/2 retracted` of the actuators at the ends of their boxes, for inputs of shape (n,)."""
-    length, truss = box.kernel.state(q[None]).legs[0], box.chain.truss
+    length, truss = box.chain.state(q[None]).legs[0], box.chain.truss
     names = []
     for j, member in enumerate(truss.actuated):
         name = truss.members[member].name

@@ -148,28 +148,32 @@ class Surroundings:
         Returns:
             One row for each pair, in a fixed order.
         """
-        points = self.points(q)
+        points, J = self._points_and_slopes(q) if slopes else (self.points(q), None)
         fixed = points if payload else points[:, :-1]  # the tool point is the last one
         parts = [self._shell(fixed, reach), self._waste(fixed, reach), *self._members(points, reach, payload)]
         config = np.concatenate([part.config for part in parts])
         gap = np.concatenate([part.gap for part in parts])
-        if not slopes or not len(gap):
+        if J is None or not len(gap):
             return NearPairs(config, gap, np.zeros((len(gap), q.shape[1] if slopes else 0)))
-        used, at = np.unique(config, return_inverse=True)
-        J = self._slopes(q[used])
-        bounds = np.cumsum([0, *(len(part.config) for part in parts)])
+        if (
+            self.sag is not None
+        ):  # of the configurations that are near something alone: sag costs a solve for each input
+            used = np.unique(config)
+            J[used] += self._sag_slopes(self.sag, q[used])
         gradient = [
-            np.einsum("rkx,rkxj->rj", part.slope, J[at[low:high, None], part.points])
-            for part, low, high in zip(parts, bounds[:-1], bounds[1:], strict=True)
-            if high > low
+            np.einsum("rkx,rkxj->rj", part.slope, J[part.config[:, None], part.points])
+            for part in parts
+            if len(part.config)
         ]
         return NearPairs(config, gap, np.concatenate(gradient))
 
-    def _slopes(self, q: Array) -> Array:
-        """Derivative of the points by the inputs, shape (W, N + 1, 3, n)."""
-        tool = self.chain.jacobian(q)[..., None, :3, :]
-        J = np.concatenate([self.chain.node_jacobian(q)[1], tool], axis=-3)
-        return J if self.sag is None else J + self._sag_slopes(self.sag, q)
+    def _points_and_slopes(self, q: Array) -> tuple[Array, Array]:
+        """As `points`, and their derivatives by the inputs without those of the sag, shape (W, N + 1, 3, n)."""
+        nodes, by_nodes = self.chain.node_jacobian(q)
+        tool, _, by_tool = self.chain.tool_jacobian(q)
+        points = np.concatenate([nodes, tool[:, None]], axis=1)
+        J = np.concatenate([by_nodes, by_tool[:, None, :3]], axis=1)
+        return points if self.sag is None else points + self.sag(nodes), J
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
         """By differences: a solver does not come to rest on slopes that leave the sag out."""

@@ -1,6 +1,6 @@
 """Rates of the general double-octahedral module, and its singularities (sections 3.2, 3.5.2 and 3.5.4).
 
-A state is phi_1 to phi_6, see `double_octahedron_general`. The upper longerons and the top triangle are
+A state is phi_1 to phi_6, see `two_cells`. The upper longerons and the top triangle are
 rigid, so the twist of the top follows from the velocities of n4', n5', n6' by one linear system, the same
 matrix as that of a longeron-actuated octahedron; no derivative of the upper angles is needed.
 """
@@ -10,23 +10,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.kinematics.closure import circle_tangents
 from vgtsim.kinematics.conditioning import invert_sound
-from vgtsim.kinematics.double_octahedron_general import (
+from vgtsim.kinematics.mode_following import worst_direction
+from vgtsim.kinematics.modules.octahedron import leg_jacobian
+from vgtsim.kinematics.modules.two_cells import (
     UPPER_LEGS,
-    Geometry,
+    TwoCellGeometry,
     actuator_lengths,
     angle_jacobian,
     mid_nodes,
     nodes,
 )
-from vgtsim.kinematics.mode_following import worst_direction
-from vgtsim.kinematics.octahedral_closure import circle_tangents
-from vgtsim.kinematics.octahedron import leg_jacobian
 
 Array = NDArray[np.float64]
 
 
-def jacobian(geometry: Geometry, state: ArrayLike) -> Array:
+def jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
     """Motion of the top per unit rate of the canonical input, in closed form.
 
     Args:
@@ -63,7 +63,7 @@ def upper_jacobian(points: Array) -> tuple[Array, Array]:
     return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)
 
 
-def mid_velocities(geometry: Geometry, phi: ArrayLike) -> Array:
+def mid_velocities(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
     """Derivative of the mid-plane's nodes with respect to the canonical input.
 
     Args:
@@ -87,7 +87,7 @@ def mid_velocities(geometry: Geometry, phi: ArrayLike) -> Array:
     return np.concatenate([moves, moves + geometry.joint_offset * turn[..., None, :, :]], axis=-3)
 
 
-def length_jacobian(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:
+def length_jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[Array, Array]:
     """Actuator lengths, and the motion of the top per unit rate of each by the chain rule.
 
     Args:
@@ -108,7 +108,7 @@ def length_jacobian(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]
     return actuator_lengths(geometry, angles), jacobian(geometry, angles) @ inverse
 
 
-def singularity(geometry: Geometry, state: ArrayLike) -> tuple[float, str]:
+def singularity(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[float, str]:
     """How near a state is to a singularity of either cell, and by which member.
 
     Args:
@@ -118,7 +118,7 @@ def singularity(geometry: Geometry, state: ArrayLike) -> tuple[float, str]:
     Returns:
         The smaller of two pure numbers, and the member that has most of the length change lost there: the
         smallest singular values of dl/dphi over the mean radius of the circles, and of dL/dtwist of the upper
-        longerons with rotations in units of `Geometry.radius`.
+        longerons with rotations in units of `TwoCellGeometry.radius`.
     """
     angles = np.asarray(state, float)
     value, row = worst_direction(angle_jacobian(geometry, angles), float(np.mean(geometry.circles.radius)))

@@ -19,9 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.conditioning import invert_sound
-from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
-from vgtsim.kinematics.octahedral_closure import (
+from vgtsim.kinematics.closure import (
     LOWER,
     Circles,
     circle_angles,
@@ -31,6 +29,8 @@ from vgtsim.kinematics.octahedral_closure import (
     make_circles,
     place_circles,
 )
+from vgtsim.kinematics.conditioning import invert_sound
+from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ STATIC_TOLERANCE = 1e-9  # m: rounding of a pose that was meant to lie in the mo
 
 
 @dataclass(frozen=True)
-class Geometry:
+class OctahedronGeometry:
     """Fixed dimensions of the module.
 
     Attributes:
@@ -75,7 +75,7 @@ class Geometry:
         return float(np.sqrt(np.mean(np.sum(self.top_nodes**2, axis=-1))))
 
 
-def top_nodes(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
+def top_nodes(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
     """Nodes of the top triangle in frame B.
 
     Args:
@@ -91,7 +91,7 @@ def top_nodes(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
     return geometry.top_nodes @ np.swapaxes(np.asarray(R, float), -1, -2) + np.asarray(P, float)[..., None, :]
 
 
-def lengths(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
+def lengths(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
     """All six longeron lengths of a pose, whatever the static ones should be.
 
     Args:
@@ -108,7 +108,7 @@ def lengths(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
     return np.linalg.norm(top[..., LEGS[:, 1], :] - geometry.base_nodes[LEGS[:, 0]], axis=-1)
 
 
-def inverse(geometry: Geometry, R: ArrayLike, P: ArrayLike, tolerance: float = STATIC_TOLERANCE) -> Array:
+def inverse(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike, tolerance: float = STATIC_TOLERANCE) -> Array:
     """Inverse solution: the longeron lengths of a pose that the module can take.
 
     Args:
@@ -140,7 +140,7 @@ def inverse(geometry: Geometry, R: ArrayLike, P: ArrayLike, tolerance: float = S
     return result
 
 
-def all_lengths(geometry: Geometry, actuated: ArrayLike) -> Array:
+def all_lengths(geometry: OctahedronGeometry, actuated: ArrayLike) -> Array:
     """Join the lengths of the actuated longerons with those of the static ones.
 
     Args:
@@ -157,7 +157,7 @@ def all_lengths(geometry: Geometry, actuated: ArrayLike) -> Array:
     return result
 
 
-def home(geometry: Geometry, longerons: ArrayLike) -> tuple[Array, Array]:
+def home(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Array, Array]:
     """A pose on the working mode for about these lengths: top parallel to base, top nodes over base edges.
 
     Args:
@@ -180,7 +180,7 @@ def home(geometry: Geometry, longerons: ArrayLike) -> tuple[Array, Array]:
 
 
 def forward(
-    geometry: Geometry, longerons: ArrayLike, start: tuple[ArrayLike, ArrayLike] | None = None
+    geometry: OctahedronGeometry, longerons: ArrayLike, start: tuple[ArrayLike, ArrayLike] | None = None
 ) -> tuple[Array, Array]:
     """Forward solution on the assembly mode of its start.
 
@@ -218,7 +218,7 @@ def forward(
     return R.reshape(*batch, 3, 3), P.reshape(*batch, 3)
 
 
-def advance(geometry: Geometry, longerons: Array, start: tuple[Array, Array]) -> tuple[Array, Array, Array]:
+def advance(geometry: OctahedronGeometry, longerons: Array, start: tuple[Array, Array]) -> tuple[Array, Array, Array]:
     """As `forward`, but reports how far it got where it met a singularity or impossible lengths.
 
     Args:
@@ -241,7 +241,7 @@ def advance(geometry: Geometry, longerons: Array, start: tuple[Array, Array]) ->
     return R, P, result.reached
 
 
-def _follow(geometry: Geometry, goal: Circles, nodes: Array) -> tuple[Circles, Followed]:
+def _follow(geometry: OctahedronGeometry, goal: Circles, nodes: Array) -> tuple[Circles, Followed]:
     """Follow from top nodes, shape (N, 3, 3), to the circles of the goal; returns the circles of the start too."""
     begin = _circles(geometry, _leg_lengths(geometry, nodes))
     first, last = closure_coefficients(begin, geometry.top), closure_coefficients(goal, geometry.top)
@@ -256,16 +256,16 @@ def _follow(geometry: Geometry, goal: Circles, nodes: Array) -> tuple[Circles, F
     return begin, follow(path, circle_angles(begin, nodes))
 
 
-def _circles(geometry: Geometry, longerons: Array) -> Circles:
+def _circles(geometry: OctahedronGeometry, longerons: Array) -> Circles:
     return make_circles(geometry.base_nodes, longerons, LOWER, "octahedron")
 
 
-def _leg_lengths(geometry: Geometry, nodes: Array) -> Array:
+def _leg_lengths(geometry: OctahedronGeometry, nodes: Array) -> Array:
     return np.linalg.norm(nodes[..., LEGS[:, 1], :] - geometry.base_nodes[LEGS[:, 0]], axis=-1)
 
 
 def _singular(
-    geometry: Geometry, wanted: Array, begin: Circles, goal: Circles, phi: Array, reached: Array
+    geometry: OctahedronGeometry, wanted: Array, begin: Circles, goal: Circles, phi: Array, reached: Array
 ) -> AssemblyError:
     """The error of the member of the batch that got least far."""
     worst = int(np.argmin(reached))
@@ -284,7 +284,7 @@ def _singular(
     return AssemblyError("octahedron", float(np.max(np.abs(gap))), detail)
 
 
-def length_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
+def length_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
     """Longeron lengths and their derivative with respect to the motion of the top.
 
     Args:
@@ -320,7 +320,7 @@ def leg_jacobian(lower: ArrayLike, upper: ArrayLike, origin: ArrayLike) -> tuple
     return length, np.concatenate([unit, np.cross(arm, unit)], axis=-1)
 
 
-def twist_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
+def twist_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
     """Motion of the top per unit rate of each actuated longeron; static longerons keep their length.
 
     Args:
@@ -338,7 +338,7 @@ def twist_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
     return invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "octahedron")[..., geometry.actuated]
 
 
-def singularity(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> tuple[float, int]:
+def singularity(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[float, int]:
     """How near a pose is to a singularity, and which longeron is the worst of it.
 
     Args:
@@ -347,14 +347,14 @@ def singularity(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> tuple[float, 
         P: P_BT, shape (3,), m.
 
     Returns:
-        Smallest singular value of dl/dtwist with rotations in units of `Geometry.radius` (a pure number), and
+        Smallest singular value of dl/dtwist with rotations in units of `OctahedronGeometry.radius` (a pure number), and
         the index of the longeron that has most of the length change lost there.
     """
     _, J = length_jacobian(geometry, R, P)
     return worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
 
 
-def angles(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
+def angles(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
     """Angles of the equivalent mechanism of a pose R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
 
     Returns:
@@ -364,7 +364,7 @@ def angles(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
     return circle_angles(_circles(geometry, _leg_lengths(geometry, nodes)), nodes)
 
 
-def closure(geometry: Geometry, longerons: ArrayLike) -> tuple[Circles, Array]:
+def closure(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Circles, Array]:
     """Equivalent mechanism and closure, C of shape (5, 3, ...), m², of longerons, shape (..., 6), m.
 
     Raises:
@@ -374,7 +374,7 @@ def closure(geometry: Geometry, longerons: ArrayLike) -> tuple[Circles, Array]:
     return circles, closure_coefficients(circles, geometry.top)
 
 
-def angle_jacobian(geometry: Geometry, R: ArrayLike, P: ArrayLike) -> Array:
+def angle_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
     """The matrix of the forward iteration at a pose.
 
     Args:

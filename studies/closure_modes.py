@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig
 
-from vgtsim.kinematics.octahedral_closure import closure_slopes, closure_values, solve_cyclic
+from vgtsim.kinematics.closure import closure_slopes, closure_values, solve_cyclic
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.kinematics.mode_following import worst_direction
-from vgtsim.kinematics.octahedron import leg_jacobian
+from vgtsim.kinematics.modules.octahedron import leg_jacobian
 from vgtsim.kinematics.roll_pitch_yaw import rotation
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 

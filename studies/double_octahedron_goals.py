@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics.conditioning import invert_sound
-from vgtsim.kinematics.double_octahedron_general import Geometry, advance, transform
-from vgtsim.kinematics.double_octahedron_rates import jacobian
+from vgtsim.kinematics.modules.two_cell_rates import jacobian
+from vgtsim.kinematics.modules.two_cells import TwoCellGeometry, advance, transform
 from vgtsim.kinematics.roll_pitch_yaw import angular_velocity_matrix, roll_pitch_yaw
 
 Array = NDArray[np.float64]
@@ -109,7 +109,7 @@ class InverseSolution:
         return np.linalg.norm(self.error, axis=-1)
 
 
-def inverse(geometry: Geometry, goals: Goal | Sequence[Goal], start: ArrayLike) -> InverseSolution:
+def inverse(geometry: TwoCellGeometry, goals: Goal | Sequence[Goal], start: ArrayLike) -> InverseSolution:
     """State that meets a goal, or comes nearest to it in least squares.
 
     Args:
@@ -164,7 +164,7 @@ def _damped_step(J: Array, slope: Array, damping: Array) -> Array:
     return step * np.minimum(1.0, _LARGEST_STEP / np.maximum(largest, 1e-300))
 
 
-def _errors(geometry: Geometry, goals: Sequence[Goal], state: Array) -> tuple[Array, Array]:
+def _errors(geometry: TwoCellGeometry, goals: Sequence[Goal], state: Array) -> tuple[Array, Array]:
     """Errors of all goals, shape (..., M), m, and their derivative per canonical input, shape (..., M, 3)."""
     R, P = transform(geometry, state)
     parts = [_error(goal, R, P, geometry.radius) for goal in goals]

@@ -16,11 +16,11 @@ from math import prod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics import double_octahedron_general as double
-from vgtsim.kinematics import octahedron as single
-from vgtsim.kinematics import tetrahedron as tetra
-from vgtsim.kinematics.closure_modes import Modes, closure_modes
-from vgtsim.kinematics.octahedral_closure import circle_nodes, closure_coefficients
+from studies import tetrahedron as tetra
+from studies.closure_modes import Modes, closure_modes
+from vgtsim.kinematics.closure import circle_nodes, closure_coefficients
+from vgtsim.kinematics.modules import octahedron as single
+from vgtsim.kinematics.modules import two_cells as double
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ class Assemblies:
     flexible: bool = False
 
 
-def tetrahedron_assemblies(geometry: tetra.Geometry, length: float) -> Assemblies:
+def tetrahedron_assemblies(geometry: tetra.HingeModule, length: float) -> Assemblies:
     """Both assemblies of a tetrahedral module.
 
     Args:
@@ -66,7 +66,7 @@ def tetrahedron_assemblies(geometry: tetra.Geometry, length: float) -> Assemblie
     return Assemblies(1 if single_root else 2, *tetra.transform(geometry, theta), theta[:, None])
 
 
-def octahedron_assemblies(geometry: single.Geometry, longerons: ArrayLike) -> Assemblies:
+def octahedron_assemblies(geometry: single.OctahedronGeometry, longerons: ArrayLike) -> Assemblies:
     """All assemblies of a longeron-actuated octahedral module.
 
     Args:
@@ -85,7 +85,7 @@ def octahedron_assemblies(geometry: single.Geometry, longerons: ArrayLike) -> As
     return Assemblies(len(modes.residual), R, P, modes.phi, modes.flexible)
 
 
-def double_octahedron_cells(geometry: double.Geometry, actuators: ArrayLike) -> tuple[Modes, Modes]:
+def double_octahedron_cells(geometry: double.TwoCellGeometry, actuators: ArrayLike) -> tuple[Modes, Modes]:
     """All solutions of the two cells of a double octahedron.
 
     Args:
@@ -103,7 +103,7 @@ def double_octahedron_cells(geometry: double.Geometry, actuators: ArrayLike) -> 
     return closure_modes(closure_coefficients(geometry.circles, length)), closure_modes(upper)
 
 
-def double_octahedron_assemblies(geometry: double.Geometry, actuators: ArrayLike) -> Assemblies:
+def double_octahedron_assemblies(geometry: double.TwoCellGeometry, actuators: ArrayLike) -> Assemblies:
     """All assemblies of a general double-octahedral module.
 
     Args:
@@ -123,7 +123,7 @@ def double_octahedron_assemblies(geometry: double.Geometry, actuators: ArrayLike
     return Assemblies(count, *double.transform(geometry, state), state, lower.flexible or upper.flexible)
 
 
-def mirrored_assemblies(geometry: double.Geometry, actuators: ArrayLike) -> Assemblies:
+def mirrored_assemblies(geometry: double.TwoCellGeometry, actuators: ArrayLike) -> Assemblies:
     """Assemblies of a symmetric double octahedron whose upper cell mirrors the lower (section 3.5.3).
 
     Args:

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
+from studies import assembly_modes as modes
+from studies import tetrahedron as tetra
+from studies.closure_modes import closure_modes
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics import assembly_modes as modes
-from vgtsim.kinematics import double_octahedron_general as double
-from vgtsim.kinematics import octahedron as octa
-from vgtsim.kinematics import tetrahedron as tetra
-from vgtsim.kinematics.closure_modes import closure_modes
-from vgtsim.kinematics.octahedral_closure import closure_values
+from vgtsim.kinematics.closure import closure_values
+from vgtsim.kinematics.modules import octahedron as octa
+from vgtsim.kinematics.modules import two_cells as double
 from vgtsim.kinematics.roll_pitch_yaw import roll_pitch_yaw, rotation
 
 CLOSES = 1e-12  # pure: closure error over the sum of the sizes of its terms
@@ -21,7 +21,7 @@ SEEDS = range(12)
 
 def _octahedron(seed):
     rng = np.random.default_rng(seed)
-    module = octa.Geometry(tuple(rng.uniform(0.7, 1.0, 3)), tuple(rng.uniform(0.6, 1.0, 3)))
+    module = octa.OctahedronGeometry(tuple(rng.uniform(0.7, 1.0, 3)), tuple(rng.uniform(0.6, 1.0, 3)))
     R, P = octa.home(module, np.full(6, 0.9))
     rpy = roll_pitch_yaw(R) + rng.uniform(-0.3, 0.3, 3)
     pose = rotation(rpy), P + rng.uniform(-0.15, 0.15, 3)
@@ -30,7 +30,7 @@ def _octahedron(seed):
 
 def _double(seed, offset=0.0):
     rng = np.random.default_rng(seed)
-    module = double.Geometry(
+    module = double.TwoCellGeometry(
         tuple(rng.uniform(0.75, 0.9, 3)),
         tuple(rng.uniform(0.65, 0.8, 3)),
         tuple(rng.uniform(0.8, 0.95, 12)),
@@ -40,15 +40,15 @@ def _double(seed, offset=0.0):
 
 
 def test_tetrahedron_has_two_assemblies_mirrored_in_the_base():
-    found = modes.tetrahedron_assemblies(tetra.Geometry(0.9, 0.8), 0.7)
+    found = modes.tetrahedron_assemblies(tetra.HingeModule(0.9, 0.8), 0.7)
     assert found.count == 2
     assert len(found.P) == 2
     assert np.allclose(found.P[0] * [1, 1, -1], found.P[1])
-    assert np.allclose(tetra.inverse(tetra.Geometry(0.9, 0.8), found.inputs[:, 0]), 0.7)
+    assert np.allclose(tetra.inverse(tetra.HingeModule(0.9, 0.8), found.inputs[:, 0]), 0.7)
 
 
 def test_tetrahedron_beyond_its_reach_has_two_complex_ones_and_none_real():
-    module = tetra.Geometry(0.9, 0.8)
+    module = tetra.HingeModule(0.9, 0.8)
     found = modes.tetrahedron_assemblies(module, 2 * module.height + 0.1)
     assert (found.count, len(found.P)) == (2, 0)
     assert modes.tetrahedron_assemblies(module, 2 * module.height).count == 1
@@ -106,7 +106,7 @@ def test_all_real_solutions_that_random_starts_reach_are_in_the_list():
 
 
 def test_sixteen_real_assemblies_exist():
-    module = octa.Geometry((1.0,) * 3, (1.25,) * 3)
+    module = octa.OctahedronGeometry((1.0,) * 3, (1.25,) * 3)
     assert len(modes.octahedron_assemblies(module, np.full(6, 1.2)).P) == 16
 
 
@@ -139,7 +139,7 @@ def _check_double(module, actuators, found):
 
 @pytest.mark.parametrize("offset", [0.0, 0.05])
 def test_symmetric_module_has_sixteen_mirrored_assemblies_among_its_256(offset):
-    module = double.Geometry((1.0,) * 3, (1.0,) * 3, (1.05,) * 12, offset)
+    module = double.TwoCellGeometry((1.0,) * 3, (1.0,) * 3, (1.05,) * 12, offset)
     actuators = [0.95, 1.08, 1.13]
     every, mirrored = (
         modes.double_octahedron_assemblies(module, actuators),
@@ -153,15 +153,15 @@ def test_symmetric_module_has_sixteen_mirrored_assemblies_among_its_256(offset):
 
 def test_solutions_at_infinity_are_not_counted():
     """Base 1, longerons 1.1, actuators 1.2: six of sixteen lie at infinity; a hair beside they come back."""
-    module = octa.Geometry((1.0,) * 3, (1.2,) * 3)
+    module = octa.OctahedronGeometry((1.0,) * 3, (1.2,) * 3)
     assert modes.octahedron_assemblies(module, np.full(6, 1.1)).count == 10
-    assert modes.octahedron_assemblies(octa.Geometry((1.0,) * 3, (1.201,) * 3), np.full(6, 1.1)).count == 16
+    assert modes.octahedron_assemblies(octa.OctahedronGeometry((1.0,) * 3, (1.201,) * 3), np.full(6, 1.1)).count == 16
 
 
 @pytest.mark.parametrize("longeron", [0.9, 1.0, 1.2])
 def test_equal_triangles_and_equal_longerons_leave_a_flexible_octahedron(longeron):
     """Bricard's line-symmetric octahedron, opposite edges equal: isolated ones beside a curve."""
-    module = octa.Geometry((1.0,) * 3, (1.0,) * 3)
+    module = octa.OctahedronGeometry((1.0,) * 3, (1.0,) * 3)
     found = modes.octahedron_assemblies(module, np.full(6, longeron))
     assert found.flexible
     assert np.max(np.abs(octa.lengths(module, found.R, found.P) - longeron)) < CLOSES_REAL
@@ -170,7 +170,7 @@ def test_equal_triangles_and_equal_longerons_leave_a_flexible_octahedron(longero
     _, C = octa.closure(module, np.full(6, longeron))
     free = [_closes_with(C, phi) for phi in np.linspace(0.3, 0.6, 7)]
     assert max(free) < 1e-12  # any angle of the first circle closes, with two others to match
-    _, other = octa.closure(octa.Geometry((1.0,) * 3, (1.01,) * 3), np.full(6, longeron))
+    _, other = octa.closure(octa.OctahedronGeometry((1.0,) * 3, (1.01,) * 3), np.full(6, longeron))
     assert max(_closes_with(other, phi) for phi in np.linspace(0.3, 0.6, 7)) > 1e-3
 
 

@@ -22,8 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
-from vgtsim.kinematics.octahedral_closure import (
+from vgtsim.kinematics.closure import (
     LOWER,
     UPPER,
     Circles,
@@ -34,7 +33,8 @@ from vgtsim.kinematics.octahedral_closure import (
     make_circles,
     place_circles,
 )
-from vgtsim.kinematics.octahedron import leg_jacobian
+from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
+from vgtsim.kinematics.modules.octahedron import leg_jacobian
 from vgtsim.kinematics.triangle import place_triangle, triangle_frame, triangle_nodes
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ UPPER_LEGS = np.array(
 
 
 @dataclass(frozen=True)
-class Geometry:
+class TwoCellGeometry:
     """Fixed dimensions of the module.
 
     Attributes:
@@ -81,7 +81,7 @@ class Geometry:
         return float(np.sqrt(np.mean(np.sum(self.top_nodes**2, axis=-1))))
 
 
-def upper_circles(geometry: Geometry, actuators: ArrayLike) -> Circles:
+def upper_circles(geometry: TwoCellGeometry, actuators: ArrayLike) -> Circles:
     """Circles of n7, n8, n9 in the frame of the mid-plane triangle n4' n5' n6'.
 
     Args:
@@ -99,7 +99,7 @@ def upper_circles(geometry: Geometry, actuators: ArrayLike) -> Circles:
     return make_circles(triangle_nodes(actuators), geometry.longerons[6:], UPPER, "double octahedron, upper cell")
 
 
-def actuator_lengths(geometry: Geometry, phi: ArrayLike) -> Array:
+def actuator_lengths(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
     """Actuator lengths of the canonical input, in closed form.
 
     Args:
@@ -114,7 +114,7 @@ def actuator_lengths(geometry: Geometry, phi: ArrayLike) -> Array:
     return _distances(mid_nodes(geometry, phi))
 
 
-def mid_nodes(geometry: Geometry, phi: ArrayLike) -> Array:
+def mid_nodes(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
     """Nodes of the mid-plane from the canonical input.
 
     Args:
@@ -129,7 +129,7 @@ def mid_nodes(geometry: Geometry, phi: ArrayLike) -> Array:
     return circle_nodes(geometry.circles, np.asarray(phi, float)[..., :3])
 
 
-def nodes(geometry: Geometry, state: ArrayLike) -> Array:
+def nodes(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
     """All moving nodes of a state.
 
     Args:
@@ -150,7 +150,7 @@ def nodes(geometry: Geometry, state: ArrayLike) -> Array:
     return np.concatenate([mid, mid + shift[..., None, :], top], axis=-2)
 
 
-def transform(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:
+def transform(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[Array, Array]:
     """Rotation and origin of frame T in frame B.
 
     Args:
@@ -165,7 +165,7 @@ def transform(geometry: Geometry, state: ArrayLike) -> tuple[Array, Array]:
     return triangle_frame(nodes(geometry, state)[..., 6:, :])
 
 
-def home(geometry: Geometry, actuators: ArrayLike) -> Array:
+def home(geometry: TwoCellGeometry, actuators: ArrayLike) -> Array:
     """A state on the working mode, near the one with these lengths: mid-plane nodes out, top above.
 
     Args:
@@ -192,7 +192,7 @@ def home(geometry: Geometry, actuators: ArrayLike) -> Array:
     return np.concatenate([lower, upper.phi.reshape(lower.shape)], axis=-1)
 
 
-def forward(geometry: Geometry, phi: ArrayLike, start: ArrayLike | None = None) -> Array:
+def forward(geometry: TwoCellGeometry, phi: ArrayLike, start: ArrayLike | None = None) -> Array:
     """Canonical forward solution: lower cell in closed form, upper by its closure on the mode of the start.
 
     Args:
@@ -221,7 +221,7 @@ def forward(geometry: Geometry, phi: ArrayLike, start: ArrayLike | None = None) 
     return state
 
 
-def advance(geometry: Geometry, start: Array, phi: Array) -> tuple[Array, Array]:
+def advance(geometry: TwoCellGeometry, start: Array, phi: Array) -> tuple[Array, Array]:
     """As `forward`, but reports how far it got where it met a singularity or impossible lengths.
 
     Args:
@@ -239,7 +239,7 @@ def advance(geometry: Geometry, start: Array, phi: Array) -> tuple[Array, Array]
     return state, upper.reached.reshape(phi.shape[:-1])
 
 
-def forward_lengths(geometry: Geometry, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:
+def forward_lengths(geometry: TwoCellGeometry, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:
     """Conventional forward solution by two closures, on the mode of the start.
 
     Args:
@@ -272,7 +272,7 @@ def forward_lengths(geometry: Geometry, actuators: ArrayLike, start: ArrayLike |
     return np.concatenate([lower.phi, upper.phi], axis=-1).reshape(*batch, 6)
 
 
-def advance_lengths(geometry: Geometry, actuators: ArrayLike, start: ArrayLike) -> tuple[Array, Array]:
+def advance_lengths(geometry: TwoCellGeometry, actuators: ArrayLike, start: ArrayLike) -> tuple[Array, Array]:
     """As `forward_lengths`, but reports how far it got where it met a singularity or impossible lengths.
 
     Args:
@@ -309,7 +309,7 @@ def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> Fol
     return follow(path, phi.reshape(-1, 3))
 
 
-def _upper(geometry: Geometry, begin: Array, goal: Array, phi: Array) -> Followed:
+def _upper(geometry: TwoCellGeometry, begin: Array, goal: Array, phi: Array) -> Followed:
     """Follow the upper cell while the actuators change, straight in their lengths."""
     longerons = np.asarray(geometry.longerons[6:])
 
@@ -321,7 +321,7 @@ def _upper(geometry: Geometry, begin: Array, goal: Array, phi: Array) -> Followe
     return follow(path, phi)
 
 
-def _ended_lower(geometry: Geometry, result: Followed, goal: Array) -> AssemblyError:
+def _ended_lower(geometry: TwoCellGeometry, result: Followed, goal: Array) -> AssemblyError:
     """The error of the member of the batch whose lower cell got least far."""
     worst = int(np.argmin(result.reached))
     phi, t = result.phi[worst], result.reached[worst]
@@ -330,7 +330,7 @@ def _ended_lower(geometry: Geometry, result: Followed, goal: Array) -> AssemblyE
     return _ended("lower cell", goal[worst], t, float(np.max(gap)), value, f"actuator l{row + 1}")
 
 
-def _ended_upper(geometry: Geometry, result: Followed, begin: Array, goal: Array) -> AssemblyError:
+def _ended_upper(geometry: TwoCellGeometry, result: Followed, begin: Array, goal: Array) -> AssemblyError:
     """The error of the member of the batch whose upper cell got least far."""
     worst = int(np.argmin(result.reached))
     phi, t = result.phi[worst], result.reached[worst]
@@ -352,7 +352,7 @@ def _ended(cell: str, wanted: Array, t: float, gap: float, value: float, member:
     return AssemblyError(f"double octahedron, {cell}", gap, detail)
 
 
-def angle_jacobian(geometry: Geometry, phi: ArrayLike) -> Array:
+def angle_jacobian(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
     """Derivative of the actuator lengths with respect to the canonical input.
 
     Args:
@@ -369,7 +369,7 @@ def angle_jacobian(geometry: Geometry, phi: ArrayLike) -> Array:
     return edge_jacobian(closure_coefficients(geometry.circles, length), length, angles)
 
 
-def state_from_nodes(geometry: Geometry, points: ArrayLike) -> Array:
+def state_from_nodes(geometry: TwoCellGeometry, points: ArrayLike) -> Array:
     """State of given node positions.
 
     Args:

@@ -1,0 +1,198 @@
+"""The symmetric batten-actuated double-octahedral module (sections 3.5.3 and 3.5.4).
+
+Frame B sits at the centroid of the base triangle n1 n2 n3, X along n1 - n3 and Z towards the module; frame T sits on
+the top triangle n7 n8 n9 in the same way (equations 3.47 to 3.50). The top triangle is the mirror image of the base in
+the mid-plane, so the module's transform depends on the mid-plane alone. Its three inputs here are
+
+    g = (u_x, u_y, d): the first two components of the mid-plane's unit normal U (3.52), and its distance d from the
+    centroid of the base (3.53), in frame B,
+
+which is a canonical input in the sense of section 3.2: everything follows from it in closed form.
+Differs: the dissertation's canonical input is the three angles phi of equation 3.28; `midplane_from_angles` and
+`angles` convert. (u_x, u_y, d) has no square root in the chain and makes the gimbal of figure 3.13 explicit.
+
+Arrays carry any leading batch dimensions, written `...`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vgtsim.kinematics.closure import Circles, closure_coefficients
+
+Array = NDArray[np.float64]
+
+# v_i: from the middle of the base edge that carries n4, n5, n6 towards the centroid (3.8)
+INWARD = np.array([[0.0, 1.0, 0.0], [-np.sqrt(0.75), -0.5, 0.0], [np.sqrt(0.75), -0.5, 0.0]])
+_ACTUATORS = np.array([[0, 1], [1, 2], [2, 0]])  # l1 = n4 n5, l2 = n5 n6, l3 = n6 n4 (3.33)
+
+
+@dataclass(frozen=True)
+class DoubleOctahedronGeometry:
+    """Fixed dimensions of M modules, for mid-planes and angles of shape (..., M, 3).
+
+    Attributes:
+        face_side: Side b of the base and top triangles, shape (M,), m.
+        longeron: Length of the twelve longerons, shape (M,), m.
+        joint_offset: Ljo of equation 3.54, shape (M,), m.
+    """
+
+    face_side: Array
+    longeron: Array
+    joint_offset: Array
+
+    @cached_property
+    def height(self) -> Array:
+        """Altitude of a longeron triangle on its base edge, shape (M,), m: h of equation 3.7."""
+        return np.sqrt(self.longeron**2 - self.face_side**2 / 4)
+
+    @cached_property
+    def apothem(self) -> Array:
+        """Distance of the base edges from the centroid, shape (M,), m."""
+        return self.face_side / (2 * np.sqrt(3))
+
+    def one(self, m: int) -> DoubleOctahedronGeometry:
+        """Dimensions of module m alone, each of shape (1,)."""
+        return DoubleOctahedronGeometry(
+            *(item[m : m + 1] for item in (self.face_side, self.longeron, self.joint_offset))
+        )
+
+
+def normal(midplane: ArrayLike) -> Array:
+    """Unit normal of the mid-plane.
+
+    Args:
+        midplane: (u_x, u_y, d), shape (..., 3).
+
+    Returns:
+        U in frame B, shape (..., 3); u_z is positive.
+
+    Raises:
+        ValueError: u_x² + u_y² is not below 1.
+    """
+    g = np.asarray(midplane, float)
+    rest = 1.0 - g[..., 0] ** 2 - g[..., 1] ** 2
+    if np.any(rest <= 0):
+        raise ValueError(f"mid-plane normal lies in the base plane: u_x² + u_y² = {1 - np.min(rest):.4g}, below 1")
+    return np.stack([g[..., 0], g[..., 1], np.sqrt(rest)], axis=-1)
+
+
+def find_misses(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
+    """Greatest distance by which mid-planes, shape (..., M, 3), miss a longeron circle, shape (..., M), m.
+
+    Negative where they meet all three circles.
+    """
+    U = normal(midplane)
+    lean = U @ INWARD.T
+    offset = midplane[..., 2:] + _column(geometry.apothem) * lean
+    return np.max(np.abs(offset) - _column(geometry.height) * np.hypot(lean, U[..., 2:]), axis=-1)
+
+
+def angles(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
+    """Canonical angles phi of mid-planes that meet the circles of the mid nodes, outward branch.
+
+    Args:
+        geometry: Fixed dimensions.
+        midplane: (u_x, u_y, d), shape (..., M, 3).
+
+    Returns:
+        phi_1 to phi_3, shape (..., M, 3), rad; a quarter turn is an upright longeron triangle, more leans outward.
+    """
+    U = normal(midplane)
+    lean, height = U @ INWARD.T, _column(geometry.height)
+    cosine, sine = height * lean, height * U[..., 2:]
+    offset = midplane[..., 2:] + _column(geometry.apothem) * lean
+    return np.arctan2(sine, cosine) + np.arccos(offset / np.hypot(cosine, sine))
+
+
+def mid_nodes(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> Array:
+    """Nodes n4, n5, n6 from the canonical angles (equation 3.28).
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: Angles, shape (..., 3), rad.
+
+    Returns:
+        Nodes in frame B, shape (..., 3, 3), node by node, m.
+    """
+    phi = np.asarray(phi, float)
+    height = _column(geometry.height)
+    nodes = (height * np.cos(phi) - _column(geometry.apothem))[..., None] * INWARD
+    nodes[..., 2] = height * np.sin(phi)
+    return nodes
+
+
+def tangents(geometry: DoubleOctahedronGeometry, phi: Array) -> Array:
+    """Derivative of n4, n5, n6 with respect to their angles, shape (..., 3, 3), m."""
+    height = _column(geometry.height)
+    tangent = (-height * np.sin(phi))[..., None] * INWARD
+    tangent[..., 2] = height * np.cos(phi)
+    return tangent
+
+
+def midplane_from_angles(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> Array:
+    """Canonical forward solution: the plane through n4, n5, n6 (equations 3.28, 3.52, 3.53).
+
+    Args:
+        geometry: Fixed dimensions.
+        phi: Angles, shape (..., 3), rad.
+
+    Returns:
+        (u_x, u_y, d), shape (..., 3).
+    """
+    n = mid_nodes(geometry, phi)
+    cross = _area(n)
+    U = cross / np.linalg.norm(cross, axis=-1, keepdims=True)
+    return np.concatenate([U[..., :2], np.sum(U * n[..., 0, :], axis=-1, keepdims=True)], axis=-1)
+
+
+def upright(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> NDArray[np.bool_]:
+    """Whether the mid-plane's normal has a positive z component, as (u_x, u_y, d) takes for granted, shape (...)."""
+    return _area(mid_nodes(geometry, phi))[..., 2] > 0
+
+
+def _area(n: Array) -> Array:
+    """Normal of the triangle n4 n5 n6, twice its area long, shape (..., 3)."""
+    return np.cross(n[..., 1, :] - n[..., 0, :], n[..., 2, :] - n[..., 0, :])
+
+
+def actuator_lengths(nodes: Array) -> Array:
+    """Distances n4 n5, n5 n6, n6 n4 from the mid nodes, shape (..., 3, 3), m: shape (..., 3), m."""
+    return np.linalg.norm(nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :], axis=-1)
+
+
+def straight_angles(geometry: DoubleOctahedronGeometry, actuators: Array) -> Array:
+    """Angles of the straight module whose three actuators all have the mean length, shape (..., 3)."""
+    reach = np.mean(actuators, axis=-1, keepdims=True) / np.sqrt(3) - _column(geometry.apothem)
+    phi = np.arccos(np.clip(-reach / _column(geometry.height), -0.98, 0.98))
+    return np.repeat(phi, 3, axis=-1)
+
+
+def angle_jacobian(geometry: DoubleOctahedronGeometry, phi: Array) -> Array:
+    """Derivative of the actuator lengths with respect to phi: the matrix of equation 3.14, shape (..., 3, 3), m/rad."""
+    nodes = mid_nodes(geometry, phi)
+    tangent = tangents(geometry, phi)
+    span = nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :]
+    unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
+    J = np.zeros((*phi.shape, 3))
+    for row, (first, second) in enumerate(_ACTUATORS):
+        J[..., row, first] = -np.sum(unit[..., row, :] * tangent[..., first, :], axis=-1)
+        J[..., row, second] = np.sum(unit[..., row, :] * tangent[..., second, :], axis=-1)
+    return J
+
+
+def cell_closure(geometry: DoubleOctahedronGeometry, actuators: Array) -> Array:
+    """Closure of the cell below the mid-plane, see `closure`: C, shape (5, 3, ...), m², for lengths (..., M, 3), m."""
+    shape = actuators.shape[:-1]
+    apothem, height = (np.broadcast_to(item, shape) for item in (geometry.apothem, geometry.height))
+    centre, inward = -apothem[..., None, None] * INWARD, np.broadcast_to(INWARD, (*shape, 3, 3))
+    return closure_coefficients(Circles(centre, inward, np.repeat(height[..., None], 3, axis=-1)), actuators)
+
+
+def _column(value: Array) -> Array:
+    """A dimension with an axis for coordinates or nodes, shape (M, 1)."""
+    return value[..., None]

@@ -1,0 +1,246 @@
+"""The questions that a chain, and all that is built on it, asks of its active modules of one kind.
+
+The modules of a kind are solved together. A set has M modules with the same number of inputs (canonical, see the kind's
+file) and of legs (the members whose lengths can change). Inputs are x, shape (b, M, inputs), where b is a batch. All
+vectors are in the frames B of the modules.
+
+A kind answers by a subclass of `ModuleSet` and one of `ModuleState`. Questions with a default need an answer only where
+the kind can do more: `docs/add_module_kind.md` goes through them.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.kinematics.mode_following import worst_row
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Chord:
+    """Where the static sections beyond a module are to lie, in the module's frame B.
+
+    Attributes:
+        begin: Shape (3,), m: on the curve that the arm is laid along.
+        direction: Shape (3,), unit.
+        end: Shape (3,), m: on the curve.
+        length: Of the sections, m; the chord of the curve may be shorter.
+    """
+
+    begin: Array
+    direction: Array
+    end: Array
+    length: float
+
+
+@dataclass(frozen=True, eq=False)
+class ModuleState(ABC):
+    """Kinematics of a set at inputs x. Each property is worked out when it is first asked for.
+
+    Nothing here raises: masks say what the numbers are worth, because one bad trial must not stop a batch. Numbers of a
+    module that its mask leaves out are finite and mean nothing.
+
+    Attributes:
+        x: Inputs, shape (b, M, inputs).
+    """
+
+    x: Array
+
+    @cached_property
+    @abstractmethod
+    def placed(self) -> Mask:
+        """Which modules have a transform, shape (b, M)."""
+
+    @cached_property
+    def closed(self) -> Mask:
+        """Which modules have inner nodes, shape (b, M)."""
+        return self.placed
+
+    @cached_property
+    def kept(self) -> Mask:
+        """Which modules have lengths, and static legs of their own length, shape (b, M)."""
+        return self.closed
+
+    @cached_property
+    @abstractmethod
+    def valid(self) -> Mask:
+        """Which modules are on the assembly mode of the straight arm, and clear of the inputs' singularities, (b, M)."""
+
+    @cached_property
+    @abstractmethod
+    def transform(self) -> tuple[Array, Array]:
+        """R_BT, shape (b, M, 3, 3), and P_BT, shape (b, M, 3), m."""
+
+    @cached_property
+    @abstractmethod
+    def twist(self) -> tuple[Array, Array]:
+        """Angular velocity of T and velocity of its origin per unit rate of each input, each (b, M, inputs, 3)."""
+
+    @cached_property
+    @abstractmethod
+    def legs(self) -> tuple[Array, Array]:
+        """Lengths of all legs, shape (b, M, legs), m, and their derivatives, shape (b, M, legs, inputs)."""
+
+    @cached_property
+    def inner(self) -> Array:
+        """Nodes on neither face, shape (b, M, inner_count, 3), m."""
+        return np.empty((*self.x.shape[:-1], 0, 3))
+
+    @cached_property
+    def inner_slope(self) -> Array:
+        """Derivatives of the inner nodes, shape (b, M, inner_count, 3, inputs)."""
+        return np.empty((*self.x.shape[:-1], 0, 3, self.x.shape[-1]))
+
+
+@dataclass(frozen=True, eq=False)
+class ModuleSet(ABC):
+    """The modules of one kind.
+
+    Attributes:
+        names: Of the modules.
+        straight: Inputs of the straight working pose, shape (M, inputs).
+        inputs: Number of canonical inputs of a module.
+        units: Unit of each input, for inputs that a user writes.
+    """
+
+    names: tuple[str, ...]
+    straight: Array
+    inputs: ClassVar[int]
+    units: ClassVar[tuple[str, ...]]
+
+    @abstractmethod
+    def at(self, x: Array) -> ModuleState:
+        """Kinematics at inputs of shape (b, M, inputs)."""
+
+    @abstractmethod
+    def refuse(self, x: Array) -> Exception:
+        """The error of inputs of which some are not `kept`; it names the module."""
+
+    @cached_property
+    def inner_count(self) -> int:
+        """Number of nodes of a module that are on neither face."""
+        return 0
+
+    @cached_property
+    @abstractmethod
+    def actuated(self) -> Mask:
+        """Which legs are actuators, shape (M, legs)."""
+
+    @cached_property
+    def straight_legs(self) -> tuple[Array, Array]:
+        """Lengths of all legs of the straight pose, shape (M, legs), m, and their derivatives, (M, legs, inputs)."""
+        length, block = self.at(self.straight[None]).legs
+        return length[0], block[0]
+
+    @abstractmethod
+    def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
+        """Follow leg lengths, shape (..., M, legs), from a start, shape (..., M, inputs), on its assembly mode.
+
+        Without a start, from the straight pose. Returns inputs, and the fraction of the way covered, shape (..., M): one
+        where the lengths were reached.
+        """
+
+    @abstractmethod
+    def solve(self, lengths: Array, start: Array | None = None) -> Array:
+        """As `attempt`, but all lengths must be reached.
+
+        Raises:
+            AssemblyError: Lengths that no pose can have; the module is named.
+            SingularityError: A singularity lies between.
+        """
+
+    @abstractmethod
+    def conditioned(self, x: Array) -> Array:
+        """Derivatives of the legs' lengths in units that make them pure numbers, shape (..., M, legs, legs)."""
+
+    def find_least(self, x: Array) -> Array:
+        """Smallest singular value of each module, a pure number, shape (..., M)."""
+        return find_singular(self, x)[0]
+
+    @abstractmethod
+    def one(self, m: int) -> ModuleSet:
+        """The set of module m alone."""
+
+    @abstractmethod
+    def dimensions(self, m: int) -> object:
+        """What makes module m differ from another: two modules of equal dimensions behave alike."""
+
+    def check_strokes(self, low: Array, high: Array) -> None:  # noqa: B027  # the description may have refused already
+        """Refuse a set of one module if its strokes, low to high, shape (k,), m, hold a singularity.
+
+        Raises:
+            AssemblyError: Lengths within the strokes do not make the module.
+            SingularityError: Where the way ends, and the member.
+        """
+
+    def stow(self, length: float) -> Array:  # noqa: ARG002
+        """Inputs that pass the riser, shape (M, inputs), for retracted actuators of a length, m; the straight ones."""
+        return self.straight
+
+    @cached_property
+    def swings(self) -> bool:
+        """Whether inputs exist that turn every module about the axis of its base."""
+        return False
+
+    def swing(self, x: Array, turn: Array) -> Array:  # noqa: ARG002
+        """Inputs, shape (..., M, inputs), with transforms turned about Z by `turn`, shape (..., 1, 3, 3)."""
+        return x
+
+    @abstractmethod
+    def bend(self, angle: Array, half: Array) -> Array:
+        """Inputs, shape (..., M, inputs), of modules bent symmetrically at their straight extension.
+
+        Angles between the end faces have shape (..., M), rad; the normal midway between the faces is `half`, (..., M, 3).
+        """
+
+    def extend(self, m: int, x: Array, extension: float) -> Array:  # noqa: ARG002
+        """Inputs of module m, shape (inputs,), with its end faces an extension apart, m; x where it cannot be chosen."""
+        return x
+
+    def sideways(self, m: int, angle: float) -> Array:  # noqa: ARG002
+        """Linear forms on the inputs of module m that vanish when it bends in the plane at an angle about Z, (r, inputs)."""
+        return np.empty((0, self.inputs))
+
+    def lies(self, m: int) -> bool:  # noqa: ARG002
+        """Whether module m can be laid along a curve: `lay` has an answer."""
+        return False
+
+    def lay(self, m: int, chord: Chord, share: Array) -> tuple[Array, Array, Array]:
+        """Inputs of module m, shape (inputs,), that bring what follows onto a chord.
+
+        Args:
+            m: The module; it `lies`.
+            chord: Where the static sections that follow it are to lie.
+            share: Turn of its top about the top's own normal, shape (3, 3), where that can be chosen.
+
+        Returns:
+            Inputs, R_BT, shape (3, 3), and where the chord then ends, shape (3,), m.
+        """
+        raise NotImplementedError
+
+
+def all_legs(names: tuple[str, ...], legs: int) -> Mask:
+    """`actuated` of a set without static legs, shape (M, legs)."""
+    return np.ones((len(names), legs), dtype=bool)
+
+
+def find_short(reached: Array) -> tuple[int, ...] | None:
+    """Index of the member of a batch that got least far on its way, its last entry the module; None if all arrived."""
+    if reached.min(initial=1.0) == 1.0:
+        return None
+    return tuple(int(i) for i in np.unravel_index(int(np.argmin(reached)), reached.shape))
+
+
+def find_singular(modules: ModuleSet, x: Array) -> tuple[Array, Index]:
+    """Smallest singular value of each module, a pure number, and the leg worst of it, shapes (..., M)."""
+    left, value, _ = np.linalg.svd(modules.conditioned(x))
+    return value[..., -1], worst_row(left, value)

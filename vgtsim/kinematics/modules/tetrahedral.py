@@ -1,0 +1,196 @@
+"""The tetrahedral module, a hinge between two static triangles (section 3.3), as a kind of module, see `sets`.
+
+Nodes n1 and n4 are the apexes of two isosceles triangles on the common hinge line n2 n3 of length L2; their
+sides are L1, and the actuator l joins n1 and n4. Frame B sits at the centroid of n1 n2 n3 and frame T at that
+of n4 n2 n3, X along n2 - n3, Y towards the apex, Z by the right-hand rule. In the order of `triangle` the
+corners of the base are n2, n1, n3 and those of the top n2, n4, n3.
+
+The input theta turns the top about X. With 0 < theta < pi the module lies on +Z of B and on -Z of T, so faces mate with
+their neighbours'; this is the working branch. At theta = 0 the top lies on the base and n4 on n1; at pi it
+lies flat beside it, the length l = 2 h is the longest, and dtheta/dl is infinite: the two branches +theta and
+-theta meet at these two flat poses.
+Differs: the text attaches T to n1 n2 n4, a face that contains the actuator; equation 3.4 is right for n2 n3
+n4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.modules import Tetrahedral
+from vgtsim.errors import AssemblyError, SingularityError
+from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
+from vgtsim.kinematics.modules.sets import Mask, ModuleSet, ModuleState, all_legs, find_short
+
+Array = NDArray[np.float64]
+
+_FOLDED = 1e-9  # sine of half an angle at which n4 lies on n1 but for rounding: the length has no derivative there
+
+
+@dataclass(frozen=True, eq=False)
+class HingeState(ModuleState):
+    """Kinematics of hinges.
+
+    Attributes:
+        modules: The set.
+    """
+
+    modules: Hinges
+
+    @cached_property
+    def placed(self) -> Mask:
+        """Angles that are numbers."""
+        return np.isfinite(self.x[..., 0])
+
+    @cached_property
+    def _theta(self) -> Array:
+        """Shape (b, M), rad; straight where the input is no number."""
+        return np.where(self.placed, self.x[..., 0], self.modules.straight[:, 0])
+
+    @cached_property
+    def kept(self) -> Mask:
+        """Hinges that are not folded flat."""
+        return self.placed & (np.abs(np.sin(self._theta / 2)) >= _FOLDED)
+
+    @cached_property
+    def valid(self) -> Mask:
+        """The working branch, clear of its two flat poses."""
+        return self.placed & (self.x[..., 0] > 0) & (self.x[..., 0] < np.pi) & (self.legs[1][..., 0, 0] > 0)
+
+    @cached_property
+    def transform(self) -> tuple[Array, Array]:
+        """Equation 3.4."""
+        angle = self._theta
+        cosine, sine = np.cos(angle), np.sin(angle)
+        R = np.zeros((*angle.shape, 3, 3))
+        R[..., 0, 0] = 1.0
+        R[..., 1, 1], R[..., 1, 2], R[..., 2, 1], R[..., 2, 2] = cosine, -sine, sine, cosine
+        third = self.modules.height / 3
+        return R, np.stack([np.zeros_like(angle), -third * (1 - cosine), third * sine], axis=-1)
+
+    @cached_property
+    def twist(self) -> tuple[Array, Array]:
+        """A turn about X through the hinge line."""
+        angle = self._theta
+        third = self.modules.height / 3
+        spin = np.zeros((*angle.shape, 1, 3))
+        spin[..., 0] = 1.0
+        slide = np.stack([np.zeros_like(angle), -third * np.sin(angle), third * np.cos(angle)], axis=-1)
+        return spin, slide[..., None, :]
+
+    @cached_property
+    def legs(self) -> tuple[Array, Array]:
+        """Equation 3.3, as a sine of the half angle, which is exact near theta = 0."""
+        half = self._theta / 2
+        sine, h = np.sin(half), self.modules.height
+        return (2 * h * np.abs(sine))[..., None], (h * np.cos(half) * np.sign(sine))[..., None, None]
+
+
+@dataclass(frozen=True, eq=False)
+class Hinges(ModuleSet):
+    """Tetrahedral modules.
+
+    Attributes:
+        sides: L1 and L2 of each, shape (M, 2), m.
+    """
+
+    sides: Array
+    inputs = 1
+    units = ("rad",)
+
+    def __post_init__(self) -> None:
+        """Refuse sides that do not make a triangle."""
+        side, hinge = self.sides.T
+        if not np.all((hinge > 0) & (hinge < 2 * side)):
+            detail = f"static triangles with sides {side} m on a hinge of {hinge} m are flat"
+            raise AssemblyError("tetrahedron", float(np.max(hinge - 2 * side)), detail)
+
+    @cached_property
+    def height(self) -> Array:
+        """Altitude h of the static triangles, shape (M,), m (3.1)."""
+        side, hinge = self.sides.T
+        return np.sqrt(side**2 - hinge**2 / 4)
+
+    @cached_property
+    def actuated(self) -> Mask:
+        """All of them."""
+        return all_legs(self.names, 1)
+
+    def at(self, x: Array) -> HingeState:
+        """As `HingeState`."""
+        return HingeState(x, self)
+
+    def refuse(self, x: Array) -> Exception:
+        """A hinge that is folded flat."""
+        if not np.all(np.isfinite(x)):
+            return ValueError(f"a hinge angle of {', '.join(self.names)} is no number")
+        folded = np.any(np.abs(np.sin(x[..., 0] / 2)) < _FOLDED, axis=0)
+        return AssemblyError(self.names[int(np.argmax(folded))], 0.0, "folded flat: n4 lies on n1")
+
+    def one(self, m: int) -> Hinges:
+        """The set of module m alone."""
+        return Hinges(self.names[m : m + 1], self.straight[m : m + 1], self.sides[m : m + 1])
+
+    def dimensions(self, m: int) -> object:
+        """L1 and L2."""
+        return tuple(self.sides[m].tolist())
+
+    def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
+        """Closed form, on the side of the flat pose on which the start is.
+
+        Args:
+            lengths: Shape (..., M, 1), m.
+            start: Shape (..., M, 1), rad; absent for the working branch.
+
+        Returns:
+            Hinge angles, shape (..., M, 1), rad, and one where the length is below the flat pose's, shape (..., M).
+
+        Source: equation 3.2. Differs: as twice an arcsine, which is exact near theta = 0.
+        """
+        ratio = lengths / (2 * self.height[:, None])
+        theta = 2 * np.arcsin(np.clip(ratio, 0.0, 1.0))
+        if start is not None:
+            theta = np.where(start > np.pi, 2 * np.pi - theta, np.where(start < 0, -theta, theta))
+        return theta, np.where((ratio > 0) & (ratio < 1), 1.0, 0.0)[..., 0]
+
+    def solve(self, lengths: Array, start: Array | None = None) -> Array:
+        """As `attempt`, but all lengths must be reached.
+
+        Raises:
+            SingularityError: A length at or beyond the flat pose, or none; the module is named.
+        """
+        theta, reached = self.attempt(lengths, start)
+        worst = find_short(reached)
+        if worst is not None:
+            name, longest = self.names[worst[-1]], 2 * float(self.height[worst[-1]])
+            gap = abs(float(lengths[worst][0]) - longest)
+            raise SingularityError(name, 0.0, f"{name}/actuator/1", gap, min(1.0, longest / float(lengths[worst][0])))
+        return theta
+
+    def conditioned(self, x: Array) -> Array:
+        """dl/dtheta over the altitude: the cosine of half the hinge angle."""
+        return self.at(x).legs[1] / self.height[..., None, None]
+
+    def bend(self, angle: Array, half: Array) -> Array:  # noqa: ARG002
+        """The hinge opens by the angle; it has no other direction."""
+        return self.straight + angle[..., None]
+
+
+def make_hinges(modules: Sequence[Tetrahedral], side: float) -> Hinges:
+    """The set of described modules; sides that are not given are the arm's, m."""
+    faces = np.array([module.faces(side)[0] for module in modules])
+    straight = np.array([[module.straight] for module in modules])
+    return Hinges(tuple(module.name for module in modules), straight, faces[:, [0, 2]])
+
+
+def plan_members(module: Tetrahedral, groups: Groups) -> list[PlannedMember]:
+    """The actuator between the apexes: the triangles' other members are battens."""
+    return [PlannedMember("actuator", module.cylinder, groups["base"][1], groups["top"][1], 1)]
+
+
+KIND = Kind(plan_members, top=(1,), battens=TRIANGLE[:2], make_set=make_hinges)
