@@ -16,8 +16,7 @@ from vgtsim.planning.riser import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.sampling import sample_motion, sample_postures
 from vgtsim.planning.tour import plan_tour
 from vgtsim.site import Site
-from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.sizing import Demand, Sizing, size_arm
+from vgtsim.statics import Demand, NodeMotion, Sizing, size_arm
 
 _ROUNDS = 8  # tours after which sizes that still change are given up
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vgtsim.kinematics.bending import swing
 from vgtsim.kinematics.chain import Chain
 from vgtsim.planning.tour import Tour
-from vgtsim.statics.motion import NodeMotion
+from vgtsim.statics import NodeMotion
 
 Array = NDArray[np.float64]
 

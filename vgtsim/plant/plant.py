@@ -18,7 +18,7 @@ from vgtsim.plant.state import PlantState
 from vgtsim.plant.watch import check_state, list_contacts, list_warnings, name_collision
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.statics.settling import settle
+from vgtsim.statics import settle
 
 Array = NDArray[np.float64]
 
