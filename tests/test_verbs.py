@@ -23,6 +23,8 @@ from vgtsim.site import Site
 from vgtsim.statics.equilibrium import solve_members
 from vgtsim.statics.loads import make_load_model, weigh
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[1]
 MODELS = ROOT / "models"
 SINGLE = MODELS / "octahedron_double/octahedron_double.toml"

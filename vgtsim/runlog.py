@@ -115,11 +115,9 @@ class RunLog:
                 value.flags.writeable = False
 
     def find_fault(self) -> str:
-        """Say what is wrong with the log itself.
+        """Say which quantity is not finite or has another number of records, or that records are too few or not evenly spaced.
 
-        Returns:
-            Which quantity is not finite or has another number of records, or that the records are too few or not evenly
-            spaced; empty when nothing is wrong.
+        Empty when nothing is wrong.
         """
         count = len(self.time)
         for item in dataclasses.fields(self):
@@ -142,17 +140,7 @@ class RunLog:
         return ""
 
     def find_misfit(self, nodes: int, members: int, actuators: int, goals: int) -> str:
-        """Say where the log is of another arm or tour.
-
-        Args:
-            nodes: Number of nodes of the arm.
-            members: Number of its members.
-            actuators: Number of its actuators.
-            goals: Number of goals of the scene.
-
-        Returns:
-            Which array has another shape, or that a goal is none of the scene's; empty when nothing is wrong.
-        """
+        """Say which array does not fit the counts of an arm, or that a goal is none of the scene's; empty when all fits."""
         counts = {"T": len(self.time), "N": nodes, "M": members, "J": actuators, "C": len(self.contact_time)}
         for name, (_, sizes) in _ARRAYS.items():
             value = getattr(self, name)
@@ -165,36 +153,19 @@ class RunLog:
         return ""
 
     def directions(self, ends: NDArray[np.intp]) -> Array:
-        """Unit vectors along the members, from near to far hub.
-
-        Args:
-            ends: Node indices of each member, shape (M, 2).
-
-        Returns:
-            Shape (T, M, 3).
-        """
+        """Unit vectors along members, from near to far hub, shape (T, M, 3); `ends` are their nodes, shape (M, 2)."""
         span = self.nodes[:, ends[:, 1]] - self.nodes[:, ends[:, 0]]
         return span / np.linalg.norm(span, axis=-1, keepdims=True)
 
     def axial(self, ends: NDArray[np.intp]) -> Array:
-        """Axial member forces at the near ends, tension positive.
-
-        Args:
-            ends: Node indices of each member, shape (M, 2).
-
-        Returns:
-            Shape (T, M), N.
-        """
+        """Axial member forces at the near ends, tension positive, shape (T, M), N; `ends` as in `directions`."""
         return np.einsum("tmk,tmk->tm", self.member_force, self.directions(ends))
 
     def shear(self) -> Array:
-        """Forces across the members at the near ends.
+        """Forces across the members at the near ends, shape (T, M, 3), N, in frame G.
 
-        Across the members' own axes: seen from the line between its hubs, a member whose far end is a micrometre off
-        would shear by a millionth of its axial force.
-
-        Returns:
-            Shape (T, M, 3), N, in frame G.
+        They are across the axes of the members themselves. Across the line between its hubs a member whose far end is a
+        micrometre off would shear by a millionth of its axial force.
         """
         axis = self.ends[:, :, 1] - self.ends[:, :, 0]
         axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
@@ -213,26 +184,14 @@ def empty_records(nodes: int, members: int, actuators: int) -> dict[str, NDArray
 
 
 def save_run(path: str | Path, scene: Scene, log: RunLog) -> None:
-    """Write a log together with the scene it is of, as compressed npz.
-
-    Args:
-        path: File to write.
-        scene: The scene, arm and tank included: the file can be verified and filmed on its own.
-        log: The log.
-    """
+    """Write a log as compressed npz, with its scene, arm and tank: the file can be verified and filmed alone."""
     fields: dict[str, Any] = {f.name: getattr(log, f.name) for f in dataclasses.fields(log) if f.name not in _META}
     meta = json.dumps({name: getattr(log, name) for name in _META})
     np.savez_compressed(path, scene=np.array(dump_scene(scene)), meta=np.array(meta), **fields)
 
 
 def load_run(path: str | Path) -> tuple[Scene, RunLog]:
-    """Read a log and its scene.
-
-    Args:
-        path: File written by `save_run`.
-
-    Returns:
-        The scene and the log.
+    """Read a log and its scene from a file written by `save_run`.
 
     Raises:
         DescriptionError: The file is missing, is damaged or is not a run log of this version.

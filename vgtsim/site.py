@@ -20,10 +20,16 @@ from vgtsim.kinematics.bending import bend_start
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.truss import Truss
 from vgtsim.positioning import StrokeBox, Surroundings, make_box
-from vgtsim.statics.elasticity import ElasticModel, hold_cylinders, make_elastic_model
-from vgtsim.statics.loads import LoadModel, make_load_model
-from vgtsim.statics.rating import MemberSections, make_sections
-from vgtsim.statics.stiffness import deflect
+from vgtsim.statics import (
+    ElasticModel,
+    LoadModel,
+    MemberSections,
+    deflect,
+    hold_cylinders,
+    make_elastic_model,
+    make_load_model,
+    make_sections,
+)
 
 Array = NDArray[np.float64]
 

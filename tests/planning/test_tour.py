@@ -17,6 +17,8 @@ from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
 
+pytestmark = pytest.mark.long
+
 GOAL = 1e-9  # m and rad
 ROUNDING = 1e-9
 FIRST_ORDER = 0.01  # m, by which the sag of one linear solve may miss that at the deformed pose

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from playing import bend, change, shorten
 
-from vgtsim.errors import CommandError, StoppedError
+from vgtsim.errors import AssemblyError, CommandError, StoppedError
 from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, run
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
+
+pytestmark = pytest.mark.long
 
 PLACED = 1e-9  # m: state against kinematics at the end of a hold
 FOLLOWED = 1e-6  # m: what a rigid drive leaves of a step of the command, 2 ratio² time constants
@@ -236,11 +238,22 @@ def test_wrong_resets_steps_and_rates_are_refused(site):
     with pytest.raises(CommandError, match=r"record_rate: found 1000 Hz; allowed: 0 to 200 Hz"):
         Plant(site, record_rate=1000.0)
     plant = Plant(site)
+    assert not len(plant.log.time)
     with pytest.raises(CommandError, match=r"inputs: found shape \(2,\)"):
         plant.reset(inputs=[0.0, 0.0])
     for act in (plant.step, lambda: plant.command(rates=np.zeros(3)), lambda: plant.state):
         with pytest.raises(StoppedError, match="not been reset"):
             act()
+
+
+def test_a_reset_that_is_refused_changes_nothing(plant):
+    plant.step(3)
+    with pytest.raises(CommandError, match="lengths"):
+        plant.reset([1.0, np.inf, 1.0])
+    with pytest.raises(AssemblyError):
+        plant.reset([9.0, 0.1, 0.1])
+    assert plant.time == pytest.approx(3 * plant.timestep)
+    plant.step()
 
 
 @pytest.mark.parametrize("name", ["rigid", "servo", "hydraulic"])

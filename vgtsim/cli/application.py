@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from enum import IntEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -14,7 +14,9 @@ from rich.table import Table
 
 from vgtsim import __version__
 from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
-from vgtsim.verification.report import Report
+
+if TYPE_CHECKING:  # the checks load SciPy, which `--help` does without
+    from vgtsim.verification import Report
 
 app = typer.Typer(
     add_completion=False,

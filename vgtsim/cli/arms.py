@@ -26,7 +26,7 @@ def models(
     """List the shipped arms with degrees of freedom, reach and mass."""
     from vgtsim.kinematics.workspace import sample_workspace
     from vgtsim.site import load_arm
-    from vgtsim.statics.loads import weigh
+    from vgtsim.statics import weigh
 
     table = Table("name", "degrees of freedom", "modules", "reach/m", "mass/kg", "what it is")
     folder = folder or MODELS
@@ -51,8 +51,8 @@ def show(
     """Draw an arm, straight and bent or in a given pose, as PNG and SVG line drawing; export it as GLB and STL."""
     from vgtsim.kinematics.given_pose import read_pose
     from vgtsim.mjcf import reach_pose
+    from vgtsim.output import prepare_folder
     from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
-    from vgtsim.output.write import prepare_folder
     from vgtsim.site import load_arm
 
     chain = load_arm(arm_name)
@@ -76,9 +76,9 @@ def workspace(
     """Sample the workspace of an arm: volume, tilt range, dexterity and singular regions, as drawings and figures."""
     from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
+    from vgtsim.output import prepare_folder
     from vgtsim.output.arm_drawing import write_drawing
     from vgtsim.output.workspace_plot import plot_workspace
-    from vgtsim.output.write import prepare_folder
     from vgtsim.site import load_arm
 
     chain = load_arm(arm_name)
@@ -113,11 +113,11 @@ def capacity(
     import numpy as np
 
     from vgtsim.kinematics.ties import first_greatest, first_least
+    from vgtsim.output import prepare_folder
     from vgtsim.output.capacity_map import write_capacity
-    from vgtsim.output.write import prepare_folder
     from vgtsim.planning.capacity import unload
     from vgtsim.site import load_arm
-    from vgtsim.statics.capacity import draw_shapes, find_gain, map_capacity
+    from vgtsim.statics import draw_shapes, find_gain, map_capacity
 
     chain = load_arm(arm_name)
     arm = chain.manipulator
@@ -161,7 +161,7 @@ def size(
     import dataclasses
 
     from vgtsim.description import load_catalogue, write_sized_arm
-    from vgtsim.output.write import prepare_file
+    from vgtsim.output import prepare_file
     from vgtsim.planning.design import design_arm
     from vgtsim.site import Site
 

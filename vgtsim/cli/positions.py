@@ -26,7 +26,7 @@ def ik(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the solution to this file.")] = None,
 ) -> None:
     """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
-    from vgtsim.output.write import prepare_file
+    from vgtsim.output import prepare_file
     from vgtsim.planning.resolution import Request, answer_as_json, solve_request
 
     if json_file is not None:
@@ -62,8 +62,8 @@ def track(
 ) -> None:
     """Follow a path with the tool: lengths over time inside the cylinders' rates and accelerations, CSV and drawing."""
     from vgtsim.description import load_tool_path
+    from vgtsim.output import prepare_folder
     from vgtsim.output.track_files import write_track
-    from vgtsim.output.write import prepare_folder
     from vgtsim.planning.following import follow_request, report
     from vgtsim.site import Site
 

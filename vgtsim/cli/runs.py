@@ -34,7 +34,7 @@ def run(
 ) -> None:
     """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
     from vgtsim.mjcf import write_scene_files
-    from vgtsim.output.write import clear_folder, prepare_folder, save_log, write_outputs
+    from vgtsim.output import clear_folder, prepare_folder, save_log, write_outputs
     from vgtsim.planning import plan_tour
     from vgtsim.plant import run as simulate
     from vgtsim.site import load_site
@@ -65,7 +65,7 @@ def build(description: SceneOrArm, out: OutFolder = None) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
     from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.mjcf import write_arm_files, write_scene_files
-    from vgtsim.output.write import prepare_folder
+    from vgtsim.output import prepare_folder
     from vgtsim.planning import check_site, solve_first_goal
     from vgtsim.site import load_arm, load_site
 
@@ -86,7 +86,7 @@ def build(description: SceneOrArm, out: OutFolder = None) -> None:
 @app.command(epilog="Example: vgtsim verify out/type_ii_reach")
 def verify(folder: RunFolder) -> None:
     """Make every check again from the log of a run, and write its report again."""
-    from vgtsim.output.write import prepare_folder, write_reports
+    from vgtsim.output import prepare_folder, write_reports
     from vgtsim.verification import verify as judge
 
     site, log = _load(folder)
@@ -102,7 +102,7 @@ def render(
     camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
 ) -> None:
     """Film the log of a run."""
-    from vgtsim.output.write import film
+    from vgtsim.output import film
     from vgtsim.verification import verify as judge
 
     site, log = _load(folder)
@@ -116,8 +116,8 @@ def export(
     vtk: Annotated[bool, typer.Option("--vtk/--no-vtk", help="Also write truss.vtu, for ParaView.")] = True,
 ) -> None:
     """Write the truss of one instant with loads and forces, for other tools: JSON, PyNiteFEA, VTK."""
+    from vgtsim.output import prepare_folder
     from vgtsim.output.truss_export import write_truss
-    from vgtsim.output.write import prepare_folder
 
     list_files(*write_truss(*_load(folder), prepare_folder(folder), time, vtk=vtk))
 

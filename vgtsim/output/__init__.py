@@ -1,5 +1,21 @@
-"""What a run leaves behind: reports, plots, film."""
+"""The files that a run leaves behind: reports, plots, film."""
 
-from vgtsim.output.write import film, prepare_folder, write_outputs
+from vgtsim.output.write import (
+    clear_folder,
+    film,
+    prepare_file,
+    prepare_folder,
+    save_log,
+    write_outputs,
+    write_reports,
+)
 
-__all__ = ["film", "prepare_folder", "write_outputs"]
+__all__ = [
+    "clear_folder",
+    "film",
+    "prepare_file",
+    "prepare_folder",
+    "save_log",
+    "write_outputs",
+    "write_reports",
+]

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from vgtsim.output.figure import styled
 from vgtsim.replacing import replacing
-from vgtsim.statics.capacity import CapacityMap
+from vgtsim.statics import CapacityMap
 
 
 def write_capacity(found: CapacityMap, title: str, folder: Path) -> tuple[Path, Path]:

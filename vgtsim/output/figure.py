@@ -17,7 +17,7 @@ from vgtsim.output.colours import HOLD, LIMIT
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.holds import find_holds, goal_name
+from vgtsim.verification import find_holds, goal_name
 
 WIDTH = 9.6  # inches; the page shows it at full column width
 _INK = "#010203"  # stands for the page's text colour until the SVG is written

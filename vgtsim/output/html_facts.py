@@ -9,7 +9,7 @@ from vgtsim.description import Tank
 from vgtsim.geometry.profile import make_profile
 from vgtsim.output.quantities import format_quantity
 from vgtsim.site import Site
-from vgtsim.verification.report import Report
+from vgtsim.verification import Report
 
 
 def fact_rows(facts: Iterable[tuple[str, str]]) -> str:

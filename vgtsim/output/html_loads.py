@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.kinematics.ties import first_greatest, order_down
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.report import Report
-from vgtsim.verification.supports import find_riser_reaction
+from vgtsim.verification import Report, find_riser_reaction
 
 Array = NDArray[np.float64]
 

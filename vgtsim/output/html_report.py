@@ -28,8 +28,7 @@ from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.report import Report
-from vgtsim.verification.supports import find_riser_reaction
+from vgtsim.verification import Report, find_riser_reaction
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ import numpy as np
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.holds import find_holds
-from vgtsim.verification.report import CHECK_NAMES, Check, Report
+from vgtsim.verification import CHECK_NAMES, Check, Report, find_holds
 
 
 def summarise(report: Report) -> str:

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from vgtsim.replacing import replacing
-from vgtsim.verification.report import Report
+from vgtsim.verification import Report
 
 
 def write_report_json(report: Report, path: str | Path) -> None:

@@ -10,7 +10,7 @@ from vgtsim.output.colours import HOLD, LINES, REST
 from vgtsim.output.figure import draw_limit, finish_axes, panels
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.report import Report
+from vgtsim.verification import Report
 
 Array = NDArray[np.float64]
 

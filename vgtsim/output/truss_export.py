@@ -12,7 +12,7 @@ from vgtsim.errors import MissingLibraryError
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.instant import find_instant
+from vgtsim.verification import find_instant
 
 PYNITE = '''"""The truss of truss.json in PyNiteFEA: builds `frame`, solves it, prints its forces and the file's."""
 

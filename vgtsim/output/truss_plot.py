@@ -20,7 +20,7 @@ from vgtsim.output.quantities import MINUS
 from vgtsim.output.tank_plot import draw_tank_side, draw_tank_top
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.report import Report
+from vgtsim.verification import Report
 
 Array = NDArray[np.float64]
 

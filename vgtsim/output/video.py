@@ -23,8 +23,7 @@ from vgtsim.output.replay import camera_at, frame_times, interpolate, make_repla
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.holds import goal_name
-from vgtsim.verification.report import Report
+from vgtsim.verification import Report, goal_name
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]

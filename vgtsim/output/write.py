@@ -17,7 +17,7 @@ from vgtsim.output.json_report import write_report_json
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog, save_run
 from vgtsim.site import Site
-from vgtsim.verification.report import Report
+from vgtsim.verification import Report
 
 LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
 

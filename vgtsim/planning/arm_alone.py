@@ -13,8 +13,7 @@ from vgtsim.description.scene import Payload
 from vgtsim.kinematics.chain import Chain
 from vgtsim.positioning import StrokeBox, make_box
 from vgtsim.site import Site
-from vgtsim.statics import LoadModel, make_load_model, make_sections
-from vgtsim.statics.rating import MemberSections
+from vgtsim.statics import LoadModel, MemberSections, make_load_model, make_sections
 
 _STROKE_MARGIN = 0.005  # m at the ends of strokes: what the shipped scenes keep
 

@@ -1,4 +1,4 @@
-"""An arm sized for a scene: its tour, planned for what it weighs and how thick it is, and its load cases."""
+"""An arm sized for the tour and the load cases of a scene."""
 
 from __future__ import annotations
 
@@ -14,21 +14,20 @@ from vgtsim.planning.riser import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.sampling import sample_motion, sample_postures
 from vgtsim.planning.tour import plan_tour
 from vgtsim.site import Site
-from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.sizing import Demand, Sizing, size_arm
+from vgtsim.statics import Demand, NodeMotion, Sizing, size_arm
 
-_ROUNDS = 8
+_ROUNDS = 8  # tours after which sizes that still change are given up
 
 
 @dataclass(frozen=True)
 class Design:
-    """A sized arm and what it was sized for.
+    """A sized arm and the demand on it.
 
     Attributes:
-        sizing: The arm with its sections; its mass before is that of the arm the scene came with.
-        poses: Number of poses on the tour and beside it.
+        sizing: The arm with its sections. Its mass before is that of the scene's arm.
+        poses: Number of poses on the tour, and of further postures.
         cases: Names of the load cases.
-        rounds: Tours planned until the arm stayed the same.
+        rounds: Number of tours planned until the arm stayed the same.
     """
 
     sizing: Sizing
@@ -40,17 +39,14 @@ class Design:
 def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywhere: bool = True) -> Design:
     """Size the arm of a scene for its tour, inertia included, and its load cases.
 
-    The tour depends on how thick the arm is: it is planned again for the sized arm until the sizes stay the same. Sizing
-    the result again gives the result.
+    The tour depends on the thickness of the arm, so it is planned again for the sized arm until the sizes stay the
+    same. Sizing the result again gives the same result.
 
     Args:
-        site: The site with the arm to start from.
-        catalogue: What may be chosen; sizes with which the stowed arm does not pass the riser are left out.
+        site: The scene's arm is the one to start from.
+        catalogue: Sizes with which the stowed arm does not pass the riser are left out.
         target: Greatest utilisation.
-        anywhere: Whether the arm must stand the load cases in any posture too, see `sample_postures`.
-
-    Returns:
-        The design.
+        anywhere: Whether the arm must also stand the load cases in any posture, see `sample_postures`.
 
     Raises:
         DescriptionError: The arm has modules that are not sized; nothing in the catalogue passes the riser or carries the
@@ -107,12 +103,9 @@ def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float 
 
     Args:
         chain: The arm.
-        catalogue: What may be chosen.
+        catalogue: All sizes.
         bore: Inner diameter of the riser, m.
-        spare: What the stowed arm must leave of it all round, m.
-
-    Returns:
-        The catalogue without them.
+        spare: Least distance of the stowed arm from the bore, m.
 
     Raises:
         DescriptionError: No tube or no cylinder is left.
@@ -134,7 +127,7 @@ def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float 
 
 
 def _spare(chain: Chain, tube: TubeSize, cylinder: CylinderSize, bore: float) -> float:
-    """What the stowed arm leaves of a bore when all its tubes and all its cylinders are of one size, m."""
+    """Distance of the stowed arm from a bore when all its tubes and all its cylinders have one size, m."""
     arm, changed = chain.manipulator, tube.model_dump()
     tubes = {name: item.model_copy(update=changed) for name, item in arm.tubes.items()}
     changed = cylinder.model_dump(exclude_none=True)

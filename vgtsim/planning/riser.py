@@ -1,6 +1,6 @@
-"""Whether the stowed arm passes the riser it enters the tank by.
+"""Whether the stowed arm passes its riser.
 
-Double octahedra are stowed with retracted actuators; octahedra and hinges pass in their straight pose.
+Double octahedra are stowed with retracted actuators. Octahedra and hinges pass in their straight pose.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
-# 1.5 in all round, what the arm is laid out for, less the rounding of its figures to five digits, m
+# The shipped arms are laid out to leave 1.5 in all round; their figures are rounded to five digits, m.
 RISER_SPARE = 0.0381 - 1e-5
 
 
@@ -26,7 +26,7 @@ class RiserFit:
 
     Attributes:
         spare: Least distance of the arm from the bore all round, m; negative when it does not pass at all.
-        place: Node or member that is that near.
+        place: The nearest node or member.
     """
 
     spare: float
@@ -34,17 +34,10 @@ class RiserFit:
 
 
 def riser_fit(chain: Chain, bore: float) -> RiserFit:
-    """Distance of the stowed arm from a bore about the mast's axis.
+    """Least distance of the stowed arm from a bore about the mast's axis; the bore is its inner diameter, m.
 
-    Hubs are balls and tubes capsules, widest from the axis at their ends; a cylinder's barrel runs from the
-    eye at its base pin to its mouth, and its rod is thinner than the hub that it runs to.
-
-    Args:
-        chain: The arm.
-        bore: Inner diameter of the riser, m.
-
-    Returns:
-        The tightest place.
+    Hubs are balls. Tubes are capsules, which are widest from the axis at their ends. The barrel of a cylinder runs from
+    the eye at its base pin to its mouth. The rod is not looked at: it is thinner than the hub at its end.
     """
     nodes = chain.nodes(chain.stowed)
     local = (nodes - chain.mount[:3, 3]) @ chain.mount[:3, :3]
@@ -66,7 +59,7 @@ def riser_fit(chain: Chain, bore: float) -> RiserFit:
 
 
 def asked_spare(site: Site) -> float:
-    """What the stowed arm must leave of a scene's riser all round, m."""
+    """Least distance of the stowed arm from the riser that a scene asks for, m."""
     return site.task.mast.riser_spare or RISER_SPARE
 
 

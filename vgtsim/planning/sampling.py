@@ -1,4 +1,4 @@
-"""Poses along a programme and beside it, for whatever judges a task without simulating it."""
+"""Poses on a tour and beside it, for sizing without a simulation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vgtsim.kinematics.bending import swing
 from vgtsim.kinematics.chain import Chain
 from vgtsim.planning.tour import Tour
-from vgtsim.statics.motion import NodeMotion
+from vgtsim.statics import NodeMotion
 
 Array = NDArray[np.float64]
 
@@ -44,11 +44,11 @@ def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array
 
 
 def sample_postures(chain: Chain) -> Array:
-    """Nodes of the arm in postures of any kind: reaching out horizontally in all directions, straight and hooked, and drawn.
+    """Nodes of the arm in many postures: reaching out horizontally in all directions, straight and hooked, and at random.
 
-    Reaching out, its first modules, three or more, bend evenly to the horizontal; those that are left stay straight or
-    bend together into every local direction, which twists what carries them. The drawn ones bend each module in any
-    direction by up to 45 degrees, always the same ones. Postures outside a stroke are left out.
+    To reach out, the first three or more modules bend evenly to the horizontal. The others stay straight, or bend
+    together into every local direction, which twists the modules that carry them. In a random posture each module bends
+    in any direction by up to 45 degrees; the seed is fixed. Postures outside a stroke are left out.
 
     Args:
         chain: The arm, all of double-octahedral modules.

@@ -17,8 +17,7 @@ from vgtsim.planning.timing import make_limits, time_lengths
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
 from vgtsim.site import Site
-from vgtsim.statics.loads import tool_point
-from vgtsim.statics.settling import settle
+from vgtsim.statics import settle, tool_point
 
 Array = NDArray[np.float64]
 

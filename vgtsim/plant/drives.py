@@ -18,7 +18,7 @@ from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Hydraulics, advance,
 from vgtsim.plant.oil import ChamberState, Oil, fill, find_state
 from vgtsim.plant.springs import Springs
 from vgtsim.site import Site
-from vgtsim.statics.equilibrium import solve_members
+from vgtsim.statics import solve_members
 
 Array = NDArray[np.float64]
 Bits = NDArray[np.int64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vgtsim.kinematics.ties import first_greatest
 from vgtsim.plant.oil import VAPOUR, ChamberState, Cylinders, Oil, make_cylinders, pressures
 from vgtsim.site import Site
-from vgtsim.statics.equilibrium import solve_members
+from vgtsim.statics import solve_members
 
 Array = NDArray[np.float64]
 Bits = NDArray[np.int64]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.kinematics.chain import Chain
-from vgtsim.statics.elasticity import TRAPPED
+from vgtsim.statics import TRAPPED
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from vgtsim.plant.state import PlantState
 from vgtsim.plant.watch import check_state, list_contacts, list_warnings, name_collision
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.statics.settling import settle
+from vgtsim.statics import settle
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ class Plant:
         self._at = find_addresses(self.model, site.truss)
         self._pose = make_pose_map(self.model, site.truss)
         self._recorder = Recorder(self._at)
-        self._steps = 0
+        self._steps, self._wall = 0, 0.0
         self.record_rate = simulation.log_rate if record_rate is None else record_rate
         self._stopped = _NEVER_RESET
 
@@ -124,10 +124,11 @@ class Plant:
             q = self.site.start if wanted is None else np.asarray(chain.inputs_from_lengths(wanted))
         else:
             q = _read_row("inputs", inputs, chain.straight.size)
-        self._target = chain.lengths(q) if wanted is None else wanted
+        wanted, nodes = chain.lengths(q) if wanted is None else wanted, chain.nodes(q)
+        self._stopped = _NEVER_RESET  # until the arm stands
+        self._target = self._commanded = wanted
         self._rates: Array | None = None
-        self._commanded = self._target
-        self._stand(chain.nodes(q))
+        self._stand(nodes)
         self._find_equilibrium()
         self._recorder = Recorder(self._at)
         self._steps, self._wall, self._stopped = 0, 0.0, ""

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.site import Site
-from vgtsim.statics.elasticity import ElasticModel
-from vgtsim.statics.modes import damping_time, find_modes
+from vgtsim.statics import ElasticModel, damping_time, find_modes
 
 Array = NDArray[np.float64]
 

@@ -1,26 +1,65 @@
-"""Forces in the truss and what they use of its strength, independent of MuJoCo."""
+"""Forces in the truss, its elasticity, and what it uses of its strength; independent of MuJoCo."""
 
+from vgtsim.statics.capacity import CapacityMap, draw_shapes, find_gain, map_capacity
+from vgtsim.statics.cases import Envelope, find_envelope
+from vgtsim.statics.elasticity import (
+    TRAPPED,
+    ElasticModel,
+    hold_cylinders,
+    make_elastic_model,
+    require_no_offset,
+)
 from vgtsim.statics.equilibrium import MemberForces, solve_members
-from vgtsim.statics.loads import LoadModel, make_load_model
+from vgtsim.statics.loads import LoadModel, make_load_model, tool_point, weigh
+from vgtsim.statics.modes import NaturalModes, damping_time, find_modes
 from vgtsim.statics.motion import NodeMotion, motion_from_log
 from vgtsim.statics.rank import diagnose
-from vgtsim.statics.rating import MemberSections, Ratings, make_sections, rate
-from vgtsim.statics.utilisation import Utilisation, find_use, smooth_peak, utilise
+from vgtsim.statics.rating import SLENDERNESS_ADVICE, MemberSections, Ratings, make_sections, rate
+from vgtsim.statics.settling import settle
+from vgtsim.statics.sizing import Demand, Sizing, size_arm
+from vgtsim.statics.stiffness import Deflection, deflect, node_loads, tip_compliance
+from vgtsim.statics.utilisation import MODES, Utilisation, find_use, smooth_peak, utilise
 
 __all__ = [
+    "MODES",
+    "SLENDERNESS_ADVICE",
+    "TRAPPED",
+    "CapacityMap",
+    "Deflection",
+    "Demand",
+    "ElasticModel",
+    "Envelope",
     "LoadModel",
     "MemberForces",
     "MemberSections",
+    "NaturalModes",
     "NodeMotion",
     "Ratings",
+    "Sizing",
     "Utilisation",
+    "damping_time",
+    "deflect",
     "diagnose",
+    "draw_shapes",
+    "find_envelope",
+    "find_gain",
+    "find_modes",
     "find_use",
+    "hold_cylinders",
+    "make_elastic_model",
     "make_load_model",
     "make_sections",
+    "map_capacity",
     "motion_from_log",
+    "node_loads",
     "rate",
+    "require_no_offset",
+    "settle",
+    "size_arm",
     "smooth_peak",
     "solve_members",
+    "tip_compliance",
+    "tool_point",
     "utilise",
+    "weigh",
 ]

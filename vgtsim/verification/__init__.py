@@ -3,6 +3,7 @@
 from vgtsim.verification.checks import CHECK_NAMES
 from vgtsim.verification.evidence import Evidence
 from vgtsim.verification.holds import Hold, find_holds, goal_name
+from vgtsim.verification.instant import Instant, find_instant
 from vgtsim.verification.report import Check, Report
 from vgtsim.verification.supports import find_riser_reaction
 from vgtsim.verification.verify import verify
@@ -12,8 +13,10 @@ __all__ = [
     "Check",
     "Evidence",
     "Hold",
+    "Instant",
     "Report",
     "find_holds",
+    "find_instant",
     "find_riser_reaction",
     "goal_name",
     "verify",

@@ -12,11 +12,18 @@ from vgtsim.geometry import Clearance, arm_clearance, make_profile, obstacles, s
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.statics.cases import Envelope, find_envelope
-from vgtsim.statics.equilibrium import MemberForces, solve_members
-from vgtsim.statics.motion import NodeMotion, motion_from_log
-from vgtsim.statics.rating import Ratings, rate
-from vgtsim.statics.utilisation import Utilisation, utilise
+from vgtsim.statics import (
+    Envelope,
+    MemberForces,
+    NodeMotion,
+    Ratings,
+    Utilisation,
+    find_envelope,
+    motion_from_log,
+    rate,
+    solve_members,
+    utilise,
+)
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

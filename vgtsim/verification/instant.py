@@ -9,10 +9,7 @@ import numpy as np
 from vgtsim.errors import DescriptionError
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.statics.elasticity import require_no_offset
-from vgtsim.statics.equilibrium import solve_members
-from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.stiffness import node_loads
+from vgtsim.statics import NodeMotion, node_loads, require_no_offset, solve_members
 from vgtsim.verification.evidence import Array, Evidence, Index
 
 STIFF_EDGE = 1e3  # stiffness of the rigid tip plate's edges over that of the stiffest member

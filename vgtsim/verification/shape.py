@@ -7,10 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vgtsim.errors import AssemblyError, TrussError
-from vgtsim.statics.equilibrium import solve_members
-from vgtsim.statics.modes import damping_time
-from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.settling import settle
+from vgtsim.statics import NodeMotion, damping_time, settle, solve_members
 from vgtsim.verification.evidence import Array, Evidence, Index
 from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
 

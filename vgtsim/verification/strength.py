@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vgtsim.kinematics.ties import first_greatest
-from vgtsim.statics.rating import SLENDERNESS_ADVICE
-from vgtsim.statics.utilisation import MODES
+from vgtsim.statics import MODES, SLENDERNESS_ADVICE
 from vgtsim.verification.evidence import Array, Evidence
 from vgtsim.verification.measures import Finding, has_cases, report_as, worst_of
 
