@@ -34,16 +34,17 @@ def hanging_arm(arm15: Manipulator) -> Chain:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep the tests of a file on one core, so that its fixtures are made once, and start the longest files first.
+    """Keep the tests of a file on one core, so that its fixtures are made once, and start the longest groups first.
 
-    A file that marks its tests with `xdist_group` itself is split along these marks.
+    A test that is marked `long` itself goes alone, and so does each parameter of a file of whole scenes.
     """
+    groups, weight = {}, {}
     for item in items:
-        if item.get_closest_marker("xdist_group") is None:
-            item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT).as_posix()))
-    weight: dict[Path, int] = {}
-    for item in items:
-        slow = item.get_closest_marker("slow") is not None
-        long = item.get_closest_marker("long") is not None
-        weight[item.path] = max(weight.get(item.path, 0), 2 * slow + long)
-    items.sort(key=lambda item: -weight[item.path])  # a stable sort: files and tests stay in order
+        file, slow = item.path.relative_to(ROOT).as_posix(), item.get_closest_marker("slow") is not None
+        alone = any(mark.name == "long" for mark in item.own_markers)
+        call = getattr(item, "callspec", None)
+        group = item.nodeid if alone else f"{file}[{call.id}]" if slow and call else file
+        item.add_marker(pytest.mark.xdist_group(group))
+        groups[item] = group
+        weight[group] = max(weight.get(group, 0), 2 * slow + (item.get_closest_marker("long") is not None))
+    items.sort(key=lambda item: -weight[groups[item]])  # a stable sort: groups and tests stay in order

@@ -59,6 +59,7 @@ BAD_INPUT = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", BAD_INPUT)
 def test_bad_input_is_named_and_nothing_is_written(case, tmp_path, monkeypatch, capsys):
     name, old, new, words = BAD_INPUT[case]

@@ -15,6 +15,8 @@ from vgtsim.plant import run
 from vgtsim.site import Site
 from vgtsim.verification import verify
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[1]
 SCENES = ("arm9_nullspace", "arm15_coupled")
 GOAL = 2e-9  # each row is met to 1e-9 m and rad

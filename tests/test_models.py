@@ -32,6 +32,7 @@ def test_a_model_folder_is_whole(folder):
     assert {f"{name}.toml", f"{name}.xml", f"{name}.png", "README.md"} <= {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("folder", MODELS, ids=lambda folder: folder.name)
 def test_the_xml_is_what_its_description_gives(folder):
     shipped = (folder / f"{folder.name}.xml").read_text().split("-->\n", 1)[1]
@@ -43,6 +44,7 @@ def test_the_xml_is_what_its_description_gives(folder):
     assert np.allclose(numbers, expected, rtol=SIX_DIGITS, atol=NOISE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("folder", MODELS, ids=lambda folder: folder.name)
 def test_the_xml_loses_no_mass(folder):
     """What plain MuJoCo reads back weighs what the description gives."""
@@ -58,6 +60,7 @@ def split_numbers(xml: str) -> tuple[str, np.ndarray]:
     return NUMBER.sub("#", xml), np.array([float(number) for number in NUMBER.findall(xml)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("folder", MODELS, ids=lambda folder: folder.name)
 def test_a_model_steps_under_random_commands_without_warning(folder):
     model = load_model(folder / f"{folder.name}.xml")
@@ -85,6 +88,7 @@ def test_a_shipped_mjb_is_the_described_model(folder):
     assert np.allclose(shipped.dof_invweight0, 1e-5 * model.dof_invweight0, rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "folder", [f for f in MODELS if USED.search((f / "README.md").read_text())], ids=lambda folder: folder.name
 )

@@ -18,6 +18,8 @@ from vgtsim.kinematics.workspace import sample_workspace
 from vgtsim.mjcf import reach_pose
 from vgtsim.output.arm_drawing import make_solid
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[1] / "models"
 SINGLE = 1e-5  # m: STL holds single precision
 NAMES = [path.stem for path in sorted(ROOT.glob("*/*.toml"))]

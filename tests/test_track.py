@@ -13,6 +13,8 @@ from vgtsim.cli import app
 from vgtsim.description import load_tool_path
 from vgtsim.output.figure import save_figure
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[1]
 ROUNDING = 2e-9  # of figures with nine decimals, m
 

@@ -11,6 +11,7 @@ from vgtsim.errors import DescriptionError
 LOADERS = {"arm": load_manipulator, "tank": load_tank, "scene": load_scene, "path": load_tool_path}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", LOADERS)
 def test_a_name_loads_the_same_as_its_file_from_any_folder(kind, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

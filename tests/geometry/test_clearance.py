@@ -171,6 +171,7 @@ def arm_configurations(count, pivot, seed, bend=0.2):
     return chain, chain.nodes(q)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("pivot", "bend"), [(8.2, 0.2), (9.5, 0.1), (11.0, 0.05)])
 def test_arm_clearance_is_the_least_over_points_along_all_members(pivot, bend):
     chain, nodes = arm_configurations(5, pivot, 8, bend)

@@ -8,6 +8,8 @@ from vgtsim.geometry.distance import enclosure_distance, interior_distance
 from vgtsim.geometry.panels import DEPTH, TOLERANCE, make_panels
 from vgtsim.geometry.profile import make_profile
 
+pytestmark = pytest.mark.long
+
 TANK = load_tank(Path(__file__).parents[2] / "scenes/tanks/type_ii.toml")
 FLAT = TANK.model_copy(update={"shell": TANK.shell.model_copy(update={"dish_depth": 0.0})})
 TALL = TANK.model_copy(update={"shell": TANK.shell.model_copy(update={"wall_top": 9.5, "crown": 13.4})})

@@ -203,6 +203,7 @@ def test_lengths_beyond_a_triangle_or_a_singularity_are_refused_by_member(length
         general.forward_lengths(module, lengths, general.home(module, [0.95] * 3))
 
 
+@pytest.mark.long
 def test_one_long_step_ends_where_many_short_ones_do():
     """The upper cell's certificate is exact to third order only; this is its check."""
     module = _module(1)
@@ -219,6 +220,7 @@ def test_one_long_step_ends_where_many_short_ones_do():
         assert np.allclose(once, state, atol=1e-10)
 
 
+@pytest.mark.long
 def test_singular_value_falls_to_nothing_at_the_refusal():
     module = _module(1)
     start = general.home(module, [0.95] * 3)

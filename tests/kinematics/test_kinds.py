@@ -199,6 +199,7 @@ def test_a_tip_plate_on_a_hinge_is_refused():
         Manipulator.model_validate(data)
 
 
+@pytest.mark.long
 def test_strokes_of_shipped_octahedra_are_clear_and_longer_ones_are_not():
     arm = load("arm30")
     check_strokes(Chain(arm, np.eye(4)))

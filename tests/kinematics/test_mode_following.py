@@ -15,6 +15,8 @@ from vgtsim.kinematics.closure import (
 from vgtsim.kinematics.mode_following import damped_newton, worst_direction
 from vgtsim.kinematics.modules import octahedron as octa
 
+pytestmark = pytest.mark.long
+
 MODULE = octa.OctahedronGeometry((0.80, 0.85, 0.90), (0.70, 0.75, 0.65))
 EQUAL = octa.OctahedronGeometry((0.8,) * 3, (0.8,) * 3)
 SAME = 1e-9  # rad: two solutions of one mode agree to rounding, different modes differ by hundredths at least

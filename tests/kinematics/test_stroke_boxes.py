@@ -63,11 +63,13 @@ def reached(own, straight, lengths):
     return own.attempt(legs, straight[None])[1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 def test_strokes_of_shipped_arms_are_clear(path):
     check_strokes(Chain(load_manipulator(path), np.eye(4)))
 
 
+@pytest.mark.long
 def test_double_octahedron_fine_at_its_corners_is_refused_for_what_lies_between():
     """Its longest actuator may pass its flat length only while the others are half out."""
     middle, half = 0.777 * np.sqrt(3) * (LONG.height + LONG.apothem), np.array([0.2869, 0.0434, 0.2122])
@@ -85,6 +87,7 @@ def test_octahedron_fine_at_its_corners_is_refused_for_what_lies_between(skew):
         search_strokes(own, low, high)
 
 
+@pytest.mark.long
 def test_general_double_octahedron_is_refused_for_a_corner_of_its_strokes():
     """Two actuators out and one in lay a cell flat: a single way there, without the search, ends at the same place."""
     chain = general_arm(retracted=33 * INCH, stroke=25 * INCH)
@@ -104,6 +107,7 @@ def test_value_of_a_general_double_octahedron_is_that_of_its_nearer_cell():
     assert np.allclose(own.find_least(x)[:, 0], one_by_one, atol=1e-12)
 
 
+@pytest.mark.long
 def test_searched_value_is_below_that_of_many_more_samples(skew):
     """What a hundred times denser sample finds is no nearer to a singularity."""
     own, straight = skew

@@ -16,6 +16,8 @@ from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.mjcf import build_arm_spec, names, qpos_from_nodes, select_drive, stiffen
 from vgtsim.statics.loads import weigh
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2] / "models"
 CLOSURE = 1e-8  # m
 AGREEMENT = 1e-7  # m: the closures' gaps, longer by the arm's levers

@@ -14,6 +14,8 @@ from vgtsim.mjcf.files import measure_sag
 from vgtsim.site import Site
 from vgtsim.statics.loads import make_load_model
 
+pytestmark = pytest.mark.long
+
 PLACED = 1e-12  # m: nodes written into coordinates and read back
 XML_DIGITS = 1e-4  # m: six digits of coordinates of some ten metres, in three directions
 

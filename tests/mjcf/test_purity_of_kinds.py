@@ -12,6 +12,8 @@ from vgtsim.description import load_manipulator
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.sampling import sample_inputs
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2] / "models"
 CLOSURE = 1e-8  # m
 AGREEMENT = 1e-7  # m: the closures' gaps, longer by the arm's levers

@@ -11,6 +11,8 @@ from vgtsim.output.html_report import write_report_html
 from vgtsim.output.quantities import format_quantity
 from vgtsim.verification.report import CHECK_NAMES
 
+pytestmark = pytest.mark.long
+
 GREATEST_SIZE = 3e6  # bytes; a mail server takes it
 PLOTS = 10
 VOID = {"meta", "wbr"}

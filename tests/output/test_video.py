@@ -43,6 +43,7 @@ def egl():
         pytest.skip("libEGL is not installed")
 
 
+@pytest.mark.long
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
 def test_film_is_h264_of_the_size_and_length_asked_for(small, log, report, tmp_path):
@@ -60,6 +61,7 @@ def test_film_is_h264_of_the_size_and_length_asked_for(small, log, report, tmp_p
     assert [file.name for file in tmp_path.iterdir()] == ["video.mp4"]
 
 
+@pytest.mark.long
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
 def test_members_turn_from_blue_to_red_with_the_sign_of_their_force(site, log, report):
@@ -77,6 +79,7 @@ def test_members_turn_from_blue_to_red_with_the_sign_of_their_force(site, log, r
     assert (compression[changed][:, 0] > compression[changed][:, 2]).mean() > 0.95
 
 
+@pytest.mark.long
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
 def test_goal_markers_are_seen_where_they_project(small, log):
@@ -93,6 +96,7 @@ def test_goal_markers_are_seen_where_they_project(small, log):
         assert green[row - RADIUS : row + RADIUS, column - RADIUS : column + RADIUS].any()
 
 
+@pytest.mark.long
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
 def test_a_failure_half_way_leaves_no_file(small, log, report, tmp_path):
@@ -105,6 +109,7 @@ def test_a_failure_half_way_leaves_no_file(small, log, report, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_without_egl_the_package_is_named_and_the_rest_is_written(small, log, report, tmp_path, monkeypatch):
     def refuse(*_):
         raise ImportError("Cannot initialize a EGL device display")
@@ -127,6 +132,7 @@ def test_without_an_encoder_the_package_is_named(small, log, report, tmp_path, m
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
 def test_one_camera_can_be_asked_for(small, log, report, tmp_path, monkeypatch):

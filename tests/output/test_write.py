@@ -9,6 +9,7 @@ from vgtsim.replacing import replacing
 from vgtsim.runlog import load_run
 
 
+@pytest.mark.long
 def test_reports_and_log_are_written_and_nothing_else(site, log, report, tmp_path):
     assert write_outputs(site, log, report, tmp_path / "a" / "b") is None
     assert sorted(file.name for file in (tmp_path / "a" / "b").iterdir()) == [

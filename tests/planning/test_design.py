@@ -75,6 +75,7 @@ def test_bore_that_nothing_passes_is_refused(hanging_arm):
         passing_sizes(hanging_arm, load_catalogue(), 0.9)
 
 
+@pytest.mark.long
 def test_shipped_arm_stands_every_posture_under_every_case(hanging_arm, reach_scene):
     """The postures beside the tour, by the envelope that the report uses; the tour itself is the reach scene's test."""
     from vgtsim.description.scene import LoadCase

@@ -10,6 +10,8 @@ from vgtsim.planning.following import follow_request, report
 from vgtsim.planning.stretches import make_stretches
 from vgtsim.planning.tool_curves import spline
 
+pytestmark = pytest.mark.long
+
 DIFFERENCES = 1.002  # differences over a step against derivatives
 START, OVER, END = [6.0, -1.5, 1.5], [6.5, -1.0, 1.4], [7.0, -0.5, 0.9]
 

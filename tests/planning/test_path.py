@@ -13,6 +13,8 @@ from vgtsim.planning.path import plan_path
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Surroundings, make_box
 
+pytestmark = pytest.mark.long
+
 SAMPLING = 0.01  # points 4 cm apart stand for capsules, arcs 2 cm apart for the tank's profile
 CLEARANCE, STROKE_MARGIN = 0.10, 0.005  # m
 BENDS = np.radians([10.0, 32.0, 32.0, 25.0, 10.0])

@@ -31,6 +31,7 @@ def arm(arm15):
     return Chain(arm15, hanging_mount(0.0))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", list(Method))
 def test_every_method_puts_the_tool_at_the_goal(arm, method):
     answer = solve_request(ArmAlone(arm), Request(*REACHABLE, method))
@@ -41,6 +42,7 @@ def test_every_method_puts_the_tool_at_the_goal(arm, method):
     assert json.loads(answer_as_json(answer))["facts"]["objective"] == "mid_stroke"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", ["length_variation", "condition_number", "actuator_force", "utilisation", "mid_stroke:3"]
 )
@@ -66,6 +68,7 @@ def test_scene_and_command_find_the_same_configuration_by_the_same_words(reach_s
     assert answer.facts["objective"] == "clearance + stroke_barrier:0.01 + in_plane:10"
 
 
+@pytest.mark.long
 def test_a_posture_asked_for_in_a_scene_is_clear_of_it(reach_scene):
     answer = solve_request(Site(reach_scene), Request((8.0, 2.0, 1.0), (1.0, 0.0, 0.0)))
     assert answer.facts["clearance, m"] >= reach_scene.task.motion.clearance
@@ -128,6 +131,7 @@ def test_wrong_objectives_are_named(arm):
         solve_request(ArmAlone(arm), Request(*REACHABLE, objectives=("mid_stroke:-1",)))
 
 
+@pytest.mark.long
 def test_goal_out_of_reach_names_what_binds(arm):
     with pytest.raises(ReachError, match="binding"):
         solve_request(ArmAlone(arm), Request((0.0, 0.0, -30.0), (0.0, 0.0, -1.0)))

@@ -54,6 +54,7 @@ def lift(command, seconds, timestep, gravity=G, leakage=0.0, lock_band=0.0):
     return (np.arange(len(lengths)) + 1) * timestep, np.array(lengths), drive.pressure[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("timestep", [5e-4, 5e-3])
 def test_step_response_is_that_of_valve_oil_spring_and_mass(timestep):
     """K w² (1 + beta s) / (s³ + beta w² s² + w² (1 + K beta) s + K w²); the step size may add a step's lag."""
@@ -78,6 +79,7 @@ def test_pressures_carry_the_weight():
     assert pressure[1] * ANNULUS - pressure[0] * BORE == pytest.approx(MASS * G, rel=1e-9)
 
 
+@pytest.mark.long
 def test_shut_valves_hold_the_mass_where_it_is_and_a_leaking_seal_lets_it_sink_as_its_closed_form_says():
     load, leakage = MASS * G, 2e-12
     time, length, _ = lift(lambda t: START, 4.0, 5e-3, lock_band=1.0)

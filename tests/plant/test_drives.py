@@ -20,6 +20,8 @@ from vgtsim.statics.loads import tool_point
 from vgtsim.statics.settling import settle
 from vgtsim.verification import Evidence, drives, shape, verify
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 SETTLED = 1e-6  # m
 

@@ -56,6 +56,7 @@ def unloaded(scene, mass):
     return dataclasses.replace(scene, task=scene.task.model_copy(update={"payload": payload}))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pose", POSES)
 @pytest.mark.parametrize("mass", [0.0, 453.6])
 def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
@@ -75,6 +76,7 @@ def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
     assert np.abs(frame[:-1] - nodes - sag).max() < SAG * np.abs(sag).max()
 
 
+@pytest.mark.long
 def test_sag_under_a_tenth_of_gravity_is_the_linear_one(scene):
     light = change(scene, gravity=0.980665)
     q, chain = bend(scene, *POSES["bent"]), Site(scene).chain
@@ -114,6 +116,7 @@ def horizontal(scene):
     return scene, q, rest, find_modes(model, rest, 6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", range(6))
 def test_free_vibration_has_the_natural_frequencies(horizontal, mode):
     scene, q, rest, modes = horizontal
@@ -126,6 +129,7 @@ def test_free_vibration_has_the_natural_frequencies(horizontal, mode):
     assert found == pytest.approx(modes.frequency[mode], rel=FREQUENCY)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ratio", [0.01, 0.05])
 def test_first_mode_decays_with_the_damping_ratio_set(horizontal, ratio):
     scene, q, rest, modes = horizontal
@@ -183,6 +187,7 @@ def potential(model, nodes):
     return g * (members.sum() + rest + model.loads.payload.mass * tool[2])
 
 
+@pytest.mark.long
 def test_undamped_energy_drift_is_the_integrators_and_halves_with_the_step(horizontal):
     """Setting 0 leaves half a step of damping: the first mode loses 2 pi omega dt / 2 of its energy a period."""
     scene, q, rest, modes = horizontal
@@ -203,6 +208,7 @@ def test_undamped_energy_drift_is_the_integrators_and_halves_with_the_step(horiz
     assert lost[0] / lost[1] == pytest.approx(2.0, rel=0.1)
 
 
+@pytest.mark.long
 def test_members_of_a_moving_elastic_arm_carry_axial_force_alone(scene):
     scene = change(scene, damping_ratio=0.5)  # comes to rest within the patience
     start, end = bend(scene, *POSES["horizontal"]), bend(scene, [0.5, 0.45, 0.5, 0.1, 0.0], [0.1] * 5)
@@ -216,6 +222,7 @@ def test_members_of_a_moving_elastic_arm_carry_axial_force_alone(scene):
     assert shape.check_settled_shape(found).value < 1e-5
 
 
+@pytest.mark.long
 def test_settled_shape_of_a_softened_member_is_found_out(scene):
     """One tube with half its stiffness: the shape is no longer the description's."""
     scene = change(scene, damping_ratio=0.5)
@@ -236,6 +243,7 @@ def test_damping_below_what_the_step_holds_is_refused_with_the_least(scene):
         play(few, q, q, 0.1, out_of_the_tank)
 
 
+@pytest.mark.long
 def test_hydraulic_arm_holds_its_lengths_against_the_load(scene):
     """Valves take up what the oil gives; the lengths come to their command within the lock's band."""
     oil = change(scene, drive="hydraulic", valve_gain=2.0, damping_ratio=0.5)
@@ -257,6 +265,7 @@ def test_pressure_that_cannot_hold_the_dead_load_is_refused_with_figures(scene):
         play(low, q, q, 0.1, out_of_the_tank)
 
 
+@pytest.mark.long
 def test_fast_command_saturates_the_valves_and_is_counted(scene):
     oil = change(scene, drive="hydraulic", damping_ratio=0.5, valve_gain=2.0)
     start, end = bend(oil, *POSES["horizontal"]), bend(oil, [0.3, 0.3, 0.3, 0.0, 0.0], [0.0] * 5)
@@ -266,6 +275,7 @@ def test_fast_command_saturates_the_valves_and_is_counted(scene):
     assert "of the records" in found.detail
 
 
+@pytest.mark.long
 def test_period_and_damping_are_those_of_the_servos(scene):
     """Soft servos and next to no weight: a quarter of their stiffness doubles the period and the damper's time."""
     q = bend(scene, *POSES["horizontal"])
@@ -279,6 +289,7 @@ def test_period_and_damping_are_those_of_the_servos(scene):
     assert found[0][1] == pytest.approx(0.2 * found[0][0] / np.pi)
 
 
+@pytest.mark.long
 def test_servos_that_buckle_under_the_weight_are_refused(scene):
     soft = change(scene, drive="servo", servo_stiffness=1e5)
     q = bend(scene, *POSES["horizontal"])

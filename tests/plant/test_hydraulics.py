@@ -103,6 +103,7 @@ def test_shut_cylinder_is_the_spring_of_its_columns_and_rod(length):
     assert found == pytest.approx(stiffness(length - 0.8), rel=1e-9)
 
 
+@pytest.mark.long
 def test_small_step_of_a_light_load_is_the_first_order_lag():
     """L = c (1 - exp(-K t)): the closed form of flow in proportion to error."""
     run = play(cylinder(), lambda t: 1.105, 1.5, mass=10.0, start=1.1)
@@ -110,6 +111,7 @@ def test_small_step_of_a_light_load_is_the_first_order_lag():
     assert run.hit == 0
 
 
+@pytest.mark.long
 def test_small_step_of_a_heavy_load_on_the_oil_spring_is_the_third_order_response():
     """K w² / (s³ + 2 z w s² + w² s + K w²): valve, oil spring and mass, H. E. Merritt, Hydraulic Control Systems, 6-2."""
     mass, beta, dt = 2e5, 2e-2, 1e-4
@@ -125,6 +127,7 @@ def test_small_step_of_a_heavy_load_on_the_oil_spring_is_the_third_order_respons
     assert run.hit == 0
 
 
+@pytest.mark.long
 def test_ramp_without_feed_forward_lags_by_speed_over_gain():
     run = play(cylinder(), lambda t: 1.1 + 0.01 * t, 3.0, mass=10.0, feed=False)
     assert 1.1 + 0.01 * run.time[-1] - run.length[-1] == pytest.approx(0.01 / GAIN, rel=DISCRETE)
@@ -136,6 +139,7 @@ def test_ramp_with_feed_forward_is_followed():
     assert run.hit == 0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("target", "load"), [(1.35, 0.0), (0.85, 0.0), (1.35, -0.5 * SUPPLY * BORE), (0.85, 6e4)])
 def test_large_step_moves_at_the_flow_that_the_load_leaves_and_says_so(target, load):
     """Unloaded at the rated speed either way; half the push force leaves the root of one half of it."""
@@ -155,6 +159,7 @@ def test_load_beyond_the_pressure_pushes_the_rod_back_through_the_relief_valve()
     assert run.pressure[:, 0].max() < SUPPLY * 1.05  # what a step of speed adds before the valve lets it out
 
 
+@pytest.mark.long
 def test_stroke_ends_the_travel():
     run = play(cylinder(), lambda t: 1.6, 9.0, mass=10.0)
     assert run.length[-1] == pytest.approx(1.4, abs=SUPPLY * BORE / ROD)
@@ -174,6 +179,7 @@ def test_pull_on_a_shut_cylinder_opens_a_cavity_and_no_pressure_falls_below_the_
     assert free.pressure.min() > 0
 
 
+@pytest.mark.long
 def test_locked_cylinder_sags_by_its_compressibility_and_does_not_drift():
     """Shut in without load, then loaded: the stretch is force over stiffness, and stays for a million steps' worth."""
     shut = cylinder(lock_band=1.0)
@@ -183,6 +189,7 @@ def test_locked_cylinder_sags_by_its_compressibility_and_does_not_drift():
     assert abs(run.length[-1] - run.length[len(run.length) // 2]) < 1e-12
 
 
+@pytest.mark.long
 def test_locked_cylinder_with_a_leaking_seal_drifts_exponentially_at_the_closed_forms_rate():
     """A1 p1' = A2 p2' under a constant load: drift and pressure difference fall together.
 
@@ -204,6 +211,7 @@ def test_locked_cylinder_with_a_leaking_seal_drifts_exponentially_at_the_closed_
     assert np.abs(shut.length - 1.1).max() < 1e-9
 
 
+@pytest.mark.long
 def test_open_valve_makes_up_for_the_leak_but_for_flow_over_gain():
     leakage, pull = 2e-12, 3e4
     run = play(cylinder(leakage=one(leakage)), lambda t: 1.1, 4.0, load=pull, damping=1e-2)
@@ -213,6 +221,7 @@ def test_open_valve_makes_up_for_the_leak_but_for_flow_over_gain():
     assert run.length[-1] - 1.1 == pytest.approx(speed / GAIN, rel=0.05)
 
 
+@pytest.mark.long
 def test_response_does_not_depend_on_the_step():
     """Ten times the step moves a saturated, ringing, leaking cylinder by what a first-order method leaves."""
     lengths = [

@@ -14,6 +14,8 @@ from vgtsim.statics import make_load_model
 from vgtsim.verification import Evidence, shape, verify
 from vgtsim.verification import members as checks
 
+pytestmark = pytest.mark.long
+
 SHEAR = 1e-6  # N
 CLOSURE = 1e-6  # m
 AGREEMENT = 1e-5  # m

@@ -15,6 +15,8 @@ from vgtsim.plant import Plant, run
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 
+pytestmark = pytest.mark.long
+
 PLACED = 1e-9  # m: state against kinematics at the end of a hold
 FOLLOWED = 1e-6  # m: what a rigid drive leaves of a step of the command, 2 ratio² time constants
 FORCE = (

@@ -18,6 +18,8 @@ from vgtsim.plant.watch import list_contacts, name_collision
 from vgtsim.runlog import RunLog, load_run, save_run
 from vgtsim.site import Site
 
+pytestmark = pytest.mark.long
+
 LAG = 1e-5  # m: a hundredth of what a lag of one step would be at this speed
 SERVO_LAG = 3e-3  # m: 0.1 m/s times damping over stiffness, 0.01 s, and 1e5 N on 1e8 N/m
 

@@ -20,6 +20,8 @@ from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.shape import solve_shapes
 from vgtsim.positioning.strokes import make_box
 
+pytestmark = pytest.mark.long
+
 MODELS = Path(__file__).parents[2] / "models"
 GOAL = 1e-9
 ROUNDING = 1e-11

@@ -167,6 +167,7 @@ def test_other_goal_spaces_are_met(hanging_arm, box, name):
     assert all(abs(row.residual) <= row.tolerance for row in reports)
 
 
+@pytest.mark.long
 def test_no_iterate_leaves_the_strokes(hanging_arm, box, monkeypatch):
     position, direction = hanging_arm.tool(random_inputs(hanging_arm, 12, 30, 0.006))
     problem = Problem(box, tool_goal(position, direction))
@@ -187,6 +188,7 @@ def test_no_iterate_leaves_the_strokes(hanging_arm, box, monkeypatch):
     assert np.all(box.spare(hanging_arm.lengths(found.q)) > 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("objective", [StrokeBarrier(), MidStroke(), LengthVariation(0.01)], ids=lambda o: o.name)
 def test_no_null_space_step_improves_an_optimum(hanging_arm, box, objective):
     """Equation 6.63, with the goal met again after every step."""

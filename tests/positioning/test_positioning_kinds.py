@@ -71,6 +71,7 @@ def test_state_agrees_with_the_chain(chain):
     assert np.all(state.assembles)
 
 
+@pytest.mark.long
 def test_rows_and_curvatures_are_those_of_differences(chain):
     q, rng = sample_inputs(chain, 2, 2, 0.6), np.random.default_rng(3)
     module = chain.manipulator.modules[len(chain.manipulator.modules) // 2].name
@@ -114,6 +115,7 @@ def test_objectives_have_the_slopes_of_differences(chain):
         )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "part"), [("arm30", 1.0), ("arm60", 1.0), ("stewart", 1.0), ("mixed", 0.95)])
 def test_goals_are_met_on_the_mode_of_the_straight_arm_inside_all_limits(name, part):
     chain = make_chain(name)
@@ -183,6 +185,7 @@ def test_bends_add_up_in_one_plane_and_swing_with_the_arm():
     assert plane.terms(at[0]).value[0] < 1e-3 * plane.terms(at[1]).value[0]  # the top's normal to first order
 
 
+@pytest.mark.long
 def test_octahedral_arms_are_coupled_and_anchored():
     chain = make_chain("arm30")
     box, q = make_box(chain, 0.005), bend_all(chain, np.radians([8.0, 12.0, 12.0, 9.0, 4.0]), 0.4)

@@ -45,6 +45,7 @@ def test_slopes_of_a_reduction_are_those_of_differences(hanging_arm):
         np.testing.assert_allclose(reduction.variables(reduction.inputs(z)), z, atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("ratio", "order"), [(1.0, 9), (0.9, 9), (None, 11)])
 def test_coupled_arm_meets_the_goal_with_coupled_inputs(hanging_arm, box, target, ratio, order):
     """Equation 8.7: fifteen inputs become nine; with a free ratio for each pair, eleven."""

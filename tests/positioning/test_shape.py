@@ -10,6 +10,8 @@ from vgtsim.positioning.fitting import fit
 from vgtsim.positioning.shape import solve_shapes
 from vgtsim.positioning.strokes import make_box
 
+pytestmark = pytest.mark.long
+
 GOAL = 1e-9
 ROUNDING = 1e-12
 

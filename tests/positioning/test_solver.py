@@ -22,6 +22,8 @@ from vgtsim.positioning.reduction import couple
 from vgtsim.positioning.restarts import bring_starts_inside, likely_starts
 from vgtsim.positioning.strokes import bring_inside, make_box
 
+pytestmark = pytest.mark.long
+
 GOAL = 1e-9  # the accuracy a solved goal is promised to have, m and rad
 ROUNDING = 1e-12  # a few hundred roundings of metres
 STEP = 1e-6

@@ -53,6 +53,7 @@ def test_arm_that_cannot_hold_itself_has_a_negative_allowance(hanging_arm, nodes
     assert set(found.member[held]) <= set(chain.truss.actuated.tolist())
 
 
+@pytest.mark.long
 def test_map_has_one_best_posture_a_cell_and_repeats_itself(hanging_arm):
     first, second = (map_capacity(hanging_arm, draw_shapes(hanging_arm, 2000), cell=1.0) for _ in range(2))
     assert np.array_equal(first.payload, second.payload)
@@ -77,6 +78,7 @@ def test_posture_of_a_cell_is_in_it_and_carries_what_the_map_says(hanging_arm):
     assert bent == pytest.approx(found.q, abs=1e-12)
 
 
+@pytest.mark.long
 def test_unloaded_postures_keep_their_tool_and_carry_more(hanging_arm):
     plane = map_capacity(hanging_arm, draw_shapes(hanging_arm, 500), cell=3.0)
     moved = unload(hanging_arm, plane.q, 453.6, GRAVITY, OMEGA)

@@ -37,6 +37,7 @@ def arm(request):
     return model, chain.nodes(sample_inputs(chain, 3, seed=61, part=0.9))
 
 
+@pytest.mark.long
 def test_member_forces_agree_with_finite_elements(arm):
     model, poses = arm
     bars = solve_members(model.loads, poses).bar

@@ -41,6 +41,7 @@ def test_forces_are_the_method_of_joints(model, poses):
     assert np.abs(bar - joints).max() < ROUNDING * np.abs(joints).max()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("index", [0, 1, 4])
 @pytest.mark.parametrize("payload", [0.0, 453.6])
 def test_displacements_agree_with_finite_elements(hanging_arm, poses, index, payload):

@@ -14,6 +14,8 @@ from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.strokes import make_box
 
+pytestmark = pytest.mark.long
+
 GOAL = 1e-9
 MOST = 0.05  # m of actuator motion between two goals
 

@@ -12,6 +12,8 @@ from playing import bend, change, play, shorten
 from vgtsim.site import Site
 from vgtsim.verification import Evidence, members, verify
 
+pytestmark = pytest.mark.long
+
 AT_REST = 1e-6  # of the greatest bending moment of the run
 MOVING = 1e-4  # the same: differences of positions, spin of barrels about their axes, friction of pins
 

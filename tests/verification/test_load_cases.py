@@ -80,6 +80,7 @@ def test_rows_are_judged_by_the_scene_s_limits(hanging):
     assert rows["actuator_force"].passed
 
 
+@pytest.mark.long
 def test_rows_are_in_the_written_reports(hanging, tmp_path):
     scene, log = hanging
     report = verify(Site(scene), log)

@@ -58,6 +58,7 @@ def rest(scene, pose, edit=None):
     return Evidence(Site(scene), log)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [MODULE, ARM])
 @pytest.mark.parametrize("index", [0, 1, 2])
 def test_members_at_rest_carry_axial_force_alone(scenes, count, index):
@@ -69,6 +70,7 @@ def test_members_at_rest_carry_axial_force_alone(scenes, count, index):
     assert np.abs(found.axial).max() > 1e3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [MODULE, ARM])
 def test_members_in_motion_carry_axial_force_alone(scenes, count):
     scene = scenes[count]
@@ -93,6 +95,7 @@ def test_inertia_is_part_of_the_expected_force(scenes):
     assert without > 10 * with_inertia
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [MODULE, ARM])
 def test_forces_agree_with_finite_elements(scenes, count):
     found = rest(scenes[count], POSES[count][1])
@@ -152,6 +155,7 @@ def test_a_welded_ball_joint_fails_purity_and_names_the_member(scenes):
     assert shear.where == VICTIM
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("count", "victim"), VICTIMS)
 def test_a_seized_ball_joint_fails_purity_and_names_the_member(scenes, count, victim):
     found = rest(scenes[count], POSES[count][1], lambda spec: stiffen_ball(spec, victim))
@@ -160,6 +164,7 @@ def test_a_seized_ball_joint_fails_purity_and_names_the_member(scenes, count, vi
     assert moment.where == victim
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("count", "victim"), VICTIMS)
 def test_a_lateral_force_fails_purity_and_names_the_member(scenes, count, victim):
     found = rest(scenes[count], POSES[count][1], lambda spec: push_middle(spec, victim))
@@ -168,6 +173,7 @@ def test_a_lateral_force_fails_purity_and_names_the_member(scenes, count, victim
     assert shear.where == victim
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("count", "victim"), VICTIMS)
 def test_a_loosened_closure_fails_closure_and_names_the_member(scenes, count, victim):
     found = rest(scenes[count], POSES[count][1], lambda spec: loosen_closure(spec, victim))

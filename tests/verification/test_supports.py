@@ -12,6 +12,8 @@ from vgtsim.mjcf import build_spec, names
 from vgtsim.site import Site
 from vgtsim.verification.supports import find_riser_reaction
 
+pytestmark = pytest.mark.long
+
 ROUNDING = 1e-9  # relative: sums of some hundred masses
 HELD = 1e-5  # of the weight: an arm that settles still moves a little
 

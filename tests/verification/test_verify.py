@@ -15,6 +15,8 @@ from vgtsim.site import Site
 from vgtsim.verification import CHECK_NAMES, checks, verify
 from vgtsim.verification.measures import Measure, measures_in
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def scene(reach_scene):
