@@ -241,7 +241,7 @@ def test_files_that_cannot_be_written_are_refused_before_any_work(tmp_path):
 )
 def test_size_refuses_arms_it_is_not_made_for(tmp_path, name, words, said):
     arm = MODELS / name / f"{name}.toml"
-    count = len(load_manipulator(arm).actuated)
+    count = len(load_manipulator(arm).active)
     first, *rest = small_task(tmp_path, "10 kg").read_text().split("[[motion.start]]")
     last = rest[-1][rest[-1].index("\n[") :]
     starts = "".join(f"[[motion.start]]\nangle = {0.1 + 0.01 * i}\n" for i in range(count))

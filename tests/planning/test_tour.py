@@ -212,7 +212,7 @@ def test_an_arm_that_does_not_settle_is_refused_with_its_goal(reach_scene, monke
 def test_scene_with_a_general_double_octahedron_is_refused_by_its_name(reach_scene):
     """It counts among the modules that a start has a shape for, so that the scene can say what it cannot do."""
     arm = load_manipulator(Path(__file__).parents[2] / "models/octahedron_general/octahedron_general.toml")
-    assert [module.freedom for module in arm.actuated] == [3]
+    assert [module.freedom for module in arm.active] == [3]
     motion = reach_scene.task.motion.model_copy(update={"start": (Bend(),)})
     task = reach_scene.task.model_copy(update={"motion": motion})
     scene = dataclasses.replace(reach_scene, task=task, manipulator=arm)

@@ -99,7 +99,7 @@ class Manipulator(Description):
 
     @model_validator(mode="after")
     def _stows(self) -> Manipulator:
-        if self.active and self.stowed is None:
+        if self.stowable and self.stowed is None:
             raise ValueError("a table [stowed]: the arm has double-octahedral modules")
         return self
 
@@ -143,29 +143,20 @@ class Manipulator(Description):
         return found
 
     @property
-    def active(self) -> tuple[DoubleOctahedral, ...]:
-        """The double-octahedral modules, from the mast to the tool."""
-        return tuple(module for module in self.modules if isinstance(module, DoubleOctahedral))
-
-    @property
-    def actuated(self) -> tuple[Actuated, ...]:
+    def active(self) -> tuple[Actuated, ...]:
         """The modules with actuators, of every kind, from the mast to the tool."""
         return tuple(item for item in self.modules if isinstance(item, Actuated))
+
+    @property
+    def stowable(self) -> tuple[DoubleOctahedral, ...]:
+        """The modules that pass the riser with retracted actuators, from the mast to the tool: double octahedra."""
+        return tuple(module for module in self.modules if isinstance(module, DoubleOctahedral))
 
     @property
     def stowed_length(self) -> float:
         """Length of the actuators of the double-octahedral modules in the stowed pose, m."""
         assert self.stowed is not None  # demanded of every arm that has such modules
         return self.stowed.cylinder_length
-
-    @property
-    def uniform(self) -> bool:
-        """Whether inputs have shape (A, 3): its A actuated modules are one set of symmetric double octahedra.
-
-        All of them or none have a joint offset. Of any other arm the inputs stand in one row, see `kinematics.chain`.
-        """
-        alike = len({bool(module.joint_offset) for module in self.active}) == 1
-        return alike and self.active == self.actuated
 
     def block_of(self, module: int) -> Block:
         """Joint block of a module with a joint offset, given by its index."""

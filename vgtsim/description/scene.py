@@ -289,11 +289,11 @@ class Scene:
                 f"{self.task.mast.outer_diameter:.4g} m",
                 f"less than the riser's bore, {self.tank.arm_riser.bore:.4g} m",
             )
-        if len(self.task.motion.start) != len(self.manipulator.actuated):
+        if len(self.task.motion.start) != len(self.manipulator.active):
             raise self.error(
                 "motion.start",
                 f"{len(self.task.motion.start)} module shapes",
-                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.actuated)}",
+                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.active)}",
             )
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
@@ -311,7 +311,7 @@ class Scene:
         """
         pairs = self.task.motion.coupling
         try:
-            return choose_coupling(pairs, self.manipulator.actuated)
+            return choose_coupling(pairs, self.manipulator.active)
         except ValueError as error:
             key, found = ("method", "'coupled'") if pairs is None else ("coupling", str([list(pair) for pair in pairs]))
             raise self.error(f"motion.{key}", found, str(error)) from None

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics.conditioning import invert_sound
-from vgtsim.kinematics.layout import Layout, make_layout
+from vgtsim.kinematics.layout import Layout, Place, make_layout
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.truss import Truss, make_truss
 
@@ -57,6 +57,18 @@ class Chain:
     def layout(self) -> Layout:
         """Sets of modules, constant transforms, where every node comes from."""
         return make_layout(self.manipulator, self.truss)
+
+    @cached_property
+    def seats(self) -> tuple[tuple[Place, int], ...]:
+        """Place of each active module, from the mast to the tool, and which of the place's modules it is."""
+        found = {int(a): (place, m) for place in self.layout.places for m, a in enumerate(place.active)}
+        return tuple(found[a] for a in range(len(self.layout.names)))
+
+    @property
+    def leans(self) -> bool:
+        """Whether all active modules are of one set whose inputs lean mid-planes, see `ModuleSet.leans`."""
+        places = self.layout.places
+        return len(places) == 1 and places[0].modules.leans
 
     @cached_property
     def steps(self) -> tuple[Array, Array, bool]:

@@ -59,15 +59,16 @@ def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: f
         elastic=simulation.members == "elastic",
         lumped=simulation.lumped,
     )
-    spec = _start_spec(task.name, step, simulation.gravity, simulation.weight_scale)
+    spec, bare = (_start_spec(task.name, step, simulation.gravity, simulation.weight_scale) for _ in range(2))
     if rigging.elastic and simulation.drive != "servo":
-        spec.option.iterations = ELASTIC_ITERATIONS
+        spec.option.iterations = bare.option.iterations = ELASTIC_ITERATIONS
     add_tank(spec, site.tank)
-    add_arm(spec, rigging)
+    for each in (spec, bare):
+        add_arm(each, rigging)
     add_goal_markers(spec, task.motion.goals)
     light_tank(spec, site.tank)
     add_tank_cameras(spec, site.tank, pivot)
-    add_keyframes(spec, site.chain, keyed)
+    add_keyframes(spec, bare, site.chain, keyed)
     return spec
 
 
@@ -98,7 +99,7 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *,
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0)
     floor.rgba = [0.86, 0.87, 0.88, 1]
     add_arm_views(spec, height)
-    add_keyframes(spec, chain, {name: (q, 0.0) for name, q in poses.items()})
+    add_keyframes(spec, spec, chain, {name: (q, 0.0) for name, q in poses.items()})
     return spec
 
 

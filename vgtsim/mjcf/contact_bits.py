@@ -7,7 +7,7 @@ bit k when i <= k, and seeks bit k when i >= k + 2; so two parts meet if and onl
 from __future__ import annotations
 
 from vgtsim.description import Manipulator
-from vgtsim.description.modules import Tetrahedral
+from vgtsim.kinematics.modules import kind_of
 
 TANK = 1
 _BITS = 30  # of MuJoCo's 32, less the tank's and the sign
@@ -29,6 +29,6 @@ def contact_bits(part: int, parts: int) -> tuple[int, int]:
 def module_bits(manipulator: Manipulator, module: int) -> dict[str, int]:
     """Contact type and affinity of a module, -1 for the mast; a hinge counts with the module below it, whose nodes it shares."""
     modules = manipulator.modules
-    part = module + 1 - sum(isinstance(item, Tetrahedral) for item in modules[: module + 1])
+    part = module + 1 - sum(len(kind_of(item).top) < 3 for item in modules[: module + 1])
     contype, conaffinity = contact_bits(part, len(modules) + 1)
     return {"contype": contype, "conaffinity": conaffinity}

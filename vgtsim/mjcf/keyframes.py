@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import DoubleOctahedral, Prism, SectionModule
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain
-from vgtsim.kinematics.modules.static import make_static
+from vgtsim.kinematics.modules import kind_of
 from vgtsim.kinematics.sampling import sample_inputs
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.mjcf.rows import select_drive, stiffen
@@ -34,7 +33,7 @@ def reach_pose(chain: Chain) -> Array:
     A uniform chain is bent evenly by its first modules, to the horizontal if three can. Of any other arm it is the pose of
     a seeded sample whose tool is farthest from the axis.
     """
-    if chain.manipulator.uniform:
+    if chain.leans:
         q = np.array(chain.straight)
         bent = min(3, len(chain.layout.names))
         q[: 3 * bent : 3] = np.sin(min(np.pi / 4 / bent, _MOST_LEAN))
@@ -57,27 +56,28 @@ def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:
     faces = chain.frames(chain.straight)[1]
     active = len(chain.layout.names)
     for k, module in reversed(list(enumerate(arm.modules))):
-        if isinstance(module, Prism | SectionModule):
+        make_static = kind_of(module).make_static
+        if make_static:
             height += float(make_static(module, arm.face_side).P[2])
             continue
         active -= 1
-        own = chain.layout.owner == active
-        if not isinstance(module, DoubleOctahedral):  # which has no other pose than the straight one to be stowed in
-            height += float(np.linalg.norm(faces[k + 1] - faces[k]))
-            continue
-        if height + module.straight > crown - RISER_MOUTH:
+        place, m = chain.seats[active]
+        own, length = place.columns[m], float(np.linalg.norm(faces[k + 1] - faces[k]))
+        if place.modules.stows and height + length > crown - RISER_MOUTH:
             q[own] = chain.stowed[own]
-        height += 2 * q[own][2] + module.joint_offset
+            length = float(np.linalg.norm(place.modules.at(place.take(q)[None]).transform[1][0, m]))
+        height += length
     stowed_length = pivot - chain.tool(chain.stowed)[0][2]
     return {"stowed": (chain.stowed, crown + stowed_length - pivot), "straight": (q, height - pivot)}
 
 
-def add_keyframes(spec: mujoco.MjSpec, chain: Chain, poses: Poses) -> None:
+def add_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjSpec, chain: Chain, poses: Poses) -> None:
     """Add keyframes from inputs and lift of the mast; the servos hold the weight as well as the lengths.
 
     The servos' bias holds the reference pose, which a viewer starts from, and the targets of a keyframe add to that.
+    Holding forces are worked out on the bare arm, without tank, which compiles in a fraction of the time.
     """
-    model = spec.compile()
+    model = bare.compile()
     stiffen(model, HOLDING_WEIGHTS)
     select_drive(model, "rigid")
     model.jnt_stiffness *= STIFF_TUBES

@@ -38,7 +38,7 @@ def plot_actuator_forces(site: Site, log: RunLog) -> Figure:
 def _cylinders(site: Site) -> list[Cylinder]:
     """The first cylinder of every active module."""
     owner = site.truss.module[site.truss.actuated]
-    first = [site.truss.actuated[owner == site.arm.modules.index(m)][0] for m in site.arm.actuated]
+    first = [site.truss.actuated[owner == site.arm.modules.index(m)][0] for m in site.arm.active]
     return [site.arm.cylinders[site.truss.members[i].section] for i in first]
 
 
@@ -48,7 +48,7 @@ def _draw_modules(site: Site, log: RunLog, values: Array, limits: list[tuple[flo
     rows = -(-len(limits) // columns)
     figure, panel = panels(rows, columns, 0.5 + 1.75 * rows)
     owner = site.truss.module[site.truss.actuated]
-    for index, (module, ends) in enumerate(zip(site.arm.actuated, limits, strict=True)):
+    for index, (module, ends) in enumerate(zip(site.arm.active, limits, strict=True)):
         axes = panel[index]
         own = owner == site.arm.modules.index(module)
         for line, (colour, value) in enumerate(zip(LINES, values[:, own].T, strict=False)):

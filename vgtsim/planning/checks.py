@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import GeneralDoubleOctahedral, Octahedral
 from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.chain import Chain
@@ -42,7 +41,7 @@ def require_positionable(chain: Chain) -> None:
         DescriptionError: It has general double octahedra: their upper cell is found by following it from the straight
             pose, which no batch of trial steps can be asked to do.
     """
-    general = [item.name for item in chain.manipulator.modules if isinstance(item, GeneralDoubleOctahedral)]
+    general = [chain.layout.names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.positionable]
     if general:
         allowed = "symmetric double octahedra, octahedra and tetrahedra: general double octahedra are not positioned"
         raise DescriptionError(None, "modules", f"{', '.join(general)} of {chain.manipulator.name}", allowed)
@@ -50,11 +49,12 @@ def require_positionable(chain: Chain) -> None:
 
 def _check_kinds(site: Site) -> None:
     require_positionable(site.chain)
-    for module in site.arm.actuated:
-        if isinstance(module, Octahedral) and module.freedom < 6:
+    for place, m in site.chain.seats:
+        static = int(np.sum(~place.modules.actuated[m]))
+        if static:
             raise site.scene.error(
                 "manipulator",
-                f"{site.arm.name}, whose module {module.name} has {6 - module.freedom} static longerons",
+                f"{site.arm.name}, whose module {place.modules.names[m]} has {static} static longerons",
                 "octahedra with six actuators: a path between poses would not leave static longerons their length",
             )
 
@@ -72,10 +72,8 @@ def check_assembly(site: Site) -> None:
         place = next(item for item in chain.layout.places if error.module in item.modules.names)
         m = place.modules.names.index(error.module)
         low, high = chain.stroke[:, place.lengths[m][place.modules.actuated[m]]]
-        module = next(item for item in scene.manipulator.actuated if item.name == error.module)
-        key = "longerons" if isinstance(module, Octahedral) else "cylinder"
         raise scene.error(
-            f"manipulator.modules.{error.module}.{key}",
+            f"manipulator.modules.{error.module}.{place.modules.sections_key}",
             f"strokes from {low.min():.4f} to {high.max():.4f} m: {error}",
             f"strokes over whose whole range {error.module} assembles",
         ) from None

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
-from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import Octahedral
 from vgtsim.description.scene import LoadCase
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
@@ -56,7 +54,7 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
         ReachError: A goal of the tour cannot be met.
         PathError: A goal cannot be come to.
     """
-    _require_sizable(site.arm, anywhere)
+    _require_sizable(site.chain, anywhere)
     task = site.task
     catalogue = passing_sizes(site.chain, catalogue, site.tank.arm_riser.bore, asked_spare(site))
     beside = sample_postures(site.chain) if anywhere else np.empty((0, len(site.truss.nodes), 3))
@@ -85,17 +83,19 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
     )
 
 
-def _require_sizable(arm: Manipulator, anywhere: bool) -> None:
-    """Refuse arms with octahedra, whose longerons name a section each, and any posture of arms that are not uniform."""
-    octahedra = [module.name for module in arm.modules if isinstance(module, Octahedral)]
-    if octahedra:
+def _require_sizable(chain: Chain, anywhere: bool) -> None:
+    """Refuse arms whose members name a section each, and any posture of arms that do not bend by their inputs."""
+    name, names = chain.manipulator.name, chain.layout.names
+    apart = [names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.sizable]
+    if apart:
         allowed = "double octahedra, tetrahedra and static sections: longerons of octahedra are not sized one by one"
-        raise DescriptionError(None, "modules", f"{', '.join(octahedra)} of {arm.name}, octahedral", allowed)
-    others = [module.name for module in arm.actuated if module not in arm.active]
-    if anywhere and not arm.uniform:
-        found = ", ".join(others) or ", ".join(module.name for module in arm.active)
+        raise DescriptionError(None, "modules", f"{', '.join(apart)} of {name}, octahedral", allowed)
+    if anywhere and not chain.leans:
+        others = [names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.leans]
         allowed = "symmetric double octahedra, all of them or none with a joint offset; any other arm with --tour-only"
-        raise DescriptionError(None, "modules", f"{found} of {arm.name}, to be bent into any posture", allowed)
+        raise DescriptionError(
+            None, "modules", f"{', '.join(others or names)} of {name}, to be bent into any posture", allowed
+        )
 
 
 def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float = RISER_SPARE) -> Catalogue:

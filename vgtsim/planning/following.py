@@ -100,8 +100,8 @@ def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) ->
         FollowError: The posture jumps.
     """
     chain = place.chain
-    if not chain.manipulator.uniform:
-        kinds = ", ".join(f"{module.name} ({module.kind})" for module in chain.manipulator.actuated)
+    if not chain.leans:
+        kinds = ", ".join(f"{module.name} ({module.kind})" for module in chain.manipulator.active)
         allowed = "symmetric double octahedra alone, all of them or none with a joint offset, and static sections"
         raise DescriptionError(None, "modules", f"{chain.manipulator.name}, whose active modules are {kinds}", allowed)
     goal = tool_goal(path.start, path.direction)

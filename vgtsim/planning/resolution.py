@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.modules import Tetrahedral
 from vgtsim.description.redundancy import Method, choose_coupling
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.bending import straight_yaws
@@ -173,7 +172,7 @@ def _asked_resolution(place: Place, request: Request) -> Resolution:
         return Resolution(method, objectives, place.scene.coupled_modules())
     arm = place.chain.manipulator
     try:
-        return Resolution(method, objectives, choose_coupling(None, arm.actuated))
+        return Resolution(method, objectives, choose_coupling(None, arm.active))
     except ValueError as error:
         raise DescriptionError(None, "method", f"'coupled' for {arm.name}", str(error)) from None
 
@@ -196,13 +195,13 @@ def _facts(place: Place, goal: GoalSpace, found: Solution, objectives: tuple[str
 def _require_alike(place: Place, pairs: tuple[tuple[int, int], ...]) -> None:
     """Refuse to couple modules turned to each other: equal inputs, each in its module's own frame, bend them apart."""
     arm = place.chain.manipulator
-    yaws, modules = straight_yaws(place.chain), arm.actuated
+    yaws, seats, named = straight_yaws(place.chain), place.chain.seats, place.chain.layout.names
     for follower, leader in pairs:
-        if isinstance(modules[follower], Tetrahedral):  # its hinges open alike wherever they stand
+        if seats[follower][0].modules.turns_alike:
             continue
         turn = np.angle(np.exp(1j * (yaws[follower] - yaws[leader])))
         if abs(turn) > _TURNED:
-            names = f"{modules[follower].name} and {modules[leader].name} of {arm.name}"
+            names = f"{named[follower]} and {named[leader]} of {arm.name}"
             found = f"{names}, turned by {np.degrees(turn):.4g} degrees to each other"
             given = isinstance(place, Site) and place.task.motion.coupling is not None
             allowed = "coupled modules whose base frames are parallel in the straight arm"

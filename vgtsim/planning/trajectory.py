@@ -113,7 +113,7 @@ def _value(corridor: Corridor, way: Array, stiffness: Array) -> float:
     if not np.all(state.assembles):
         return np.inf
     low, high = _hinges(corridor, state.legs)
-    rows = corridor.surroundings.rows(way, corridor.clearance + corridor.softness, slopes=False)
+    rows = corridor.surroundings.rows(state, corridor.clearance + corridor.softness, slopes=False)
     inner = (rows.config > 0) & (rows.config < len(way) - 1)
     excess = 1 + (corridor.clearance - rows.gap[inner]) / corridor.softness
     hinges = np.sum(low[1:-1] ** 2) + np.sum(high[1:-1] ** 2) + np.sum(excess**2)
@@ -136,7 +136,7 @@ def _normal_equations(corridor: Corridor, way: Array, stiffness: Array) -> tuple
         if offset == 0:
             left = left + curve[..., None] * wide
         bands[offset, : count - offset] = np.swapaxes(left, 1, 2) @ wide[offset:]
-    rows = corridor.surroundings.rows(way, corridor.clearance + corridor.softness)
+    rows = corridor.surroundings.rows(state, corridor.clearance + corridor.softness)
     excess = 1 + (corridor.clearance - rows.gap) / corridor.softness
     np.add.at(slope, rows.config, -_HINGE / corridor.softness * excess[:, None] * rows.gradient)
     outer = rows.gradient[:, :, None] * rows.gradient[:, None, :]

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.layout import Place
 from vgtsim.kinematics.modules import Chord
 from vgtsim.kinematics.roll_pitch_yaw import rotation
 from vgtsim.positioning.directrix import Directrix, arc_length
@@ -68,7 +67,7 @@ def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
     share = rotation([0.0, 0.0, twist / len(layout.names)])
     R, P = chain.mount[:3, :3], chain.mount[:3, 3]
     for a in range(len(layout.names)):
-        place, m = _place_of(chain, a)
+        place, m = chain.seats[a]
         chord = Chord(
             begin=R.T @ (chords.begin[a] - P),
             direction=R.T @ chords.direction[a],
@@ -98,15 +97,6 @@ def _require_fitting(chain: Chain) -> None:
         raise DescriptionError(
             None, "method", f"shape control of {chain.manipulator.name}", "an arm that begins with an active module"
         )
-
-
-def _place_of(chain: Chain, active: int) -> tuple[Place, int]:
-    """Set of an active module, and which of the set it is."""
-    for place in chain.layout.places:
-        found = np.flatnonzero(place.active == active)
-        if len(found):
-            return place, int(found[0])
-    raise AssertionError(active)
 
 
 def _lay_out(chain: Chain, curve: Directrix) -> _Chords:

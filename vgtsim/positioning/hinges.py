@@ -40,7 +40,7 @@ class ClearanceHinges(Objective):
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form, with Gauss and Newton's curvature."""
-        rows = self.surroundings.rows(at.q, self.wanted + self.softness, payload=self.payload)
+        rows = self.surroundings.rows(at.state, self.wanted + self.softness, payload=self.payload)
         batch, count = at.q.shape
         rise = self._rise(rows.gap)
         value, slope, dense = np.zeros(batch), np.zeros((batch, count)), np.zeros((batch, count, count))
@@ -53,7 +53,7 @@ class ClearanceHinges(Objective):
 
     def values(self, at: Configurations) -> Array:
         """Without gradients."""
-        rows = self.surroundings.rows(at.q, self.wanted + self.softness, slopes=False, payload=self.payload)
+        rows = self.surroundings.rows(at.state, self.wanted + self.softness, slopes=False, payload=self.payload)
         value = np.zeros(len(at.q))
         np.add.at(value, rows.config, 0.5 * self._rise(rows.gap) ** 2)
         return value

@@ -39,7 +39,7 @@ class PostureTable:
 def make_postures(box: StrokeBox, count: int = _COUNT) -> PostureTable:
     """Draw a number of postures: one half with every actuator anywhere in its stroke, one half bent smoothly."""
     rng, chain = np.random.default_rng(_SEED), box.chain
-    if chain.manipulator.uniform:
+    if chain.leans:
         q = _double_octahedral(box, count, rng)
     elif len(box.chain.layout.static):  # a bend would not leave static legs their lengths
         q = sample_inputs(chain, count, _SEED, _PART)

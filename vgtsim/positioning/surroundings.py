@@ -24,6 +24,7 @@ from vgtsim.geometry import (
     segment_distance,
 )
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.state import State
 from vgtsim.positioning.capsules import Capsules, make_capsules
 
 Array = NDArray[np.float64]
@@ -135,11 +136,15 @@ class Surroundings:
         points = np.concatenate([nodes, self.chain.tool(q)[0][..., None, :]], axis=-2)
         return points if self.sag is None else points + self.sag(nodes)
 
-    def rows(self, q: Array, reach: float, slopes: bool = True, payload: bool = True) -> NearPairs:
+    def _points(self, state: State) -> Array:
+        points = np.concatenate([state.nodes, state.tool[0][:, None]], axis=1)
+        return points if self.sag is None else points + self.sag(state.nodes)
+
+    def rows(self, q: Array | State, reach: float, slopes: bool = True, payload: bool = True) -> NearPairs:
         """Pairs nearer than a reach.
 
         Args:
-            q: Inputs, shape (W, n).
+            q: Inputs, shape (W, n), or the kinematics of W configurations that assemble.
             reach: m.
             slopes: Whether the gradients are wanted.
             payload: Whether the payload's distance from tank, equipment, waste and mast counts; its distance
@@ -148,32 +153,26 @@ class Surroundings:
         Returns:
             One row for each pair, in a fixed order.
         """
-        points, J = self._points_and_slopes(q) if slopes else (self.points(q), None)
+        state = q if isinstance(q, State) else self.chain.state(q)
+        points = self._points(state)
         fixed = points if payload else points[:, :-1]  # the tool point is the last one
         parts = [self._shell(fixed, reach), self._waste(fixed, reach), *self._members(points, reach, payload)]
         config = np.concatenate([part.config for part in parts])
         gap = np.concatenate([part.gap for part in parts])
-        if J is None or not len(gap):
-            return NearPairs(config, gap, np.zeros((len(gap), q.shape[1] if slopes else 0)))
+        if not slopes or not len(gap):
+            return NearPairs(config, gap, np.zeros((len(gap), state.q.shape[1] if slopes else 0)))
+        J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1)
         if (
             self.sag is not None
         ):  # of the configurations that are near something alone: sag costs a solve for each input
             used = np.unique(config)
-            J[used] += self._sag_slopes(self.sag, q[used])
+            J[used] += self._sag_slopes(self.sag, state.q[used])
         gradient = [
             np.einsum("rkx,rkxj->rj", part.slope, J[part.config[:, None], part.points])
             for part in parts
             if len(part.config)
         ]
         return NearPairs(config, gap, np.concatenate(gradient))
-
-    def _points_and_slopes(self, q: Array) -> tuple[Array, Array]:
-        """As `points`, and their derivatives by the inputs without those of the sag, shape (W, N + 1, 3, n)."""
-        nodes, by_nodes = self.chain.node_jacobian(q)
-        tool, _, by_tool = self.chain.tool_jacobian(q)
-        points = np.concatenate([nodes, tool[:, None]], axis=1)
-        J = np.concatenate([by_nodes, by_tool[:, None, :3]], axis=1)
-        return points if self.sag is None else points + self.sag(nodes), J
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
         """By differences: a solver does not come to rest on slopes that leave the sag out."""

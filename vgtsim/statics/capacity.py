@@ -131,7 +131,7 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
         DescriptionError: The arm has other active modules than double octahedra.
         TrussError: No shape is within the strokes.
     """
-    if not chain.manipulator.uniform:
+    if not chain.leans:
         found = f"{chain.manipulator.name}, whose active modules are {', '.join(chain.layout.names)}"
         raise DescriptionError(None, "modules", found, "double octahedra alone: they bend in a plane by their inputs")
     rng = np.random.default_rng(seed)

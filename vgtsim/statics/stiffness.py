@@ -19,6 +19,7 @@ from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import add_up, hub_loads, member_loads, tool_point
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
+from vgtsim.statics.vectors import cross
 
 Array = NDArray[np.float64]
 
@@ -62,7 +63,7 @@ def elongations(truss: Truss, nodes: Array) -> Array:
     span = truss.spans(nodes)
     unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
     lever = nodes - nodes[..., truss.tip, :].mean(axis=-2, keepdims=True)
-    ends = [-unit, -np.cross(lever[..., first, :], unit), unit, np.cross(lever[..., second, :], unit)]
+    ends = [-unit, -cross(lever[..., first, :], unit), unit, np.cross(lever[..., second, :], unit)]
     return np.concatenate(ends, axis=-1)
 
 
@@ -104,7 +105,7 @@ def deflect(
     shift = scatter(model.truss, flat, moved[..., 0])
     lever = tool_point(model.loads, flat) - flat[:, model.truss.tip].mean(axis=1)
     tip = moved[:, -6:, 0]
-    tool = np.asarray(np.concatenate([tip[:, :3] + np.cross(tip[:, 3:], lever), tip[:, 3:]], axis=-1), float)
+    tool = np.asarray(np.concatenate([tip[:, :3] + cross(tip[:, 3:], lever), tip[:, 3:]], axis=-1), float)
     return Deflection(shift.reshape(n.shape), tool.reshape(*batch, 6), bar[..., 0].reshape(*batch, bar.shape[1]))
 
 
@@ -150,7 +151,7 @@ def scatter(truss: Truss, nodes: Array, moved: Array) -> Array:
     shift = np.zeros(nodes.shape)
     shift[:, truss.base.stop : truss.tip.start] = moved[:, :-6].reshape(len(moved), -1, 3)
     lever = nodes[:, truss.tip] - nodes[:, truss.tip].mean(axis=1, keepdims=True)
-    shift[:, truss.tip] = moved[:, None, -6:-3] + np.cross(moved[:, None, -3:], lever)
+    shift[:, truss.tip] = moved[:, None, -6:-3] + cross(moved[:, None, -3:], lever)
     return shift
 
 
@@ -183,7 +184,7 @@ def _solve(model: ElasticModel, nodes: Array, load: Array) -> tuple[Array, Array
 
 def _at_centroid(model: ElasticModel, nodes: Array, wrench: Array) -> Array:
     lever = tool_point(model.loads, nodes) - nodes[:, model.truss.tip].mean(axis=1)
-    return np.concatenate([wrench[:, :3], wrench[:, 3:] + np.cross(lever, wrench[:, :3])], axis=-1)
+    return np.concatenate([wrench[:, :3], wrench[:, 3:] + cross(lever, wrench[:, :3])], axis=-1)
 
 
 def _skew(vector: Array) -> Array:

@@ -205,6 +205,7 @@ class DoubleOctahedra(ModuleSet):
     geometry: double.DoubleOctahedronGeometry
     inputs = 3
     units = ("dimensionless", "dimensionless", "m")
+    leans = stows = True
 
     @cached_property
     def offset(self) -> bool:

@@ -130,6 +130,7 @@ class GeneralDoubleOctahedra(ModuleSet):
     begins: Array
     inputs = 3
     units = ("rad", "rad", "rad")
+    positionable = False  # its upper cell is followed from the straight pose, which is too slow for trial steps
 
     @cached_property
     def inner_count(self) -> int:

@@ -110,12 +110,24 @@ class ModuleSet(ABC):
         straight: Inputs of the straight working pose, shape (M, inputs).
         inputs: Number of canonical inputs of a module.
         units: Unit of each input, for inputs that a user writes.
+        leans: Whether the first two inputs are the sine of half the bend times cosine and sine of its direction.
+        stows: Whether the pose that passes the riser is another than the straight one.
+        positionable: Whether batches of trial steps can be asked of it.
+        sizable: Whether its members can be sized by section, each section for all members that name it.
+        turns_alike: Whether modules that are turned to each other may be coupled.
+        sections_key: Key of the description that names its cylinders.
     """
 
     names: tuple[str, ...]
     straight: Array
     inputs: ClassVar[int]
     units: ClassVar[tuple[str, ...]]
+    leans: ClassVar[bool] = False
+    stows: ClassVar[bool] = False
+    positionable: ClassVar[bool] = True
+    sizable: ClassVar[bool] = True
+    turns_alike: ClassVar[bool] = False
+    sections_key: ClassVar[str] = "cylinder"
 
     @abstractmethod
     def at(self, x: Array) -> ModuleState:

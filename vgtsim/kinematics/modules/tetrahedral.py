@@ -102,6 +102,7 @@ class Hinges(ModuleSet):
     sides: Array
     inputs = 1
     units = ("rad",)
+    turns_alike = True  # hinges open alike wherever they stand
 
     def __post_init__(self) -> None:
         """Refuse sides that do not make a triangle."""
