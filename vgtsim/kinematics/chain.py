@@ -71,10 +71,9 @@ class Chain:
         return len(places) == 1 and places[0].modules.leans
 
     @cached_property
-    def steps(self) -> tuple[Array, Array, bool]:
-        """Rotations, (A, 3, 3), and shifts, (A, 3), m, from each active module's top to the next base; if any rotates."""
-        after = self.layout.after
-        return after[:, :3, :3], after[:, :3, 3], bool(np.any(after[:, :3, :3] != np.eye(3)))
+    def root(self) -> Array:
+        """Rotation beside centroid of the base of the first active module, in G, shape (3, 4)."""
+        return (self.mount @ self.layout.root)[:3]
 
     @cached_property
     def straight(self) -> Array:
@@ -107,9 +106,10 @@ class Chain:
     def _state(self, q: ArrayLike) -> tuple[State, tuple[int, ...]]:
         """State of inputs of any batch shape (..., n), and that shape."""
         x = np.asarray(q, float)
-        if x.shape[-1:] != (self.layout.inputs,):
-            raise ValueError(f"inputs of shape {x.shape}; {self.manipulator.name} takes (..., {self.layout.inputs})")
-        return State(self, x.reshape(math.prod(x.shape[:-1]), self.layout.inputs)), x.shape[:-1]
+        batch, inputs = x.shape[:-1], self.layout.inputs
+        if x.shape[-1:] != (inputs,):
+            raise ValueError(f"inputs of shape {x.shape}; {self.manipulator.name} takes (..., {inputs})")
+        return State(self, x if len(batch) == 1 else x.reshape(math.prod(batch), inputs)), batch
 
     def _require(self, state: State, what: Literal["placed", "closed", "kept"]) -> State:
         """The state, if its modules have what is asked for."""

@@ -26,10 +26,13 @@ def rotation(rpy: ArrayLike) -> Array:
     Source: equations 3.20 and 3.24.
     """
     angle = np.asarray(rpy, float)
-    (cg, cb, ca), (sg, sb, sa) = (np.moveaxis(f(angle), -1, 0) for f in (np.cos, np.sin))
+    cos, sin = np.cos(angle), np.sin(angle)
+    cg, cb, ca = cos[..., 0], cos[..., 1], cos[..., 2]
+    sg, sb, sa = sin[..., 0], sin[..., 1], sin[..., 2]
+    along, across = ca * sb, sa * sb
     R = np.empty((*angle.shape, 3))
-    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = ca * cb, ca * sb * sg - sa * cg, ca * sb * cg + sa * sg
-    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = sa * cb, sa * sb * sg + ca * cg, sa * sb * cg - ca * sg
+    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = ca * cb, along * sg - sa * cg, along * cg + sa * sg
+    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = sa * cb, across * sg + ca * cg, across * cg - ca * sg
     R[..., 2, 0], R[..., 2, 1], R[..., 2, 2] = -sb, cb * sg, cb * cg
     return R
 

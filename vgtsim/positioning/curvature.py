@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.state import State, cross
+from vgtsim.kinematics.state import State
+from vgtsim.kinematics.vectors import cross
 from vgtsim.positioning.goals import GoalSpace, Pull, pulls
 
 Array = NDArray[np.float64]

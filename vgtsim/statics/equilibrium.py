@@ -15,12 +15,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.kinematics.vectors import cross, dot
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.rings import find_ring_forces
-from vgtsim.statics.vectors import cross, dot
 
 Array = NDArray[np.float64]
 

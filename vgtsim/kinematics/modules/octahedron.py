@@ -32,6 +32,7 @@ from vgtsim.kinematics.closure import (
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
+from vgtsim.kinematics.vectors import cross
 
 Array = NDArray[np.float64]
 
@@ -314,10 +315,10 @@ def leg_jacobian(lower: ArrayLike, upper: ArrayLike, origin: ArrayLike) -> tuple
     """
     upper = np.asarray(upper, float)
     span = upper - np.asarray(lower, float)
-    length = np.linalg.norm(span, axis=-1)
+    length = np.sqrt(np.einsum("...i,...i->...", span, span))
     unit = span / length[..., None]
     arm = upper - np.asarray(origin, float)[..., None, :]
-    return length, np.concatenate([unit, np.cross(arm, unit)], axis=-1)
+    return length, np.concatenate([unit, cross(arm, unit)], axis=-1)
 
 
 def twist_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
