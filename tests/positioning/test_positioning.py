@@ -146,6 +146,7 @@ def test_objective_slopes_are_those_of_differences(hanging_arm, box, type_ii):
     )
 
 
+@pytest.mark.long
 def test_goals_far_away_are_met_from_the_stowed_pose(hanging_arm, box):
     position, direction = hanging_arm.tool(random_inputs(hanging_arm, 9, 60))
     found = solve_anywhere(Problem(box, tool_goal(position, direction)), hanging_arm.stowed)
@@ -155,6 +156,7 @@ def test_goals_far_away_are_met_from_the_stowed_pose(hanging_arm, box):
     np.testing.assert_allclose(np.cross(along, direction), 0.0, atol=2 * GOAL)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["partial", "intermediate"])
 def test_other_goal_spaces_are_met(hanging_arm, box, name):
     q = random_inputs(hanging_arm, 10, 6, 0.12)

@@ -9,9 +9,7 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.errors import GoalError
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.bending import azimuth, bend_all, swing
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, azimuth, bend_all, hanging_mount, sample_inputs, swing
 from vgtsim.positioning.anchoring import anchor_successively
 from vgtsim.positioning.batch import solve
 from vgtsim.positioning.curvature import lagrangian_curvature

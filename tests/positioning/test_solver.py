@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import ReachError
 from vgtsim.geometry import segment_distance
-from vgtsim.kinematics.bending import bend_all, swing
+from vgtsim.kinematics import bend_all, swing
 from vgtsim.positioning import Keep, Surroundings, methods, solve_goal
 from vgtsim.positioning.goals import evaluate, tool_goal
 from vgtsim.positioning.hinges import ClearanceHinges

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description.scene import Payload
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.positioning import StrokeBox, make_box
 from vgtsim.site import Site
 from vgtsim.statics import LoadModel, MemberSections, make_load_model, make_sections

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description.scene import Payload
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.positioning import Differences, GoalSpace, NewtonSettings, Position, Problem, inside, make_box, solve
 from vgtsim.statics import find_use, make_load_model, make_sections, smooth_peak
 

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.geometry import enclosure_distance, segment_distance
-from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.stroke_boxes import check_strokes
+from vgtsim.kinematics import Chain, check_strokes
 from vgtsim.planning.riser import check_riser
 from vgtsim.site import Site
 

@@ -16,7 +16,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import DescriptionError, FollowError, ReachError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.planning.arm_alone import Place
 from vgtsim.planning.objectives import make_objective
 from vgtsim.planning.stretches import Stretch, make_stretches

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.redundancy import OBJECTIVES, split_objective
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.planning.arm_alone import Place, safety_factor_of
 from vgtsim.positioning import (
     ClearanceHinges,

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.errors import PathError
-from vgtsim.kinematics.bending import azimuth, bend_all, swing
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain, azimuth, bend_all, swing
 from vgtsim.planning.trajectory import Corridor, assemblable, smooth
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.redundancy import Method, choose_coupling
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.bending import straight_yaws
+from vgtsim.kinematics import straight_yaws
 from vgtsim.planning.arm_alone import Place
 from vgtsim.planning.checks import require_positionable
 from vgtsim.planning.objectives import MARGIN, make_objective

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.bending import swing
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain, swing
 from vgtsim.planning.tour import Tour
 from vgtsim.statics import NodeMotion
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline, make_interp_spline
 
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.geometry import MemberPairs, pair_members
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.kinematics.inertia import member_radii
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.kinematics.modules import Chord
 from vgtsim.kinematics.roll_pitch_yaw import rotation
 from vgtsim.positioning.directrix import Directrix, arc_length

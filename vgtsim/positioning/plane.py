@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics.bending import azimuth, straight_yaws
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain, azimuth, straight_yaws
 from vgtsim.positioning.objectives import Configurations, Objective, Terms
 
 Array = NDArray[np.float64]

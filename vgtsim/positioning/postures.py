@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.bending import bend_all
-from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, bend_all, sample_inputs
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside
 
 Array = NDArray[np.float64]

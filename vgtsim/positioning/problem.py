@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import ObjectiveError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import GoalSpace, evaluate
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, Terms, WeightedSum

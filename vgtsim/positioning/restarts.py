@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
-from vgtsim.kinematics.bending import azimuth, bend_all, can_swing, swing
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain, azimuth, bend_all, can_swing, swing
 from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate
 from vgtsim.positioning.newton import NewtonSettings

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

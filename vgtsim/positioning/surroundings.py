@@ -23,8 +23,7 @@ from vgtsim.geometry import (
     obstacles,
     segment_distance,
 )
-from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.state import State
+from vgtsim.kinematics import Chain, State
 from vgtsim.positioning.capsules import Capsules, make_capsules
 
 Array = NDArray[np.float64]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.truss import Truss
+from vgtsim.kinematics import Truss
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

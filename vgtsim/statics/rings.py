@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.truss import Truss
+from vgtsim.kinematics import Truss
 
 Array = NDArray[np.float64]
 
