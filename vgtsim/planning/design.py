@@ -21,13 +21,9 @@ _ROUNDS = 8  # tours after which sizes that still change are given up
 
 @dataclass(frozen=True)
 class Design:
-    """A sized arm and the demand on it.
+    """A sized arm and the demand on it; the mass before is that of the scene's arm.
 
-    Attributes:
-        sizing: The arm with its sections. Its mass before is that of the scene's arm.
-        poses: Number of poses on the tour, and of further postures.
-        cases: Names of the load cases.
-        rounds: Number of tours planned until the arm stayed the same.
+    `poses` counts the poses on the tour and the further postures; `rounds` counts the tours planned.
     """
 
     sizing: Sizing
@@ -37,20 +33,15 @@ class Design:
 
 
 def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywhere: bool = True) -> Design:
-    """Size the arm of a scene for its tour, inertia included, and its load cases.
+    """Size the arm of a scene for its tour, inertia included, and its load cases, to at most a target utilisation.
 
     The tour depends on the thickness of the arm, so it is planned again for the sized arm until the sizes stay the
-    same. Sizing the result again gives the same result.
-
-    Args:
-        site: The scene's arm is the one to start from.
-        catalogue: Sizes with which the stowed arm does not pass the riser are left out.
-        target: Greatest utilisation.
-        anywhere: Whether the arm must also stand the load cases in any posture, see `sample_postures`.
+    same. Sizing the result again gives the same result. Sizes with which the stowed arm does not pass the riser are
+    left out. `anywhere` asks that the arm stands the load cases in any posture too, see `sample_postures`.
 
     Raises:
-        DescriptionError: The arm has modules that are not sized; nothing in the catalogue passes the riser or carries the
-            load of a place; or sizes keep changing.
+        DescriptionError: The arm has modules that are not sized; nothing in the catalogue passes the riser or carries
+            the load of a place; or sizes keep changing.
         ReachError: A goal of the tour cannot be met.
         PathError: A goal cannot be come to.
     """
@@ -99,13 +90,7 @@ def _require_sizable(chain: Chain, anywhere: bool) -> None:
 
 
 def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float = RISER_SPARE) -> Catalogue:
-    """Leave out sizes with which the stowed arm does not pass a bore.
-
-    Args:
-        chain: The arm.
-        catalogue: All sizes.
-        bore: Inner diameter of the riser, m.
-        spare: Least distance of the stowed arm from the bore, m.
+    """Leave out sizes with which the stowed arm keeps less than `spare`, m, from a bore, its inner diameter in m.
 
     Raises:
         DescriptionError: No tube or no cylinder is left.

@@ -36,10 +36,7 @@ _FORCE = 1e5  # N: actuator forces count in units of what a middling cylinder pu
 def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Objective:
     """Objective of names such as `mid_stroke` or `clearance:2`: one objective, or the weighted sum of several.
 
-    Args:
-        place: The site, or an arm alone, which has no surroundings.
-        goal: A tool goal: `condition_number` is that of its rows, and `in_plane` takes its position.
-        names: At least one.
+    `goal` is a tool goal: `condition_number` is that of its rows, and `in_plane` takes its position.
 
     Raises:
         DescriptionError: A name is not known, a weight is no number above zero, or a scene is needed.

@@ -40,12 +40,9 @@ _STEPS = 300  # a goal by a wall makes the valley of the optimum narrow and curv
 
 @dataclass(frozen=True)
 class Resolution:
-    """How redundancy is resolved.
+    """How redundancy is resolved: a method, and names of objectives, each with `:weight` or without.
 
-    Attributes:
-        method: By which method.
-        objective: Names, each with `:weight` or without.
-        coupling: For the coupled method: for each pair the active module that follows and the one it follows.
+    `coupling` is for the coupled method: pairs of the active module that follows and the one that it follows.
     """
 
     method: Method
@@ -55,14 +52,7 @@ class Resolution:
 
 @dataclass(frozen=True)
 class Request:
-    """A tool goal that a command asks for.
-
-    Attributes:
-        position: Tool point in frame G, m.
-        direction: Tool direction in frame G, any length but zero.
-        method: How redundancy is resolved.
-        objectives: Names, each with `:weight` or without.
-    """
+    """A tool goal that a command asks for: point in frame G, m, and direction in G, of any length but zero."""
 
     position: tuple[float, float, float]
     direction: tuple[float, float, float]
@@ -72,14 +62,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer to a request.
-
-    Attributes:
-        q: Inputs, shape (n,).
-        lengths: Of the actuators, shape (J,), m.
-        rows: Desired, reached and residual of every goal row.
-        facts: Objective, iterations, condition number and what binds, by name.
-    """
+    """The answer to a request: inputs, shape (n,), lengths, shape (J,), m, goal rows, and facts by name."""
 
     q: Array
     lengths: Array
@@ -107,24 +90,13 @@ def resolve_goal(
     start: ArrayLike,
     keep: Keep | None = None,
 ) -> Solution:
-    """Find a configuration for a tool goal.
-
-    Args:
-        place: The site, or an arm alone.
-        how: By which method and objectives.
-        name: Of the goal, for errors.
-        goal: Tool point in frame G, shape (3,), m, and tool direction, shape (3,), any length but zero.
-        start: Present inputs, shape (n,).
-        keep: Clearance that the configuration has to keep.
-
-    Returns:
-        One solution.
+    """Find a configuration for a tool point, m, and direction in frame G, shape (3,) each, from inputs of shape (n,).
 
     Raises:
         DescriptionError: An objective is not known, or needs a scene; the arm cannot be positioned; or coupled modules
             are turned to each other.
         GoalError: The goal is no goal.
-        ReachError: It cannot be met, or not clear of the surroundings.
+        ReachError: It cannot be met, or not clear of the surroundings of `keep`.
     """
     chain = place.chain
     require_positionable(chain)

@@ -19,15 +19,9 @@ _DRAWN = 1500  # postures drawn at random; about 60 % of arm15's are inside the 
 
 
 def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array, NodeMotion]:
-    """Nodes along a tour with their velocities and accelerations, the goals included.
+    """Nodes along a tour, goals included, shape (K, N, 3), m, in frame G, and their velocities and accelerations.
 
-    Args:
-        chain: The arm.
-        tour: Lengths at every step.
-        spacing: Of the poses in time, s.
-
-    Returns:
-        Nodes, shape (K, N, 3), m, in frame G, and how they move, by central differences over one step of the tour.
+    The motion is by central differences over one step of the tour. `spacing` is the time between poses, s.
     """
     every, step = max(1, round(spacing / tour.timestep)), tour.timestep
     rows = []
@@ -43,17 +37,12 @@ def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array
 
 
 def sample_postures(chain: Chain) -> Array:
-    """Nodes of the arm in many postures: reaching out horizontally in all directions, straight and hooked, and at random.
+    """Nodes of an arm of double octahedra in many postures, shape (K, N, 3), m, in frame G.
 
-    To reach out, the first three or more modules bend evenly to the horizontal. The others stay straight, or bend
-    together into every local direction, which twists the modules that carry them. In a random posture each module bends
-    in any direction by up to 45 degrees; the seed is fixed. Postures outside a stroke are left out.
-
-    Args:
-        chain: The arm, all of double-octahedral modules.
-
-    Returns:
-        Shape (K, N, 3), m, in frame G.
+    Some postures reach out horizontally in all directions: the first three or more modules bend evenly to the
+    horizontal, and the others stay straight, or bend together into every local direction, which twists the modules that
+    carry them. In random postures each module bends in any direction by up to 45 degrees; the seed is fixed. Postures
+    outside a stroke are left out.
     """
     active = len(chain.layout.names)
     shapes = []

@@ -13,26 +13,17 @@ CONDITION_LIMIT = 1e5  # section 6.2.1: past it the smallest singular values are
 
 
 def condition_numbers(jacobian: ArrayLike) -> Array:
-    """Condition numbers of many Jacobians.
-
-    Args:
-        jacobian: Shape (..., m, n), m at most n.
-
-    Returns:
-        Greatest over least singular value (6.32), shape (...); infinite where the rank is below m.
-    """
+    """Greatest over least singular value (6.32), shape (...), of Jacobians (..., m, n); infinite below rank m."""
     values = np.linalg.svd(np.asarray(jacobian, float), compute_uv=False)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(values[..., -1] > 0, values[..., 0] / values[..., -1], inf)
 
 
 def lost_directions(jacobian: ArrayLike, names: tuple[str, ...], limit: float = CONDITION_LIMIT) -> tuple[str, ...]:
-    """Goal directions that a configuration cannot follow: one name for each, made of the goal rows' names.
+    """Goal directions that a configuration cannot follow, from a Jacobian of shape (m, n) and the names of its rows.
 
-    Args:
-        jacobian: Shape (m, n).
-        names: Of the goal rows.
-        limit: Condition number past which singular values are given up.
+    Singular values below the greatest over `limit` are given up; each direction is named by the rows that it consists
+    of.
     """
     U, values, _ = np.linalg.svd(np.asarray(jacobian, float))
     rank = int(np.sum(values > values[0] / limit))

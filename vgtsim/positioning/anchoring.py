@@ -22,9 +22,8 @@ class Cycle:
     """How a cycle of anchored solutions went.
 
     Attributes:
-        solution: Of one goal, as found in the last stage.
+        solution: Of one goal, at the end of the last stage.
         values: Objective after each stage; it never rises once the goal is met.
-        stages: Number of stages.
         converged: Whether a whole cycle passed without a fall.
     """
 
@@ -42,22 +41,14 @@ def anchor_successively(
     fall: float = 1e-9,
     most: int = 200,
 ) -> Cycle:
-    """Solve one goal with a moving window of free modules until no window improves it.
+    """Solve one goal from inputs of shape (n,) with a moving window of `free` modules until no window improves it.
 
-    Args:
-        problem: One goal; its own reduction is replaced.
-        start: Inputs inside the strokes, shape (n,).
-        free: Active modules that are free at a time.
-        settings: Of each stage.
-        fall: Least fall of the objective in a whole cycle that still counts, of 1 + |objective|.
-        most: Greatest number of stages.
-
-    Returns:
-        The end of the cycle: stationary in every window, and so, when the windows' null spaces together span that of
-        the arm, in the whole.
+    The end is stationary in every window, and in the whole arm when the windows' null spaces together span that of the
+    arm. Stages end when a whole cycle lowers the objective by less than `fall` of 1 + |objective|, or after `most`
+    stages.
 
     Raises:
-        GoalError: The free inputs are not more than the goal rows, or the first stages do not meet the goal.
+        GoalError: The free inputs are not more than the goal rows, or the goal is not met even with all inputs free.
 
     Source: section 7.2.1.
     """

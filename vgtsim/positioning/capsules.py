@@ -20,14 +20,13 @@ _APART = 3  # modules nearer than this along the arm cannot touch while their le
 
 @dataclass(frozen=True)
 class Capsules:
-    """Members, the edges of the tip plate and the payload.
+    """Members, the edges of the tip plate and the payload as M capsules.
 
     Attributes:
-        ends: Points of each capsule, shape (M, 2): nodes by index, the tool point after the last node.
+        ends: Points of each, shape (M, 2): nodes by index, the tool point after the last node.
         radii: Shape (M,), m; a cylinder has the radius of its barrel over its whole length.
         module: Module of each, shape (M,).
-        point_radii: Radius of a ball about each point that holds the hub and the capsules' ends, shape
-            (N + 1,), m.
+        point_radii: Radius of a ball about each point that holds hub and capsule ends, shape (N + 1,), m.
     """
 
     ends: Index

@@ -17,28 +17,14 @@ _PIECES = 64  # of the parameter for arc lengths
 
 @dataclass(frozen=True)
 class Directrix:
-    """A curve over u in [0, 1].
-
-    Attributes:
-        point: From u, shape (k,), to positions, shape (k, 3), m.
-        tangent: From u, shape (k,), to derivatives by u, shape (k, 3), m.
-    """
+    """A curve over u in [0, 1]: positions, m, and derivatives by u, shape (k, 3), of parameters u of shape (k,)."""
 
     point: Callable[[Array], Array]
     tangent: Callable[[Array], Array]
 
 
 def cubic(start: ArrayLike, end: ArrayLike, first: ArrayLike, last: ArrayLike) -> Directrix:
-    """The cubic of given end points and end tangents.
-
-    Args:
-        start: C(0), shape (3,), m.
-        end: C(1), shape (3,), m.
-        first: C'(0) = t_0 q_0, shape (3,), m.
-        last: C'(1) = t_1 q_1, shape (3,), m.
-
-    Returns:
-        The curve.
+    """The cubic with end points C(0), C(1) and end tangents C'(0), C'(1), each of shape (3,), m.
 
     Source: equations 7.3 to 7.8 and A.1 to A.9.
     """
@@ -54,15 +40,7 @@ def cubic(start: ArrayLike, end: ArrayLike, first: ArrayLike, last: ArrayLike) -
 
 
 def arc_length(curve: Directrix, u: ArrayLike) -> Array:
-    """Length of the curve from its start.
-
-    Args:
-        curve: The curve.
-        u: Shape (k,), in [0, 1].
-
-    Returns:
-        Shape (k,), m, by Gauss and Legendre's rule on 64 pieces of the curve and on the last one up to each u.
-    """
+    """Length of the curve from its start to each u, shape (k,), m: Gauss and Legendre's rule on 64 pieces."""
     at = np.asarray(u, float)
     begin = np.minimum(np.floor(at * _PIECES), _PIECES - 1) / _PIECES
     whole = _lengths_between(curve, np.arange(_PIECES) / _PIECES, np.full(_PIECES, 1 / _PIECES))

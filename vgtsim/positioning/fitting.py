@@ -1,11 +1,10 @@
 """An arm laid along a curve: every module's inputs in closed form, strokes left aside (section 7.4.1).
 
-Between two active modules the static sections lie as one chord. A double octahedron has three inputs: they put the end
-of that chord on the curve, and its direction follows from the modules before. An octahedron has six: they put both ends
-there, and the last face stands exactly at the end of the curve, along its tangent, turned about it by the twist.
+The static sections between two active modules lie as one chord. A double octahedron has three inputs: they put the end
+of the chord on the curve, and the modules before give its direction. An octahedron has six: they put both ends on the
+curve. Its last face stands at the end of the curve, along the tangent, turned about it by the twist.
 
-Faces are carried along by the smallest turn from each direction to the next, so an arm without twist bends
-symmetrically in every module; the twist is dealt out evenly.
+Faces are carried along by the smallest turn from each direction to the next, and the twist is dealt out evenly.
 """
 
 from __future__ import annotations
@@ -30,13 +29,7 @@ _STRAIGHT = 1e-9  # m: a section whose top stands this far beside its base's axi
 
 @dataclass(frozen=True)
 class _Chords:
-    """Where static sections lie, after each of the A active modules.
-
-    Attributes:
-        begin: Shape (A, 3), m.
-        direction: Shape (A, 3), unit.
-        end: Shape (A, 3), m: on the curve.
-    """
+    """Begins, shape (A, 3), m, unit directions, and ends on the curve of the static sections after A active modules."""
 
     begin: Array
     direction: Array
@@ -44,16 +37,10 @@ class _Chords:
 
 
 def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
-    """Inputs that lay an arm along a curve.
+    """Inputs, shape (n,), that lay an arm along a curve from its base to its last face, in frame G; strokes left aside.
 
-    Args:
-        chain: The arm; it begins with an active module.
-        curve: From the arm's base to its last face, in frame G.
-        twist: Of the last face about the curve's tangent, beyond that of the straight arm, rad: of octahedra only.
-
-    Returns:
-        Shape (n,); not limited by strokes. Static sections keep their length along the curve, and the active modules
-        share the rest in proportion to their straight lengths.
+    The arm begins with an active module. Static sections keep their length along the curve; active modules share the
+    rest in proportion to their straight lengths. Octahedra turn the last face about the tangent by the twist, rad.
 
     Raises:
         DescriptionError: A module cannot be fitted; it is named.

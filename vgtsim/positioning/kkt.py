@@ -28,7 +28,7 @@ class Equations:
 
     Attributes:
         lower: Cholesky factors of W in the lower triangles, shape (b, k, k).
-        definite: Which W are positive definite; of the others nothing else counts, shape (b,).
+        definite: Which W are positive definite, shape (b,); of the others nothing else counts.
         J: Shape (b, m, k).
         spread: J W⁻¹, shape (b, m, k).
         inverse: Pseudo-inverse of J W⁻¹ Jᵀ, shape (b, m, m).
@@ -42,18 +42,10 @@ class Equations:
 
 
 def factorise(W: Array, J: Array, limit: float) -> Equations:
-    """Factorise a batch.
+    """Factorise symmetric W, shape (b, k, k), overwritten, with J, shape (b, m, k), up to a condition number.
 
     LAPACK matrix by matrix: one call factorises, solves and tells whether W is definite, in half the time of NumPy's
     stacked `cholesky` and `solve`.
-
-    Args:
-        W: Symmetric, shape (b, k, k); overwritten.
-        J: Shape (b, m, k).
-        limit: Condition number past which goal directions are given up.
-
-    Returns:
-        The factors.
     """
     spread, definite = np.array(J), np.zeros(len(W), bool)
     for i in range(len(W)):
@@ -65,17 +57,10 @@ def factorise(W: Array, J: Array, limit: float) -> Equations:
 
 
 def solve_equations(equations: Equations, which: Index, slope: Array, error: Array) -> tuple[Array, Array, Array]:
-    """Solve some of the equations.
+    """Solve some of the equations, shape (c,), all definite, for slopes r, shape (c, k), and errors e, shape (c, m).
 
-    Args:
-        equations: The left sides.
-        which: Those wanted, all definite, shape (c,).
-        slope: r, shape (c, k).
-        error: e, shape (c, m).
-
-    Returns:
-        Steps, shape (c, k); multipliers y, shape (c, m); and the fall of the objective that the part of the step in the
-        null space promises, shape (c,).
+    Returns steps, shape (c, k), multipliers y, shape (c, m), and the fall of the objective that the part of the step in
+    the null space promises, shape (c,).
     """
     fall, lower = np.array(slope), equations.lower
     for i, k in enumerate(which):
@@ -107,16 +92,10 @@ def pseudo_inverse(matrices: Array, limit: float) -> Array:
 
 
 def downhill(W: Array, J: Array, slope: Array, limit: float) -> Array:
-    """Directions of least curvature in the null space of J.
+    """Directions, shape (b, k), of least curvature in the null space of J, along which the objective does not rise.
 
-    Args:
-        W: Curvature of the Lagrangian, not positive there, shape (b, k, k).
-        J: Shape (b, m, k).
-        slope: Of the objective, shape (b, k).
-        limit: Condition number past which goal directions are given up.
-
-    Returns:
-        Shape (b, k): along them the objective does not rise to first order; the greatest change of a variable is 1.
+    W, shape (b, k, k), is not positive there; J has shape (b, m, k), the slope (b, k). The greatest change of a
+    variable is 1.
     """
     Jt = np.swapaxes(J, 1, 2)
     keep = np.eye(W.shape[1]) - Jt @ pseudo_inverse(J @ Jt, limit) @ J

@@ -22,16 +22,10 @@ _FREE = 3  # modules free at a time in successive anchoring: nine inputs for fiv
 
 
 def solve_by(method: Method, problem: Problem, starts: Array, settings: NewtonSettings) -> Solution:
-    """Solve one goal by one method.
+    """Solve one tool goal by one method from inputs inside the strokes, shape (S, n).
 
-    Args:
-        method: How redundancy is resolved.
-        problem: One tool goal, strokes, objective; for the coupled method with its reduction.
-        starts: Inputs inside the strokes, shape (S, n); shape control makes its own.
-        settings: Of the iteration.
-
-    Returns:
-        One solution for each start, met or not; by shape control one for each curve, the least objective first.
+    There is one solution for each start, met or not. Shape control makes its own starts: there is one solution for each
+    curve, the least objective first.
 
     Raises:
         GoalError: There are more goal rows than inputs.

@@ -20,18 +20,11 @@ _SETTLED = 1e-5  # fall of the objective that is not worth another step
 
 
 def come_nearest(problem: Problem, start: Array, most: int = 80) -> tuple[Array, Array]:
-    """Come as near to goals as the strokes let the arm, without regard to anything else.
+    """Come as near to one goal as the strokes let the arm, from inputs inside the strokes, shape (b, n).
 
-    What is made least is |e|² / (2 kappa) with the stroke barrier, e being the goal's error and kappa falling.
-
-    Args:
-        problem: One goal and strokes; its objective plays no part.
-        start: Inputs inside the strokes, shape (b, n).
-        most: Greatest number of iterations for each kappa.
-
-    Returns:
-        Inputs, shape (b, n), and the errors of the goal rows there, shape (b, m), m and rad: a metre counts like a
-        radian.
+    The sum |e|² / (2 kappa) plus the stroke barrier is made least, with e the goal's error and kappa falling; the
+    problem's objective plays no part. Returns inputs, shape (b, n), and errors of the rows, shape (b, m), m and rad: a
+    metre counts like a radian.
     """
     plain = replace(problem, objective=StrokeBarrier())
     z, every, rows = problem.variables(start), np.zeros(len(start), int), len(problem.goal.names)

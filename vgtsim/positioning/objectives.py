@@ -18,13 +18,7 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Configurations:
-    """A batch of configurations inside the strokes, with all that objectives need of them.
-
-    Attributes:
-        box: The arm and its strokes.
-        state: Kinematics of b configurations.
-        which: Goal of each, shape (b,).
-    """
+    """The kinematics of b configurations inside the strokes, and the goal of each, shape (b,)."""
 
     box: StrokeBox
     state: State
@@ -43,14 +37,12 @@ class Configurations:
 
 @dataclass(frozen=True)
 class Terms:
-    """An objective's value, slope and known curvature, which is positive semidefinite.
+    """An objective's value, shape (b,), slope by the inputs, shape (b, n), and known curvature, positive semidefinite.
 
     Attributes:
-        value: Shape (b,).
-        slope: By the inputs, shape (b, n).
         blocks: Curvature by modules, for each kind of shape (b, M, inputs, inputs), or absent.
         dense: Curvature of all inputs, shape (b, n, n), or absent.
-        rough: The part of the slope whose curvature is not known and has to be learned, shape (b, n), or absent.
+        rough: The part of the slope whose curvature has to be learned, shape (b, n), or absent.
         by_length: Derivative by the actuator lengths, shape (b, J), of the part that depends on them, or absent.
     """
 
@@ -115,11 +107,7 @@ class MidStroke(Objective):
 
 @dataclass(frozen=True)
 class Nearness(Objective):
-    """Half the sum of squares of the way of every actuator from a previous configuration, in half strokes.
-
-    Attributes:
-        previous: Actuator lengths before, of every goal, shape (B, J), or of all, shape (J,), m.
-    """
+    """Half the sum of squares of each actuator's way, in half strokes, from lengths of shape (B, J) or (J,), m."""
 
     previous: Array
     name: str = "nearness"
@@ -132,11 +120,7 @@ class Nearness(Objective):
 
 @dataclass(frozen=True)
 class LengthVariation(Objective):
-    """Sum of the distances of all actuator lengths from their mean (8.8), m.
-
-    Attributes:
-        softness: Distance below which the corner of the absolute value is rounded, m.
-    """
+    """Sum of the distances of all lengths from their mean (8.8), m, with its corners rounded below `softness`, m."""
 
     softness: float = 1e-3
     name: str = "length_variation"
@@ -162,12 +146,10 @@ class LengthVariation(Objective):
 
 @dataclass(frozen=True)
 class Differences(Objective):
-    """Any function of the inputs; its slope is made of central differences.
+    """Any function from inputs, shape (b, n), to values, shape (b,); its slope is made of central differences.
 
-    Attributes:
-        name: For reports and errors.
-        function: From inputs, shape (b, n), to values, shape (b,), finite inside the strokes.
-        step: Of the differences, in units of the inputs: near the cube root of the rounding of metres.
+    The function is finite inside the strokes. The step, in units of the inputs, is near the cube root of their
+    rounding.
     """
 
     name: str
@@ -199,12 +181,7 @@ class Differences(Objective):
 
 @dataclass(frozen=True)
 class WeightedSum(Objective):
-    """Objectives added up.
-
-    Attributes:
-        parts: Weights, greater than zero, and objectives.
-        name: Names and weights, made of those of the parts.
-    """
+    """A sum of objectives with weights greater than zero; its name is made of weights and names."""
 
     parts: tuple[tuple[float, Objective], ...]
     name: str = field(init=False)

@@ -17,12 +17,9 @@ _ON_AXIS = 1e-6  # distance from the mast's axis below which a goal has no plane
 
 @dataclass(frozen=True)
 class InPlane(Objective):
-    """Half the sum of squares of what leads out of a vertical plane through the mast.
+    """Half the sum of squares of forms on the inputs, shape (r, n), that lead out of a vertical plane.
 
-    Each kind of module says which forms on its inputs lead out of the plane, see `ModuleSet.sideways`.
-
-    Attributes:
-        across: The parts as linear forms on the inputs, shape (r, n).
+    Each kind of module names its forms, see `ModuleSet.sideways`.
     """
 
     across: Array
@@ -37,11 +34,9 @@ class InPlane(Objective):
 
 
 def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
-    """The objective for the plane through the mast's axis and a goal.
+    """The objective for the plane through the mast's axis and a position in G, shape (3,), m.
 
-    Args:
-        chain: The arm.
-        position: Of the goal in frame G, shape (3,), m. For a goal on the axis the objective is zero everywhere.
+    For a position on the axis the objective is zero everywhere.
     """
     point = np.asarray(position, float)
     local = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3]

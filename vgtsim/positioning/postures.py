@@ -21,13 +21,7 @@ _PART = 0.88  # of the strokes that postures use: ends are left for what a goal 
 
 @dataclass(frozen=True)
 class PostureTable:
-    """Configurations inside the strokes and where they put the tool.
-
-    Attributes:
-        q: Inputs, shape (N, n).
-        position: Of the tool in B_1, shape (N, 3), m.
-        direction: Of the tool in B_1, shape (N, 3).
-    """
+    """N inputs inside the strokes, shape (N, n), with tool positions, m, and directions in B_1, shape (N, 3)."""
 
     q: Array
     position: Array

@@ -26,14 +26,10 @@ _STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain 
 
 @dataclass(frozen=True)
 class Problem:
-    """A batch of goals for one arm.
+    """A batch of goals for one arm, with its strokes as hard limits.
 
-    Attributes:
-        box: The arm and the actuator lengths allowed, which are hard limits.
-        goal: Rows to meet.
-        objective: What is made least in the null space of the rows.
-        barrier: Weight of the stroke barrier beside the objective; it keeps optima off the ends of strokes.
-        reduction: Order reduction, or absent.
+    The objective is made least in the null space of the goal rows. The stroke barrier has the weight `barrier` beside
+    it: it keeps optima off the ends of strokes.
     """
 
     box: StrokeBox

@@ -16,15 +16,14 @@ class Quadratic:
     """Goal rows and objective about a batch of points.
 
     Attributes:
-        inside: Whether a point is inside all hard limits; of a point outside nothing else counts, shape (b,).
+        inside: Whether a point is inside all hard limits, shape (b,); of a point outside nothing else counts.
         error: Shape (b, m), in units of the rows.
         J: Derivative of the error, shape (b, m, k).
         value: Objective, shape (b,).
         slope: Shape (b, k).
         curve: Known curvature, positive semidefinite, shape (b, k, k).
         rough: Part of the slope whose curvature is to be learned from its changes, shape (b, k), or absent.
-        by_length: Derivative of the objective by the actuator lengths, shape (b, J), which the curvature needs again,
-            or absent.
+        by_length: Derivative of the objective by the actuator lengths, shape (b, J), or absent.
     """
 
     inside: NDArray[np.bool_]

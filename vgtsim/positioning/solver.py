@@ -32,12 +32,7 @@ _INSIST = (10.0, 1000.0)  # weights of the clearance's hinges beside an objectiv
 
 @dataclass(frozen=True)
 class Keep:
-    """A clearance that every configuration must keep.
-
-    Attributes:
-        surroundings: The bodies to keep clear of.
-        clearance: m.
-    """
+    """Surroundings and the clearance, m, that every configuration must keep from them."""
 
     surroundings: Surroundings
     clearance: float
@@ -51,22 +46,15 @@ def solve_goal(
     keep: Keep | None = None,
     settings: NewtonSettings | None = None,
 ) -> Solution:
-    """Find a configuration that meets a goal.
+    """Find a configuration that meets one named goal, starting from inputs of shape (n,).
 
-    Args:
-        name: Of the goal, for errors.
-        problem: One tool goal, strokes, objective; for the coupled method with its reduction.
-        method: How redundancy is resolved.
-        start: Present inputs, shape (n,).
-        keep: Clearance asked for; the objective is made to keep it where it does not by itself.
-        settings: Of the iteration.
-
-    Returns:
-        One solution, without a batch dimension and read-only: the best of the first group of starts that has any. Its
-        clearance is at least the one asked for, and its iterations are those over all starts.
+    The solution has no batch dimension and is read-only. It is the best of the first group of starts that has any. Its
+    clearance is at least that of `keep`: the objective is changed where it does not keep it. Its iterations are those
+    over all starts. The coupled method needs the problem's reduction.
 
     Raises:
-        ReachError: No start leads to the goal, or none clear of the surroundings; it holds the shortfall and what binds.
+        ReachError: No start leads to the goal, or none clear of the surroundings; it holds the shortfall and what
+            binds.
         GoalError: There are more goal rows than inputs.
         ObjectiveError: The objective is not finite.
 

@@ -36,13 +36,9 @@ _TOUCHING = 1e-9  # m: below this distance two axes have no direction from one t
 
 @dataclass(frozen=True)
 class NearPairs:
-    """The pairs of bodies that are nearer than some reach.
+    """R pairs of bodies nearer than some reach: configurations and gaps, m, shape (R,), with gradients, shape (R, n).
 
-    Attributes:
-        config: Configuration of each pair, shape (R,).
-        gap: Distance between the surfaces, shape (R,), m.
-        gradient: Derivative of the gap by that configuration's inputs, shape (R, n); no columns when not
-            asked for.
+    A gradient is by the inputs of the pair's configuration; it has no columns when it was not asked for.
     """
 
     config: Index
@@ -52,14 +48,7 @@ class NearPairs:
 
 @dataclass(frozen=True)
 class _Gaps:
-    """Some pairs of one sort.
-
-    Attributes:
-        config: Configuration, shape (R,).
-        gap: Shape (R,), m.
-        points: The points of the arm on which the gap depends, shape (R, k).
-        slope: Derivative of the gap by them, shape (R, k, 3).
-    """
+    """R pairs of one sort: configuration, gap, m, the k points of the arm on which it depends, and its slope, (R, k, 3)."""
 
     config: Index
     gap: Array
@@ -69,12 +58,9 @@ class _Gaps:
 
 @dataclass(frozen=True)
 class _Pillars:
-    """Upright cylinders: C of them, equipment and then the mast.
+    """C upright cylinders, equipment and then the mast: axes, shape (C, 2, 3), m, and radii, shape (C,), m.
 
-    Attributes:
-        axes: Ends of the axes, shape (C, 2, 3), m.
-        radii: Shape (C,), m.
-        meets: Which capsules may meet which cylinder, shape (C, M): the first module hangs from the mast.
+    `meets` tells which capsules may meet which cylinder, shape (C, M): the first module hangs from the mast.
     """
 
     axes: Array
@@ -87,12 +73,10 @@ class Surroundings:
     """Tank, equipment, waste, mast and the arm itself.
 
     Attributes:
-        chain: The arm.
-        tank: The tank.
         payload_radius: Of the ball about the tool point, m.
         mast_radius: Of the pipe above the arm's base, m.
-        sag: Displacements of nodes and tool point under load, shape (..., N + 1, 3), m, of nodes of shape
-            (..., N, 3); absent for an arm that does not give.
+        sag: From nodes, shape (..., N, 3), m, to displacements of nodes and tool point under load, shape (..., N + 1,
+            3), m; absent for an arm that does not give.
     """
 
     chain: Chain
@@ -140,17 +124,10 @@ class Surroundings:
         return points if self.sag is None else points + self.sag(state.nodes)
 
     def rows(self, q: Array | State, reach: float, slopes: bool = True, payload: bool = True) -> NearPairs:
-        """Pairs nearer than a reach.
+        """Pairs nearer than a reach, m, of inputs of shape (W, n) or of assembled kinematics, in a fixed order.
 
-        Args:
-            q: Inputs, shape (W, n), or the kinematics of W configurations that assemble.
-            reach: m.
-            slopes: Whether the gradients are wanted.
-            payload: Whether the payload's distance from tank, equipment, waste and mast counts; its distance
-                from the arm always does.
-
-        Returns:
-            One row for each pair, in a fixed order.
+        `slopes` asks for gradients. `payload` tells whether the payload's distance from tank, equipment, waste and mast
+        counts; its distance from the arm always does.
         """
         state = q if isinstance(q, State) else self.chain.state(q)
         points = self._points(state)
@@ -228,13 +205,9 @@ class Surroundings:
         )
 
     def clearance(self, q: Array) -> tuple[Array, list[str]]:
-        """Least clearance of every configuration, from everything and of the arm from itself.
+        """Least clearance, shape (W,), m, of inputs of shape (W, n), and the names of the nearest bodies.
 
-        Args:
-            q: Inputs, shape (W, n).
-
-        Returns:
-            Shape (W,), m, and what is that near in each.
+        It counts the distance from everything and of the arm from itself.
         """
         capsules, points = self.capsules, self.points(q)
         members = len(self.chain.truss.members)
