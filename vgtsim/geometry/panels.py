@@ -108,10 +108,7 @@ def _slab(line: _Tangent, corner: Array) -> Panel:
     """The middle of the floor: one square plate."""
     size = float(corner[0])
     return Panel(
-        f"{line.name}/0/0",
-        np.array([0, 0, line.point[1] - DEPTH / 2]),
-        np.eye(3),
-        np.array([size, size, DEPTH / 2]),
+        f"{line.name}/0/0", np.array([0, 0, line.point[1] - DEPTH / 2]), np.eye(3), np.array([size, size, DEPTH / 2])
     )
 
 

@@ -52,10 +52,7 @@ class Piece:
                 -inf if sin(self.heading) > 0.5 else self.start[0],
                 inf if cos(self.heading) > 0.5 else self.start[1],
             )
-        return (
-            self.start[0] - self.radius * sin(self.heading),
-            self.start[1] + self.radius * cos(self.heading),
-        )
+        return (self.start[0] - self.radius * sin(self.heading), self.start[1] + self.radius * cos(self.heading))
 
     @property
     def end(self) -> tuple[float, float]:
@@ -69,10 +66,7 @@ class Piece:
         half = self.curvature * s / 2
         chord = s * np.sinc(half / pi)
         return np.stack(
-            [
-                self.start[0] + chord * np.cos(self.heading + half),
-                self.start[1] + chord * np.sin(self.heading + half),
-            ],
+            [self.start[0] + chord * np.cos(self.heading + half), self.start[1] + chord * np.sin(self.heading + half)],
             -1,
         )
 

@@ -24,14 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.positioning.analysis import CONDITION_LIMIT
-from vgtsim.positioning.kkt import (
-    Equations,
-    downhill,
-    factorise,
-    least_multipliers,
-    restoring,
-    solve_equations,
-)
+from vgtsim.positioning.kkt import Equations, downhill, factorise, least_multipliers, restoring, solve_equations
 from vgtsim.positioning.quadratic import Quadratic, stationarity
 from vgtsim.positioning.solution import Solution
 

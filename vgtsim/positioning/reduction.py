@@ -42,10 +42,7 @@ def anchor(inputs: ArrayLike, fixed: ArrayLike) -> Reduction:
 
 
 def couple(
-    reference: ArrayLike,
-    pairs: tuple[tuple[int, int], ...],
-    ratio: float = 1.0,
-    owner: NDArray[np.intp] | None = None,
+    reference: ArrayLike, pairs: tuple[tuple[int, int], ...], ratio: float = 1.0, owner: NDArray[np.intp] | None = None
 ) -> Reduction:
     """Tie active modules together: tau_first = k tau_second, as deviations from reference inputs of shape (n,).
 
