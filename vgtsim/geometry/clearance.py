@@ -8,21 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry.distance import enclosure_depth, enclosure_distance, interior_distance, segment_distance
+from vgtsim.geometry.distance import enclosure_depth, segment_distance
 from vgtsim.geometry.pairs import MemberPairs, nearest_members, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
-
-__all__ = [
-    "Clearance",
-    "Obstacles",
-    "arm_clearance",
-    "enclosure_distance",
-    "interior_distance",
-    "nearest_pair",
-    "obstacles",
-    "segment_distance",
-    "self_clearance",
-]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

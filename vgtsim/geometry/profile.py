@@ -167,22 +167,6 @@ class Profile:
             radius = np.where((z >= low) & (z <= high), piece.centre[0] + chord, radius)
         return radius
 
-    def floor_at(self, radius: ArrayLike) -> Array:
-        """Height of the floor at a distance from the axis.
-
-        Args:
-            radius: shape (...), m; at most the inner radius.
-
-        Returns:
-            z of dish or knuckle, shape (...), m.
-        """
-        r = np.asarray(radius, float)
-        dish, knuckle = self.piece("dish"), self.piece("knuckle")
-        bend = dish.curvature * r
-        dished = bend * r / (1 + np.sqrt(np.clip(1 - bend**2, 0.0, None)))
-        drop = np.sqrt(np.clip(knuckle.radius**2 - (r - knuckle.centre[0]) ** 2, 0.0, None))
-        return np.where(r <= knuckle.start[0], dished, knuckle.centre[1] - drop)
-
     def ceiling_at(self, radius: ArrayLike) -> Array:
         """Height z, m, of dome or haunch at distances from the axis, shape (...), m, at most the inner radius."""
         r = np.asarray(radius, float)

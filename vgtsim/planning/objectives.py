@@ -23,7 +23,7 @@ from vgtsim.positioning import (
     evaluate,
     goal_plane,
 )
-from vgtsim.positioning.analysis import condition_numbers
+from vgtsim.positioning.kkt import condition_numbers
 from vgtsim.site import Site
 from vgtsim.statics import find_use, smooth_peak, solve_members
 

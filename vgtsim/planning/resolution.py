@@ -28,7 +28,7 @@ from vgtsim.positioning import (
     solve_goal,
     tool_goal,
 )
-from vgtsim.positioning.analysis import condition_numbers, lost_directions
+from vgtsim.positioning.kkt import condition_numbers, lost_directions
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -48,16 +48,6 @@ class Resolution:
     method: Method
     objective: tuple[str, ...]
     coupling: tuple[tuple[int, int], ...] = ()
-
-
-@dataclass(frozen=True)
-class Request:
-    """A tool goal that a command asks for: point in frame G, m, and direction in G, of any length but zero."""
-
-    position: tuple[float, float, float]
-    direction: tuple[float, float, float]
-    method: Method = Method.NULLSPACE
-    objectives: tuple[str, ...] = ("mid_stroke",)
 
 
 @dataclass(frozen=True)
@@ -110,8 +100,16 @@ def resolve_goal(
     return solve_goal(name, problem, how.method, start, keep, NewtonSettings(most=_STEPS))
 
 
-def solve_request(place: Place, request: Request) -> Answer:
+def solve_request(
+    place: Place,
+    position: ArrayLike,
+    direction: ArrayLike,
+    method: Method = Method.NULLSPACE,
+    objectives: tuple[str, ...] = ("mid_stroke",),
+) -> Answer:
     """Solve one goal from the start of a site, clear of its surroundings, or from a straight arm alone.
+
+    The tool point, m, and the direction, of any length but zero, are in frame G, shape (3,).
 
     Raises:
         DescriptionError: An objective is not known, or needs a scene.
@@ -119,11 +117,10 @@ def solve_request(place: Place, request: Request) -> Answer:
         ReachError: It is not met, or not clear of the surroundings.
     """
     site = place if isinstance(place, Site) else None
-    chain, pose = place.chain, (request.position, request.direction)
-    keep = goal_keep(site) if site else None
-    found = resolve_goal(place, _asked_resolution(place, request), "ik", pose, place.start, keep)
-    goal = tool_goal(*pose)
-    facts = _facts(place, goal, found, request.objectives)
+    chain, goal = place.chain, tool_goal(position, direction)
+    how = _asked_resolution(place, method, objectives)
+    found = resolve_goal(place, how, "ik", (position, direction), place.start, goal_keep(site) if site else None)
+    facts = _facts(place, goal, found, objectives)
     if site:
         facts["clearance, m"], facts["nearest"] = site.surroundings.least(found.q)
     return Answer(found.q, chain.lengths(found.q), report_rows(chain, goal, found.q), facts)
@@ -135,9 +132,8 @@ def answer_as_json(answer: Answer) -> str:
     return json.dumps(whole, indent=2) + "\n"
 
 
-def _asked_resolution(place: Place, request: Request) -> Resolution:
-    """A request's method and objectives; coupled modules are those of a coupled scene, or else of section 8.1."""
-    method, objectives = request.method, request.objectives
+def _asked_resolution(place: Place, method: Method, objectives: tuple[str, ...]) -> Resolution:
+    """A method and objectives; coupled modules are those of a coupled scene, or else of section 8.1."""
     if method is not Method.COUPLED:
         return Resolution(method, objectives)
     if isinstance(place, Site) and place.task.motion.method is Method.COUPLED:

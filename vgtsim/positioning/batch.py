@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
+from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.newton import NewtonSettings, minimise
 from vgtsim.positioning.objectives import StrokeBarrier
 from vgtsim.positioning.problem import Problem
-from vgtsim.positioning.quadratic import Quadratic
 from vgtsim.positioning.solution import Solution, join_solutions
 
 Array = NDArray[np.float64]

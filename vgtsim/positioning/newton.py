@@ -23,9 +23,17 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.positioning.analysis import CONDITION_LIMIT
-from vgtsim.positioning.kkt import Equations, downhill, factorise, least_multipliers, restoring, solve_equations
-from vgtsim.positioning.quadratic import Quadratic, stationarity
+from vgtsim.positioning.kkt import (
+    CONDITION_LIMIT,
+    Equations,
+    Quadratic,
+    downhill,
+    factorise,
+    least_multipliers,
+    restoring,
+    solve_equations,
+    stationarity,
+)
 from vgtsim.positioning.solution import Solution
 
 Array = NDArray[np.float64]

@@ -6,14 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ObjectiveError
+from vgtsim.kinematics import Chain, azimuth, straight_yaws
 from vgtsim.kinematics.state import Blocks, State
 from vgtsim.positioning.strokes import StrokeBox
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+_ON_AXIS = 1e-6  # distance from the mast's axis below which a goal has no plane, m
 
 
 @dataclass(frozen=True)
@@ -138,11 +141,6 @@ class LengthVariation(Objective):
         curve = np.swapaxes(spread, 1, 2) @ spread
         return Terms(np.sum(size - self.softness, axis=1), slope, dense=curve, by_length=first)
 
-    @staticmethod
-    def exact(length: Array) -> float:
-        """Equation 8.8 as printed, m, for the lengths of one configuration, shape (J,)."""
-        return float(np.sum(np.abs(length - np.mean(length))))
-
 
 @dataclass(frozen=True)
 class Differences(Objective):
@@ -235,3 +233,40 @@ def _half_square(at: Configurations, away: Array) -> Terms:
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
     """Terms of a sum of functions of one length each."""
     return Terms(value, at.state.pull(first), at.state.curve(second), by_length=first)
+
+
+@dataclass(frozen=True)
+class InPlane(Objective):
+    """Half the sum of squares of forms on the inputs, shape (r, n), that lead out of a vertical plane.
+
+    Each kind of module names its forms, see `ModuleSet.sideways`.
+    """
+
+    across: Array
+    name: str = "in_plane"
+
+    def terms(self, at: Configurations) -> Terms:
+        """In closed form."""
+        q = at.state.q
+        parts = q @ self.across.T
+        curve = np.broadcast_to(self.across.T @ self.across, (len(q), q.shape[1], q.shape[1]))
+        return Terms(0.5 * np.sum(parts**2, axis=1), parts @ self.across, dense=curve)
+
+
+def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
+    """The objective for the plane through the mast's axis and a position in G, shape (3,), m.
+
+    For a position on the axis the objective is zero everywhere.
+    """
+    point = np.asarray(position, float)
+    local = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3]
+    angle = azimuth(chain, point)
+    yaws, known = straight_yaws(chain), float(np.hypot(local[0], local[1]) > _ON_AXIS)
+    forms = []
+    for place in chain.layout.places:
+        for m, (columns, yaw) in enumerate(zip(place.columns, yaws[place.active], strict=True)):
+            rows = known * place.modules.sideways(m, angle - yaw)
+            form = np.zeros((len(rows), chain.layout.inputs))
+            form[:, columns] = rows
+            forms.append(form)
+    return InPlane(np.concatenate([np.empty((0, chain.layout.inputs)), *forms]))

@@ -12,8 +12,8 @@ from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics import Chain
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import GoalSpace, evaluate
+from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, Terms, WeightedSum
-from vgtsim.positioning.quadratic import Quadratic
 from vgtsim.positioning.reduction import Reduction
 from vgtsim.positioning.strokes import StrokeBox
 

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.errors import ReachError
 from vgtsim.kinematics.ties import order_down
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.directrix import cubic
-from vgtsim.positioning.fitting import fit
+from vgtsim.positioning.fitting import cubic, fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.tank import Tank
 from vgtsim.geometry import (
+    MemberPairs,
     Obstacles,
     Profile,
     arm_clearance,
@@ -21,10 +22,11 @@ from vgtsim.geometry import (
     near_members,
     nearest_pair,
     obstacles,
+    pair_members,
     segment_distance,
 )
 from vgtsim.kinematics import Chain, State
-from vgtsim.positioning.capsules import Capsules, make_capsules
+from vgtsim.kinematics.inertia import member_radii
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -32,6 +34,7 @@ Mask = NDArray[np.bool_]
 
 _STEP = 1e-6  # of the differences of the sag, in units of the inputs
 _TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
+_APART = 3  # modules nearer than this along the arm cannot touch while their lengths are inside the strokes
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ class NearPairs:
 
 @dataclass(frozen=True)
 class _Gaps:
-    """R pairs of one sort: configuration, gap, m, the k points of the arm on which it depends, and its slope, (R, k, 3)."""
+    """R pairs: configuration, gap, m, the k points of the arm on which it depends, and its slope, (R, k, 3)."""
 
     config: Index
     gap: Array
@@ -238,3 +241,44 @@ class Surroundings:
         """Least clearance, m, of one configuration of shape (n,), and what is that near."""
         distance, names = self.clearance(q[None])
         return float(distance[0]), names[0]
+
+
+@dataclass(frozen=True)
+class Capsules:
+    """Members, the edges of the tip plate and the payload as M capsules.
+
+    Attributes:
+        ends: Points of each, shape (M, 2): nodes by index, the tool point after the last node.
+        radii: Shape (M,), m; a cylinder has the radius of its barrel over its whole length.
+        module: Module of each, shape (M,).
+        point_radii: Radius of a ball about each point that holds hub and capsule ends, shape (N + 1,), m.
+    """
+
+    ends: Index
+    radii: Array
+    module: Index
+    point_radii: Array
+
+    @cached_property
+    def far_pairs(self) -> MemberPairs:
+        """Pairs that a plan keeps apart."""
+        return pair_members(self.ends, self.radii, self.module, _APART)
+
+    @cached_property
+    def judged_pairs(self) -> MemberPairs:
+        """Pairs whose clearance is judged: all but those of neighbours, as the verification does."""
+        return pair_members(self.ends, self.radii, self.module, 2)
+
+
+def make_capsules(chain: Chain, payload_radius: float) -> Capsules:
+    """Wrap an arm and the payload, a ball about the tool point."""
+    manipulator, truss = chain.manipulator, chain.truss
+    tool, last = len(truss.nodes), len(manipulator.modules) - 1
+    plate = [(tool - 3, tool - 2), (tool - 2, tool - 1), (tool - 1, tool - 3)]
+    ends = np.array([*(member.ends for member in truss.members), *plate, (tool, tool)])
+    thickness = np.full(3, manipulator.tip_plate.thickness / 2)
+    radii = np.concatenate([member_radii(manipulator, truss), thickness, [payload_radius]])
+    module = np.array([*(member.module for member in truss.members), *[last] * 4])
+    point_radii = np.full(tool + 1, manipulator.hub.radius)
+    np.maximum.at(point_radii, ends.ravel(), np.repeat(radii, 2))
+    return Capsules(ends, radii, module, point_radii)
