@@ -75,7 +75,7 @@ def find_addresses(model: mujoco.MjModel, truss: Truss) -> Addresses:
         drive_force=sensors([names.drive_force(name) for name in actuators]),
         position=model.jnt_qposadr[joint],
         slide=model.jnt_dofadr[joint],
-        retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
+        retracted=np.array([model.numeric(names.retracted(name)).data[0] for name in actuators]),
         flange=model.site(names.FLANGE).id,
         flange_force=int(model.sensor(names.force(names.FLANGE)).adr[0]),
         tool=model.site(names.TOOL).id,

@@ -97,7 +97,7 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, site: Site, nodes: A
         model=model,
         elastic=site.elastic_model,
         joints=np.array([model.joint(names.slide(name)).id for name in actuators]),
-        retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
+        retracted=np.array([model.numeric(names.retracted(name)).data[0] for name in actuators]),
         excess=excess,
         period=1 / slowest,
     )
