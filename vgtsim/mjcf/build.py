@@ -101,9 +101,10 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *,
 
 
 def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
-    """Compile a scene for simulation: weights scaled, the scene's drive selected.
+    """Compile a scene for simulation, with keyframes at further poses, inputs of shape (n,); see `build_spec`.
 
-    The model without poses, see `build_spec`, is compiled once for a site; each call returns a copy, which may be changed.
+    Weights are scaled and the scene's drive is selected. The model without poses is compiled once for a site; each call
+    returns a copy, which may be changed.
 
     Raises:
         VgtError: The compiled model is not the truss that was described.
