@@ -19,23 +19,14 @@ ALPHA = 1.6  # AISC 360-22 C2.1: allowable loads are taken times this for second
 def rod_bending_strength(diameter: ArrayLike, yield_strength: ArrayLike) -> Array:
     """Nominal strength of a solid round in bending: Mn = Fy Z, at most 1.6 Fy S, shape (...), N·m; Z is 1.70 S.
 
-    Args:
-        diameter: Shape (...), m.
-        yield_strength: Fy, shape (...), Pa.
-
-    Source: AISC 360-22 equation F11-1.
+    Diameter in m, Fy in Pa. Source: AISC 360-22 equation F11-1.
     """
     d, fy = np.asarray(diameter, float), np.asarray(yield_strength, float)
     return np.minimum(fy * d**3 / 6, 1.6 * fy * pi * d**3 / 32)
 
 
 def tube_bending_strength(outer: ArrayLike, inner: ArrayLike, yield_strength: ArrayLike) -> Array:
-    """Nominal strength of a compact round tube in bending: Mn = Fy Z, shape (...), N·m.
-
-    Args:
-        outer: Outer diameter, shape (...), m.
-        inner: Inner diameter, shape (...), m.
-        yield_strength: Fy, shape (...), Pa.
+    """Nominal strength of a compact round tube in bending: Mn = Fy Z, shape (...), N·m, for diameters in m and Fy in Pa.
 
     Source: AISC 360-22 equation F8-1. A cylinder's barrel is compact by far: D/t below 0.07 E/Fy, 44 for this steel.
     """
@@ -44,11 +35,7 @@ def tube_bending_strength(outer: ArrayLike, inner: ArrayLike, yield_strength: Ar
 
 
 def interact(axial: ArrayLike, bending: ArrayLike) -> Array:
-    """Use of a member in axial force and bending together, shape (...); at most 1 is strong enough.
-
-    Args:
-        axial: Pr/Pc, force over allowable force, shape (...).
-        bending: Mr/Mc, moment over allowable moment, shape (...).
+    """Use of a member in axial force (Pr/Pc) and bending (Mr/Mc) together, shape (...); at most 1 is strong enough.
 
     Source: AISC 360-22 equations H1-1a and H1-1b.
     """
@@ -57,15 +44,9 @@ def interact(axial: ArrayLike, bending: ArrayLike) -> Array:
 
 
 def amplify(push: ArrayLike, euler: ArrayLike) -> Array:
-    """Factor by which compression raises the moment of a member whose ends do not move apart sideways.
+    """Factor B1, with Cm = 1, by which compression raises the moment of a member whose ends do not move apart sideways.
 
-    Args:
-        push: Compression under allowable loads, shape (...), N.
-        euler: Pe1, Euler load over the member's length, shape (...), N.
-
-    Returns:
-        B1 with Cm = 1, shape (...); infinite where the member buckles.
-
+    Of compression under allowable loads and Euler load, shape (...), N; infinite where the member buckles.
     Source: AISC 360-22 equation A-8-3.
     """
     ratio = ALPHA * np.asarray(push, float) / np.asarray(euler, float)
@@ -75,10 +56,8 @@ def amplify(push: ArrayLike, euler: ArrayLike) -> Array:
 def greatest_moments(near: Array, far: Array, mouth: Array) -> tuple[Array, Array]:
     """Greatest bending moments in barrels and in rods, shapes (..., M), N·m.
 
-    Args:
-        near: Moment of each actuator on its first block, shape (..., M, 3), N·m.
-        far: The same on its second, shape (..., M, 3), N·m.
-        mouth: Of the barrel, in parts of the length from the near end, shape (..., M).
+    `near` and `far` are the actuators' moments on their blocks, shape (..., M, 3), N·m; `mouth` is the place of the barrel's
+    mouth in parts of the length from the near end, shape (..., M).
     """
     there = near + mouth[..., None] * (-far - near)
     begin, middle, end = (np.linalg.norm(item, axis=-1) for item in (near, there, far))

@@ -33,7 +33,7 @@ class Allowance:
         payload: Greatest mass at the tool with every utilisation at most 1, shape (...), kg; negative where the arm
             cannot hold its own weight.
         member: Index of the member that governs, shape (...).
-        limit: Index into `LIMITS` of what governs, shape (...).
+        limit: Index into `LIMITS`, shape (...).
     """
 
     payload: Array
@@ -50,8 +50,8 @@ class CapacityMap:
         depth: Of the cell's middle below the pivot, shape (C,), m.
         payload: Allowable, shape (C,), kg.
         sag: Displacement of the tool under the reference payload, shape (C,), m.
-        member: Name of the governing member, per cell.
-        limit: What governs, per cell.
+        member: Name of the governing member of each cell.
+        limit: The limit of it that governs.
         q: Inputs of the posture, shape (C, n).
         reference: Payload of the sag, kg.
     """
@@ -77,15 +77,9 @@ class CapacityMap:
 
 
 def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor: float, radius: float) -> Allowance:
-    """Find the payload at which the first member or cylinder is used to the full.
+    """Find the payload at which the first member or cylinder is used to the full, in poses of shape (..., N, 3), m, frame G.
 
-    Member forces are linear in the payload, so two solves give it exactly.
-
-    Args:
-        nodes: Poses, shape (..., N, 3), m, in frame G.
-        gravity: Downward, m/s².
-        safety_factor: Omega of AISC 360.
-        radius: Of the payload, m.
+    Member forces are linear in the payload, so two solves give it exactly. `radius` is the payload's, m.
 
     Raises:
         DescriptionError: A module has a joint offset: use in bending is not linear in the payload.
@@ -116,16 +110,9 @@ def _find_room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) ->
 
 
 def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
-    """Draw shapes in the vertical plane of azimuth zero.
+    """Inputs of shapes drawn in the vertical plane of azimuth zero, shape (K, n).
 
     Each module is bent in the plane by up to 45 degrees at its straight extension; shapes outside a stroke are dropped.
-
-    Args:
-        shapes: Shapes drawn.
-        seed: Of the draw.
-
-    Returns:
-        Inputs, shape (K, n).
 
     Raises:
         DescriptionError: The arm has other active modules than double octahedra.
@@ -160,14 +147,8 @@ def map_capacity(
 ) -> CapacityMap:
     """Map the allowable payload over radius and depth: of the postures in each cell, the one that carries most.
 
-    The arm hangs; depth counts from its base face.
-
-    Args:
-        q: Inputs of the postures, shape (K, n).
-        gravity: Downward, m/s².
-        safety_factor: Omega of AISC 360.
-        reference: Payload of the sag, kg.
-        cell: Side of a cell, m.
+    The arm hangs; depth counts from its base face. Inputs q have shape (K, n); `reference` is the payload of the sag, kg;
+    `cell` is the side of a cell, m.
 
     Raises:
         TrussError: The arm is a mechanism in one of the postures.
@@ -198,15 +179,7 @@ def map_capacity(
 
 
 def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:
-    """Part by which one map's payload is above another's, in the cells that both have.
-
-    Args:
-        better: A map; of its postures some may have come into cells that the other lacks.
-        plain: The map it is held against, with cells of the same side.
-
-    Returns:
-        In the order of `better`'s cells, shape (C,).
-    """
+    """Part by which one map's payload is above another's with cells of the same side, in the cells that both have, shape (C,)."""
     before = dict(zip(zip(plain.radius.tolist(), plain.depth.tolist(), strict=True), plain.payload, strict=True))
     cells = zip(better.radius.tolist(), better.depth.tolist(), strict=True)
     pairs = [(now, before[cell]) for cell, now in zip(cells, better.payload, strict=True) if cell in before]

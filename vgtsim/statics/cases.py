@@ -42,13 +42,9 @@ class Envelope:
 
 
 def apply_case(model: LoadModel, case: LoadCase) -> LoadModel:
-    """Load model of a case, without its wrench and without what comes from any direction.
+    """Load model of a case, from that of plain gravity, without its wrench and without loads from any direction.
 
-    Args:
-        model: Masses under plain gravity.
-
-    Returns:
-        With gravity turned and scaled; the payload's mass carries what its factor differs from that of the arm.
+    Gravity is turned and scaled; the payload's mass carries the difference of its factor from that of the arm.
     """
     size = float(np.linalg.norm(model.gravity))
     return _factored(model, case, case.dead * (case.dynamic * model.gravity + size * np.array(case.seismic)))
@@ -61,12 +57,9 @@ def _factored(model: LoadModel, case: LoadCase, gravity: Array) -> LoadModel:
 
 
 def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: NodeMotion | None = None) -> MemberForces:
-    """Find the member forces of a case, without what comes from any direction.
+    """Find the member forces of a case in poses of shape (..., N, 3), m, frame G, without loads from any direction.
 
-    Args:
-        model: Masses under plain gravity.
-        nodes: Shape (..., N, 3), m, in frame G.
-        motion: Of the nodes; the inertia of the arm and of the factored payload comes on top. Absent at rest.
+    The model is of plain gravity. In a motion, the inertia of the arm and of the factored payload comes on top.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
@@ -86,19 +79,13 @@ def bound_case(
 ) -> tuple[MemberForces, MemberForces]:
     """Find the greatest and least forces and moments of a case whose shaking and reaction may come from any direction.
 
-    A force is linear in a load, so what a load of given size can add to it is the length of the vector of what unit
-    loads along the axes add: of two axes for shaking, of three for the reaction. Each member has its own worst direction.
-    So has the moment at each of its ends, which whatever the load is about one line (see `rings`).
+    A force is linear in a load, so a load of given size and any direction adds to it the length of the vector of effects of
+    unit loads along the axes: two axes for shaking, three for the reaction. Each member has its own worst direction. So has
+    the moment at each of its ends, which is about one line whatever the load (see `_find_rings` in `equilibrium`).
 
-    Args:
-        model: Masses under plain gravity.
-        nodes: Shape (..., N, 3), m, in frame G.
-        motion: Of the nodes; absent at rest.
-
-    Returns:
-        The most pulled and the most pushed state of every member, with the ends of the range of the moments at its hubs:
-        which end goes with which force or with which end at the other hub is not said. Transverse forces and reactions
-        are those without what comes from any direction.
+    Arguments are as for `solve_case`. The most pulled and the most pushed state of every member are returned, with the ends
+    of the range of the moments at its hubs; which end goes with which force or with which end at the other hub is not said.
+    Transverse forces and reactions are those without loads from any direction.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
@@ -144,14 +131,9 @@ def _combine(
 def find_envelope(
     model: LoadModel, sections: MemberSections, nodes: ArrayLike, cases: Sequence[LoadCase], safety_factor: float
 ) -> Envelope:
-    """Hold every case against the ratings in every pose.
+    """Hold every case, at least one, against the ratings in every pose, shape (..., N, 3), m, frame G.
 
-    Args:
-        model: Masses under plain gravity.
-        sections: Of the members.
-        nodes: Poses, shape (..., N, 3), m, in frame G.
-        cases: At least one.
-        safety_factor: Omega of AISC 360.
+    The model is of plain gravity.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.

@@ -46,14 +46,7 @@ class ElasticModel:
         return self.loads.truss
 
     def stiffness(self, actuators: ArrayLike) -> Array:
-        """Axial stiffness of every member.
-
-        Args:
-            actuators: Actuator lengths, shape (..., J), m.
-
-        Returns:
-            Shape (..., M), N/m.
-        """
+        """Axial stiffness of every member, shape (..., M), N/m, at actuator lengths of shape (..., J), m."""
         length = np.asarray(actuators, float)
         low, high = self.stroke
         column = self.oil[0] / (np.maximum(length - low, 0.0) + TRAPPED)
@@ -63,28 +56,16 @@ class ElasticModel:
         return result
 
     def stiffness_at(self, nodes: ArrayLike) -> Array:
-        """Axial stiffness of every member at the actuator lengths of a pose.
-
-        Args:
-            nodes: Shape (..., N, 3), m.
-
-        Returns:
-            Shape (..., M), N/m.
-        """
+        """Axial stiffness of every member, shape (..., M), N/m, in poses of shape (..., N, 3), m."""
         n = np.asarray(nodes, float)
         return self.stiffness(self.truss.lengths(n)[..., self.truss.actuated])
 
 
 def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped: bool = False) -> ElasticModel:
-    """Collect stiffnesses and masses from the description.
+    """Collect stiffnesses and masses from the description; gravity is m/s² along -z of frame G, as for `make_load_model`.
 
     A tube is EA/L from hub to hub. A cylinder is its oil, trapped on both sides of the piston by lock valves, in series
     with its solid rod; barrel wall and pins count as rigid.
-
-    Args:
-        payload: What it carries.
-        gravity: Downward, along -z of frame G, m/s².
-        lumped: Whether the members' mass sits in their hubs.
 
     Raises:
         DescriptionError: A module has a joint offset: bending of its actuators is not in the stiffness.
@@ -118,10 +99,7 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped
 
 
 def require_no_offset(chain: Chain, where: str) -> None:
-    """Refuse an arm with a joint offset where bending of its actuators is not worked out.
-
-    Args:
-        where: Ends the message, for example "members are elastic".
+    """Refuse an arm with a joint offset; `where` ends the message, for example "members are elastic".
 
     Raises:
         DescriptionError: A module has a joint offset.
@@ -136,12 +114,8 @@ def require_no_offset(chain: Chain, where: str) -> None:
 def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
     """The same arm as its drives hold it at rest, with tubes as good as rigid where members are.
 
-    Args:
-        simulation: Says what drives the cylinders.
-
-    Returns:
-        The model with cylinders whose stiffness is that of their drive: oil and rod under imposed unloaded lengths, the
-        servo's, or as good as rigid where valves make up for what the oil gives.
+    Cylinders get the stiffness of their drive: oil and rod under imposed unloaded lengths, the servo's stiffness, or as good
+    as rigid where valves make up for what the oil gives.
     """
     if simulation.members == "rigid":
         model = replace(model, spring=np.where(model.spring > 0, _HELD, 0.0))

@@ -1,11 +1,10 @@
 """The method of joints for a whole arm, from the tip plate to the mast flange, over any batch of instants.
 
-Every group of three nodes (a face, or the mid-plane of a double octahedron) has nine equations and nine
-unknowns: the three members among its nodes and the six that join it to the groups below. The one new node of a
-tetrahedral module has three: the two sides of its top and its actuator. The rigid tip plate counts as three
-bars among its corners, which does not change the force in any member. So the equilibrium matrix of the arm is
-block triangular, and the groups are solved one after the other from the tip. Feet and heads of joint blocks are such
-groups too, with the bars that stand for blocks and actuators between them; see `rings`.
+Every group of three nodes (a face, or the mid-plane of a double octahedron) has nine equations and nine unknowns: the
+three members among its nodes and the six that join it to the groups below. The one new node of a tetrahedral module has
+three: the two sides of its top and its actuator. The rigid tip plate counts as three bars among its corners, which changes
+no member's force. So the equilibrium matrix is block triangular, and the groups are solved one after the other from the
+tip. Feet and heads of joint blocks are such groups too, with the bars that stand for blocks and actuators between them.
 """
 
 from __future__ import annotations
@@ -77,22 +76,18 @@ def solve_members(
     nodal_forces: ArrayLike | None = None,
     pivot: ArrayLike | None = None,
 ) -> MemberForces:
-    """Find the force in every member.
+    """Find the force in every member in poses of shape (..., N, 3), m, frame G; NaN at instants whose motion is NaN.
 
     Args:
         model: Masses, gravity and payload.
         nodes: Shape (..., N, 3), m, in frame G.
-        motion: Velocities and accelerations of the nodes; absent at rest.
+        motion: Of the nodes; absent at rest.
         nodal_forces: Further loads on the hubs, broadcast to shape (..., N, 3), N, in frame G.
         pivot: Point the reaction's moment is about, shape (3,) or (..., 3), m, in frame G; absent for the
             centroid of the mast flange.
 
-    Returns:
-        The forces; NaN at instants whose motion is NaN.
-
     Raises:
-        TrussError: The truss is a mechanism or carries a self-stress at one of the instants; members are
-            named.
+        TrussError: The truss is a mechanism or carries a self-stress at one of the instants; members are named.
 
     Source: method of joints. Differs: the dissertation leaves force analysis to future work (chapter 9).
     """

@@ -24,7 +24,7 @@ class Framework:
         nodes: Names.
         bars: Names.
         ends: Node indices of each bar, shape (B, 2).
-        free: Whether a node may move along each axis; where it may not, a support holds it, shape (N, 3).
+        free: Whether a node may move along each axis, or a support holds it there, shape (N, 3).
         group: Number of each node's group, shape (N,): the bars of a group, those that join its nodes to one another
             or to groups before it, hold its nodes on those groups. Alike for all nodes where nothing is known.
     """
@@ -135,14 +135,9 @@ def framework_of(truss: Truss) -> Framework:
 
 
 def equilibrium_matrix(frame: Framework, nodes: ArrayLike) -> Array:
-    """Forces at the free nodes per unit tension in each bar.
+    """Forces at the free nodes per unit tension in each bar, shape (..., F, B), for nodes of shape (..., N, 3), m.
 
-    Args:
-        frame: The framework.
-        nodes: Shape (..., N, 3), m.
-
-    Returns:
-        Shape (..., F, B), rows in the order of `Framework.equations`.
+    Rows are in the order of `Framework.equations`.
     """
     unit = frame.directions(np.asarray(nodes, float))
     node, axis = frame.equations

@@ -38,13 +38,12 @@ def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[
 
 
 def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, start: int = 0) -> tuple[Array, Array]:
-    """Solve the groups one after the other, the last one first.
+    """Solve the groups one after the other, the last one first; `start` instants stand before these, to name which is wrong.
 
     Args:
         unit: Directions of the bars, shape (T, B, 3).
         force: Loads on the nodes, shape (T, N, 3), N.
         nodes: Shape (T, N, 3), m, to name what is wrong.
-        start: Instants before these, to name which is wrong.
 
     Returns:
         Bar forces, shape (T, B), N, and what is left at the nodes, shape (T, N, 3), N: for the supports.

@@ -24,11 +24,9 @@ _MASSLESS = 1e-12  # smallest eigenvalue of the mass matrix, its diagonal scaled
 
 @dataclass(frozen=True)
 class NaturalModes:
-    """Natural modes, slowest first.
+    """Natural modes, slowest first: frequency, shape (n,), Hz, and nodes, shape (n, N, 3), m.
 
-    Attributes:
-        frequency: Shape (n,), Hz.
-        nodes: Displacements of the nodes in each mode for a modal mass of 1 kg, shape (n, N, 3), m.
+    `nodes` are their displacements in each mode for a modal mass of 1 kg.
     """
 
     frequency: Array
@@ -36,11 +34,9 @@ class NaturalModes:
 
 
 def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestressed: bool = True) -> NaturalModes:
-    """Find the slowest natural modes about a pose.
+    """Find the slowest natural modes about a pose of shape (N, 3), m, frame G.
 
-    Args:
-        nodes: Shape (N, 3), m, in frame G.
-        prestressed: Whether the member forces under weight stiffen (pulled) and soften (pushed) the arm.
+    `prestressed` lets the member forces under weight stiffen (pulled) and soften (pushed) the arm.
 
     Raises:
         TrussError: The truss is a mechanism; members are named. Or something of it has no mass.
@@ -62,15 +58,9 @@ def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestre
 
 
 def damping_time(model: ElasticModel, nodes: ArrayLike, ratio: float) -> float:
-    """Damper over stiffness, the same for every member, that gives the slowest mode a damping ratio.
+    """Damper over stiffness beta, s, the same for every member, that gives the slowest mode a ratio of critical damping.
 
-    Args:
-        nodes: Pose in which the mode is taken, unloaded, shape (N, 3), m.
-        ratio: Of critical damping.
-
-    Returns:
-        beta, s; mode i then has ratio beta omega_i / 2.
-
+    The mode is taken in the unloaded pose `nodes`, shape (N, 3), m. Mode i then has ratio beta omega_i / 2.
     Source: damping proportional to stiffness, J. W. Strutt (Lord Rayleigh), The Theory of Sound (1877).
     """
     return ratio / (np.pi * float(find_modes(model, nodes, 1).frequency[0]))
@@ -82,16 +72,10 @@ def stiffness_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
 
 
 def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
-    """Stiffness that the member forces under weight add.
+    """Stiffness that the member forces under weight add, symmetric, shape (n, n), for nodes of shape (N, 3), m.
 
     A pulled member resists turning by its force over its length. The forces on the tip plate, weight and members, keep
     their directions to first order; as the plate turns, their points of attack move to second order.
-
-    Args:
-        nodes: Shape (N, 3), m, in frame G.
-
-    Returns:
-        Symmetric, shape (n, n).
     """
     n, truss = np.asarray(nodes, float), model.truss
     bar = deflect(model, n).bar
@@ -113,14 +97,7 @@ def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
 
 
 def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
-    """Mass matrix of the unknowns.
-
-    Args:
-        nodes: Shape (N, 3), m, in frame G.
-
-    Returns:
-        Symmetric, shape (n, n), kg, kg·m and kg·m².
-    """
+    """Mass matrix of the unknowns, symmetric, shape (n, n), kg, kg·m and kg·m², for nodes of shape (N, 3), m."""
     n, truss, part = np.asarray(nodes, float), model.truss, model.loads.members
     span = truss.spans(n)
     length = np.linalg.norm(span, axis=-1)

@@ -29,20 +29,15 @@ LIMITS = (
 
 @dataclass(frozen=True)
 class MemberSections:
-    """The properties that strength follows from, for M members; an actuator counts with its solid rod.
+    """The properties that strength follows from, shapes (M,); an actuator counts with its solid rod. SI units.
 
     Attributes:
-        area: Shape (M,), m².
-        gyration_radius: Shape (M,), m.
-        yield_strength: Fy, shape (M,), Pa.
-        youngs_modulus: E, shape (M,), Pa.
-        push: Compression that the supply pressure holds, shape (M,), N; infinite for tubes.
-        pull: Tension that the supply pressure holds, shape (M,), N; infinite for tubes.
-        actuator: Whether the member is an actuator, shape (M,).
-        pin: Nominal shear strength of the pins at its ends, shape (M,), N; infinite where none is given.
-        barrel_length: From the near end to the barrel's mouth, shape (M,), m; zero for tubes.
-        barrel_moment: Nominal strength of the barrel in bending, shape (M,), N·m; infinite for tubes.
-        rod_moment: Nominal strength of the rod in bending, shape (M,), N·m; infinite for tubes.
+        push: Compression that the supply pressure holds, N; infinite for tubes.
+        pull: Tension that the supply pressure holds, N; infinite for tubes.
+        pin: Nominal shear strength of the pins at the ends, N; infinite where none is given.
+        barrel_length: From the near end to the barrel's mouth, m; zero for tubes.
+        barrel_moment: Nominal strength of the barrel in bending, N·m; infinite for tubes.
+        rod_moment: Nominal strength of the rod in bending, N·m; infinite for tubes.
     """
 
     area: Array
@@ -60,19 +55,19 @@ class MemberSections:
 
 @dataclass(frozen=True)
 class Ratings:
-    """Allowable forces of every member, positive, N; `...` are the instants.
+    """Allowable forces of every member, positive, shapes (..., M), N; `...` are the instants.
 
     Attributes:
-        tension: Yielding of the gross section, shape (..., M).
-        compression: Column strength; of an actuator, that of its rod over the whole length, shape (..., M).
-        rod: Euler load of an actuator's rod over `ROD_FACTOR`, shape (..., M); infinite for tubes.
-        push: Compression that the cylinder's supply pressure holds, shape (..., M); infinite for tubes.
-        pull: Tension that the cylinder's supply pressure holds, shape (..., M); infinite for tubes.
-        slenderness: KL/r with K = 1, shape (..., M); at most `SLENDERNESS_ADVICE` is advised.
-        pin: Shear of the pins at the ends, shape (..., M); infinite where none is given.
-        mouth: Of an actuator's barrel, in parts of the length, shape (..., M); zero for tubes.
-        barrel_moment: Bending of the barrel, shape (..., M), N·m; infinite for tubes.
-        rod_moment: Bending of the rod, shape (..., M), N·m; infinite for tubes.
+        tension: Yielding of the gross section.
+        compression: Column strength; of an actuator, that of its rod over the whole length.
+        rod: Euler load of an actuator's rod over `ROD_FACTOR`; infinite for tubes.
+        push: Compression that the cylinder's supply pressure holds; infinite for tubes.
+        pull: Tension that the cylinder's supply pressure holds; infinite for tubes.
+        slenderness: KL/r with K = 1; at most `SLENDERNESS_ADVICE` is advised.
+        pin: Shear of the pins at the ends; infinite where none is given.
+        mouth: Of an actuator's barrel, in parts of the length; zero for tubes.
+        barrel_moment: Bending of the barrel, N·m; infinite for tubes.
+        rod_moment: Bending of the rod, N·m; infinite for tubes.
     """
 
     tension: Array
@@ -101,11 +96,7 @@ class Ratings:
 
 
 def tension_yield(area: ArrayLike, yield_strength: ArrayLike) -> Array:
-    """Nominal strength in tension by yielding of the gross section: Pn, shape (...), N.
-
-    Args:
-        area: Shape (...), m².
-        yield_strength: Fy, shape (...), Pa.
+    """Nominal strength in tension by yielding of the gross section: Pn, shape (...), N, for m² and Fy in Pa.
 
     Source: AISC 360-22 equation D2-1.
     """
@@ -115,13 +106,7 @@ def tension_yield(area: ArrayLike, yield_strength: ArrayLike) -> Array:
 def column_strength(
     area: ArrayLike, slenderness: ArrayLike, yield_strength: ArrayLike, youngs_modulus: ArrayLike
 ) -> Array:
-    """Nominal strength in compression by flexural buckling: Pn, shape (...), N.
-
-    Args:
-        area: Shape (...), m².
-        slenderness: KL/r, shape (...).
-        yield_strength: Fy, shape (...), Pa.
-        youngs_modulus: E, shape (...), Pa.
+    """Nominal strength in compression by flexural buckling: Pn, shape (...), N, for m², KL/r, Fy and E in Pa.
 
     Source: AISC 360-22 equations E3-1 to E3-4, whose constants stand here.
     """
@@ -133,13 +118,9 @@ def column_strength(
 
 
 def rod_buckling(diameter: ArrayLike, youngs_modulus: ArrayLike, length: ArrayLike) -> Array:
-    """Euler load of a cylinder's rod between pins, shape (...), N.
+    """Euler load of a cylinder's solid rod between pins, shape (...), N, for m, Pa and m.
 
-    Args:
-        diameter: Of the solid rod, shape (...), m.
-        youngs_modulus: E, shape (...), Pa.
-        length: From pin to pin, shape (...), m: the whole cylinder counts as its rod, on the safe side.
-
+    The length is from pin to pin: the whole cylinder counts as its rod, on the safe side.
     Source: Euler, pinned ends; cylinder makers divide it by 3 to 5 (`ROD_FACTOR`).
     """
     inertia = pi * np.asarray(diameter, float) ** 4 / 64
@@ -147,11 +128,7 @@ def rod_buckling(diameter: ArrayLike, youngs_modulus: ArrayLike, length: ArrayLi
 
 
 def pin_shear(diameter: ArrayLike, yield_strength: ArrayLike) -> Array:
-    """Nominal strength of a pin in double shear, by yielding, shape (...), N.
-
-    Args:
-        diameter: Shape (...), m.
-        yield_strength: Fy, shape (...), Pa.
+    """Nominal strength of a pin in double shear, by yielding, shape (...), N, for m and Fy in Pa.
 
     Source: AISC 360-22 equation J4-3, 0.6 Fy times the area, on two planes.
     """
@@ -194,13 +171,9 @@ def _describe(part: Tube | Cylinder, steel: Material) -> dict[str, float | bool]
 
 
 def rate(sections: MemberSections, lengths: ArrayLike, safety_factor: float) -> Ratings:
-    """Work out allowable forces.
+    """Allowable forces of members of lengths from hub to hub, shape (..., M), m, with Omega of AISC 360 as safety factor.
 
-    Args:
-        sections: Of the members; with one member, lengths of any shape are of its like.
-        lengths: Of the members from hub to hub, shape (..., M), m; an actuator's changes with its stroke.
-        safety_factor: Omega of AISC 360, dimensionless.
-
+    Sections of one member rate lengths of any shape as of its like.
     Source: AISC 360-22 D2, E3 with K = 1, F8, F11 and J4.2; `rod_buckling` for actuators.
     """
     length = np.asarray(lengths, float)

@@ -21,15 +21,9 @@ _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
 
 def settle(model: ElasticModel, nodes: ArrayLike, motion: NodeMotion | None = None, damping_time: float = 0.0) -> Array:
-    """Find the pose in which every member's force is its stiffness times its elongation.
+    """Loaded pose, in which every member's force is its stiffness times its elongation, for an unloaded pose (..., N, 3), m.
 
-    Args:
-        nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
-        motion: Velocities and accelerations of the nodes, whose inertia and damping act too; absent at rest.
-        damping_time: Damper over stiffness of every member, s.
-
-    Returns:
-        Loaded pose, shape (..., N, 3), m.
+    In a motion, its inertia and damping act too; `damping_time` is damper over stiffness of every member, s.
 
     Raises:
         TrussError: The arm buckles as a whole: the passes do not end. Or it is a mechanism; members are named.

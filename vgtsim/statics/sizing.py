@@ -33,8 +33,8 @@ class Demand:
 
     Attributes:
         nodes: Poses, shape (K, N, 3), m, in frame G.
-        motion: Velocities and accelerations in those poses; absent where all are at rest.
-        payload: What the arm carries.
+        motion: Of the nodes in those poses; absent where all are at rest.
+        payload: The load at the tool.
         cases: Load cases, at least one, each in every pose.
         gravity: m/s².
         safety_factor: Omega of AISC 360.
@@ -50,14 +50,9 @@ class Demand:
 
 @dataclass(frozen=True)
 class Sizing:
-    """A sized arm.
+    """A sized arm: the section chosen for each module and field, and its greatest utilisation over poses and cases.
 
-    Attributes:
-        manipulator: The arm with its chosen sections.
-        chosen: Section of each module and field.
-        utilisation: Greatest of each place over poses and cases.
-        mass: Of the arm without payload, before and after, kg.
-        passes: Iterations it took.
+    `mass` is that of the arm without payload, before and after, kg; `passes` are the iterations it took.
     """
 
     manipulator: Manipulator
@@ -82,13 +77,7 @@ def size_arm(chain: Chain, catalogue: Catalogue, demand: Demand, target: float =
     """Choose the lightest section for the members of each kind in each module, and the bore of its cylinders.
 
     Every place starts with the lightest size and only grows, until the arm stands the demand with its own weight; the
-    result does not depend on the sections that the arm came with.
-
-    Args:
-        chain: The arm to start from.
-        catalogue: What may be chosen; cylinders too long for the arm's strokes are left out.
-        demand: What the arm must stand.
-        target: Greatest utilisation.
+    result does not depend on the sections that the arm came with. `target` is the greatest utilisation.
 
     Raises:
         DescriptionError: No cylinder in the catalogue is short enough for the arm's strokes, or no size carries the load

@@ -1,8 +1,7 @@
 """Direct stiffness of a whole arm: displacements, member forces and tip compliance over any batch of poses.
 
-Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of
-its centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow, see
-`band`.
+Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of its
+centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow.
 """
 
 from __future__ import annotations
@@ -51,13 +50,9 @@ def pattern_of(truss: Truss) -> Pattern:
 
 
 def elongations(truss: Truss, nodes: Array) -> Array:
-    """Elongation of each member per unit of each unknown its ends depend on.
+    """Elongation of each member per unit of each unknown of its ends, shape (..., M, 12), dimensionless and m.
 
-    Args:
-        nodes: Shape (..., N, 3), m.
-
-    Returns:
-        In the order of `Pattern.dof`, shape (..., M, 12), dimensionless and m.
+    Nodes have shape (..., N, 3), m; the unknowns are in the order of `Pattern.dof`.
     """
     first, second = truss.ends.T
     span = truss.spans(nodes)
@@ -75,16 +70,14 @@ def deflect(
     *,
     weight: bool = True,
 ) -> Deflection:
-    """Find displacements and member forces under weight and further loads.
+    """Find displacements and member forces under weight and further loads, linear about the given pose.
 
     Args:
+        model: The elastic arm.
         nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
         nodal_forces: On the hubs, broadcast to shape (..., N, 3), N.
         tool_wrench: Force on the tool point and moment about it, broadcast to shape (..., 6), N and N·m.
         weight: Whether gravity acts.
-
-    Returns:
-        The response, linear about the given pose.
 
     Raises:
         TrussError: The truss is a mechanism at one of the poses; members are named.
@@ -110,13 +103,9 @@ def deflect(
 
 
 def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
-    """Displacement and rotation of the tool point per unit force and moment on it.
+    """Displacement and rotation of the tool point per unit force and moment on it, in poses of shape (..., N, 3), m.
 
-    Args:
-        nodes: Shape (..., N, 3), m, in frame G.
-
-    Returns:
-        Symmetric, shape (..., 6, 6), m/N, rad/N, m/(N·m) and rad/(N·m), in frame G.
+    Symmetric, shape (..., 6, 6), m/N, rad/N, m/(N·m) and rad/(N·m), in frame G.
 
     Raises:
         TrussError: The truss is a mechanism at one of the poses.
@@ -156,15 +145,7 @@ def scatter(truss: Truss, nodes: Array, moved: Array) -> Array:
 
 
 def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) -> Stiffness:
-    """Stiffness matrices in upper band storage.
-
-    Args:
-        nodes: Shape (T, N, 3), m.
-        spring: Stiffnesses, shape (T, M), N/m; absent for those at the actuator lengths of the pose.
-
-    Returns:
-        The matrices, with the elongations and stiffnesses they are made of.
-    """
+    """Stiffness matrices of poses of shape (T, N, 3), m, by stiffnesses of shape (T, M), N/m; absent, those of the pose."""
     grow = elongations(model.truss, nodes)
     spring = model.stiffness_at(nodes) if spring is None else spring
     return assemble(pattern_of(model.truss), grow, spring)

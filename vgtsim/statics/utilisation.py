@@ -31,8 +31,7 @@ class Utilisation:
         rod: Greatest compression over the allowable of the rod; zero for tubes.
         pressure: Drive force over what the supply pressure holds; zero for tubes.
         pin: Greatest force, pulled or pushed, over the pins' shear strength; zero where none is given.
-        bent: Axial force and bending together, of the rod or of the barrel, whichever is used more; zero for members
-            that do not bend.
+        bent: Axial force with bending, of the rod or the barrel, whichever is used more; zero for members not bent.
     """
 
     tension: Array
@@ -59,13 +58,7 @@ class Utilisation:
 
 
 def find_use(model: LoadModel, sections: MemberSections, nodes: ArrayLike, safety_factor: float) -> Utilisation:
-    """Solve the members' forces at rest and hold them against the members' strength.
-
-    Args:
-        model: Masses, gravity and payload.
-        sections: Section properties of the members.
-        nodes: Shape (..., N, 3), m, in frame G.
-        safety_factor: Omega of AISC 360.
+    """Utilisation at rest in poses of shape (..., N, 3), m, frame G.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
@@ -87,14 +80,10 @@ def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
 
 
 def use_axial(ratings: Ratings, pull: Array, push: Array, drive_pull: Array, drive_push: Array) -> Utilisation:
-    """Hold axial forces alone against ratings.
+    """Hold axial forces alone against ratings; shapes (..., M), N.
 
-    Args:
-        ratings: Allowable forces.
-        pull: Greatest tension along each member, shape (..., M), N; below zero when it is never pulled.
-        push: Greatest compression along each member, shape (..., M), N; below zero when it is never pushed.
-        drive_pull: Greatest tension where the member's segments meet, shape (..., M), N.
-        drive_push: Greatest compression there, shape (..., M), N.
+    Pull and push are the greatest tension and compression along each member, below zero when there is none; those of the
+    drive are the same where the member's segments meet.
     """
     used = {}
     for name, (most_pull, most_push) in ratings.limits.items():
