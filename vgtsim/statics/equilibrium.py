@@ -14,11 +14,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.rings import find_ring_forces
 from vgtsim.statics.vectors import cross, dot
 
 Array = NDArray[np.float64]
@@ -130,10 +130,9 @@ def _solve_chunk(
     bar, transverse = tension[:, : len(truss.members)].copy(), loads.near - near * loads.direction
     moments = np.zeros((2, *loads.near.shape))
     if len(truss.rings):
-        rings = find_ring_forces(truss, nodes, tension)
-        bar[:, rings.member] = rings.axial
-        transverse[:, rings.member] += rings.shear
-        moments[:, :, rings.member] = rings.near_moment, rings.far_moment
+        bent = truss.ring_actuators.ravel()
+        bar[:, bent], shear, moments[:, :, bent] = _find_rings(truss, nodes, tension)
+        transverse[:, bent] += shear
     moment = cross(nodes[:, truss.base] - pivot[:, None], -left).sum(axis=1)
     return MemberForces(
         bar=bar,
@@ -154,3 +153,32 @@ def _load_blocks(model: LoadModel, nodes: Array, motion: NodeMotion | None, forc
     for end, share in ((0, posts.near), (2, posts.far)):
         force[:, rings[:, end]] += share + force[:, rings[:, 1]] / 2
     force[:, rings[:, 1]] = 0.0
+
+
+def _find_rings(truss: Truss, nodes: Array, tension: Array) -> tuple[Array, Array, Array]:
+    """Axial force, shear and moments of the P actuators between joint blocks, from tensions of all bars, shape (T, B), N.
+
+    An actuator of length L between blocks of height h = Ljo is, see `kinematics.truss`, a lower chord, an upper chord and
+    a diagonal of length D from its first block's foot to its second's head. With e from the first block to the second and
+    U from feet to heads, tensions S_l, S_u and S_d in them put on the first block, at its middle,
+
+        N e + V U and M_i (U x e),   N = S_l + S_u + S_d L / D,   V = S_d h / D,   M_i = h / 2 (S_u - S_l - S_d L / D)
+
+    and on the second -N e - V U and M_j (U x e), M_j = h / 2 (S_l - S_u - S_d L / D): three forces against three unknowns,
+    so nothing is assumed. M_i + M_j + V L = 0, as the actuator's own moments are in the loads at its ends.
+
+    Returns:
+        N, shape (T, P), N; V U, shape (T, P, 3), N; and M_i (U x e), M_j (U x e), shape (2, T, P, 3), N·m, in frame G.
+    """
+    member = truss.ring_actuators.ravel()
+    first = len(truss.members) + len(truss.tip_edges)  # after the bars of members and plate: upper chords, diagonals
+    upper, diagonal = (tension[..., first + k * len(member) :][..., : len(member)] for k in range(2))
+    rise = nodes[..., truss.rings[:, :, 2].ravel(), :] - nodes[..., truss.rings[:, :, 0].ravel(), :]
+    span = truss.spans(nodes)[..., member, :]
+    height, length = (np.linalg.norm(item, axis=-1) for item in (rise, span))
+    whole, lower = np.hypot(height, length), tension[..., member]
+    along = diagonal * length / whole
+    about = np.cross(rise / height[..., None], span / length[..., None])
+    near, far = height / 2 * (upper - lower - along), height / 2 * (lower - upper - along)
+    moments = np.stack([near, far])[..., None] * about
+    return lower + upper + along, (diagonal / whole)[..., None] * rise, moments

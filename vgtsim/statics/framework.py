@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.truss import Truss
 
 Array = NDArray[np.float64]
@@ -101,30 +99,6 @@ def _shorten(indices: Indices) -> Indices | slice:
     """Indices that follow one another as a slice, which is quicker to look up."""
     first, count = int(indices[0]), len(indices)
     return slice(first, first + count) if np.array_equal(indices, np.arange(first, first + count)) else indices
-
-
-def make_framework(names: Sequence[str], bars: Sequence[tuple[str, str]], supports: Mapping[str, str]) -> Framework:
-    """Name the parts of a framework.
-
-    Args:
-        names: Of the nodes.
-        bars: Names of the two nodes of each; a bar is called after them, `A-B`.
-        supports: Axes along which nodes are held, for example `{"A": "xyz", "B": "yz"}`.
-
-    Returns:
-        The framework, as one group.
-
-    Raises:
-        DescriptionError: A support is on no node, or a bar ends at none.
-    """
-    place = {name: index for index, name in enumerate(names)}
-    named = [("supports", tuple(supports)), *((f"bars.{i}", bar) for i, bar in enumerate(bars))]
-    for key, wanted in named:
-        if unknown := [name for name in wanted if name not in place]:
-            raise DescriptionError(None, key, f"node {unknown[0]}", f"one of {', '.join(names)}")
-    free = np.array([[axis not in supports.get(name, "") for axis in "xyz"] for name in names])
-    ends = np.array([[place[first], place[second]] for first, second in bars], dtype=np.intp)
-    return Framework(tuple(names), tuple("-".join(bar) for bar in bars), ends, free, np.ones(len(names), dtype=np.intp))
 
 
 @lru_cache(maxsize=64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, warn_poor
@@ -14,27 +14,6 @@ from vgtsim.statics.rank import diagnose
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-
-def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
-    """Find the force in every bar and at every support.
-
-    Args:
-        nodes: Shape (..., N, 3), m.
-        force: Loads on the nodes, broadcast to shape (..., N, 3), N.
-
-    Returns:
-        Bar forces, tension positive, shape (..., B), N, and forces of the supports on the nodes, zero where a node is
-        free, shape (..., N, 3), N.
-
-    Raises:
-        TrussError: A mechanism, or a self-stress; bars are named.
-    """
-    n = np.asarray(nodes, float)
-    flat = n.reshape(-1, *n.shape[-2:])
-    load = np.broadcast_to(force, n.shape).reshape(flat.shape)
-    bar, left = substitute_back(frame, frame.directions(flat), load, flat)
-    return bar.reshape(*n.shape[:-2], -1), np.where(frame.free, 0.0, -left).reshape(n.shape)
 
 
 def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, start: int = 0) -> tuple[Array, Array]:
