@@ -42,12 +42,13 @@ class Envelope:
 
 
 def apply_case(model: LoadModel, case: LoadCase) -> LoadModel:
-    """Load model of a case, from that of plain gravity, without its wrench and without loads from any direction.
+    """Load model of a case, from that of plain gravity, without its wrench and without loads from any direction."""
+    return _factored(model, case, case.dead * (case.dynamic * model.gravity + _size(model) * np.array(case.seismic)))
 
-    Gravity is turned and scaled; the payload's mass carries the difference of its factor from that of the arm.
-    """
-    size = float(np.linalg.norm(model.gravity))
-    return _factored(model, case, case.dead * (case.dynamic * model.gravity + size * np.array(case.seismic)))
+
+def _size(model: LoadModel) -> float:
+    """Size of gravity, m/s²."""
+    return float(np.linalg.norm(model.gravity))
 
 
 def _factored(model: LoadModel, case: LoadCase, gravity: Array) -> LoadModel:
@@ -91,17 +92,15 @@ def bound_case(
         TrussError: The truss is a mechanism or carries a self-stress.
     """
     n = np.asarray(nodes, float)
-    middle = solve_case(model, n, case, motion)
-    size = float(np.linalg.norm(model.gravity))
+    middle = high = low = solve_case(model, n, case, motion)
     spans = []
     if case.shaking:
-        pulls = case.shaking * case.dead * size * np.eye(3)[:2]
+        pulls = case.shaking * case.dead * _size(model) * np.eye(3)[:2]
         spans.append([solve_members(_factored(model, case, pull), n) for pull in pulls])
     if case.reaction:
         free = replace(model, gravity=np.zeros(3))
-        wrenches = case.reaction * np.eye(6)[:3]
-        spans.append([solve_members(free, n, nodal_forces=tool_forces(model, n, wrench)) for wrench in wrenches])
-    high = low = middle
+        forces = [tool_forces(model, n, wrench) for wrench in case.reaction * np.eye(6)[:3]]
+        spans.append([solve_members(free, n, nodal_forces=force) for force in forces])
     lines = {name: _line([getattr(item, name) for effects in spans for item in effects]) for name in _MOMENTS if spans}
     for effects in spans:
         parts = {name: np.stack([getattr(item, name) for item in effects]) for name in (*_AXIAL, *_MOMENTS)}
@@ -138,15 +137,14 @@ def find_envelope(
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
     """
-    n = np.asarray(nodes, float)
-    ends = model.truss.ends
+    n, count = np.asarray(nodes, float), len(model.truss.members)
     ratings = rate(sections, model.truss.lengths(n), safety_factor)
     strength, pressure = [], []
-    pull, push = np.zeros(len(ends)), np.zeros(len(ends))
+    pull, push = np.zeros(count), np.zeros(count)
     for case in cases:
         high, low = bound_case(model, n, case)
-        pull = np.maximum(pull, high.along.reshape(-1, len(ends)).max(axis=0))
-        push = np.maximum(push, -low.along.reshape(-1, len(ends)).min(axis=0))
+        pull = np.maximum(pull, high.along.reshape(-1, count).max(axis=0))
+        push = np.maximum(push, -low.along.reshape(-1, count).min(axis=0))
         used = [utilise(ratings, state) for state in _corners(high, low)]
         strength.append(np.max([use.strength for use in used], axis=0))
         pressure.append(np.max([use.pressure for use in used], axis=0))

@@ -8,7 +8,6 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import joint_offset
 from vgtsim.description.scene import Payload, Simulation
 from vgtsim.errors import DescriptionError, TrussError
@@ -47,8 +46,7 @@ class ElasticModel:
 
     def stiffness(self, actuators: ArrayLike) -> Array:
         """Axial stiffness of every member, shape (..., M), N/m, at actuator lengths of shape (..., J), m."""
-        length = np.asarray(actuators, float)
-        low, high = self.stroke
+        length, (low, high) = np.asarray(actuators, float), self.stroke
         column = self.oil[0] / (np.maximum(length - low, 0.0) + TRAPPED)
         column = column + self.oil[1] / (np.maximum(high - length, 0.0) + TRAPPED)
         result = np.broadcast_to(self.spring, (*length.shape[:-1], len(self.spring))).copy()
@@ -75,26 +73,30 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped
     """
     arm, truss = chain.manipulator, chain.truss
     require_no_offset(chain, "members are elastic")
-    spring, rods, oil, stroke = np.zeros(len(truss.members)), [], [], []
-    nodes = chain.nodes(chain.straight)
-    length = truss.lengths(nodes)
+    spring, length = np.zeros(len(truss.members)), truss.lengths(chain.nodes(chain.straight))
     for index, member in enumerate(truss.members):
-        if member.role == "actuator":
-            part = arm.cylinders[member.section]
-            rods.append(arm.materials[part.material].youngs_modulus * pi / 4 * part.rod**2 / part.rod_length)
-            areas = (pi / 4 * part.bore**2, pi / 4 * (part.bore**2 - part.rod**2))
-            oil.append([part.bulk_modulus * area for area in areas])
-            stroke.append([part.retracted, part.extended])
-        else:
-            spring[index] = _tube_stiffness(arm, member.section, float(length[index]))
-    model = ElasticModel(
-        make_load_model(chain, payload, gravity, split=True, lumped=lumped),
-        spring,
-        np.array(rods),
-        np.array(oil).reshape(-1, 2).T,
-        np.array(stroke).reshape(-1, 2).T,
-    )
-    _require_stiffness(model)
+        if member.role != "actuator":
+            tube = arm.tubes[member.section]
+            spring[index] = arm.materials[tube.material].youngs_modulus * tube.area / float(length[index])
+    cylinders = [arm.cylinders[truss.members[index].section] for index in truss.actuated]
+    rows = [
+        (
+            arm.materials[part.material].youngs_modulus * pi / 4 * part.rod**2 / part.rod_length,
+            part.bulk_modulus * (pi / 4 * part.bore**2),
+            part.bulk_modulus * (pi / 4 * (part.bore**2 - part.rod**2)),
+            part.retracted,
+            part.extended,
+        )
+        for part in cylinders
+    ]
+    rod, *others = np.array(rows).reshape(-1, 5).T
+    loads = make_load_model(chain, payload, gravity, split=True, lumped=lumped)
+    model = ElasticModel(loads, spring=spring, rod=rod, oil=np.array(others[:2]), stroke=np.array(others[2:]))
+    found = model.stiffness(model.stroke.mean(axis=0))
+    wrong = np.flatnonzero(~(found > 0) | ~np.isfinite(found))
+    if len(wrong):  # a description cannot hold members that are no springs; an edited copy of one can
+        names = tuple(truss.member_names[i] for i in wrong)
+        raise TrussError(len(found) - len(wrong), names, f"axial stiffness of {found[wrong[0]]:.4g} N/m, must be > 0")
     return model
 
 
@@ -106,9 +108,8 @@ def require_no_offset(chain: Chain, where: str) -> None:
     """
     for place, module in enumerate(chain.manipulator.modules):
         if offset := joint_offset(module):
-            raise DescriptionError(
-                None, f"modules.{place}.joint_offset", f"{offset:.4g} m on {module.name}", f"0 where {where}"
-            )
+            found = f"{offset:.4g} m on {module.name}"
+            raise DescriptionError(None, f"modules.{place}.joint_offset", found, f"0 where {where}")
 
 
 def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
@@ -123,17 +124,3 @@ def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
         return model
     stiffness = simulation.servo_stiffness if simulation.drive == "servo" else _HELD
     return replace(model, rod=np.full(model.rod.shape, stiffness), oil=np.full(model.oil.shape, np.inf))
-
-
-def _tube_stiffness(arm: Manipulator, section: str, length: float) -> float:
-    tube = arm.tubes[section]
-    return arm.materials[tube.material].youngs_modulus * tube.area / length
-
-
-def _require_stiffness(model: ElasticModel) -> None:
-    """Refuse members that are no springs; a description cannot hold them, an edited copy of one can."""
-    found = model.stiffness(model.stroke.mean(axis=0))
-    wrong = np.flatnonzero(~(found > 0) | ~np.isfinite(found))
-    if len(wrong):
-        names = tuple(model.truss.members[i].name for i in wrong)
-        raise TrussError(len(found) - len(wrong), names, f"axial stiffness of {found[wrong[0]]:.4g} N/m, must be > 0")

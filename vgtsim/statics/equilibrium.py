@@ -92,18 +92,16 @@ def solve_members(
     Source: method of joints. Differs: the dissertation leaves force analysis to future work (chapter 9).
     """
     n = np.asarray(nodes, float)
-    batch, flat = n.shape[:-2], n.reshape(-1, *n.shape[-2:])
+    batch, flat, moving = n.shape[:-2], n.reshape(-1, *n.shape[-2:]), None if motion is None else motion.flat
     extra = None if nodal_forces is None else np.broadcast_to(nodal_forces, n.shape).reshape(flat.shape)
     about = flat[:, model.truss.base].mean(axis=1)
     if pivot is not None:
         about = np.broadcast_to(np.asarray(pivot, float), (*batch, 3)).reshape(-1, 3)
     parts = []
     for start in range(0, max(len(flat), 1), _CHUNK):
-        part, now = slice(start, start + _CHUNK), None
-        if motion is not None:
-            now = NodeMotion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
+        part = slice(start, start + _CHUNK)
         more = None if extra is None else extra[part]
-        parts.append(_solve_chunk(model, flat[part], now, more, about[part], start))
+        parts.append(_solve_chunk(model, flat[part], moving and moving.at(part), more, about[part], start))
     whole = {}
     for item in fields(MemberForces):
         values = [getattr(part, item.name) for part in parts]

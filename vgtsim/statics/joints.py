@@ -49,26 +49,24 @@ def _invert(frame: Framework, groups: tuple[Group, ...], unit: Array, nodes: Arr
     inverse = [np.empty(0)] * len(groups)
     for size in {len(group.bars) for group in groups}:
         alike = [place for place, group in enumerate(groups) if len(group.bars) == size]
-        bars = np.array([groups[place].bars for place in alike])
-        axes = np.array([groups[place].axis for place in alike])
-        sign = np.array([groups[place].sign for place in alike])
+        bars, axes, sign = (np.array([getattr(groups[i], name) for i in alike]) for name in ("bars", "axis", "sign"))
         matrix = sign * unit[:, bars[:, None, :], axes[:, :, None]]
-        blocks = _invert_blocks(frame, matrix, [groups[place].bars for place in alike], nodes, start)
+        blocks = _invert_blocks(frame, matrix, bars, nodes, start)
         for place, which in enumerate(alike):
             inverse[which] = blocks[:, place]
     return inverse
 
 
-def _invert_blocks(frame: Framework, matrix: Array, bars: list[Indices], nodes: Array, start: int) -> Array:
+def _invert_blocks(frame: Framework, matrix: Array, bars: Indices, nodes: Array, start: int) -> Array:
     """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
     inverse, sine = invert(matrix, 1.0)
     if sine is not None and sine.min() < POOR:
         least = sine.min(axis=1)
         worst = int(np.argmax(least < SINGULAR) if least.min() < SINGULAR else np.argmin(least))
-        group = int(np.argmin(sine[worst]))
+        group = bars[int(np.argmin(sine[worst]))]
         if least[worst] < SINGULAR:
-            _refuse(frame, bars[group], nodes[worst], start + worst, float(least[worst]))
-        names = ", ".join(frame.bars[i] for i in bars[group][:3])
+            _refuse(frame, group, nodes[worst], start + worst, float(least[worst]))
+        names = ", ".join(frame.bars[i] for i in group[:3])
         warn_poor(f"instant {start + worst}: smallest sine between bars {names}, ...", float(least[worst]), POOR)
     return inverse
 

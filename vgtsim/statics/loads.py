@@ -161,7 +161,7 @@ def _share(parts: _Parts, gravity: Array, nodes: Array, motion: NodeMotion | Non
     else:
         pull1 = gravity - motion.acceleration[..., first, :]
         pull2 = gravity - motion.acceleration[..., second, :]
-        turn = direction_acceleration(parts.ends, unit, length, motion)
+        turn = _direction_acceleration(parts.ends, unit, length, motion)
         turning1, turning2 = first_moment[0] * turn, first_moment[1] * turn
         turned1, turned2 = about_end[0] * turn, about_end[1] * turn
     crossed1 = across(first_moment[0] * pull1 - turned1, unit) / length
@@ -192,11 +192,10 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
     return total
 
 
-def direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: NodeMotion) -> Array:
+def _direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: NodeMotion) -> Array:
     """Second time derivative of the members' unit vectors, shape (..., M, 3), 1/s², for lengths of shape (..., M, 1), m."""
     first, second = ends[:, 0], ends[:, 1]
-    rate = motion.velocity[..., second, :] - motion.velocity[..., first, :]
-    second_rate = motion.acceleration[..., second, :] - motion.acceleration[..., first, :]
+    rate, second_rate = (v[..., second, :] - v[..., first, :] for v in (motion.velocity, motion.acceleration))
     stretch = dot(rate, unit)
     spin = (rate - stretch * unit) / length
     turning = (across(second_rate, unit) - 2 * stretch * spin) / length

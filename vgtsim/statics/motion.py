@@ -21,6 +21,15 @@ class NodeMotion:
     velocity: Array
     acceleration: Array
 
+    @property
+    def flat(self) -> NodeMotion:
+        """The same with one leading dimension."""
+        return NodeMotion(*(item.reshape(-1, *item.shape[-2:]) for item in (self.velocity, self.acceleration)))
+
+    def at(self, instants: slice | NDArray[np.intp]) -> NodeMotion:
+        """The motion at some instants."""
+        return NodeMotion(self.velocity[instants], self.acceleration[instants])
+
 
 def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: int = 4) -> NodeMotion:
     """Differentiate recorded node positions twice by local polynomials (Savitzky and Golay).
