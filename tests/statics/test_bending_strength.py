@@ -10,8 +10,7 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.statics import make_load_model, solve_members
 from vgtsim.statics.rating import make_sections, rate, rod_bending_strength, tube_bending_strength
 from vgtsim.statics.utilisation import MODES, amplify, greatest_moments, interact, utilise

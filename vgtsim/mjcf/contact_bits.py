@@ -7,7 +7,7 @@ bit k when i <= k, and seeks bit k when i >= k + 2; so two parts meet if and onl
 from __future__ import annotations
 
 from vgtsim.description import Manipulator
-from vgtsim.kinematics.modules import kind_of
+from vgtsim.kinematics import kind_of
 
 TANK = 1
 _BITS = 30  # of MuJoCo's 32, less the tank's and the sign

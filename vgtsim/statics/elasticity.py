@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.description.modules import joint_offset
 from vgtsim.description.scene import Payload, Simulation
 from vgtsim.errors import DescriptionError, TrussError
-from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.truss import Truss
+from vgtsim.kinematics import Chain, Truss
 from vgtsim.statics.loads import LoadModel, make_load_model
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics.truss import Truss
+from vgtsim.kinematics import Truss
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics.truss import Truss
+from vgtsim.kinematics import Truss
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

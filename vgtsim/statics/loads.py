@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.scene import Payload
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain, Truss
 from vgtsim.kinematics.inertia import (
     MemberInertia,
     PlateInertia,
@@ -24,7 +24,6 @@ from vgtsim.kinematics.inertia import (
     make_member_inertia,
     make_plate_inertia,
 )
-from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.vectors import across, cross, dot
 

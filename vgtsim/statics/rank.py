@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vgtsim.errors import TrussError
+from vgtsim.kinematics import Truss
 from vgtsim.kinematics.ties import order_down
-from vgtsim.kinematics.truss import Truss
 from vgtsim.statics.framework import Framework, equilibrium_matrix, framework_of
 
 _SINGULAR = 1e-9  # singular value, dimensionless: rounding leaves 1e-15, the weakest sound arm has 1e-3

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.sections import Cylinder, Material, Tube
-from vgtsim.kinematics.truss import Truss
+from vgtsim.kinematics import Truss
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.scene import LoadCase, Payload
 from vgtsim.description.sections import Cylinder, Tube
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.statics.cases import bound_case
 from vgtsim.statics.elasticity import require_no_offset
 from vgtsim.statics.loads import make_load_model, weigh
