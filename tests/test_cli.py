@@ -110,6 +110,7 @@ def test_a_missing_library_has_its_own_status(monkeypatch, capsys):
     assert "apt-get install libegl1" in said
 
 
+@pytest.mark.long
 def test_build_writes_a_model_beside_the_arm(tmp_path, monkeypatch, capsys):
     status, _ = call(monkeypatch, capsys, "build", ROOT / ARM, "--out", tmp_path)
     assert status == cli.Status.PASSED

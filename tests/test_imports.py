@@ -81,6 +81,7 @@ def test_the_package_alone_changes_and_loads_nothing():
     assert report_import("import vgtsim; dir(vgtsim)") == "True []\nNone\n"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("module", ["mjcf.names", "plant.plant", "output.video", "output.replay"])
 def test_graphics_are_chosen_before_mujoco_is_imported(module):
     same, choice = report_import(f"import vgtsim.{module}").splitlines()

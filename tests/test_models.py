@@ -11,8 +11,7 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.mjcf import build_arm_spec, load_model
 from vgtsim.statics import make_load_model, make_sections, rate, solve_members, utilise
 

@@ -51,6 +51,7 @@ def test_a_goal_is_met_inside_the_strokes(arm):
     assert np.all((posture.lengths > low) & (posture.lengths < high))
 
 
+@pytest.mark.long
 def test_what_cannot_be_is_named(arm):
     with pytest.raises(ReachError):
         vgtsim.solve_goal(arm, (40, 0, 0), (1, 0, 0))

@@ -17,7 +17,7 @@ from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS
 from vgtsim.description import Method, Payload
 from vgtsim.kinematics import Chain
 from vgtsim.planning.arm_alone import ArmAlone
-from vgtsim.planning.resolution import Request, solve_request
+from vgtsim.planning.resolution import solve_request
 from vgtsim.site import Site
 from vgtsim.statics import MemberForces, make_load_model, solve_members
 
@@ -96,7 +96,7 @@ def solve_goal(
     u, v, w = np.asarray(direction, float)
     terms = (objective,) if isinstance(objective, str) else tuple(objective)
     place = arm if isinstance(arm, Site) else ArmAlone(arm)
-    return forward_kinematics(arm, solve_request(place, Request((x, y, z), (u, v, w), Method(method), terms)).q)
+    return forward_kinematics(arm, solve_request(place, (x, y, z), (u, v, w), Method(method), terms).q)
 
 
 def member_forces(arm: Chain | Site, q: ArrayLike, *, payload: float | None = None) -> MemberForces:

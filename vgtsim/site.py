@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description import Manipulator, Scene, SceneFile, Tank, load_manipulator, load_scene
 from vgtsim.geometry import MastPipe, make_mast
-from vgtsim.kinematics.bending import bend_start
-from vgtsim.kinematics.chain import Chain, hanging_mount
-from vgtsim.kinematics.truss import Truss
+from vgtsim.kinematics import Chain, Truss, bend_start, hanging_mount
 from vgtsim.positioning import StrokeBox, Surroundings, make_box
 from vgtsim.statics import (
     ElasticModel,

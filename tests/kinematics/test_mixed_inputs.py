@@ -9,9 +9,8 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.errors import DescriptionError, SingularityError
-from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.kinematics.mixed_inputs import mix_inputs
-from vgtsim.kinematics.sampling import sample_inputs
 
 ROOT = Path(__file__).parents[2] / "models"
 MIXES = {

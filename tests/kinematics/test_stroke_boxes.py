@@ -12,7 +12,7 @@ from studies.double_octahedron import MirrorModule
 from vgtsim.description import load_manipulator
 from vgtsim.description.catalogue import INCH
 from vgtsim.errors import SingularityError
-from vgtsim.kinematics import Chain
+from vgtsim.kinematics import Chain, check_strokes
 from vgtsim.kinematics.mode_following import certify_box
 from vgtsim.kinematics.modules import find_singular
 from vgtsim.kinematics.modules import octahedron as single
@@ -22,7 +22,6 @@ from vgtsim.kinematics.modules.octahedral import Octahedra
 from vgtsim.kinematics.modules.stroke_proof import prove_strokes
 from vgtsim.kinematics.modules.stroke_search import search_strokes
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters
-from vgtsim.kinematics.stroke_boxes import check_strokes
 
 MODELS = sorted((Path(__file__).parents[2] / "models").glob("*/*.toml"))
 LONG = MirrorModule(1.0, 1.5931)  # longerons much longer than the face

@@ -11,8 +11,7 @@ from offset_arms import OFFSET, with_offset
 from standing import STEP, stand
 
 from vgtsim.description import load_manipulator
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, sample_inputs
 from vgtsim.mjcf import build_arm_spec, names, qpos_from_nodes, select_drive, stiffen
 from vgtsim.statics.loads import weigh
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.bending import bend_start
+from vgtsim.kinematics import bend_start
 from vgtsim.mjcf import build_model, load_model, names, qpos_from_nodes, write_scene_files
 from vgtsim.mjcf.files import measure_sag
 from vgtsim.mjcf.rigging import contact_bits

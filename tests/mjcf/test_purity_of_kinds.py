@@ -9,8 +9,7 @@ import pytest
 from standing import stand
 
 from vgtsim.description import load_manipulator
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, sample_inputs
 
 pytestmark = pytest.mark.long
 

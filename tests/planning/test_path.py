@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 from vgtsim.description.tank import Equipment
 from vgtsim.errors import PathError
 from vgtsim.geometry import make_profile
-from vgtsim.kinematics.bending import azimuth, bend_all
+from vgtsim.kinematics import azimuth, bend_all
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.trajectory import Corridor

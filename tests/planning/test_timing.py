@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 
-from vgtsim.kinematics.bending import bend_all, swing
+from vgtsim.kinematics import bend_all, swing
 from vgtsim.planning.timing import make_limits, time_lengths
 
 TIMESTEP = 0.005

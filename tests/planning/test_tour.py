@@ -9,8 +9,7 @@ import pytest
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Bend, Mast
 from vgtsim.errors import DescriptionError, ReachError, TrussError
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.bending import bend_start
+from vgtsim.kinematics import Chain, bend_start, hanging_mount
 from vgtsim.planning import check_site, plan_tour, solve_first_goal
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model

@@ -5,11 +5,11 @@ import pytest
 
 from studies.planar import PlanarArm
 from vgtsim.errors import GoalError, ObjectiveError
-from vgtsim.positioning.analysis import condition_numbers
 from vgtsim.positioning.batch import solve
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, report_rows, tool_goal
 from vgtsim.positioning.hinges import ClearanceHinges
+from vgtsim.positioning.kkt import Quadratic, condition_numbers
 from vgtsim.positioning.newton import NewtonSettings, minimise
 from vgtsim.positioning.objectives import (
     Configurations,
@@ -21,7 +21,6 @@ from vgtsim.positioning.objectives import (
     WeightedSum,
 )
 from vgtsim.positioning.problem import Problem
-from vgtsim.positioning.quadratic import Quadratic
 from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.strokes import make_box
 from vgtsim.positioning.surroundings import Surroundings
@@ -146,6 +145,7 @@ def test_objective_slopes_are_those_of_differences(hanging_arm, box, type_ii):
     )
 
 
+@pytest.mark.long
 def test_goals_far_away_are_met_from_the_stowed_pose(hanging_arm, box):
     position, direction = hanging_arm.tool(random_inputs(hanging_arm, 9, 60))
     found = solve_anywhere(Problem(box, tool_goal(position, direction)), hanging_arm.stowed)
@@ -155,6 +155,7 @@ def test_goals_far_away_are_met_from_the_stowed_pose(hanging_arm, box):
     np.testing.assert_allclose(np.cross(along, direction), 0.0, atol=2 * GOAL)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["partial", "intermediate"])
 def test_other_goal_spaces_are_met(hanging_arm, box, name):
     q = random_inputs(hanging_arm, 10, 6, 0.12)

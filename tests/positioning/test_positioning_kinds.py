@@ -9,13 +9,11 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.errors import GoalError
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.bending import azimuth, bend_all, swing
-from vgtsim.kinematics.sampling import sample_inputs
-from vgtsim.positioning.anchoring import anchor_successively
+from vgtsim.kinematics import Chain, azimuth, bend_all, hanging_mount, sample_inputs, swing
 from vgtsim.positioning.batch import solve
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, tool_goal
+from vgtsim.positioning.methods import anchor_successively
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
     Configurations,
@@ -24,8 +22,8 @@ from vgtsim.positioning.objectives import (
     Nearness,
     StrokeBarrier,
     WeightedSum,
+    goal_plane,
 )
-from vgtsim.positioning.plane import goal_plane
 from vgtsim.positioning.postures import make_postures
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import couple

@@ -10,8 +10,7 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import LoadCase, Payload
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.statics import make_load_model, make_sections, solve_members
 from vgtsim.statics.cases import bound_case, find_envelope, solve_case
 from vgtsim.statics.motion import NodeMotion

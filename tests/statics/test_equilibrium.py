@@ -9,8 +9,7 @@ from mass_points import Cloud
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.errors import TrussError
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.truss import Member, Truss
+from vgtsim.kinematics import Chain, Member, Truss, hanging_mount
 from vgtsim.statics import NodeMotion, diagnose, make_load_model, motion_from_log, solve_members
 from vgtsim.statics.framework import equilibrium_matrix, framework_of
 from vgtsim.statics.loads import hub_loads, member_loads

@@ -10,8 +10,7 @@ from finite_elements import deflect_with_pynite, forces_with_pynite
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.statics import solve_members
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.stiffness import deflect, node_loads, tool_point

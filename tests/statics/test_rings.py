@@ -13,8 +13,7 @@ from Pynite import FEModel3D
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.statics import NodeMotion, diagnose, make_load_model, motion_from_log, solve_members
 from vgtsim.statics.capacity import find_allowance
 from vgtsim.statics.elasticity import make_elastic_model

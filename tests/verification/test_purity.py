@@ -12,7 +12,7 @@ import pytest
 from frame_analysis import solve_with_pynite
 from playing import bend, change, play, shorten
 
-from vgtsim.kinematics.bending import bend_start
+from vgtsim.kinematics import bend_start
 from vgtsim.mjcf import names
 from vgtsim.site import Site
 from vgtsim.statics import make_load_model, solve_members

@@ -18,20 +18,11 @@ _SECTOR_SLACK = 1e-9
 
 
 def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array]:
-    """Signed distance to the inner surface of the tank, its riser openings taken as closed.
+    """Signed distance, m, positive inside, to the tank's inner surface, risers closed, of points in frame G, (..., 3).
 
-    The nearest point of a surface of revolution lies in the meridian plane of the point. In that plane each
-    piece has a foot for the points of its own sector; the tank is convex and smooth, so the least of these
-    signed distances is the distance itself, on either side.
-
-    Args:
-        profile: The tank.
-        points: In frame G, shape (..., 3), m.
-
-    Returns:
-        Distance, shape (...), m, positive inside; and its gradient, the unit inward direction from the
-        nearest point of the surface, shape (..., 3). Where several points of the surface are nearest, one is
-        taken.
+    The second result is its gradient, shape (..., 3): the unit inward direction from the nearest point, or from one of
+    them. The nearest point lies in the meridian plane of the point. Each piece there has a foot for the points of its
+    sector. The tank is convex and smooth, so the least of these signed distances is the distance, on either side.
     """
     points = np.asarray(points, float)
     meridian = _Meridian(np.hypot(points[..., 0], points[..., 1]), points[..., 2])
@@ -42,19 +33,11 @@ def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array
 
 
 def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, Array]:
-    """Signed distance to the surface around the arm: the tank opened into the bore of the arm riser.
+    """Signed distance, m, positive inside, and its gradient, (..., 3), for the tank opened into the bore of the arm riser.
 
-    The bore is a cylinder from the rim, where it meets the dome, upward without end: what stands on the
-    riser's flange is not described. The distance is exact inside the tank and the bore, and outside both of
-    them.
-
-    Args:
-        tank: The tank; its arm riser is read.
-        profile: Its profile.
-        points: In frame G, shape (..., 3), m.
-
-    Returns:
-        Distance, shape (...), m, positive inside either; and its gradient, unit vectors of shape (..., 3).
+    Points are in frame G, shape (..., 3), m. The bore is a cylinder from the rim, where it meets the dome, upward
+    without end: equipment on the riser's flange is not described. The distance is exact inside, and outside tank and
+    bore both.
     """
     points = np.asarray(points, float)
     found = _enclose(tank, profile, points)
@@ -68,16 +51,7 @@ def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple
 
 
 def enclosure_depth(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
-    """`enclosure_distance` without its gradient, and whether the riser's rim or bore is the nearest surface.
-
-    Args:
-        tank: The tank; its arm riser is read.
-        profile: Its profile.
-        points: In frame G, shape (..., 3), m.
-
-    Returns:
-        Distance, shape (...), m, and true where the riser is nearest, shape (...).
-    """
+    """`enclosure_distance` without its gradient, and whether the riser's rim or bore is the nearest surface, (...)."""
     found = _enclose(tank, profile, np.asarray(points, float))
     return found.distance, found.at_rim | found.in_bore
 
@@ -94,14 +68,8 @@ class _Meridian:
 class _Enclosed:
     """Where points are in the tank and its riser, all of shape (...).
 
-    Attributes:
-        distance: Signed, m.
-        meridian: The points in their meridian planes.
-        piece: Index of the piece of the profile that is nearest, of those that count.
-        reach: Distance from the rim of the riser, m.
-        at_rim: Whether the rim is nearest.
-        in_bore: Whether the bore of the riser is nearest.
-        mouth_circle: Radius and height of the rim, m.
+    `piece` is the nearest piece of the profile of those that count; `reach` is the distance from the riser's rim, m,
+    whose radius and height, m, are `mouth_circle`.
     """
 
     distance: Array
@@ -132,22 +100,14 @@ def _enclose(tank: Tank, profile: Profile, points: Array) -> _Enclosed:
 
 
 def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike) -> tuple[Array, Array, Array]:
-    """Least distance between segments.
+    """Least distance between segments a0 a1 and b0 b1, shapes (..., 3), m, which broadcast.
 
-    The squared distance is a convex quadratic of the two parameters on the unit square. The free minimum is
-    clipped in s, t is the best for that s, clipped, and s the best for that t. Parallel segments and segments
-    of no length need no case of their own.
+    Returns distances, shape (...), m, and the parameters s, t in [0, 1] of the closest points a0 + s (a1 - a0) and b0 +
+    t (b1 - b0). With the unit vector n from the second to the first, the gradient is (1 - s) n, s n, -(1 - t) n, -t n
+    by a0, a1, b0, b1.
 
-    Args:
-        a0: First ends of the first segments, shape (..., 3), m.
-        a1: Their second ends.
-        b0: First ends of the second segments; shapes broadcast.
-        b1: Their second ends.
-
-    Returns:
-        Distance, shape (...), m, and the parameters s, t in [0, 1], shape (...), of the closest points
-        a0 + s (a1 - a0) and b0 + t (b1 - b0). With the unit vector n from the second to the first, the
-        gradient of the distance is (1 - s) n, s n, -(1 - t) n, -t n by a0, a1, b0, b1.
+    The squared distance is a convex quadratic on the unit square. The free minimum is clipped in s, t is the best for
+    that s, clipped, and s the best for that t. Parallel segments and segments of no length need no case of their own.
 
     Source: C. Ericson, Real-Time Collision Detection, section 5.1.9.
     """

@@ -1,6 +1,32 @@
-"""Pure kinematics: the module, the chain, the truss they make."""
+"""Pure kinematics: modules, the chain they make, its truss and its inertia."""
 
+from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, straight_yaws, swing
 from vgtsim.kinematics.chain import Chain, hanging_mount
+from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, ModuleState, kind_of
+from vgtsim.kinematics.sampling import sample_inputs, singular_values
+from vgtsim.kinematics.state import State
+from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.kinematics.truss import Member, Truss, make_truss
 
-__all__ = ["Chain", "Member", "Truss", "hanging_mount", "make_truss"]
+__all__ = [
+    "KINDS",
+    "Chain",
+    "Kind",
+    "Member",
+    "ModuleSet",
+    "ModuleState",
+    "State",
+    "Truss",
+    "azimuth",
+    "bend_all",
+    "bend_start",
+    "can_swing",
+    "check_strokes",
+    "hanging_mount",
+    "kind_of",
+    "make_truss",
+    "sample_inputs",
+    "singular_values",
+    "straight_yaws",
+    "swing",
+]

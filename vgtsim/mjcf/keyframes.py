@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.modules import kind_of
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, kind_of, sample_inputs
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.site import Site

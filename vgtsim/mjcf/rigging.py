@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from vgtsim.description.scene import Payload
 from vgtsim.geometry import MastPipe
-from vgtsim.kinematics import Chain
+from vgtsim.kinematics import Chain, kind_of
 from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia
-from vgtsim.kinematics.modules import kind_of
 
 Array = NDArray[np.float64]
 

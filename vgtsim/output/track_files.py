@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.output.figure import draw_limit, save_figure
 from vgtsim.planning.following import Followed
 from vgtsim.replacing import replacing

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description.scene import Payload
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.positioning import StrokeBox, make_box
 from vgtsim.site import Site
 from vgtsim.statics import LoadModel, MemberSections, make_load_model, make_sections
@@ -20,11 +20,7 @@ _STROKE_MARGIN = 0.005  # m at the ends of strokes: what the shipped scenes keep
 
 @dataclass(frozen=True, eq=False)
 class ArmAlone:
-    """An arm that hangs straight and carries nothing. Its properties have the names of those of a `Site`.
-
-    Attributes:
-        chain: The arm.
-    """
+    """An arm that hangs straight and carries nothing. Its properties have the names of those of a `Site`."""
 
     chain: Chain
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.redundancy import OBJECTIVES, split_objective
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.planning.arm_alone import Place, safety_factor_of
 from vgtsim.positioning import (
     ClearanceHinges,
@@ -23,7 +23,7 @@ from vgtsim.positioning import (
     evaluate,
     goal_plane,
 )
-from vgtsim.positioning.analysis import condition_numbers
+from vgtsim.positioning.kkt import condition_numbers
 from vgtsim.site import Site
 from vgtsim.statics import find_use, smooth_peak, solve_members
 
@@ -36,10 +36,7 @@ _FORCE = 1e5  # N: actuator forces count in units of what a middling cylinder pu
 def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Objective:
     """Objective of names such as `mid_stroke` or `clearance:2`: one objective, or the weighted sum of several.
 
-    Args:
-        place: The site, or an arm alone, which has no surroundings.
-        goal: A tool goal: `condition_number` is that of its rows, and `in_plane` takes its position.
-        names: At least one.
+    `goal` is a tool goal: `condition_number` is that of its rows, and `in_plane` takes its position.
 
     Raises:
         DescriptionError: A name is not known, a weight is no number above zero, or a scene is needed.

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.redundancy import Method, choose_coupling
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.bending import straight_yaws
+from vgtsim.kinematics import straight_yaws
 from vgtsim.planning.arm_alone import Place
 from vgtsim.planning.checks import require_positionable
 from vgtsim.planning.objectives import MARGIN, make_objective
@@ -28,7 +28,7 @@ from vgtsim.positioning import (
     solve_goal,
     tool_goal,
 )
-from vgtsim.positioning.analysis import condition_numbers, lost_directions
+from vgtsim.positioning.kkt import condition_numbers, lost_directions
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -40,12 +40,9 @@ _STEPS = 300  # a goal by a wall makes the valley of the optimum narrow and curv
 
 @dataclass(frozen=True)
 class Resolution:
-    """How redundancy is resolved.
+    """How redundancy is resolved: a method, and names of objectives, each with `:weight` or without.
 
-    Attributes:
-        method: By which method.
-        objective: Names, each with `:weight` or without.
-        coupling: For the coupled method: for each pair the active module that follows and the one it follows.
+    `coupling` is for the coupled method: pairs of the active module that follows and the one that it follows.
     """
 
     method: Method
@@ -54,32 +51,8 @@ class Resolution:
 
 
 @dataclass(frozen=True)
-class Request:
-    """A tool goal that a command asks for.
-
-    Attributes:
-        position: Tool point in frame G, m.
-        direction: Tool direction in frame G, any length but zero.
-        method: How redundancy is resolved.
-        objectives: Names, each with `:weight` or without.
-    """
-
-    position: tuple[float, float, float]
-    direction: tuple[float, float, float]
-    method: Method = Method.NULLSPACE
-    objectives: tuple[str, ...] = ("mid_stroke",)
-
-
-@dataclass(frozen=True)
 class Answer:
-    """The answer to a request.
-
-    Attributes:
-        q: Inputs, shape (n,).
-        lengths: Of the actuators, shape (J,), m.
-        rows: Desired, reached and residual of every goal row.
-        facts: Objective, iterations, condition number and what binds, by name.
-    """
+    """The answer to a request: inputs, shape (n,), lengths, shape (J,), m, goal rows, and facts by name."""
 
     q: Array
     lengths: Array
@@ -107,24 +80,13 @@ def resolve_goal(
     start: ArrayLike,
     keep: Keep | None = None,
 ) -> Solution:
-    """Find a configuration for a tool goal.
-
-    Args:
-        place: The site, or an arm alone.
-        how: By which method and objectives.
-        name: Of the goal, for errors.
-        goal: Tool point in frame G, shape (3,), m, and tool direction, shape (3,), any length but zero.
-        start: Present inputs, shape (n,).
-        keep: Clearance that the configuration has to keep.
-
-    Returns:
-        One solution.
+    """Find a configuration for a tool point, m, and direction in frame G, shape (3,) each, from inputs of shape (n,).
 
     Raises:
         DescriptionError: An objective is not known, or needs a scene; the arm cannot be positioned; or coupled modules
             are turned to each other.
         GoalError: The goal is no goal.
-        ReachError: It cannot be met, or not clear of the surroundings.
+        ReachError: It cannot be met, or not clear of the surroundings of `keep`.
     """
     chain = place.chain
     require_positionable(chain)
@@ -138,8 +100,16 @@ def resolve_goal(
     return solve_goal(name, problem, how.method, start, keep, NewtonSettings(most=_STEPS))
 
 
-def solve_request(place: Place, request: Request) -> Answer:
+def solve_request(
+    place: Place,
+    position: ArrayLike,
+    direction: ArrayLike,
+    method: Method = Method.NULLSPACE,
+    objectives: tuple[str, ...] = ("mid_stroke",),
+) -> Answer:
     """Solve one goal from the start of a site, clear of its surroundings, or from a straight arm alone.
+
+    The tool point, m, and the direction, of any length but zero, are in frame G, shape (3,).
 
     Raises:
         DescriptionError: An objective is not known, or needs a scene.
@@ -147,11 +117,10 @@ def solve_request(place: Place, request: Request) -> Answer:
         ReachError: It is not met, or not clear of the surroundings.
     """
     site = place if isinstance(place, Site) else None
-    chain, pose = place.chain, (request.position, request.direction)
-    keep = goal_keep(site) if site else None
-    found = resolve_goal(place, _asked_resolution(place, request), "ik", pose, place.start, keep)
-    goal = tool_goal(*pose)
-    facts = _facts(place, goal, found, request.objectives)
+    chain, goal = place.chain, tool_goal(position, direction)
+    how = _asked_resolution(place, method, objectives)
+    found = resolve_goal(place, how, "ik", (position, direction), place.start, goal_keep(site) if site else None)
+    facts = _facts(place, goal, found, objectives)
     if site:
         facts["clearance, m"], facts["nearest"] = site.surroundings.least(found.q)
     return Answer(found.q, chain.lengths(found.q), report_rows(chain, goal, found.q), facts)
@@ -163,9 +132,8 @@ def answer_as_json(answer: Answer) -> str:
     return json.dumps(whole, indent=2) + "\n"
 
 
-def _asked_resolution(place: Place, request: Request) -> Resolution:
-    """A request's method and objectives; coupled modules are those of a coupled scene, or else of section 8.1."""
-    method, objectives = request.method, request.objectives
+def _asked_resolution(place: Place, method: Method, objectives: tuple[str, ...]) -> Resolution:
+    """A method and objectives; coupled modules are those of a coupled scene, or else of section 8.1."""
     if method is not Method.COUPLED:
         return Resolution(method, objectives)
     if isinstance(place, Site) and place.task.motion.method is Method.COUPLED:

@@ -20,13 +20,9 @@ _LOOKED = 17  # points of a piece that must not all be one
 
 @dataclass(frozen=True)
 class Stretch:
-    """A smooth part of a path, run from rest to rest.
+    """A smooth part of a path, run from rest to rest, with its first and last unit tool directions, shape (3,).
 
-    Attributes:
-        name: For reports and errors.
-        points: From a count to that many tool points at equal steps of the parameter, shape (count, 3), m.
-        first: Tool direction at the beginning, unit, shape (3,).
-        last: Tool direction at the end, unit, shape (3,).
+    `points` makes, from a count, that many tool points at equal steps of the parameter, shape (count, 3), m.
     """
 
     name: str
@@ -44,17 +40,11 @@ class Stretch:
 
 
 def make_stretches(path: ToolPath) -> tuple[Stretch, ...]:
-    """Take a path apart.
-
-    Args:
-        path: As written.
-
-    Returns:
-        Its smooth parts: a raster's rows and the ways between them each count as one.
+    """The smooth parts of a path; a raster's rows and the ways between them each count as one.
 
     Raises:
-        DescriptionError: A piece turns the tool to the opposite direction or goes nowhere, or a way-point stands where the
-            last does.
+        DescriptionError: A piece turns the tool to the opposite direction or goes nowhere, or a way-point stands where
+            the last one does.
     """
     at, along = np.array(path.start), np.array(path.direction) / np.linalg.norm(path.direction)
     found: list[Stretch] = []

@@ -16,18 +16,7 @@ def line(first: ArrayLike, last: ArrayLike, count: int) -> Array:
 
 
 def arc(centre: ArrayLike, start: ArrayLike, axis: ArrayLike, angle: float, count: int) -> Array:
-    """Points of a circular arc.
-
-    Args:
-        centre: Shape (3,), m.
-        start: First point, shape (3,), m.
-        axis: Of the turn, shape (3,).
-        angle: rad.
-        count: Number of points.
-
-    Returns:
-        Shape (count, 3), m.
-    """
+    """Points of a circular arc, shape (count, 3), m, from a start about an axis through a centre, shape (3,), by rad."""
     middle, out = np.asarray(centre, float), np.asarray(start, float) - np.asarray(centre, float)
     normal = np.asarray(axis, float) / np.linalg.norm(axis)
     turn = np.linspace(0, angle, count)[:, None]
@@ -36,14 +25,9 @@ def arc(centre: ArrayLike, start: ArrayLike, axis: ArrayLike, angle: float, coun
 
 
 def spline(points: ArrayLike, count: int) -> Array:
-    """Points of a cubic spline through way-points, its parameter the distance from one to the next.
+    """Points of a cubic spline through way-points, shape (W, 3), m, at equal steps of the parameter, shape (count, 3), m.
 
-    Args:
-        points: Way-points, no two in a row the same, shape (W, 3), W at least 2, m.
-        count: Number of points, at equal steps of the parameter.
-
-    Returns:
-        Shape (count, 3), m.
+    The parameter is the distance from one way-point to the next; no two in a row are the same, and W is at least 2.
     """
     through = np.asarray(points, float)
     reach = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1))])

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.statics import TRAPPED
 
 Array = NDArray[np.float64]

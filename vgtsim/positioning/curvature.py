@@ -20,17 +20,10 @@ _STEP = 1e-5  # of one-sided differences, in units of the inputs: errors of both
 
 
 def lagrangian_curvature(goal: GoalSpace, state: State, which: Index, multipliers: Array, length_slope: Array) -> Array:
-    """Second derivative of the goal rows and lengths, weighted.
+    """Second derivative, shape (b, n, n), of goal rows and leg lengths, weighted.
 
-    Args:
-        goal: Rows.
-        state: Of b configurations inside the strokes.
-        which: Goal of each, shape (b,).
-        multipliers: Of the goal rows, shape (b, m).
-        length_slope: Weights of the actuator lengths, shape (b, J), or of all legs, shape (b, J + S).
-
-    Returns:
-        Shape (b, n, n), symmetric; not definite. Of direction rows and turns it is exact where they are met.
+    Rows have weights of shape (b, m); lengths of shape (b, J), or (b, J + S) with static legs. Direction rows and turns
+    are exact where they are met.
     """
     pull = pulls(state.chain, goal, which, multipliers)
     owner = state.chain.layout.owner

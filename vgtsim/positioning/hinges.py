@@ -19,12 +19,8 @@ _STEP = 1e-6  # of one-sided differences of closed-form slopes, in units of the 
 class ClearanceHinges(Objective):
     """Half the sum of squares of hinges, one for each near pair of bodies.
 
-    Attributes:
-        surroundings: The bodies to keep clear of.
-        wanted: Clearance at which a hinge is 1, m.
-        softness: Distance beyond it at which a hinge begins, m.
-        payload: Whether the payload's distance from tank, equipment, waste and mast counts; it is constant where goal
-            rows hold the tool.
+    A hinge begins `softness`, m, beyond the wanted clearance, m, and is 1 at it. `payload` tells whether the payload's
+    distance from all but the arm counts: it is constant where goal rows hold the tool.
     """
 
     surroundings: Surroundings
@@ -64,9 +60,8 @@ class ClearanceHinges(Objective):
     def bend(self, at: Configurations) -> Array:
         """Curvature that Gauss and Newton leave out, by differences of slopes, shape (b, n, n).
 
-        A goal near a wall holds the tool, and with it the hinges of the last nodes: the multipliers of the goal rows
-        balance the slopes of those hinges, and so must their curvatures, or steps along the null space look far too
-        long.
+        A goal near a wall holds the tool and the last nodes: the multipliers of the rows balance the slopes of those
+        hinges, so without their curvatures steps along the null space look far too long.
         """
         first = self.terms(at)
         assert first.dense is not None

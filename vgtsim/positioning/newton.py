@@ -23,16 +23,17 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.positioning.analysis import CONDITION_LIMIT
 from vgtsim.positioning.kkt import (
+    CONDITION_LIMIT,
     Equations,
+    Quadratic,
     downhill,
     factorise,
     least_multipliers,
     restoring,
     solve_equations,
+    stationarity,
 )
-from vgtsim.positioning.quadratic import Quadratic, stationarity
 from vgtsim.positioning.solution import Solution
 
 Array = NDArray[np.float64]
@@ -83,20 +84,15 @@ def minimise(
     bend: Bend | None = None,
     glance: Glance | None = None,
 ) -> Solution:
-    """Meet every goal of a batch and make its objective least in the null space.
+    """Meet every goal of a batch from variables of shape (B, k), and make its objective least in the null space.
 
     Args:
-        evaluate: From variables, shape (b, k), and the goals they are for, shape (b,), to the quadratic model there.
-        start: Variables inside the hard limits, shape (B, k).
-        settings: How the iteration runs.
-        bend: From variables, goals, multipliers of the goal rows, shape (b, m), and the model's `by_length` to the
-            curvature of the Lagrangian that the quadratic model leaves out, shape (b, k, k). It is worked out once a
-            goal is near, and kept for a few steps.
-        glance: From variables, goals and whether values are wanted to `inside`, `error` and `value` of the quadratic
-            model alone, at a lower price: for trial steps that have been cut, most of which are cut again.
-
-    Returns:
-        The ends, with variables for inputs; goals that cannot be met are not `met`.
+        evaluate: From variables, shape (b, k), and their goals, shape (b,), to the quadratic model there.
+        bend: From variables, goals, multipliers of the goal rows, shape (b, m), and `by_length` to the curvature of the
+            Lagrangian that the model leaves out, shape (b, k, k). It is worked out near a goal and kept for a few
+            steps.
+        glance: From variables, goals and whether values are wanted to `inside`, `error` and `value` alone: cheaper, for
+            trial steps that have been cut, most of which are cut again.
 
     Raises:
         ValueError: A start is outside the hard limits.
@@ -160,17 +156,9 @@ class _Views:
 class _Batch:
     """The state of all goals, changed in place.
 
-    Attributes:
-        z: Variables, shape (B, k).
-        at: Quadratic model there.
-        y: Multipliers of the goal rows, shape (B, m).
-        iterations: Shape (B,).
-        promise: Shape (B,).
-        definite: Shape (B,).
-        optimal: Shape (B,).
-        learned: Curvature learned from changes of the slope, shape (B, k, k), or absent.
-        bent: Curvature that the quadratic model leaves out, shape (B, k, k), or absent.
-        age: Iterations for which it has been kept, shape (B,).
+    `z` are the variables, shape (B, k), and `at` the model there; `y` are the multipliers of the goal rows, shape (B,
+    m). `learned` is curvature learned from changes of the slope, and `bent` the curvature that the model leaves out,
+    shape (B, k, k) or absent; `age` is the number of iterations for which `bent` has been kept, shape (B,).
     """
 
     z: Array
@@ -307,10 +295,9 @@ def _search(
     restore: Array | None = None,
     least: Array | float = 0.0,
 ) -> tuple[Mask, Array]:
-    """Take the step or a part of it for each goal, where it lowers the merit enough: which moved, and by how much.
+    """Take the step or a part of it where it lowers the merit enough: which goals moved, and by how much.
 
-    Long steps near a goal bend away from it; `restore`, shape (b, k, m), brings them back. The full step is modelled at
-    once, since it is taken as a rule; shorter ones only when they are taken.
+    Long steps near a goal bend away from it; `restore`, shape (b, k, m), brings them back.
     """
     moved, shift = np.zeros(len(goals), bool), np.zeros_like(step)
     error, weight = np.linalg.norm(batch.at.error[goals], axis=1), 2 * size
@@ -348,10 +335,10 @@ def _search(
 def _escape(
     views: _Views, batch: _Batch, active: Index, now: Quadratic, equations: Equations, how: NewtonSettings
 ) -> Mask:
-    """Leave saddles, or the way to one, along the least curvature in the null space: which goals have, shape (b,).
+    """Leave saddles along the least curvature in the null space: which goals have left, shape (b,).
 
-    An escape must lower the merit by more than the best null-space step promises, and by more than a settled goal may
-    still promise: so there are finitely many.
+    An escape must lower the merit by more than a null-space step promises, and by more than a settled goal may promise,
+    so there are finitely many.
     """
     freed = ~batch.definite[active]
     if batch.bent is None or not np.any(freed):

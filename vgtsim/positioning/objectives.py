@@ -6,25 +6,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ObjectiveError
+from vgtsim.kinematics import Chain, azimuth, straight_yaws
 from vgtsim.kinematics.state import Blocks, State
 from vgtsim.positioning.strokes import StrokeBox
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+_ON_AXIS = 1e-6  # distance from the mast's axis below which a goal has no plane, m
+
 
 @dataclass(frozen=True)
 class Configurations:
-    """A batch of configurations inside the strokes, with all that objectives need of them.
-
-    Attributes:
-        box: The arm and its strokes.
-        state: Kinematics of b configurations.
-        which: Goal of each, shape (b,).
-    """
+    """The kinematics of b configurations inside the strokes, and the goal of each, shape (b,)."""
 
     box: StrokeBox
     state: State
@@ -43,14 +40,12 @@ class Configurations:
 
 @dataclass(frozen=True)
 class Terms:
-    """An objective's value, slope and known curvature, which is positive semidefinite.
+    """An objective's value, shape (b,), slope by the inputs, shape (b, n), and known curvature, positive semidefinite.
 
     Attributes:
-        value: Shape (b,).
-        slope: By the inputs, shape (b, n).
         blocks: Curvature by modules, for each kind of shape (b, M, inputs, inputs), or absent.
         dense: Curvature of all inputs, shape (b, n, n), or absent.
-        rough: The part of the slope whose curvature is not known and has to be learned, shape (b, n), or absent.
+        rough: The part of the slope whose curvature has to be learned, shape (b, n), or absent.
         by_length: Derivative by the actuator lengths, shape (b, J), of the part that depends on them, or absent.
     """
 
@@ -115,11 +110,7 @@ class MidStroke(Objective):
 
 @dataclass(frozen=True)
 class Nearness(Objective):
-    """Half the sum of squares of the way of every actuator from a previous configuration, in half strokes.
-
-    Attributes:
-        previous: Actuator lengths before, of every goal, shape (B, J), or of all, shape (J,), m.
-    """
+    """Half the sum of squares of each actuator's way, in half strokes, from lengths of shape (B, J) or (J,), m."""
 
     previous: Array
     name: str = "nearness"
@@ -132,11 +123,7 @@ class Nearness(Objective):
 
 @dataclass(frozen=True)
 class LengthVariation(Objective):
-    """Sum of the distances of all actuator lengths from their mean (8.8), m.
-
-    Attributes:
-        softness: Distance below which the corner of the absolute value is rounded, m.
-    """
+    """Sum of the distances of all lengths from their mean (8.8), m, with its corners rounded below `softness`, m."""
 
     softness: float = 1e-3
     name: str = "length_variation"
@@ -154,20 +141,13 @@ class LengthVariation(Objective):
         curve = np.swapaxes(spread, 1, 2) @ spread
         return Terms(np.sum(size - self.softness, axis=1), slope, dense=curve, by_length=first)
 
-    @staticmethod
-    def exact(length: Array) -> float:
-        """Equation 8.8 as printed, m, for the lengths of one configuration, shape (J,)."""
-        return float(np.sum(np.abs(length - np.mean(length))))
-
 
 @dataclass(frozen=True)
 class Differences(Objective):
-    """Any function of the inputs; its slope is made of central differences.
+    """Any function from inputs, shape (b, n), to values, shape (b,); its slope is made of central differences.
 
-    Attributes:
-        name: For reports and errors.
-        function: From inputs, shape (b, n), to values, shape (b,), finite inside the strokes.
-        step: Of the differences, in units of the inputs: near the cube root of the rounding of metres.
+    The function is finite inside the strokes. The step, in units of the inputs, is near the cube root of their
+    rounding.
     """
 
     name: str
@@ -199,12 +179,7 @@ class Differences(Objective):
 
 @dataclass(frozen=True)
 class WeightedSum(Objective):
-    """Objectives added up.
-
-    Attributes:
-        parts: Weights, greater than zero, and objectives.
-        name: Names and weights, made of those of the parts.
-    """
+    """A sum of objectives with weights greater than zero; its name is made of weights and names."""
 
     parts: tuple[tuple[float, Objective], ...]
     name: str = field(init=False)
@@ -258,3 +233,40 @@ def _half_square(at: Configurations, away: Array) -> Terms:
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
     """Terms of a sum of functions of one length each."""
     return Terms(value, at.state.pull(first), at.state.curve(second), by_length=first)
+
+
+@dataclass(frozen=True)
+class InPlane(Objective):
+    """Half the sum of squares of forms on the inputs, shape (r, n), that lead out of a vertical plane.
+
+    Each kind of module names its forms, see `ModuleSet.sideways`.
+    """
+
+    across: Array
+    name: str = "in_plane"
+
+    def terms(self, at: Configurations) -> Terms:
+        """In closed form."""
+        q = at.state.q
+        parts = q @ self.across.T
+        curve = np.broadcast_to(self.across.T @ self.across, (len(q), q.shape[1], q.shape[1]))
+        return Terms(0.5 * np.sum(parts**2, axis=1), parts @ self.across, dense=curve)
+
+
+def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
+    """The objective for the plane through the mast's axis and a position in G, shape (3,), m.
+
+    For a position on the axis the objective is zero everywhere.
+    """
+    point = np.asarray(position, float)
+    local = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3]
+    angle = azimuth(chain, point)
+    yaws, known = straight_yaws(chain), float(np.hypot(local[0], local[1]) > _ON_AXIS)
+    forms = []
+    for place in chain.layout.places:
+        for m, (columns, yaw) in enumerate(zip(place.columns, yaws[place.active], strict=True)):
+            rows = known * place.modules.sideways(m, angle - yaw)
+            form = np.zeros((len(rows), chain.layout.inputs))
+            form[:, columns] = rows
+            forms.append(form)
+    return InPlane(np.concatenate([np.empty((0, chain.layout.inputs)), *forms]))

@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.bending import bend_all
-from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.sampling import sample_inputs
+from vgtsim.kinematics import Chain, bend_all, sample_inputs
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside
 
 Array = NDArray[np.float64]
@@ -23,13 +21,7 @@ _PART = 0.88  # of the strokes that postures use: ends are left for what a goal 
 
 @dataclass(frozen=True)
 class PostureTable:
-    """Configurations inside the strokes and where they put the tool.
-
-    Attributes:
-        q: Inputs, shape (N, n).
-        position: Of the tool in B_1, shape (N, 3), m.
-        direction: Of the tool in B_1, shape (N, 3).
-    """
+    """N inputs inside the strokes, shape (N, n), with tool positions, m, and directions in B_1, shape (N, 3)."""
 
     q: Array
     position: Array

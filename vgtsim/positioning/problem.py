@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import ObjectiveError
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain
 from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import GoalSpace, evaluate
+from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, Terms, WeightedSum
-from vgtsim.positioning.quadratic import Quadratic
 from vgtsim.positioning.reduction import Reduction
 from vgtsim.positioning.strokes import StrokeBox
 
@@ -26,14 +26,10 @@ _STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain 
 
 @dataclass(frozen=True)
 class Problem:
-    """A batch of goals for one arm.
+    """A batch of goals for one arm, with its strokes as hard limits.
 
-    Attributes:
-        box: The arm and the actuator lengths allowed, which are hard limits.
-        goal: Rows to meet.
-        objective: What is made least in the null space of the rows.
-        barrier: Weight of the stroke barrier beside the objective; it keeps optima off the ends of strokes.
-        reduction: Order reduction, or absent.
+    The objective is made least in the null space of the goal rows. The stroke barrier has the weight `barrier` beside
+    it: it keeps optima off the ends of strokes.
     """
 
     box: StrokeBox

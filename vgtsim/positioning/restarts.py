@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
-from vgtsim.kinematics.bending import azimuth, bend_all, can_swing, swing
-from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics import Chain, azimuth, bend_all, can_swing, swing
 from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate
 from vgtsim.positioning.newton import NewtonSettings
@@ -39,16 +38,10 @@ _DEPENDENT = 1e-9  # least singular value over the greatest at which rows count 
 
 
 def likely_starts(chain: Chain, start: Array, target: Array) -> Array:
-    """Configurations from which to look for a goal, best first.
+    """Inputs, shape (S, n), from which to look for a tool position in G, shape (3,), m.
 
-    Args:
-        chain: The arm.
-        start: Present inputs, shape (n,).
-        target: Tool position wanted, in frame G, shape (3,), m.
-
-    Returns:
-        Inputs, shape (S, n), some perhaps outside the strokes: the present ones swung to the target's azimuth, the
-        present ones, then bend patterns in the plane of the target.
+    First come the present ones swung to the target's azimuth, then the present ones, then bends in the plane of the
+    target. Some may be outside the strokes.
     """
     there = azimuth(chain, target)
     count = len(chain.layout.names)
@@ -89,17 +82,10 @@ def solve_anywhere(
     postures: PostureTable | None = None,
     tries: int = 8,
 ) -> Solution:
-    """Solve goals from given configurations, and those that are not met from the postures nearest to them.
+    """Solve goals from inputs of shape (n,) or (B, n), then unmet ones from the postures nearest to them.
 
-    Args:
-        problem: Goals, limits, objective.
-        start: Inputs, shape (n,) or (B, n); moved inside the strokes where they are not.
-        settings: How the iteration runs.
-        postures: Table to restart from; made when absent.
-        tries: Greatest number of restarts of a goal.
-
-    Returns:
-        The solutions; iterations count over all restarts.
+    Starts outside the strokes are moved inside. The table of postures is made when absent; a goal is restarted `tries`
+    times at most. Iterations count over all restarts.
 
     Raises:
         GoalError: Rows contradict each other wherever the arm is, or are more than the inputs.

@@ -1,0 +1,126 @@
+"""A kind of module that only this test knows: adding one needs a file, a row in the table and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vgtsim.description import load_manipulator
+from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
+from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, ModuleState, PlannedMember
+
+MODELS = Path(__file__).parents[2] / "models"
+STEP, DIFFERENCE = 1e-6, 1e-8  # central differences: step² plus rounding over the step, with a margin
+
+
+@dataclass(frozen=True, eq=False)
+class LiftState(ModuleState):
+    @property
+    def placed(self):
+        return np.isfinite(self.x[..., 0])
+
+    @property
+    def valid(self):
+        return self.x[..., 0] > 0
+
+    @property
+    def transform(self):
+        up = np.concatenate([np.zeros((*self.x.shape[:-1], 2)), self.x], axis=-1)
+        return np.broadcast_to(np.eye(3), (*self.x.shape[:-1], 3, 3)), up
+
+    @property
+    def twist(self):
+        slide = np.broadcast_to([0.0, 0.0, 1.0], (*self.x.shape, 3))
+        return np.zeros(slide.shape), slide
+
+    @property
+    def legs(self):
+        return self.x, np.ones((*self.x.shape, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Lifts(ModuleSet):
+    """The top rises straight above the base; the input is its height, which is the length of the one actuator."""
+
+    inputs = 1
+    units = ("m",)
+
+    @property
+    def actuated(self):
+        return np.ones((len(self.names), 1), dtype=bool)
+
+    def at(self, x):
+        return LiftState(
+            x,
+        )
+
+    def refuse(self, x):
+        return ValueError(f"heights {x}")
+
+    def attempt(self, lengths, start=None):
+        return lengths, np.ones(lengths.shape[:-1])
+
+    def solve(self, lengths, start=None):
+        return self.attempt(lengths, start)[0]
+
+    def conditioned(self, x):
+        return np.ones((*x.shape, 1))
+
+    def one(self, m):
+        return Lifts(self.names[m : m + 1], self.straight[m : m + 1])
+
+    def dimensions(self, m):
+        return float(self.straight[m, 0])
+
+    def bend(self, angle, half):
+        return np.broadcast_to(self.straight, (*angle.shape, 1))
+
+
+def make_lifts(modules, side):
+    return Lifts(tuple(module.name for module in modules), np.array([[module.straight] for module in modules]))
+
+
+def plan_lift(module, groups):
+    return [PlannedMember("actuator", module.cylinder, groups["base"][0], groups["top"][0], 1)]
+
+
+@pytest.fixture
+def chain(monkeypatch):
+    """The arm of nine inputs on a lift."""
+    monkeypatch.setitem(KINDS, "lift", Kind(plan_lift, make_set=make_lifts))
+    arm = load_manipulator(MODELS / "arm9/arm9.toml")
+    first = arm.modules[0]
+    lift = SimpleNamespace(
+        kind="lift",
+        name="lift",
+        cylinder=first.cylinder,
+        batten_tube=first.batten_tube,
+        straight=float(np.mean([arm.cylinders[first.cylinder].retracted, arm.cylinders[first.cylinder].extended])),
+        faces=lambda side: ((side,) * 3, (side,) * 3),
+    )
+    return Chain(arm.model_copy(update={"modules": (lift, *arm.modules)}), hanging_mount(9.0))
+
+
+def test_a_chain_takes_a_new_kind(chain):
+    q = sample_inputs(chain, 4, seed=2)
+    assert q.shape == (4, 10)
+    assert chain.layout.names[0] == "lift"
+    assert chain.truss.member_names[0] == "lift/actuator/1"
+    plain = Chain(load_manipulator(MODELS / "arm9/arm9.toml"), chain.mount)
+    drop = q[:, :1] * chain.mount[:3, 2]
+    assert np.allclose(chain.tool(q)[0], plain.tool(q[:, 1:])[0] + drop, rtol=0, atol=1e-12)
+    assert np.allclose(chain.inputs_from_lengths(chain.lengths(q)), q, rtol=0, atol=1e-10)
+    assert chain.state(q).assembles.all()
+
+
+def test_its_derivatives_are_those_of_differences(chain):
+    q = sample_inputs(chain, 1, seed=3)[0]
+    steps = STEP * np.eye(len(q))
+    rise = (chain.tool(q + steps)[0] - chain.tool(q - steps)[0]).T / (2 * STEP)
+    assert np.allclose(chain.jacobian(q)[:3], rise, rtol=0, atol=DIFFERENCE)
+    moved = (chain.nodes(q + steps) - chain.nodes(q - steps)) / (2 * STEP)
+    assert np.allclose(chain.node_jacobian(q)[1], np.moveaxis(moved, 0, -1), rtol=0, atol=DIFFERENCE)
