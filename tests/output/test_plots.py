@@ -18,8 +18,7 @@ from vgtsim.output.run_plots import (
     plot_closure,
 )
 from vgtsim.output.truss_plot import plot_truss, worst_instant
-from vgtsim.verification.holds import find_holds, goal_name
-from vgtsim.verification.supports import find_riser_reaction
+from vgtsim.verification import find_holds, find_riser_reaction, goal_name
 
 UNIT = re.compile(r", (m|mm|kN|kN·m|s|°)\b|, °|^m$|over capacity| kN ")
 
