@@ -26,5 +26,5 @@ log = vgtsim.run(site, vgtsim.plan(site))
 path = vgtsim.render(site, log, vgtsim.verify(site, log), folder)
 video = site.task.video
 frames = [frame.shape for frame in imageio.imiter(path)]
-print(f"{path}: {len(frames)} frames, expected {round(log.time[-1] * video.fps / video.speed)}")
+print(f"{path}: {len(frames)} frames, expected {1 + int(log.time[-1] * video.fps / video.speed)}")
 print(f"each {frames[0][1]} pixels wide, expected {video.width}")

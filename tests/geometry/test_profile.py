@@ -85,15 +85,13 @@ def test_points_keep_the_spacing_and_contain_the_tangent_points():
 
 
 @pytest.mark.parametrize("shell", [TANK.shell, *random_shells(10)])
-def test_radius_floor_and_ceiling_return_the_points_of_the_curve(shell):
+def test_radius_and_ceiling_return_the_points_of_the_curve(shell):
     profile = make_profile(shell)
     half = 1e-7  # m; beside a vertical or level tangent a rounding of 1e-15 is squared-rooted
     for piece in profile.pieces:
         r, z = piece.at(np.linspace(0.02, 0.98, 9) * piece.length).T
         if z.max() > z.min():
             assert np.allclose(profile.radius_at(z), r, atol=half, rtol=0)
-        if piece.name in ("dish", "knuckle"):
-            assert np.allclose(profile.floor_at(r), z, atol=half, rtol=0)
         if piece.name in ("haunch", "dome"):
             assert np.allclose(profile.ceiling_at(r), z, atol=half, rtol=0)
 
@@ -128,7 +126,7 @@ def test_the_nominal_capacity_lies_between_operating_depth_and_liner_top():
 def test_a_flat_floor_is_a_disc():
     profile = make_profile(TANK.shell.model_copy(update={"dish_depth": 0.0}))
     assert profile.piece("dish").turn == 0
-    assert profile.floor_at(np.array([0.0, 5.0])).tolist() == [0.0, 0.0]
+    assert profile.piece("dish").at(np.array([0.0, 5.0])).tolist() == [[0.0, 0.0], [5.0, 0.0]]
     knuckle = profile.piece("knuckle")
     assert knuckle.centre == pytest.approx((11.43 - TANK.shell.knuckle_radius, TANK.shell.knuckle_radius))
     assert cos(knuckle.heading) == 1

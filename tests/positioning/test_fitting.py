@@ -11,8 +11,7 @@ from vgtsim.description import load_manipulator
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, bend_all, hanging_mount
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.directrix import cubic
-from vgtsim.positioning.fitting import fit
+from vgtsim.positioning.fitting import cubic, fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum
 from vgtsim.positioning.problem import Problem

@@ -12,9 +12,8 @@ from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.statics import make_load_model, solve_members
-from vgtsim.statics.bending import amplify, greatest_moments, interact, rod_bending_strength, tube_bending_strength
-from vgtsim.statics.rating import make_sections, rate
-from vgtsim.statics.utilisation import MODES, utilise
+from vgtsim.statics.rating import make_sections, rate, rod_bending_strength, tube_bending_strength
+from vgtsim.statics.utilisation import MODES, amplify, greatest_moments, interact, utilise
 
 HAND = 1e-4  # five digits
 ROOT = Path(__file__).parents[2] / "models"

@@ -7,14 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studies.frameworks import deflect_framework, make_framework
 from vgtsim.description.catalogue import load_catalogue
 from vgtsim.description.scene import LoadCase, Payload
 from vgtsim.errors import NearSingularWarning, TrussError
 from vgtsim.statics import solve_members
-from vgtsim.statics.band import deflect_framework
 from vgtsim.statics.capacity import find_allowance
 from vgtsim.statics.elasticity import make_elastic_model
-from vgtsim.statics.framework import make_framework
 from vgtsim.statics.modes import find_modes
 from vgtsim.statics.settling import settle
 from vgtsim.statics.sizing import Demand, size_arm

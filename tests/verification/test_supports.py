@@ -10,7 +10,7 @@ from playing import bend, change, play, shorten
 
 from vgtsim.mjcf import build_spec, names
 from vgtsim.site import Site
-from vgtsim.verification.supports import find_riser_reaction
+from vgtsim.verification import find_riser_reaction
 
 pytestmark = pytest.mark.long
 

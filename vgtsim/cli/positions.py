@@ -27,7 +27,7 @@ def ik(
 ) -> None:
     """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
     from vgtsim.output import prepare_file
-    from vgtsim.planning.resolution import Request, answer_as_json, solve_request
+    from vgtsim.planning.resolution import answer_as_json, solve_request
 
     if json_file is not None:
         prepare_file(json_file)
@@ -35,7 +35,7 @@ def ik(
         prepare_file(plot, (".svg", ".png"))
     place = _load(description)
     chain = place.chain
-    answer = solve_request(place, Request(position, direction, method, tuple(objective or ("mid_stroke",))))
+    answer = solve_request(place, position, direction, method, tuple(objective or ("mid_stroke",)))
     table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
     for row in answer.rows:
         wanted = ["" if value is None else f"{value:.6f}" for value in (row.desired, row.reached)]

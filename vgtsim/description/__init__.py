@@ -1,13 +1,6 @@
 """The files that a user writes: arms, tanks, scenes, paths and catalogues as frozen, validated data."""
 
-from vgtsim.description.catalogue import (
-    INCH,
-    Catalogue,
-    CylinderSize,
-    TubeSize,
-    load_catalogue,
-    write_sized_arm,
-)
+from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.files import (
     dump_scene,
     is_scene,
@@ -31,16 +24,7 @@ from vgtsim.description.modules import (
     joint_offset,
 )
 from vgtsim.description.redundancy import OBJECTIVES, Method, choose_coupling, split_objective
-from vgtsim.description.scene import (
-    Bend,
-    Goal,
-    LoadCase,
-    Mast,
-    Payload,
-    Scene,
-    SceneFile,
-    Simulation,
-)
+from vgtsim.description.scene import Bend, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
 from vgtsim.description.schema import closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped

@@ -19,22 +19,22 @@ from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.replacing import replacing
 from vgtsim.units import Length, Pressure
 
-INCH = 0.0254
-PSI = 6894.757293168361
+INCH = 0.0254  # m
+_PSI = 6894.757293168361  # Pa
 _KEPT = ("retracted", "stroke", "rate", "bulk_modulus", "leakage")  # figures of a cylinder that its bore leaves alone
 _TUBE = ("outer_diameter", "wall", "pin")
 _CYLINDER = ("bore", "rod", "barrel_wall", "head", "eye", "pin")
 
 
 class TubeSize(Description):
-    """A stock size of round tube, m."""
+    """A stock size of round tube."""
 
     outer_diameter: Length = Field(gt=0)
     wall: Length = Field(gt=0)
 
 
 class CylinderSize(Description):
-    """A stock size of cylinder, m and Pa, with the meanings of `Cylinder`. Length and stroke are those of the arm."""
+    """A stock size of cylinder, with the meanings of `Cylinder`. Length and stroke are those of the arm."""
 
     bore: Length = Field(gt=0)
     rod: Length = Field(gt=0)
@@ -46,16 +46,10 @@ class CylinderSize(Description):
 
 
 class Catalogue(Description):
-    """Tubes and cylinders to choose from, in any order.
+    """Tubes and cylinders to choose from, in any order, of one material each.
 
-    Attributes:
-        tube_standard: Source of the tube sizes.
-        cylinder_standard: Source of bores, rods and pressures.
-        cylinder_parts: Reason for walls, heads, eyes and pins.
-        material_standard: Source of the mechanical properties.
-        materials: By name.
-        tube_material: Material of every tube.
-        cylinder_material: Material of the barrel, rod and pins of every cylinder.
+    `cylinder_standard` is the source of bores, rods and pressures, `cylinder_parts` the reason for walls, heads, eyes
+    and pins.
     """
 
     tube_standard: str
@@ -91,14 +85,10 @@ def load_catalogue(path: str | Path | None = None) -> Catalogue:
 
 
 def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Catalogue, reason: str) -> None:
-    """Write an arm's file with other tubes and cylinders; all other entries and labels stay, and the comments at its top.
+    """Write the file of a sized arm, whole or not at all; `reason` is the note beside each choice.
 
-    Args:
-        source: File of the arm before sizing.
-        target: File to write, whole or not at all; may be the source.
-        arm: The sized arm.
-        catalogue: Source of the sections.
-        reason: Note beside each choice.
+    Tubes and cylinders change. All other entries and labels of the source stay, and the comments at its top. The target
+    may be the source.
 
     Raises:
         OSError: The file cannot be written.
@@ -114,7 +104,7 @@ def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Cat
         given = [key for key in _KEPT if any(key in old for old in olds)]
         kept = {key: {"value": getattr(part, key), "label": "derived", "note": reason} for key in given}
         kept |= {key: value for key, value in alike.items() if key not in (*_CYLINDER, "pressure", "material")}
-        psi = {"value": f"{part.pressure / PSI:.6g} psi", "label": "derived", "note": catalogue.cylinder_standard}
+        psi = {"value": f"{part.pressure / _PSI:.6g} psi", "label": "derived", "note": catalogue.cylinder_standard}
         sizes = _section(part, _CYLINDER[:2], catalogue.cylinder_standard)
         sizes |= _section(part, _CYLINDER[2:], catalogue.cylinder_parts)
         data["cylinders"][name] = {**sizes, **kept, "pressure": psi}
@@ -133,20 +123,17 @@ def _material(material: Material, catalogue: Catalogue) -> dict[str, dict[str, A
         "youngs_modulus": f"{material.youngs_modulus / 1e9:.6g} GPa",
         "yield_strength": f"{material.yield_strength / 1e6:.6g} MPa",
     }
-    note = catalogue.material_standard
-    return {key: {"value": value, "label": "sourced", "note": note} for key, value in values.items()}
+    source = {"label": "sourced", "note": catalogue.material_standard}
+    return {key: {"value": value, **source} for key, value in values.items()}
 
 
 def _section(section: Tube | Cylinder, keys: tuple[str, ...], note: str) -> dict[str, Any]:
     """Make the entries of a section: its sizes in inches, as in the standards, and its material."""
-    sizes = {key: getattr(section, key) for key in keys}
-    return {key: _sized(value, note) for key, value in sizes.items() if value is not None} | {
-        "material": section.material
+    sizes = {key: getattr(section, key) for key in keys if getattr(section, key) is not None}
+    entries: dict[str, Any] = {
+        key: {"value": f"{value / INCH:.6g} in", "label": "derived", "note": note} for key, value in sizes.items()
     }
-
-
-def _sized(value: float, note: str) -> dict[str, str]:
-    return {"value": f"{value / INCH:.6g} in", "label": "derived", "note": note}
+    return entries | {"material": section.material}
 
 
 def _toml_lines(data: Mapping[str, Any], prefix: str = "") -> list[str]:

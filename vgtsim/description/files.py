@@ -26,29 +26,17 @@ _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
 def load_manipulator(arm: str | Path) -> Manipulator:
-    """Read an arm: the path of its TOML file, or the name of a shipped one.
-
-    Raises:
-        DescriptionError: The file is missing, is not TOML, or describes no possible arm.
-    """
+    """Read an arm: the path of its TOML file, or the name of a shipped one. Errors are those of `load_description`."""
     return load_description(find_file(arm, "arm"), Manipulator)
 
 
 def load_tank(tank: str | Path) -> Tank:
-    """Read a tank: the path of its TOML file, or the name of a shipped one.
-
-    Raises:
-        DescriptionError: The file is missing, is not TOML, or describes no possible tank.
-    """
+    """Read a tank: the path of its TOML file, or the name of a shipped one. Errors are those of `load_description`."""
     return load_description(find_file(tank, "tank"), Tank)
 
 
 def load_tool_path(path: str | Path) -> ToolPath:
-    """Read a path of the tool: the path of its TOML file, or the name of a shipped one.
-
-    Raises:
-        DescriptionError: The file is missing, is not TOML, or describes no path.
-    """
+    """Read a path of the tool: the path of its TOML file, or a shipped name. Errors are those of `load_description`."""
     return load_description(find_file(path, "path"), ToolPath)
 
 
@@ -63,8 +51,8 @@ def load_scene(scene: str | Path) -> Scene:
     """
     file = find_file(scene, "scene")
     task = _validate(file, SceneFile, _read_scene(file))
-    manipulator = load_manipulator(find_file(task.manipulator, "arm", beside=file.parent))
-    tank = load_tank(find_file(task.tank, "tank", beside=file.parent))
+    manipulator = load_description(find_file(task.manipulator, "arm", beside=file.parent), Manipulator)
+    tank = load_description(find_file(task.tank, "tank", beside=file.parent), Tank)
     return Scene(task=task, manipulator=manipulator, tank=tank, file=file)
 
 
@@ -120,16 +108,11 @@ def _read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
     return _overlay(under, data)
 
 
-def _overlay(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    """One set of tables over another; figures and lists replace what is under them."""
-    merged = dict(under)
-    for name, entry in over.items():
-        below = under.get(name)
-        if isinstance(entry, dict) and isinstance(below, dict) and "value" not in {*entry, *below}:
-            merged[name] = _overlay(below, entry)
-        else:
-            merged[name] = entry
-    return merged
+def _overlay(under: Any, over: Any) -> Any:
+    """One set of tables over another; a figure or a list replaces the entry under it."""
+    if not (isinstance(under, dict) and isinstance(over, dict)) or "value" in {*under, *over}:
+        return over
+    return under | {name: _overlay(under[name], entry) if name in under else entry for name, entry in over.items()}
 
 
 def load_description(file: Path, kind: type[_Model]) -> _Model:

@@ -16,22 +16,19 @@ class Limits(Description):
     """Limits of the checks; each is named after its check.
 
     Attributes:
-        closure: Greatest gap between a member's end and its hub, m.
-        kinematics_agreement: Greatest distance of a node from forward kinematics, m.
-        tracking_position: Distance of the tool from a settled goal, m.
-        tracking_angle: Angle of the tool direction from a settled goal, rad.
-        end_moment: Moment at a member's end, N·m.
-        excess_shear: Shear beyond that of the member's weight and inertia, N.
-        lumped_shear: Shear of a member whose mass sits in its hubs, N.
-        axial_force_settled: Error of the axial forces over the largest one, at rest.
-        axial_force_moving: The same in motion.
-        member_utilisation: Demand over capacity.
-        actuator_force: Demand over capacity.
-        actuator_stroke: Least distance to the end of a stroke, m.
-        clearance: Least distance to anything, m.
+        closure: Greatest gap between a member's end and its hub.
+        kinematics_agreement: Greatest distance of a node from forward kinematics.
+        tracking_position: Distance of the tool from a settled goal; `tracking_angle` is that of its direction.
+        end_moment: Moment at a member's end.
+        excess_shear: Shear beyond that of the member's weight and inertia.
+        lumped_shear: Shear of a member whose mass sits in its hubs.
+        axial_force_settled: Error of the axial forces over the largest one, at rest; `axial_force_moving` in motion.
+        member_utilisation: Demand over capacity, as is `actuator_force`.
+        actuator_stroke: Least distance to the end of a stroke.
+        clearance: Least distance to anything.
         contacts: Number of logged contacts.
         safety_factor: On member strength, AISC 360 Omega.
-        chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above that of the oil tank, Pa.
+        chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above that of the oil tank.
         saturation: Part of the records in which a cylinder may be at a limit of force, pressure, flow or stroke.
     """
 

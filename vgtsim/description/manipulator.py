@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import pi, sqrt
 
 from pydantic import Field, model_validator
@@ -16,25 +16,14 @@ _MATCH = 1e-6  # relative difference of two sides that is taken for rounding of 
 
 
 class Hub(Description):
-    """The ball node at which members meet.
-
-    Attributes:
-        radius: m.
-        material: Name of its material.
-    """
+    """The ball node at which members meet."""
 
     radius: Length = Field(gt=0)
     material: Name
 
 
 class TipPlate(Description):
-    """The rigid triangular plate that closes the last face and carries the tool.
-
-    Attributes:
-        thickness: m.
-        material: Name of its material.
-        tool_offset: Distance from the last face to the tool point along its normal, m.
-    """
+    """The rigid triangular plate that closes the last face and carries the tool point, `tool_offset` along its normal."""
 
     thickness: Length = Field(gt=0)
     material: Name
@@ -42,32 +31,20 @@ class TipPlate(Description):
 
 
 class Stowed(Description):
-    """The pose that passes the riser.
-
-    Attributes:
-        cylinder_length: Length of every actuator of a double-octahedral module, m.
-    """
+    """The pose that passes the riser: the length of every actuator of a double-octahedral module."""
 
     cylinder_length: Length = Field(gt=0)
 
 
 class Manipulator(Description):
-    """A chain of truss modules between a mast flange and a tip plate.
+    """A chain of truss modules, from a mast flange to a tip plate.
 
     Attributes:
-        name: Short name.
-        title: One line for people.
-        face_side: Side b of the equilateral face triangles, m; of every face whose module gives no other, and of the
-            last.
-        hub: The nodes.
-        tip_plate: The end of the arm.
-        stowed: The pose that passes the riser; arms with double-octahedral modules have one.
-        materials: By name.
-        tubes: By name.
-        cylinders: By name.
-        blocks: Joint blocks, by name; arms with a joint offset have them.
-        modules: From the mast to the tool.
-        provenance: Where the figures come from, by key path.
+        face_side: Side b of the equilateral face triangles: of the last face, and of every face whose module gives no
+            other.
+        stowed: Arms with double-octahedral modules have one.
+        blocks: Joint blocks; arms with a joint offset have them.
+        provenance: Sources of the figures, by key path.
     """
 
     name: Name
@@ -95,16 +72,12 @@ class Manipulator(Description):
             raise ValueError(
                 f"the last module, {names[-1]}, must not be tetrahedral: the tip plate replaces the top battens"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _stows(self) -> Manipulator:
         if self.stowable and self.stowed is None:
             raise ValueError("a table [stowed]: the arm has double-octahedral modules")
         return self
 
     @model_validator(mode="after")
-    def _faces_match(self) -> Manipulator:
+    def _modules_fit(self) -> Manipulator:
         below, above = "the mast flange", self.modules[0].faces(self.face_side)[0]
         for module in self.modules:
             base, top = module.faces(self.face_side)
@@ -122,25 +95,20 @@ class Manipulator(Description):
                 f"faces do not match: the tip plate has sides of {self.face_side:.5g} m, the top of {below} "
                 f"{_metres(above)}"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _modules_fit(self) -> Manipulator:
         for module in self.modules:
             module.check(self)
         return self
 
-    def _references(self) -> list[tuple[str, str, Mapping[str, Description]]]:
-        found: list[tuple[str, str, Mapping[str, Description]]] = [
-            ("hub.material", self.hub.material, self.materials),
-            ("tip_plate.material", self.tip_plate.material, self.materials),
-        ]
-        found += [(f"tubes.{key}.material", tube.material, self.materials) for key, tube in self.tubes.items()]
-        found += [(f"cylinders.{key}.material", item.material, self.materials) for key, item in self.cylinders.items()]
-        found += [(f"blocks.{key}.material", block.material, self.materials) for key, block in self.blocks.items()]
+    def _references(self) -> Iterator[tuple[str, str, Mapping[str, Description]]]:
+        """Give the key path, the name and the table of every part that the arm names."""
+        yield "hub.material", self.hub.material, self.materials
+        yield "tip_plate.material", self.tip_plate.material, self.materials
+        for table in ("tubes", "cylinders", "blocks"):
+            for key, part in getattr(self, table).items():
+                yield f"{table}.{key}.material", part.material, self.materials
         for index, module in enumerate(self.modules):
-            found += [(f"modules.{index}.{field}", name, getattr(self, table)) for field, name, table in module.parts()]
-        return found
+            for field, name, table in module.parts():
+                yield f"modules.{index}.{field}", name, getattr(self, table)
 
     @property
     def active(self) -> tuple[Actuated, ...]:
@@ -173,8 +141,8 @@ class Manipulator(Description):
     @property
     def tip_plate_mass(self) -> float:
         """Mass of the tip plate without hubs, kg."""
-        area = sqrt(3) / 4 * self.face_side**2
-        return self.materials[self.tip_plate.material].density * area * self.tip_plate.thickness
+        plate = self.tip_plate
+        return self.materials[plate.material].density * (sqrt(3) / 4 * self.face_side**2) * plate.thickness
 
 
 def _metres(sides: Sides) -> str:

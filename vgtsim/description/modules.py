@@ -19,11 +19,7 @@ _Sides = tuple[Length, Length, Length]
 
 
 class ModuleKind(Description):
-    """The root of every kind of module.
-
-    Attributes:
-        name: Unique in the arm.
-    """
+    """The root of every kind of module; names are unique in the arm."""
 
     name: Name
 
@@ -45,22 +41,28 @@ class ModuleKind(Description):
                 yield field, getattr(self, field), f"{field}s"
 
     def check(self, arm: Manipulator) -> None:
-        """Check that the module fits the arm's parts.
+        """Check that the module fits the arm's parts; a ValueError says which dimension is wrong."""
 
-        Raises:
-            ValueError: It does not; the message says which dimension is wrong.
-        """
+
+class FreeFaces(ModuleKind):
+    """A module with end faces of its own: sides 12, 23, 31 of its base and of its top; absent for the arm's face side."""
+
+    base: _Sides | None = None
+    top: _Sides | None = None
+
+    def faces(self, side: float) -> tuple[Sides, Sides]:
+        """Sides of its own faces, or those of the arm, m."""
+        return self.base or (side, side, side), self.top or (side, side, side)
 
 
 class BattenActuated(ModuleKind):
     """A double-octahedral module of any shape: three actuators among its mid-plane nodes.
 
     Attributes:
-        joint_offset: Ljo of equation 3.54, m: distance between the two mid-plane node triangles.
+        joint_offset: Ljo of equation 3.54: distance between the two mid-plane node triangles.
         block: Joint block of the mid-plane nodes; a module has one if it has an offset.
         longeron_tube: Tube of the twelve longerons.
         batten_tube: Tube of the three battens of its top face.
-        cylinder: Cylinder of the three actuators.
     """
 
     joint_offset: Length = Field(default=0.0, ge=0)
@@ -97,11 +99,9 @@ class BattenActuated(ModuleKind):
 
 
 class DoubleOctahedral(BattenActuated):
-    """A symmetric batten-actuated double-octahedral module (sections 3.5.3 and 3.5.4).
+    """A symmetric batten-actuated double-octahedral module with twelve equal longerons (sections 3.5.3 and 3.5.4).
 
-    Attributes:
-        longeron: Length of its twelve longerons, m.
-        straight: Extension 2d of the straight working pose, m.
+    `straight` is the extension 2d of its straight working pose.
     """
 
     kind: Literal["double_octahedral"]
@@ -125,20 +125,18 @@ class DoubleOctahedral(BattenActuated):
             )
 
 
-class GeneralDoubleOctahedral(BattenActuated):
+class GeneralDoubleOctahedral(FreeFaces, BattenActuated):
     """A batten-actuated double-octahedral module whose longerons and faces may all differ (sections 3.5.1 and 3.5.2).
 
+    Its base is n1 n2 n3, its top n7 n8 n9.
+
     Attributes:
-        base: Sides n1 n2, n2 n3, n3 n1 of its base, m; absent for the arm's face side.
-        top: Sides n7 n8, n8 n9, n9 n7 of its top, m; absent for the arm's face side.
         longerons: Lengths of L1 to L12 = n1 n4, n2 n5, n3 n6, n3 n4, n1 n5, n2 n6, n5' n7, n6' n8, n4' n9, n4' n7,
             n5' n8, n6' n9, m; without a joint offset n4' is n4, and so on.
-        straight: Length of the three actuators in the straight working pose, m.
+        straight: Length of the three actuators in the straight working pose.
     """
 
     kind: Literal["double_octahedral_general"]
-    base: _Sides | None = None
-    top: _Sides | None = None
     longerons: tuple[Length, ...] = Field(min_length=12, max_length=12)
     straight: Length = Field(gt=0)
 
@@ -148,10 +146,6 @@ class GeneralDoubleOctahedral(BattenActuated):
             if length <= 0:
                 raise ValueError(f"module {self.name}: longeron L{number} of {length:.4g} m, must be longer than 0")
         return self
-
-    def faces(self, side: float) -> tuple[Sides, Sides]:
-        """Sides of its own faces, or those of the arm."""
-        return self.base or (side, side, side), self.top or (side, side, side)
 
     def check(self, arm: Manipulator) -> None:
         """Check the joint block and that the stroke holds the straight pose."""
@@ -166,11 +160,10 @@ class Tetrahedral(ModuleKind):
     apexes. It cannot end an arm: the tip plate would have to hold the hinge line too.
 
     Attributes:
-        side: L1, m; absent for the arm's face side.
-        hinge: L2, of the hinge line, m; absent for the arm's face side.
+        side: L1; absent for the arm's face side.
+        hinge: L2, of the hinge line; absent for the arm's face side.
         batten_tube: Tube of the two sides of its top.
-        cylinder: Cylinder of its actuator.
-        straight: Hinge angle theta of the straight working pose, rad.
+        straight: Hinge angle theta of the straight working pose.
     """
 
     kind: Literal["tetrahedral"]
@@ -212,13 +205,7 @@ class Tetrahedral(ModuleKind):
 
 
 class Longeron(Description):
-    """One longeron of an octahedral module: a cylinder, or a tube with its length.
-
-    Attributes:
-        cylinder: Name of its cylinder.
-        tube: Name of its tube.
-        length: Of the tube, m.
-    """
+    """One longeron of an octahedral module: a cylinder, or a tube with its length."""
 
     cylinder: Name | None = None
     tube: Name | None = None
@@ -231,20 +218,16 @@ class Longeron(Description):
         return self
 
 
-class Octahedral(ModuleKind):
-    """A longeron-actuated octahedral module, a Stewart platform (section 3.4).
+class Octahedral(FreeFaces):
+    """A longeron-actuated octahedral module, a Stewart platform (section 3.4): base n1 n2 n3, top n4 n5 n6.
 
     Attributes:
-        base: Sides n1 n2, n2 n3, n3 n1 of its base, m; absent for the arm's face side.
-        top: Sides n4 n5, n5 n6, n6 n4 of its top, m; absent for the arm's face side.
         longerons: l1 to l6 = n1 n4, n2 n5, n3 n6, n3 n4, n1 n5, n2 n6; at least one is a cylinder.
         batten_tube: Tube of the three battens of its top.
-        straight: Length of the actuated longerons in the straight working pose, m.
+        straight: Length of the actuated longerons in the straight working pose.
     """
 
     kind: Literal["octahedral"]
-    base: _Sides | None = None
-    top: _Sides | None = None
     longerons: tuple[Longeron, ...] = Field(min_length=6, max_length=6)
     batten_tube: Name
     straight: Length = Field(gt=0)
@@ -252,11 +235,11 @@ class Octahedral(ModuleKind):
     @property
     def freedom(self) -> int:
         """Number of actuators."""
-        return sum(longeron.cylinder is not None for longeron in self.longerons)
+        return len(self.actuated)
 
     @model_validator(mode="after")
     def _something_moves(self) -> Octahedral:
-        if all(longeron.cylinder is None for longeron in self.longerons):
+        if not self.actuated:
             raise ValueError(f"module {self.name}: one to six longerons with a cylinder; none has")
         return self
 
@@ -264,10 +247,6 @@ class Octahedral(ModuleKind):
     def actuated(self) -> tuple[int, ...]:
         """Indices of the actuated longerons."""
         return tuple(i for i, longeron in enumerate(self.longerons) if longeron.cylinder is not None)
-
-    def faces(self, side: float) -> tuple[Sides, Sides]:
-        """Sides of its own faces, or those of the arm."""
-        return self.base or (side, side, side), self.top or (side, side, side)
 
     def parts(self) -> Iterator[tuple[str, str, str]]:
         """Parts of the module and of each longeron."""
@@ -286,50 +265,38 @@ class Octahedral(ModuleKind):
             _require_straight(self.name, self.straight, cylinder, arm)
 
 
-class Prism(ModuleKind):
-    """A static section: a triangular prism with one diagonal in each side (section 3.6).
+class StaticKind(ModuleKind):
+    """A static section: tubes of three longerons, of three diagonals, and of the three battens of its top face."""
 
-    Attributes:
-        length: Distance between its end faces, m.
-        longeron_tube: Tube of the three longerons.
-        cross_longeron_tube: Tube of the three diagonals.
-        batten_tube: Tube of the three battens of its top face.
-    """
-
-    kind: Literal["prism"]
-    length: Length = Field(gt=0)
     longeron_tube: Name
     cross_longeron_tube: Name
     batten_tube: Name
 
 
-class SectionModule(ModuleKind):
+class Prism(StaticKind):
+    """A static section: a triangular prism with one diagonal in each side (section 3.6)."""
+
+    kind: Literal["prism"]
+    length: Length = Field(gt=0)
+
+
+class SectionModule(FreeFaces, StaticKind):
     """A static section of any shape: tapered, twisted, with end faces that are not parallel, or as measured.
 
     Attributes:
-        base: Sides 12, 23, 31 of its base, m; absent for the arm's face side.
-        top: Sides 12, 23, 31 of its top, m; absent for those of the base.
-        length: Distance between the centroids of the faces along the base's normal, m; absent with a transform.
-        tilt: Roll about X and pitch about Y of the top face, rad.
-        twist: Turn of the top face about its own normal, rad; -60 degrees makes an antiprism.
+        length: Distance between the centroids of the faces along the base's normal; absent with a transform.
+        tilt: Roll about X and pitch about Y of the top face.
+        twist: Turn of the top face about its own normal; -60 degrees makes an antiprism.
         transform: Measured T_BT in place of length, tilt and twist: four rows of four, the last column in m.
-        longeron_tube: Tube of the three longerons.
-        cross_longeron_tube: Tube of the three diagonals.
-        batten_tube: Tube of the three battens of its top face.
     """
 
     kind: Literal["section"]
-    base: _Sides | None = None
-    top: _Sides | None = None
     length: Length | None = Field(default=None, gt=0)
     tilt: tuple[Angle, Angle] = (0.0, 0.0)
     twist: Angle = 0.0
     transform: tuple[tuple[Number, Number, Number, Number], ...] | None = Field(
         default=None, min_length=4, max_length=4
     )
-    longeron_tube: Name
-    cross_longeron_tube: Name
-    batten_tube: Name
 
     @model_validator(mode="after")
     def _one_shape(self) -> SectionModule:
@@ -348,7 +315,7 @@ class SectionModule(ModuleKind):
         return base, self.top or base
 
 
-Actuated = DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral
+Actuated = DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral  # kinds with actuators
 Module = Annotated[Actuated | Prism | SectionModule, Field(discriminator="kind")]
 KINDS = ("double_octahedral", "double_octahedral_general", "tetrahedral", "octahedral", "prism", "section")
 

@@ -63,15 +63,10 @@ ObjectiveName = Annotated[str, AfterValidator(_known)]
 
 
 def choose_coupling(pairs: Pairs | None, modules: Sequence[Actuated]) -> tuple[tuple[int, int], ...]:
-    """Choose the modules that follow other modules.
+    """Choose the active modules that follow others: indices (follower, leader) from pairs of such names.
 
-    Args:
-        pairs: Names (follower, leader) of each pair. None stands for the pairs of section 8.1: the two modules nearest
-            the mast and the two nearest the tool, as far as these differ.
-        modules: The active modules, from the mast to the tool.
-
-    Returns:
-        Indices (follower, leader) of each pair among the active modules.
+    No pairs stand for those of section 8.1: the two modules nearest the mast and the two nearest the tool, as far as
+    these differ.
 
     Raises:
         ValueError: The arm cannot be coupled so, or too few inputs are left for a tool goal. The message says what is
@@ -94,8 +89,7 @@ def choose_coupling(pairs: Pairs | None, modules: Sequence[Actuated]) -> tuple[t
             raise ValueError(f"pairs of modules of one kind; {kinds}")
     left = sum(freedom) - sum(freedom[follower] for follower in followers)
     if left < TOOL_ROWS:
-        each = max(freedom)
-        most = max(0, len(names) - -(-TOOL_ROWS // each))
+        most = max(0, len(names) - -(-TOOL_ROWS // max(freedom)))
         raise ValueError(f"at most {most} pairs: a tool goal has {TOOL_ROWS} rows, and {left} inputs would be left")
     return chosen
 

@@ -13,68 +13,38 @@ from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.redundancy import Method, ObjectiveName, choose_coupling
 from vgtsim.description.schema import Description, Name, Provenance
+from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
-from vgtsim.units import (
-    Acceleration,
-    Angle,
-    Density,
-    Force,
-    Frequency,
-    Length,
-    Mass,
-    Moment,
-    Number,
-    Speed,
-    Time,
-)
+from vgtsim.units import Acceleration, Angle, Density, Force, Frequency, Length, Mass, Moment, Number, Speed, Time
 
 Vector = tuple[Length, Length, Length]
 
 
-class Mast(Description):
+class Mast(Pipe):
     """The pipe that carries the arm through the riser.
 
     Attributes:
-        pivot_depth: Depth of the arm's base face below the dome's crown, m.
-        outer_diameter: m.
-        wall: m.
-        density: kg/m³.
-        riser_spare: Least gap between the stowed arm and the riser's bore, m; absent for 1.5 in.
+        pivot_depth: Depth of the arm's base face below the dome's crown.
+        riser_spare: Least gap between the stowed arm and the riser's bore; absent for 1.5 in.
     """
 
     pivot_depth: Length = Field(gt=0)
-    outer_diameter: Length = Field(gt=0)
-    wall: Length = Field(gt=0)
     density: Density = Field(gt=0)
     riser_spare: Length | None = Field(default=None, gt=0)
 
-    @model_validator(mode="after")
-    def _wall_fits(self) -> Mast:
-        if 2 * self.wall > self.outer_diameter:
-            raise ValueError(f"wall of {self.wall:.4g} m at most half the outer diameter {self.outer_diameter:.4g} m")
-        return self
-
 
 class Payload(Description):
-    """The load at the tool point, a ball about it.
-
-    Attributes:
-        mass: kg.
-        radius: m.
-    """
+    """The load at the tool point, a ball about it."""
 
     mass: Mass = Field(ge=0)
     radius: Length = Field(gt=0)
 
 
 class Goal(Description):
-    """A tool pose to reach and hold.
+    """A tool pose to reach and hold: the tool point in frame G, m, and the outward unit normal of the tip plate.
 
-    Attributes:
-        name: Unique in the scene.
-        position: Tool point in frame G, m.
-        direction: Outward unit normal of the tip plate in frame G; normalised on reading.
+    The direction is normalised on reading.
     """
 
     name: Name
@@ -95,11 +65,11 @@ class Bend(Description):
     """Shape of one active module: a symmetric bend, whose mid-plane is inclined by half the angle.
 
     Attributes:
-        angle: Angle between the end faces, rad. A hinge opens by this angle beyond its straight pose.
-        azimuth: Direction of the bend, from the x axis of the arm's base frame while the arm is straight, rad. A hinge
-            has none.
-        extension: Double octahedron: 2d of equation 3.54, m. Octahedron: distance between the centroids of its faces,
-            m. Absent for the straight extension.
+        angle: Angle between the end faces. A hinge opens by this angle beyond its straight pose.
+        azimuth: Direction of the bend, from the x axis of the arm's base frame while the arm is straight. A hinge has
+            none.
+        extension: Double octahedron: 2d of equation 3.54. Octahedron: distance between the centroids of its faces.
+            Absent for the straight extension.
     """
 
     angle: Angle = 0.0
@@ -112,18 +82,15 @@ class Motion(Description):
 
     Attributes:
         start: Shape of each active module at the start, from the mast to the tool.
-        method: How redundancy is resolved at the goals.
         objective: Terms of the objective at the goals, each `NAME` or `NAME:WEIGHT`.
-        coupling: Names (follower, leader) of coupled modules, for the coupled method. Absent for the two modules
-            nearest the mast and the two nearest the tool.
+        coupling: Names (follower, leader) of coupled modules, for the coupled method; see `choose_coupling`.
         rate_fraction: Part of the cylinders' rated speed that the plan may use.
-        acceleration: Greatest acceleration of a cylinder, m/s².
-        stroke_margin: Distance that the plan keeps from the ends of the strokes, m.
-        clearance: Distance that the plan keeps from tank, riser, obstacles and the arm itself, m.
-        settle_speed: A hold is settled when no node is faster than this, m/s.
-        hold: Time for which a settled goal is held, s.
-        patience: Longest wait for settling, s.
-        goals: The tour.
+        acceleration: Greatest acceleration of a cylinder.
+        stroke_margin: Distance that the plan keeps from the ends of the strokes.
+        clearance: Distance that the plan keeps from tank, riser, obstacles and the arm itself.
+        settle_speed: A hold is settled when no node is faster than this.
+        hold: Time for which a settled goal is held.
+        patience: Longest wait for settling.
     """
 
     start: tuple[Bend, ...]
@@ -142,14 +109,10 @@ class Motion(Description):
     goals: tuple[Goal, ...] = Field(min_length=1)
 
     @model_validator(mode="after")
-    def _names_differ(self) -> Motion:
+    def _entries_fit(self) -> Motion:
         names = [goal.name for goal in self.goals]
         if len(set(names)) != len(names):
             raise ValueError(f"goal names must differ: {names}")
-        return self
-
-    @model_validator(mode="after")
-    def _coupling_is_used(self) -> Motion:
         if self.coupling is not None and self.method is not Method.COUPLED:
             raise ValueError(f'coupling with method = "coupled" only, not {self.method.value!r}')
         return self
@@ -159,14 +122,11 @@ class Simulation(Description):
     """Settings of the step loop.
 
     Attributes:
-        timestep: s.
         log_rate: Records a second.
-        gravity: Downward, m/s².
         weight_scale: Factor on the inverse weights that regularise the constraints.
         drive: The cylinder lengths are imposed (`rigid`), held by a spring and damper (`servo`), or moved by valve and
             oil (`hydraulic`, elastic members only).
-        servo_stiffness: N/m.
-        servo_damping: N·s/m.
+        servo_stiffness: N/m; `servo_damping` is in N·s/m.
         members: `rigid` members keep their lengths; `elastic` ones are springs along their axes. Under the `rigid`
             drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
         member_mass: The mass of a member is spread along it (`distributed`), or sits in its two hubs (`lumped`) and
@@ -174,7 +134,7 @@ class Simulation(Description):
         damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture. It is proportional
             to stiffness, so faster modes are damped more. 0 for the least that the step can hold.
         valve_gain: Speed of a hydraulic cylinder per length error, 1/s.
-        lock_band: Length error below which a cylinder at rest is locked, m.
+        lock_band: Length error below which a cylinder at rest is locked.
     """
 
     timestep: Time = Field(gt=0, le=0.1)
@@ -196,13 +156,9 @@ class Simulation(Description):
         return self.member_mass == "lumped"
 
     @model_validator(mode="after")
-    def _oil_is_elastic(self) -> Simulation:
+    def _entries_fit(self) -> Simulation:
         if self.drive == "hydraulic" and self.members != "elastic":
             raise ValueError('members = "elastic" with a hydraulic drive: its oil is a spring')
-        return self
-
-    @model_validator(mode="after")
-    def _rates_divide(self) -> Simulation:
         ratio = 1 / (self.log_rate * self.timestep)
         if abs(ratio - round(ratio)) > 1e-6 or ratio < 1 - 1e-6:
             raise ValueError(f"log_rate a whole fraction of the step rate {1 / self.timestep:.6g} Hz")
@@ -213,15 +169,12 @@ class LoadCase(Description):
     """A combination of static loads that the arm must carry in every pose of its run.
 
     Attributes:
-        name: Unique in the scene.
-        dead: Factor on the arm's weight.
-        payload: Factor on the payload's weight.
+        dead: Factor on the arm's weight; `payload` on the payload's.
         dynamic: Factor on all weight, for jerks and sudden stops.
         seismic: Accelerations of all masses along x, y and z of frame G, parts of gravity.
         shaking: Horizontal acceleration of all masses, part of gravity; each member takes its worst direction.
-        force: On the tool in frame G, N.
-        moment: On the tool in frame G, N·m.
-        reaction: Force on the tool, N; each member takes its worst direction.
+        force: On the tool in frame G, as is `moment`.
+        reaction: Force on the tool; each member takes its worst direction.
     """
 
     name: Name
@@ -277,24 +230,17 @@ class Scene:
         Raises:
             DescriptionError: The pivot is outside the tank, the mast is too thick, or the start does not fit the arm.
         """
-        if not 0 < self.pivot_height < self.tank.shell.crown:
-            raise self.error(
-                "mast.pivot_depth",
-                f"{self.task.mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m",
-                f"a depth that leaves the pivot inside the tank, 0 to {self.tank.shell.crown:.4g} m",
-            )
-        if self.task.mast.outer_diameter >= self.tank.arm_riser.bore:
-            raise self.error(
-                "mast.outer_diameter",
-                f"{self.task.mast.outer_diameter:.4g} m",
-                f"less than the riser's bore, {self.tank.arm_riser.bore:.4g} m",
-            )
-        if len(self.task.motion.start) != len(self.manipulator.active):
-            raise self.error(
-                "motion.start",
-                f"{len(self.task.motion.start)} module shapes",
-                f"one for each active module of {self.manipulator.name}, {len(self.manipulator.active)}",
-            )
+        mast, tank, arm = self.task.mast, self.tank, self.manipulator
+        if not 0 < self.pivot_height < tank.shell.crown:
+            found = f"{mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m"
+            allowed = f"a depth that leaves the pivot inside the tank, 0 to {tank.shell.crown:.4g} m"
+            raise self.error("mast.pivot_depth", found, allowed)
+        if mast.outer_diameter >= tank.arm_riser.bore:
+            allowed = f"less than the riser's bore, {tank.arm_riser.bore:.4g} m"
+            raise self.error("mast.outer_diameter", f"{mast.outer_diameter:.4g} m", allowed)
+        if len(self.task.motion.start) != len(arm.active):
+            allowed = f"one for each active module of {arm.name}, {len(arm.active)}"
+            raise self.error("motion.start", f"{len(self.task.motion.start)} module shapes", allowed)
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
 
@@ -313,7 +259,7 @@ class Scene:
         try:
             return choose_coupling(pairs, self.manipulator.active)
         except ValueError as error:
-            key, found = ("method", "'coupled'") if pairs is None else ("coupling", str([list(pair) for pair in pairs]))
+            key, found = ("method", "'coupled'") if pairs is None else ("coupling", str([*map(list, pairs)]))
             raise self.error(f"motion.{key}", found, str(error)) from None
 
     def error(self, key: str, found: str, allowed: str) -> DescriptionError:

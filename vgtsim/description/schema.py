@@ -12,7 +12,10 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 
 
 class Description(BaseModel):
-    """A frozen record read from TOML. An unknown key is an error that gives the nearest known key."""
+    """A frozen record read from TOML. An unknown key is an error that gives the nearest known key.
+
+    Figures are in SI, as the type of a field says: a `Length` in m, an `Angle` in rad, a `Force` in N, a `Pressure` in Pa.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -35,13 +38,7 @@ def closest(name: str, allowed: Iterable[object]) -> str:
 
 
 class Provenance(Description):
-    """The source of a figure.
-
-    Attributes:
-        label: `sourced`, `derived` or `assumed`.
-        note: The source, the derivation or the reason.
-        range: Least and greatest believable value of an assumed figure; a figure outside is refused.
-    """
+    """The source of a figure, its derivation or the reason for it; a figure outside its `range` is refused."""
 
     label: Annotated[str, Field(pattern="^(sourced|derived|assumed)$")]
     note: str

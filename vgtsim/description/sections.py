@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi, sqrt
+from typing import Self
 
 from pydantic import Field, model_validator
 
@@ -11,39 +12,31 @@ from vgtsim.units import Density, Length, Pressure, Speed
 
 
 class Material(Description):
-    """An isotropic structural material.
-
-    Attributes:
-        density: kg/m³.
-        youngs_modulus: E, Pa.
-        yield_strength: Fy, Pa.
-    """
+    """An isotropic structural material: density, E and Fy."""
 
     density: Density = Field(gt=0)
     youngs_modulus: Pressure = Field(gt=0)
     yield_strength: Pressure = Field(gt=0)
 
 
-class Tube(Description):
-    """A round hollow section.
-
-    Attributes:
-        outer_diameter: m.
-        wall: Wall thickness, m.
-        material: Name of its material.
-        pin: Diameter of the pins at its ends, in double shear, m; absent if the joint is not rated here.
-    """
+class Pipe(Description):
+    """A round pipe."""
 
     outer_diameter: Length = Field(gt=0)
     wall: Length = Field(gt=0)
-    material: Name
-    pin: Length | None = Field(default=None, gt=0)
 
     @model_validator(mode="after")
-    def _wall_fits(self) -> Tube:
+    def _wall_fits(self) -> Self:
         if 2 * self.wall > self.outer_diameter:
             raise ValueError(f"wall of {self.wall:.4g} m at most half the outer diameter {self.outer_diameter:.4g} m")
         return self
+
+
+class Tube(Pipe):
+    """A round hollow section, with pins in double shear at its ends; `pin` is absent where the joint is not rated."""
+
+    material: Name
+    pin: Length | None = Field(default=None, gt=0)
 
     @property
     def inner_diameter(self) -> float:
@@ -65,13 +58,8 @@ class Block(Description):
     """The joint block of a mid-plane node with a joint offset: a round post with a joint ball at each end.
 
     Lower longerons end at the ball of its foot, upper longerons at the ball of its head. The actuators are pinned to the
-    middle of the post and turn about its axis.
-
-    Attributes:
-        diameter: Of the post, m.
-        material: Name of its material.
-        pin_damping: Torque over speed of a pin that turns on the post, N·m·s/rad. It is all that resists a turn of the
-            block about its axis; no load acts there.
+    middle of the post and turn about its axis. `pin_damping` is torque over speed of a pin that turns on the post,
+    N·m·s/rad. It is all that resists a turn of the block about its axis; no load acts there.
     """
 
     diameter: Length = Field(gt=0)
@@ -83,19 +71,14 @@ class Cylinder(Description):
     """A double-acting hydraulic cylinder used as an extensible member.
 
     Attributes:
-        bore: Piston diameter, m.
-        rod: Rod diameter, m.
-        barrel_wall: Wall thickness of the barrel, m.
-        head: Total thickness of steel at bore diameter in the two heads and the piston, m.
-        eye: Distance from a pin to the barrel or to the full rod, m.
-        retracted: Least length from pin to pin, m.
-        stroke: m.
-        pressure: Supply pressure, Pa.
-        rate: Greatest speed of the rod, m/s.
-        bulk_modulus: Of the oil, Pa.
+        bore: Diameter of the piston; `rod` is the diameter of the rod.
+        head: Total thickness of steel at bore diameter in the two heads and the piston.
+        eye: Distance from a pin to the barrel or to the full rod.
+        retracted: Least length from pin to pin.
+        pressure: Supply pressure.
+        rate: Greatest speed of the rod.
         leakage: Flow of oil across the piston per pressure while the lock valve is open, m³/(s·Pa).
-        material: Name of its material.
-        pin: Diameter of the pins at its ends, in double shear, m; absent if the joint is not rated here.
+        pin: Diameter of the pins at its ends, in double shear; absent where the joint is not rated.
     """
 
     bore: Length = Field(gt=0)

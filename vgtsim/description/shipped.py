@@ -29,14 +29,10 @@ def list_shipped(kind: Kind) -> dict[str, Path]:
 
 
 def find_file(name: str | Path, *kinds: Kind, beside: Path | None = None) -> Path:
-    """Find a description by the path of its file, or a shipped one by its name.
+    """Find a description by the path of its file, such as "my/arm.toml", or a shipped one by its name, such as "arm15".
 
-    A file of that path goes first. Text with a folder or an ending is always a path.
-
-    Args:
-        name: A path such as "my/arm.toml", or a name such as "arm15".
-        kinds: Kinds of shipped descriptions that the name may stand for.
-        beside: Folder that a path is relative to, by default the working folder.
+    A file of that path goes first. Text with a folder or an ending is always a path, relative to the folder `beside`.
+    A name may stand for a shipped description of any of the `kinds`.
 
     Raises:
         DescriptionError: There is no such name; the error gives the nearest one and the list.

@@ -15,15 +15,12 @@ class Shell(Description):
     """The liner and dome: a surface of revolution.
 
     Attributes:
-        inner_diameter: m.
-        dish_depth: Height at which the dished floor meets the knuckle, m.
-        knuckle_radius: Radius of the arc from the floor to the wall, m.
-        wall_top: Height at which the wall ends and the dome starts, m.
-        haunch_radius: Radius of the arc from the wall to the dome cap, m.
-        crown: Height of the dome's underside on the axis, m.
-        dome_thickness: m.
-        liner_thickness: m.
-        soil_cover: Depth of soil over the crown, m.
+        dish_depth: Height at which the dished floor meets the knuckle.
+        knuckle_radius: Radius of the arc from the floor to the wall.
+        wall_top: Height at which the wall ends and the dome starts.
+        haunch_radius: Radius of the arc from the wall to the dome cap.
+        crown: Height of the dome's underside on the axis.
+        soil_cover: Depth of soil over the crown.
     """
 
     inner_diameter: Length = Field(gt=0)
@@ -52,15 +49,10 @@ class Shell(Description):
 
 
 class Riser(Description):
-    """A vertical pipe through soil and dome.
+    """A vertical pipe of inner diameter `bore` through soil and dome.
 
-    Attributes:
-        name: Unique in the tank.
-        bore: Inner diameter, m.
-        radius: Distance of its axis from the tank axis, m.
-        azimuth: Angle of its axis from +x about +z, rad.
-        above_grade: Height of its flange above the soil, m.
-        wall: Wall thickness of its pipe, m.
+    Its axis stands at `radius` from the tank axis, at `azimuth` from +x about +z. Its flange is `above_grade` over the
+    soil.
     """
 
     name: Name
@@ -72,15 +64,9 @@ class Riser(Description):
 
 
 class Equipment(Description):
-    """A vertical cylinder that stands or hangs in the tank.
+    """A vertical cylinder in the tank, from the height `bottom` to `top`; `top` is absent when it hangs from the dome.
 
-    Attributes:
-        name: Unique in the tank.
-        diameter: Outer diameter, m.
-        radius: Distance of its axis from the tank axis, m.
-        azimuth: Angle of its axis from +x about +z, rad.
-        bottom: Height of its lower end above the lowest point of the floor, m.
-        top: Height of its upper end, m; absent when it hangs from the dome.
+    Its axis stands at `radius` from the tank axis, at `azimuth` from +x about +z.
     """
 
     name: Name
@@ -92,7 +78,7 @@ class Equipment(Description):
 
 
 class Waste(Description):
-    """The waste left in the tank (sludge, saltcake), with a level surface at that height, m, and its density, kg/m³."""
+    """The waste left in the tank (sludge, saltcake), with a level surface at the height `level`."""
 
     kind: str
     level: Length = Field(ge=0)

@@ -26,7 +26,7 @@ Heading = Annotated[tuple[Number, Number, Number], AfterValidator(_not_zero)]
 
 
 class LinePiece(Description):
-    """A straight line to the point `to`, m."""
+    """A straight line to the point `to`."""
 
     shape: Literal["line"]
     to: Vector
@@ -34,13 +34,7 @@ class LinePiece(Description):
 
 
 class ArcPiece(Description):
-    """A circular arc.
-
-    Attributes:
-        centre: A point of its axis, m.
-        axis: Direction of its axis.
-        angle: Turn about the axis, rad.
-    """
+    """A circular arc: a turn by `angle` about the axis through `centre`."""
 
     shape: Literal["arc"]
     centre: Vector
@@ -50,7 +44,7 @@ class ArcPiece(Description):
 
 
 class SplinePiece(Description):
-    """A cubic spline through way-points, m; it ends at the last one."""
+    """A cubic spline through way-points; it ends at the last one."""
 
     shape: Literal["spline"]
     through: tuple[Vector, ...] = Field(min_length=1)
@@ -58,13 +52,7 @@ class SplinePiece(Description):
 
 
 class RasterPiece(Description):
-    """Rows to and fro over a parallelogram; the tool keeps its direction.
-
-    Attributes:
-        width: Vector along the first row, m.
-        depth: Vector across all rows, m.
-        rows: Number of rows.
-    """
+    """Rows to and fro over a parallelogram of sides `width`, along a row, and `depth`; the tool keeps its direction."""
 
     shape: Literal["raster"]
     width: Annotated[Vector, AfterValidator(_not_zero)]
@@ -80,12 +68,11 @@ class ToolPath(Description):
     """A path as written; the arm rests at the end of each piece.
 
     Attributes:
-        start: Tool point at the start, m.
         direction: Outward normal of the tip plate at the start.
         tolerance: Greatest distance of the tool from the path between two goals, m, and of its direction, rad.
         rate_fraction: Part of the cylinders' rated speed that may be used.
-        acceleration: Greatest acceleration of a cylinder, m/s².
-        speed: Greatest speed of the tool point, m/s; absent for the speed that the cylinders allow.
+        acceleration: Greatest acceleration of a cylinder.
+        speed: Greatest speed of the tool point; absent for the speed that the cylinders allow.
     """
 
     name: Name

@@ -1,7 +1,7 @@
 """Geometry of the tank: its profile, and how far the arm is from it and from itself."""
 
 from vgtsim.geometry.clearance import Clearance, Obstacles, arm_clearance, nearest_pair, obstacles, self_clearance
-from vgtsim.geometry.distance import enclosure_depth, enclosure_distance, interior_distance, segment_distance
+from vgtsim.geometry.distance import enclosure_depth, enclosure_distance, segment_distance
 from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.pairs import MemberPairs, member_balls, near_members, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
@@ -15,7 +15,6 @@ __all__ = [
     "arm_clearance",
     "enclosure_depth",
     "enclosure_distance",
-    "interior_distance",
     "make_mast",
     "make_profile",
     "member_balls",

@@ -8,44 +8,26 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry.distance import enclosure_depth, enclosure_distance, interior_distance, segment_distance
+from vgtsim.geometry.distance import enclosure_depth, segment_distance
 from vgtsim.geometry.pairs import MemberPairs, nearest_members, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
-
-__all__ = [
-    "Clearance",
-    "Obstacles",
-    "arm_clearance",
-    "enclosure_distance",
-    "interior_distance",
-    "nearest_pair",
-    "obstacles",
-    "segment_distance",
-    "self_clearance",
-]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 SHELL, RISER, WASTE = "shell", "riser", "waste"
 
-# Configurations done at a time: bounds the memory of a batch to some tens of megabytes.
-_CHUNK = 64
+_CHUNK = 64  # configurations done at a time: bounds the memory of a batch to some tens of megabytes
 # Points along a member that passes the riser's mouth, and how often the best interval is cut
 # again: the place of least distance is then known within 1/1024 of the member's length.
-_SAMPLES = 17
-_CUTS = 3
+_SAMPLES, _CUTS = 17, 3
 
 
 @dataclass(frozen=True)
 class Obstacles:
-    """What stands in the tank.
+    """K cylinders in the tank and the height of the waste, m.
 
-    Attributes:
-        names: Names of the K cylinders.
-        axes: Ends of their axes in frame G, lower first, shape (K, 2, 3), m.
-        radii: shape (K,), m.
-        waste_level: Height of the waste, m.
+    Axes in frame G, lower ends first, have shape (K, 2, 3), m; radii have shape (K,), m.
     """
 
     names: tuple[str, ...]
@@ -63,14 +45,10 @@ class Obstacles:
 
 @dataclass(frozen=True)
 class Clearance:
-    """Least distances of an arm from its surroundings.
+    """Least distances, shape (..., P), m, of an arm from P places: `shell`, `riser`, the obstacles, `waste`.
 
-    Attributes:
-        places: `shell`, `riser`, the obstacles, `waste`: P names.
-        distance: Least distance from each place, shape (..., P), m; negative when inside it, infinite from
-            the riser when nothing of the arm is nearest to it.
-        body: The part of the arm that is nearest, shape (..., P): a member below M, then nodes, then the
-            payload.
+    A distance is negative inside a place, and infinite from the riser when no part of the arm is nearest to it. `body`
+    is the nearest part of the arm, shape (..., P): a member below M, then nodes, then the payload.
     """
 
     places: tuple[str, ...]
@@ -89,14 +67,7 @@ class Clearance:
 
 
 def obstacles(tank: Tank) -> Obstacles:
-    """List the equipment of a tank.
-
-    Args:
-        tank: The tank. Equipment without a top ends at the dome above its axis.
-
-    Returns:
-        Its cylinders and the level of its waste.
-    """
+    """Equipment and waste of a tank; equipment without a top ends at the dome above its axis."""
     profile = make_profile(tank.shell)
     axes = []
     for item in tank.equipment:
@@ -121,34 +92,18 @@ def arm_clearance(
     around: Obstacles,
     payload: tuple[ArrayLike, float] | None = None,
 ) -> Clearance:
-    """Least distance of an arm from everything in the tank.
+    """Least distance of an arm, nodes in frame G of shape (..., N, 3), m, from everything in the tank.
 
-    Members are capsules, nodes and payload balls. The tank is convex, so a member is nearest to the shell at
-    one of its ends; only members that begin or end where the riser's mouth is nearest are searched along
-    their length. Equipment is rounded at its ends by its radius, which makes the result a lower bound there.
-
-    Args:
-        nodes: Positions of the N nodes in frame G, shape (..., N, 3), m.
-        ends: Node indices of the M members, shape (M, 2).
-        radii: Radii of the members, shape (M,), m.
-        hub_radius: Radius of the balls at the nodes, m.
-        tank: The tank.
-        profile: Its profile.
-        around: Its obstacles.
-        payload: Tool point in frame G, shape (..., 3), m, and radius of the ball there, m.
-
-    Returns:
-        Distances, with leading shape (...).
+    Members, ends of shape (M, 2) and radii of shape (M,), m, are capsules. Nodes and payload, a tool point of shape
+    (..., 3) and a radius, m, are balls. The tank is convex, so a member is nearest to the shell at one of its ends;
+    only members that begin or end where the riser's mouth is nearest are searched along their length. Equipment is
+    rounded at its ends by its radius, which makes the result a lower bound there.
     """
     nodes = np.asarray(nodes, float)
-    batch = nodes.shape[:-2]
-    balls = nodes
-    ball_radii = np.full(nodes.shape[-2], hub_radius)
+    batch, balls, ball_radii = nodes.shape[:-2], nodes, np.full(nodes.shape[-2], hub_radius)
     if payload is not None:
-        balls = np.concatenate(
-            [nodes, np.broadcast_to(np.asarray(payload[0], float)[..., None, :], (*batch, 1, 3))], -2
-        )
-        ball_radii = np.append(ball_radii, payload[1])
+        tool = np.broadcast_to(np.asarray(payload[0], float)[..., None, :], (*batch, 1, 3))
+        balls, ball_radii = np.concatenate([nodes, tool], -2), np.append(ball_radii, payload[1])
     flat = balls.reshape(-1, *balls.shape[-2:])
     places = (SHELL, RISER, *around.names, WASTE)
     distance = np.empty((len(flat), len(places)))
@@ -166,7 +121,7 @@ def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile,
     """Distances of members and balls from each place, shape (B, M + balls, P), m."""
     a, b = balls[:, ends[:, 0]], balls[:, ends[:, 1]]
     depth, mouth = enclosure_depth(tank, profile, balls)
-    inf, count = np.inf, len(ends)
+    inf = np.inf
     shell, riser = np.where(mouth, inf, depth), np.where(mouth, depth, inf)
     member_shell = np.minimum(shell[:, ends[:, 0]], shell[:, ends[:, 1]])
     member_riser = np.minimum(riser[:, ends[:, 0]], riser[:, ends[:, 1]])
@@ -180,10 +135,8 @@ def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile,
     columns = [np.concatenate([member_shell, shell], 1), np.concatenate([member_riser, riser], 1)]
     starts, stops = np.concatenate([a, balls], 1), np.concatenate([b, balls], 1)
     for (low, high), radius in zip(around.axes, around.radii, strict=True):
-        gap = np.empty(starts.shape[:2])
-        gap[:, :count] = segment_distance(a, b, low, high)[0] - radius
-        gap[:, count:] = segment_distance(balls, balls, low, high)[0] - radius
-        columns.append(gap)
+        gaps = [segment_distance(first, last, low, high)[0] - radius for first, last in ((a, b), (balls, balls))]
+        columns.append(np.concatenate(gaps, axis=1))
     columns.append(np.minimum(starts[..., 2], stops[..., 2]) - around.waste_level)
     return np.stack(columns, -1) - radii[:, None]
 
@@ -191,21 +144,11 @@ def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile,
 def _along(
     a: Array, b: Array, radii: Array, bound: tuple[Index, Array], tank: Tank, profile: Profile
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Least enclosure distance along segments, and whether the riser is nearest there.
+    """Least enclosure distance along segments, shape (n,), m, and whether the riser is nearest there, shape (n,).
 
     The distance changes by no more than the way along the segment, so samples bound it from below. The search ends for
-    a member that cannot come as near to the riser as another one has already.
-
-    Args:
-        a: First ends, shape (n, 3), m.
-        b: Second ends, shape (n, 3), m.
-        radii: Shape (n,), m.
-        bound: Configuration of each, shape (n,), and the gap that each configuration has from the riser, shape (B,), m.
-        tank: The tank.
-        profile: Its profile.
-
-    Returns:
-        Distance, shape (n,), m, not the least where the search has ended, and whether the riser is nearest, shape (n,).
+    a member that cannot come as near to the riser as another one has already: `bound` has the configuration of each,
+    shape (n,), and the gap that each configuration has from the riser, shape (B,), m.
     """
     (config, found), way = bound, np.linalg.norm(b - a, axis=1)
     low, high = np.zeros(len(a)), np.ones(len(a))
@@ -231,20 +174,11 @@ def _along(
 def self_clearance(
     nodes: ArrayLike, ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np.integer]
 ) -> tuple[Array, Index]:
-    """Least distance between members of modules that are not neighbours.
+    """Least distance, shape (...), m, between members of modules that differ by two or more, and the two members, (..., 2).
 
-    A ball is a member whose two ends are one node: append the tool point to the nodes to have the payload
-    looked at.
-
-    Args:
-        nodes: Positions in frame G, shape (..., N, 3), m.
-        ends: Node indices of the members, shape (M, 2).
-        radii: Radii of the members, shape (M,), m.
-        module: Module of each member, shape (M,); pairs that differ by two or more are looked at.
-
-    Returns:
-        Distance, shape (...), m, infinite without such a pair; and the members that come nearest, shape (...,
-        2), -1 without one.
+    Nodes in frame G have shape (..., N, 3), m; ends of shape (M, 2), radii, m, and modules of shape (M,) describe the
+    members. Without such a pair the distance is infinite and the members are -1. A ball is a member with one node
+    twice: append the tool point to the nodes to count the payload.
     """
     return nearest_pair(pair_members(ends, radii, module, 2), nodes)
 

@@ -18,94 +18,54 @@ _SECTOR_SLACK = 1e-9
 
 
 def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array]:
-    """Signed distance to the inner surface of the tank, its riser openings taken as closed.
+    """Signed distance, m, positive inside, to the tank's inner surface, risers closed, of points in frame G, (..., 3).
 
-    The nearest point of a surface of revolution lies in the meridian plane of the point. In that plane each
-    piece has a foot for the points of its own sector; the tank is convex and smooth, so the least of these
-    signed distances is the distance itself, on either side.
-
-    Args:
-        profile: The tank.
-        points: In frame G, shape (..., 3), m.
-
-    Returns:
-        Distance, shape (...), m, positive inside; and its gradient, the unit inward direction from the
-        nearest point of the surface, shape (..., 3). Where several points of the surface are nearest, one is
-        taken.
+    The second result is its gradient, shape (..., 3): the unit inward direction from the nearest point, or from one of
+    them. The nearest point lies in the meridian plane of the point. Each piece there has a foot for the points of its
+    sector. The tank is convex and smooth, so the least of these signed distances is the distance, on either side.
     """
     points = np.asarray(points, float)
-    meridian = _Meridian(np.hypot(points[..., 0], points[..., 1]), points[..., 2])
-    feet = _to_pieces(profile, meridian)
+    rho, z = np.hypot(points[..., 0], points[..., 1]), points[..., 2]
+    feet = _to_pieces(profile, rho, z)
     piece = feet.argmin(axis=0)
     distance = np.take_along_axis(feet, piece[None], axis=0)[0]
-    return distance, _in_space(_inward(profile, meridian, piece), points, meridian.rho)
+    return distance, _in_space(_inward(profile, rho, z, piece), points, rho)
 
 
 def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, Array]:
-    """Signed distance to the surface around the arm: the tank opened into the bore of the arm riser.
+    """Signed distance, m, positive inside, and its gradient, (..., 3), for the tank opened into the bore of the arm riser.
 
-    The bore is a cylinder from the rim, where it meets the dome, upward without end: what stands on the
-    riser's flange is not described. The distance is exact inside the tank and the bore, and outside both of
-    them.
-
-    Args:
-        tank: The tank; its arm riser is read.
-        profile: Its profile.
-        points: In frame G, shape (..., 3), m.
-
-    Returns:
-        Distance, shape (...), m, positive inside either; and its gradient, unit vectors of shape (..., 3).
+    Points are in frame G, shape (..., 3), m. The bore is a cylinder from the rim, where it meets the dome, upward
+    without end: equipment on the riser's flange is not described. The distance is exact inside, and outside tank and
+    bore both.
     """
     points = np.asarray(points, float)
     found = _enclose(tank, profile, points)
-    meridian, (bore, rim) = found.meridian, found.mouth_circle
-    gradient = _inward(profile, meridian, found.piece)
-    to_rim = np.stack([meridian.rho - bore, meridian.z - rim], axis=-1)
+    rho, z, (bore, rim) = found.rho, points[..., 2], found.mouth_circle
+    gradient = _inward(profile, rho, z, found.piece)
+    to_rim = np.stack([rho - bore, z - rim], axis=-1)
     reach = np.where(found.reach > 0, found.reach, 1.0)
     gradient = np.where(found.at_rim[..., None], to_rim / reach[..., None], gradient)
     gradient = np.where(found.in_bore[..., None], [-1.0, 0.0], gradient)
-    return found.distance, _in_space(gradient, points, meridian.rho)
+    return found.distance, _in_space(gradient, points, rho)
 
 
 def enclosure_depth(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
-    """`enclosure_distance` without its gradient, and whether the riser's rim or bore is the nearest surface.
-
-    Args:
-        tank: The tank; its arm riser is read.
-        profile: Its profile.
-        points: In frame G, shape (..., 3), m.
-
-    Returns:
-        Distance, shape (...), m, and true where the riser is nearest, shape (...).
-    """
+    """`enclosure_distance` without its gradient, and whether the riser's rim or bore is the nearest surface, (...)."""
     found = _enclose(tank, profile, np.asarray(points, float))
     return found.distance, found.at_rim | found.in_bore
-
-
-@dataclass(frozen=True)
-class _Meridian:
-    """Points in their meridian plane: distance from the axis and height, shape (...) each, m."""
-
-    rho: Array
-    z: Array
 
 
 @dataclass(frozen=True)
 class _Enclosed:
     """Where points are in the tank and its riser, all of shape (...).
 
-    Attributes:
-        distance: Signed, m.
-        meridian: The points in their meridian planes.
-        piece: Index of the piece of the profile that is nearest, of those that count.
-        reach: Distance from the rim of the riser, m.
-        at_rim: Whether the rim is nearest.
-        in_bore: Whether the bore of the riser is nearest.
-        mouth_circle: Radius and height of the rim, m.
+    `rho` is the distance from the axis, m; `piece` is the nearest piece of the profile of those that count; `reach` is
+    the distance from the riser's rim, m, whose radius and height, m, are `mouth_circle`.
     """
 
     distance: Array
-    meridian: _Meridian
+    rho: Array
     piece: NDArray[np.intp]
     reach: Array
     at_rim: NDArray[np.bool_]
@@ -117,8 +77,7 @@ def _enclose(tank: Tank, profile: Profile, points: Array) -> _Enclosed:
     rho, z = np.hypot(points[..., 0], points[..., 1]), points[..., 2]
     bore = tank.arm_riser.bore / 2
     rim, dome = profile.rim(bore), profile.pieces[-1].centre
-    meridian = _Meridian(rho, z)
-    feet = _to_pieces(profile, meridian)
+    feet = _to_pieces(profile, rho, z)
     closed = feet.min(axis=0)
     reach = np.hypot(rho - bore, z - rim)
     # below the rim, points whose foot on the dome would fall into the opening
@@ -128,26 +87,18 @@ def _enclose(tank: Tank, profile: Profile, points: Array) -> _Enclosed:
     piece = feet.argmin(axis=0)
     others = feet.min(axis=0)
     distance = np.where(above, bore - rho, np.where(below, np.minimum(reach, others), closed))
-    return _Enclosed(distance, meridian, piece, reach, below & (reach < others), above, (bore, rim))
+    return _Enclosed(distance, rho, piece, reach, below & (reach < others), above, (bore, rim))
 
 
 def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike) -> tuple[Array, Array, Array]:
-    """Least distance between segments.
+    """Least distance between segments a0 a1 and b0 b1, shapes (..., 3), m, which broadcast.
 
-    The squared distance is a convex quadratic of the two parameters on the unit square. The free minimum is
-    clipped in s, t is the best for that s, clipped, and s the best for that t. Parallel segments and segments
-    of no length need no case of their own.
+    Returns distances, shape (...), m, and the parameters s, t in [0, 1] of the closest points a0 + s (a1 - a0) and b0 +
+    t (b1 - b0). With the unit vector n from the second to the first, the gradient is (1 - s) n, s n, -(1 - t) n, -t n
+    by a0, a1, b0, b1.
 
-    Args:
-        a0: First ends of the first segments, shape (..., 3), m.
-        a1: Their second ends.
-        b0: First ends of the second segments; shapes broadcast.
-        b1: Their second ends.
-
-    Returns:
-        Distance, shape (...), m, and the parameters s, t in [0, 1], shape (...), of the closest points
-        a0 + s (a1 - a0) and b0 + t (b1 - b0). With the unit vector n from the second to the first, the
-        gradient of the distance is (1 - s) n, s n, -(1 - t) n, -t n by a0, a1, b0, b1.
+    The squared distance is a convex quadratic on the unit square. The free minimum is clipped in s, t is the best for
+    that s, clipped, and s the best for that t. Parallel segments and segments of no length need no case of their own.
 
     Source: C. Ericson, Real-Time Collision Detection, section 5.1.9.
     """
@@ -170,25 +121,25 @@ def _in_space(gradient: Array, points: Array, rho: Array) -> Array:
     return np.stack([x, y, gradient[..., 1]], axis=-1)
 
 
-def _to_pieces(profile: Profile, meridian: _Meridian) -> Array:
+def _to_pieces(profile: Profile, rho: Array, z: Array) -> Array:
     """Signed distance to each of the P pieces, shape (P, ...); infinite outside a piece's sector."""
-    table = profile.table(meridian.rho.ndim)
-    r, h = meridian.rho - table.start[0], meridian.z - table.start[1]
+    table = profile.table(rho.ndim)
+    r, h = rho - table.start[0], z - table.start[1]
     x, y = r * table.along[0] + h * table.along[1], h * table.along[0] - r * table.along[1]
     k = table.curvature
     # from the centre, in units of the radius; stays finite when the piece is straight
     reach = np.hypot(k * x, 1 - k * y)
     distance = (2 * y - k * (x * x + y * y)) / (1 + reach)
-    past = (meridian.rho - table.end[0]) * table.leaving[0] + (meridian.z - table.end[1]) * table.leaving[1]
+    past = (rho - table.end[0]) * table.leaving[0] + (z - table.end[1]) * table.leaving[1]
     distance[(x < -_SECTOR_SLACK) | (past > _SECTOR_SLACK)] = np.inf
     return distance
 
 
-def _inward(profile: Profile, meridian: _Meridian, piece: NDArray[np.intp]) -> Array:
+def _inward(profile: Profile, rho: Array, z: Array, piece: NDArray[np.intp]) -> Array:
     """Unit direction (r, z) from the nearest point of a piece, shape (..., 2)."""
     table = profile.table(0)
     along_r, along_z, k = table.along[0][piece], table.along[1][piece], table.curvature[piece]
-    r, h = meridian.rho - table.start[0][piece], meridian.z - table.start[1][piece]
+    r, h = rho - table.start[0][piece], z - table.start[1][piece]
     turn_x, turn_y = k * (r * along_r + h * along_z), 1 - k * (h * along_r - r * along_z)
     reach = np.hypot(turn_x, turn_y)
     scale = np.where(reach > 0, reach, 1.0)

@@ -11,14 +11,7 @@ from vgtsim.description.scene import Scene
 
 @dataclass(frozen=True)
 class MastPipe:
-    """The mast at its working depth.
-
-    Attributes:
-        outer_diameter: m.
-        wall: m.
-        density: kg/m³.
-        length: From the flange at the pivot to its upper end, m.
-    """
+    """The mast at its working depth: diameter, wall and length from the pivot's flange to its top, m; density, kg/m³."""
 
     outer_diameter: float
     wall: float

@@ -44,14 +44,7 @@ class MemberPairs:
 
 
 def pair_members(ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np.integer], apart: int) -> MemberPairs:
-    """Tabulate the pairs of members whose modules differ by at least `apart`.
-
-    Args:
-        ends: Point indices of the members, shape (M, 2).
-        radii: Shape (M,), m, or one for all.
-        module: Module of each member, shape (M,).
-        apart: Least difference of two modules that may meet.
-    """
+    """Tabulate the pairs of M members, ends of shape (M, 2), whose modules, shape (M,), differ by at least `apart`."""
     ends = np.asarray(ends, np.intp)
     thick = np.broadcast_to(np.asarray(radii, float), (len(ends),))
     names, row = np.unique(np.asarray(module), return_inverse=True)
@@ -76,14 +69,7 @@ def pair_members(ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np
 
 @dataclass(frozen=True)
 class MemberBalls:
-    """Balls about the members of W configurations.
-
-    Attributes:
-        first: First ends, shape (W, M, 3), m.
-        last: Second ends, shape (W, M, 3), m.
-        middle: Shape (W, M, 3), m.
-        half: Half of each member's length, shape (W, M), m.
-    """
+    """First and second ends and middles of members, shape (W, M, 3), m, and half their lengths, shape (W, M), m."""
 
     first: Array
     last: Array
@@ -98,17 +84,7 @@ def member_balls(ends: Index, points: Array) -> MemberBalls:
 
 
 def near_members(pairs: MemberPairs, points: Array, balls: MemberBalls, reach: float) -> tuple[Index, Index]:
-    """Pairs of members that may be nearer than a reach.
-
-    Args:
-        pairs: The arm.
-        points: Shape (W, N, 3), m.
-        balls: Of the members at those points.
-        reach: Between the surfaces, m.
-
-    Returns:
-        Configuration of each pair, shape (R,), and its members, shape (2, R). No pair within the reach is missing.
-    """
+    """Pairs that may be nearer than a reach, m: configurations, shape (R,), and members, shape (2, R); none is missing."""
     config, members, lower = _pairs_of_modules(pairs, balls, _module_gaps(pairs, points) < reach)
     near = np.flatnonzero(lower < reach)
     return config[near], members[:, near]
@@ -131,8 +107,8 @@ def _pairs_of_modules(pairs: MemberPairs, balls: MemberBalls, chosen: Mask) -> t
 def nearest_members(pairs: MemberPairs, points: Array) -> tuple[Array, Index]:
     """Least distance between members of each configuration, shape (W,), m, and the two members, shape (W, 2).
 
-    Of the two modules that are nearest, the two members whose balls are nearest are measured. Their distance is a bound:
-    only pairs whose balls are as near as that are measured too.
+    Of the two nearest modules, the two members whose balls are nearest are measured. Their distance is a bound: only
+    pairs whose balls are as near are measured too.
     """
     count = len(points)
     if not pairs.members.size:
@@ -160,12 +136,7 @@ def _starts(config: Index) -> Index:
 def _measure(pairs: MemberPairs, balls: MemberBalls, config: Index, members: Index) -> Array:
     """Distance between the surfaces of pairs of members, shape (R,), m."""
     first, second = members
-    ends = (
-        balls.first[config, first],
-        balls.last[config, first],
-        balls.first[config, second],
-        balls.last[config, second],
-    )
+    ends = (side[config, member] for member in (first, second) for side in (balls.first, balls.last))
     return segment_distance(*ends)[0] - pairs.radii[first] - pairs.radii[second]
 
 

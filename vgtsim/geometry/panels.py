@@ -28,13 +28,10 @@ DEPTH = 0.4
 
 @dataclass(frozen=True)
 class Panel:
-    """A box in frame G.
+    """A box in frame G with a centre and half sizes along its axes, shape (3,), m.
 
-    Attributes:
-        name: Piece of the profile, ring and sector, for example `knuckle/1/17`.
-        centre: shape (3,), m.
-        axes: Columns along the profile, around the tank, and inward, shape (3, 3).
-        half: Half sizes along these axes, shape (3,), m.
+    The columns of `axes` point along the profile, around the tank, and inward. The name is made of piece, ring and
+    sector.
     """
 
     name: str
@@ -63,15 +60,9 @@ class _Tangent:
 
 
 def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> tuple[Panel, ...]:
-    """Enclose the tank, open at the arm riser, and the bore of the arm riser up to its flange.
+    """Enclose the tank, open at the arm riser, and the riser's bore up to its flange, from the floor to the riser.
 
-    Args:
-        tank: The tank.
-        profile: Its profile.
-        tolerance: The boxes stand back from the surface by at most about twice this, m.
-
-    Returns:
-        The boxes, from the floor to the riser.
+    The boxes stand back from the surface by at most about twice the tolerance, m.
     """
     bore = tank.arm_riser.bore / 2
     tangents = [line for piece in profile.pieces for line in _tangents(piece, tolerance)]
@@ -117,10 +108,7 @@ def _slab(line: _Tangent, corner: Array) -> Panel:
     """The middle of the floor: one square plate."""
     size = float(corner[0])
     return Panel(
-        f"{line.name}/0/0",
-        np.array([0, 0, line.point[1] - DEPTH / 2]),
-        np.eye(3),
-        np.array([size, size, DEPTH / 2]),
+        f"{line.name}/0/0", np.array([0, 0, line.point[1] - DEPTH / 2]), np.eye(3), np.array([size, size, DEPTH / 2])
     )
 
 

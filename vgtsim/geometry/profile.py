@@ -1,15 +1,13 @@
 """The inner surface of a tank: a curve turned about the tank axis.
 
-The curve lies in the half-plane (r, z) of frame G and runs from the lowest point on the axis to the crown:
-dish, knuckle, wall, haunch, dome. Each piece has constant curvature and each joint is tangent, so that the
-tank is convex and its surface has a normal everywhere. A piece is held by its start, heading and curvature; a
-flat floor and the wall are pieces of no curvature and need no case of their own.
+The curve lies in the half-plane (r, z) of frame G and runs from the lowest point on the axis to the crown. Each piece
+has constant curvature and each joint is tangent, so the tank is convex and has a normal everywhere. A flat floor and
+the wall are pieces of no curvature and need no case of their own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from math import acos, ceil, cos, inf, pi, sin, tan
 
 import numpy as np
@@ -23,14 +21,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Piece:
-    """An arc, or a straight line, of the profile.
+    """An arc, or a straight line, of the profile, from its first point (r, z), m, the tangent point with the piece before.
 
-    Attributes:
-        name: `dish`, `knuckle`, `wall`, `haunch` or `dome`.
-        start: Its first point (r, z), m; the tangent point with the piece before.
-        heading: Direction of the curve there, from the r axis towards z, rad.
-        turn: Angle the curve turns through, to the left, rad.
-        length: m.
+    The heading there is from the r axis towards z, rad; the turn is to the left, rad; the length is in m.
     """
 
     name: str
@@ -53,14 +46,9 @@ class Piece:
     def centre(self) -> tuple[float, float]:
         """Centre (r, z) of the arc, m; at infinity for a straight piece."""
         if not self.turn:
-            return (
-                -inf if sin(self.heading) > 0.5 else self.start[0],
-                inf if cos(self.heading) > 0.5 else self.start[1],
-            )
-        return (
-            self.start[0] - self.radius * sin(self.heading),
-            self.start[1] + self.radius * cos(self.heading),
-        )
+            upright = sin(self.heading) > 0.5
+            return (-inf if upright else self.start[0], inf if cos(self.heading) > 0.5 else self.start[1])
+        return (self.start[0] - self.radius * sin(self.heading), self.start[1] + self.radius * cos(self.heading))
 
     @property
     def end(self) -> tuple[float, float]:
@@ -69,36 +57,19 @@ class Piece:
         return (float(r), float(z))
 
     def at(self, distance: ArrayLike) -> Array:
-        """Points along the piece.
-
-        Args:
-            distance: Arc length from its start, shape (...), m.
-
-        Returns:
-            Points (r, z), shape (..., 2), m.
-        """
+        """Points (r, z), shape (..., 2), m, at arc lengths from the start of the piece, shape (...), m."""
         s = np.asarray(distance, float)
         half = self.curvature * s / 2
         chord = s * np.sinc(half / pi)
-        return np.stack(
-            [
-                self.start[0] + chord * np.cos(self.heading + half),
-                self.start[1] + chord * np.sin(self.heading + half),
-            ],
-            -1,
-        )
+        r, z = self.start[0] + chord * np.cos(self.heading + half), self.start[1] + chord * np.sin(self.heading + half)
+        return np.stack([r, z], -1)
 
 
 @dataclass(frozen=True)
 class PieceTable:
     """P pieces as arrays of shape (P, 1, ...), so that they broadcast against points; pairs are (r, z).
 
-    Attributes:
-        start: First points, m.
-        end: Last points, m.
-        along: Unit directions of the curve at the first points.
-        leaving: The same at the last points.
-        curvature: 1/m.
+    First and last points are in m; `along` and `leaving` are the unit directions of the curve there; curvatures in 1/m.
     """
 
     start: tuple[Array, Array]
@@ -109,11 +80,9 @@ class PieceTable:
 
 
 def _make_table(pieces: tuple[Piece, ...], axes: int) -> PieceTable:
-    def column(values: list[float]) -> Array:
-        return np.reshape(np.array(values), (-1, *[1] * axes))
-
     def pair(values: list[tuple[float, float]]) -> tuple[Array, Array]:
-        return column([value[0] for value in values]), column([value[1] for value in values])
+        first, second = np.reshape(np.transpose(values), (2, -1, *[1] * axes))
+        return first, second
 
     last = [piece.heading + piece.turn for piece in pieces]
     return PieceTable(
@@ -121,19 +90,17 @@ def _make_table(pieces: tuple[Piece, ...], axes: int) -> PieceTable:
         end=pair([piece.end for piece in pieces]),
         along=pair([(cos(piece.heading), sin(piece.heading)) for piece in pieces]),
         leaving=pair([(cos(heading), sin(heading)) for heading in last]),
-        curvature=column([piece.curvature for piece in pieces]),
+        curvature=np.reshape([piece.curvature for piece in pieces], (-1, *[1] * axes)),
     )
 
 
 @dataclass(frozen=True)
 class Profile:
-    """The whole curve.
-
-    Attributes:
-        pieces: Dish, knuckle, wall, haunch, dome, from the lowest point to the crown.
-    """
+    """The whole curve: dish, knuckle, wall, haunch, dome, from the lowest point to the crown."""
 
     pieces: tuple[Piece, ...]
+    _rims: dict[float, float] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _tables: dict[int, PieceTable] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def inner_radius(self) -> float:
@@ -161,23 +128,10 @@ class Profile:
             self._tables[axes] = _make_table(self.pieces, axes)
         return self._tables[axes]
 
-    @cached_property
-    def _rims(self) -> dict[float, float]:
-        return {}
-
-    @cached_property
-    def _tables(self) -> dict[int, PieceTable]:
-        return {}
-
     def points(self, spacing: float) -> Array:
-        """A polyline through the profile, all tangent points included.
+        """Points (r, z) on the curve, shape (n, 2), m, `spacing` apart at most, tangent points included.
 
-        Args:
-            spacing: Greatest arc length between neighbours, m.
-
-        Returns:
-            Points (r, z) on the curve from the lowest point to the crown, shape (n, 2), m; r is exactly zero
-            at both.
+        They run from the lowest point to the crown; r is exactly zero at both.
         """
         parts = []
         for piece in self.pieces:
@@ -188,14 +142,7 @@ class Profile:
         return points
 
     def radius_at(self, height: ArrayLike) -> Array:
-        """Inner radius at a height.
-
-        Args:
-            height: z, shape (...), m; clipped to the tank.
-
-        Returns:
-            Radius of the tank there, shape (...), m.
-        """
+        """Inner radius, m, at heights z, shape (...), m, clipped to the tank."""
         z = np.clip(np.asarray(height, float), 0.0, self.crown)
         radius = np.full(z.shape, self.inner_radius)
         for piece in self.pieces:
@@ -206,47 +153,15 @@ class Profile:
             radius = np.where((z >= low) & (z <= high), piece.centre[0] + chord, radius)
         return radius
 
-    def floor_at(self, radius: ArrayLike) -> Array:
-        """Height of the floor at a distance from the axis.
-
-        Args:
-            radius: shape (...), m; at most the inner radius.
-
-        Returns:
-            z of dish or knuckle, shape (...), m.
-        """
-        r = np.asarray(radius, float)
-        dish, knuckle = self.piece("dish"), self.piece("knuckle")
-        bend = dish.curvature * r
-        dished = bend * r / (1 + np.sqrt(np.clip(1 - bend**2, 0.0, None)))
-        drop = np.sqrt(np.clip(knuckle.radius**2 - (r - knuckle.centre[0]) ** 2, 0.0, None))
-        return np.where(r <= knuckle.start[0], dished, knuckle.centre[1] - drop)
-
     def ceiling_at(self, radius: ArrayLike) -> Array:
-        """Height of the dome's underside at a distance from the axis.
-
-        Args:
-            radius: shape (...), m; at most the inner radius.
-
-        Returns:
-            z of dome or haunch, shape (...), m.
-        """
+        """Height z, m, of dome or haunch at distances from the axis, shape (...), m, at most the inner radius."""
         r = np.asarray(radius, float)
         haunch, dome = self.piece("haunch"), self.piece("dome")
-        arc_r = np.where(r <= dome.start[0], dome.centre[0], haunch.centre[0])
-        arc_z = np.where(r <= dome.start[0], dome.centre[1], haunch.centre[1])
-        arc = np.where(r <= dome.start[0], dome.radius, haunch.radius)
-        return arc_z + np.sqrt(np.clip(arc**2 - (r - arc_r) ** 2, 0.0, None))
+        arc = [np.sqrt(np.clip(piece.radius**2 - (r - piece.centre[0]) ** 2, 0.0, None)) for piece in (dome, haunch)]
+        return np.where(r <= dome.start[0], dome.centre[1] + arc[0], haunch.centre[1] + arc[1])
 
     def volume(self, level: float = inf) -> float:
-        """Volume of the tank below a level.
-
-        Args:
-            level: z, m; the whole tank when left out.
-
-        Returns:
-            m³, by Gauss-Legendre quadrature of pi r² dz along each piece.
-        """
+        """Volume below a level z, m, in m³, by Gauss-Legendre quadrature of pi r² dz along each piece."""
         nodes, weights = np.polynomial.legendre.leggauss(24)
         total = 0.0
         for piece in self.pieces:
@@ -270,17 +185,11 @@ def _reach(piece: Piece, level: float) -> float:
 
 
 def make_profile(shell: Shell) -> Profile:
-    """Lay out the inner surface of a tank.
+    """Lay out the inner surface of a tank in frame G.
 
-    The dish half-angle theta solves tan(theta/2) (R - rk + rk sin theta) = dish_depth, the condition that the
-    dish is tangent to the knuckle at that height. The dome cap, tangent to the haunch, has radius Rc = (R² -
-    2 R r + f²) / (2 (f - r)) with the rise f = crown - wall_top and the haunch radius r.
-
-    Args:
-        shell: Its dimensions.
-
-    Returns:
-        The profile in frame G.
+    The dish half-angle theta solves tan(theta/2) (R - rk + rk sin theta) = dish_depth: the dish is tangent to the
+    knuckle at that height. The dome cap, tangent to the haunch, has radius Rc = (R² - 2 R r + f²) / (2 (f - r)) with
+    the rise f = crown - wall_top and the haunch radius r.
     """
     R, rk, r = shell.inner_diameter / 2, shell.knuckle_radius, shell.haunch_radius
     theta = _dish_angle(R, rk, shell.dish_depth)

@@ -24,17 +24,10 @@ _PIPE_SECTORS = 12
 
 
 def revolve_strip(near: Array, far: Array, front: bool, sections: int = _SECTORS) -> trimesh.Trimesh:
-    """Turn the strip between two curves through half a turn and close its cut faces.
+    """Turn the strip between two curves (r, z), shape (n, 2), m, through half a turn; a closed mesh with outward normals.
 
-    Args:
-        near: Points (r, z) of the inner curve, anticlockwise seen with r to the right and z up, shape (n, 2),
-            m.
-        far: Points of the outer curve, paired with the inner ones, shape (n, 2), m.
-        front: The half on the side of -y; otherwise that of +y.
-        sections: Sectors of the half turn.
-
-    Returns:
-        A closed mesh with outward normals.
+    The inner curve runs anticlockwise, seen with r to the right and z up; outer points are paired with inner ones. The
+    front half is on the side of -y.
     """
     outline = np.concatenate([near, far[::-1], near[:1]])
     mesh = trimesh.creation.revolve(outline, angle=pi, sections=sections, process=False)

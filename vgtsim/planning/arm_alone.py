@@ -20,11 +20,7 @@ _STROKE_MARGIN = 0.005  # m at the ends of strokes: what the shipped scenes keep
 
 @dataclass(frozen=True, eq=False)
 class ArmAlone:
-    """An arm that hangs straight and carries nothing. Its properties have the names of those of a `Site`.
-
-    Attributes:
-        chain: The arm.
-    """
+    """An arm that hangs straight and carries nothing. Its properties have the names of those of a `Site`."""
 
     chain: Chain
 

@@ -21,15 +21,8 @@ _SPARE = 1e-3  # kept at the ends of strokes, m
 def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor: float) -> Array:
     """Move postures through their null space, the tool point held, to where the most used member is used least.
 
-    Args:
-        chain: The arm.
-        q: Inputs inside the strokes, shape (K, n).
-        payload: Under which utilisation is meant, kg.
-        gravity: Downward, m/s².
-        safety_factor: Omega of AISC 360.
-
-    Returns:
-        Inputs of those that could be moved with their tool points where they were, shape (k, n).
+    Takes inputs inside the strokes, shape (K, n), a payload, kg, gravity, m/s², and Omega of AISC 360. Returns those
+    that could be moved, shape (k, n).
 
     Raises:
         TrussError: The arm is a mechanism in one of the postures.

@@ -18,9 +18,8 @@ def check_site(site: Site) -> None:
     """Refuse a scene that cannot work, before any planning.
 
     Raises:
-        DescriptionError: A module has static longerons, or does not assemble over its strokes; the
-            stowed arm does not pass the riser;
-            the start is outside a stroke or too near something; a goal is outside the tank or too near
+        DescriptionError: A module has static longerons, or does not assemble over its strokes; the stowed arm does not
+            pass the riser; the start is outside a stroke or too near something; a goal is outside the tank or too near
             something.
     """
     _check_kinds(site)
@@ -32,9 +31,6 @@ def check_site(site: Site) -> None:
 
 def require_positionable(chain: Chain) -> None:
     """Refuse arms with modules that cannot be positioned.
-
-    Args:
-        chain: The arm.
 
     Raises:
         DescriptionError: It has general double octahedra: their upper cell is found by following it from the straight

@@ -5,29 +5,32 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
 from vgtsim.description.scene import LoadCase
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Chain
+from vgtsim.kinematics import Chain, swing
 from vgtsim.planning.riser import RISER_SPARE, asked_spare, riser_fit
-from vgtsim.planning.sampling import sample_motion, sample_postures
-from vgtsim.planning.tour import plan_tour
+from vgtsim.planning.tour import Tour, plan_tour
 from vgtsim.site import Site
 from vgtsim.statics import Demand, NodeMotion, Sizing, size_arm
 
+Array = NDArray[np.float64]
+
 _ROUNDS = 8  # tours after which sizes that still change are given up
+_AROUND = 24  # directions in which the arm reaches out
+_HOOKS = 8  # local directions into which the free modules bend
+_HOOK = 0.6  # bend of each, rad: what the strokes leave at the straight extension in any direction
+_LEAN = np.pi / 4  # greatest bend of a module, rad
+_DRAWN = 1500  # postures drawn at random; about 60 % of arm15's are inside the strokes
 
 
 @dataclass(frozen=True)
 class Design:
-    """A sized arm and the demand on it.
+    """A sized arm and the demand on it; the mass before is that of the scene's arm.
 
-    Attributes:
-        sizing: The arm with its sections. Its mass before is that of the scene's arm.
-        poses: Number of poses on the tour, and of further postures.
-        cases: Names of the load cases.
-        rounds: Number of tours planned until the arm stayed the same.
+    `poses` counts the poses on the tour and the further postures; `rounds` counts the tours planned.
     """
 
     sizing: Sizing
@@ -37,20 +40,15 @@ class Design:
 
 
 def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywhere: bool = True) -> Design:
-    """Size the arm of a scene for its tour, inertia included, and its load cases.
+    """Size the arm of a scene for its tour, inertia included, and its load cases, to at most a target utilisation.
 
     The tour depends on the thickness of the arm, so it is planned again for the sized arm until the sizes stay the
-    same. Sizing the result again gives the same result.
-
-    Args:
-        site: The scene's arm is the one to start from.
-        catalogue: Sizes with which the stowed arm does not pass the riser are left out.
-        target: Greatest utilisation.
-        anywhere: Whether the arm must also stand the load cases in any posture, see `sample_postures`.
+    same. Sizing the result again gives the same result. Sizes with which the stowed arm does not pass the riser are
+    left out. `anywhere` asks that the arm stands the load cases in any posture too, see `sample_postures`.
 
     Raises:
-        DescriptionError: The arm has modules that are not sized; nothing in the catalogue passes the riser or carries the
-            load of a place; or sizes keep changing.
+        DescriptionError: The arm has modules that are not sized; nothing in the catalogue passes the riser or carries
+            the load of a place; or sizes keep changing.
         ReachError: A goal of the tour cannot be met.
         PathError: A goal cannot be come to.
     """
@@ -99,13 +97,7 @@ def _require_sizable(chain: Chain, anywhere: bool) -> None:
 
 
 def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float = RISER_SPARE) -> Catalogue:
-    """Leave out sizes with which the stowed arm does not pass a bore.
-
-    Args:
-        chain: The arm.
-        catalogue: All sizes.
-        bore: Inner diameter of the riser, m.
-        spare: Least distance of the stowed arm from the bore, m.
+    """Leave out sizes with which the stowed arm keeps less than `spare`, m, from a bore, its inner diameter in m.
 
     Raises:
         DescriptionError: No tube or no cylinder is left.
@@ -134,3 +126,50 @@ def _spare(chain: Chain, tube: TubeSize, cylinder: CylinderSize, bore: float) ->
     cylinders = {name: item.model_copy(update=changed) for name, item in arm.cylinders.items()}
     thick = arm.model_copy(update={"tubes": tubes, "cylinders": cylinders})
     return riser_fit(replace(chain, manipulator=thick), bore).spare
+
+
+def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array, NodeMotion]:
+    """Nodes along a tour, goals included, shape (K, N, 3), m, in frame G, and their velocities and accelerations.
+
+    The motion is by central differences over one step of the tour. `spacing` is the time between poses, s.
+    """
+    every, step = max(1, round(spacing / tour.timestep)), tour.timestep
+    rows = []
+    for leg in tour.legs:
+        last = len(leg.lengths) - 1
+        picked = np.append(np.arange(0, last, every), last)
+        # a leg begins and ends at rest: the lengths before and after it are those at its ends
+        rows.append(np.stack([leg.lengths[np.clip(picked + offset, 0, last)] for offset in (-1, 0, 1)], axis=1))
+    lengths = np.concatenate(rows)
+    nodes = chain.nodes(chain.inputs_from_lengths(lengths))
+    before, now, after = np.moveaxis(nodes, 1, 0)
+    return now, NodeMotion((after - before) / (2 * step), (after - 2 * now + before) / step**2)
+
+
+def sample_postures(chain: Chain) -> Array:
+    """Nodes of an arm of double octahedra in many postures, shape (K, N, 3), m, in frame G.
+
+    Some postures reach out horizontally in all directions: the first three or more modules bend evenly to the
+    horizontal, and the others stay straight, or bend together into every local direction, which twists the modules that
+    carry them. In random postures each module bends in any direction by up to 45 degrees; the seed is fixed. Postures
+    outside a stroke are left out.
+    """
+    active = len(chain.layout.names)
+    shapes = []
+    for bent in range(min(3, active), active + 1):
+        plain = np.reshape(chain.straight, (active, 3)).copy()
+        plain[:bent, 0] = np.sin(min(np.pi / 2 / bent, _LEAN) / 2)
+        shapes.append(plain)
+        for turn in 2 * np.pi / _HOOKS * np.arange(_HOOKS if bent < active else 0):
+            hooked = np.array(plain)
+            hooked[bent:, :2] = np.sin(_HOOK / 2) * np.array([np.cos(turn), np.sin(turn)])
+            shapes.append(hooked)
+    shaped = np.reshape(shapes, (len(shapes), -1))
+    q = np.concatenate([swing(chain, shaped, angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
+    rng = np.random.default_rng(0)
+    bend, turn = rng.uniform((0.0, -np.pi), (_LEAN, np.pi), (_DRAWN, active, 2)).transpose(2, 0, 1)
+    drawn = np.repeat(chain.straight[None], _DRAWN, axis=0)
+    drawn[:, ::3], drawn[:, 1::3] = np.sin(bend / 2) * np.cos(turn), np.sin(bend / 2) * np.sin(turn)
+    q = np.concatenate([q, drawn])
+    length, (low, high) = chain.lengths(q), chain.stroke
+    return chain.nodes(q[np.all((length >= low) & (length <= high), axis=1)])

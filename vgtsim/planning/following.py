@@ -18,7 +18,7 @@ from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import DescriptionError, FollowError, ReachError
 from vgtsim.kinematics import Chain
 from vgtsim.planning.arm_alone import Place
-from vgtsim.planning.objectives import make_objective
+from vgtsim.planning.resolution import make_objective
 from vgtsim.planning.stretches import Stretch, make_stretches
 from vgtsim.planning.timing import SpeedLimits, make_limits, time_lengths
 from vgtsim.positioning import (
@@ -54,8 +54,6 @@ class Followed:
         q: Inputs, shape (T, n).
         lengths: Actuator lengths, shape (T, J), m.
         stretch: Index into `names` at each instant, shape (T,).
-        names: Names of the stretches.
-        limits: Rates and accelerations of the actuators.
         deviation: Greatest distance of the tool from the path, at goals and between them, m.
         turn: Greatest angle between the tool's direction and the path's, rad.
         goals: Number of goals solved.
@@ -87,15 +85,11 @@ class Followed:
 
 
 def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) -> Followed:
-    """Follow a path as the command line asks for it.
-
-    Args:
-        place: The site, or an arm alone, which starts straight.
-        objectives: Names, each with `:weight` or without.
+    """Follow a path from the start of a site, or of a straight arm alone, by names of objectives (`name` or `name:weight`).
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene; the path is none; or the arm has active
-            modules other than symmetric double octahedra.
+        DescriptionError: An objective is not known, or needs a scene; the path is none; or the arm has active modules
+            other than symmetric double octahedra.
         ReachError: A goal is not met inside the strokes.
         FollowError: The posture jumps.
     """
@@ -111,15 +105,9 @@ def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) ->
 
 
 def follow(problem: Problem, path: ToolPath, start: Array, timestep: float) -> Followed:
-    """Solve a path and time it.
+    """Solve a path from inputs of shape (n,) and time it, within its tolerance and inside all rates and accelerations.
 
-    Args:
-        problem: Arm, strokes and objective; its goal is replaced.
-        start: Configuration from which the first goal is solved, shape (n,).
-        timestep: s.
-
-    Returns:
-        A motion on the path within its tolerance and inside all rates and accelerations.
+    The problem's goal is replaced. The time step is in s.
 
     Raises:
         DescriptionError: The path is none.

@@ -28,8 +28,7 @@ class Path:
 
     Attributes:
         spline: Inputs over the parameter 0 to 1, shape (n,) at each; its fourth derivative is continuous.
-        clearance: Least clearance over the path, m.
-        place: Name of the nearest thing there.
+        clearance: Least clearance over the path, m, from the thing named `place`.
         spare: Least distance of an actuator from the end of its stroke box, m.
         travel: Sum along the path of the greatest change of an actuator, m: its time at a fixed rate.
     """
@@ -42,17 +41,11 @@ class Path:
 
 
 def plan_path(corridor: Corridor, first: ArrayLike, last: ArrayLike, leg: str) -> Path:
-    """Find a clear path between two configurations, the shortest of the candidates.
+    """Find a clear path between two configurations, shape (n,), the shortest of the candidates; `leg` is named in errors.
 
     The first candidates are the straight line in inputs, and a swing about the mast while the shape changes. When
-    neither is clear, the swing the other way round is tried, then both swings by way of a tucked shape. Each candidate is
-    smoothed and then judged densely, the shortest of a group first.
-
-    Args:
-        corridor: Stroke box and surroundings.
-        first: Inputs at the start, shape (n,).
-        last: Inputs at the end, shape (n,).
-        leg: Name of the goal at the end, for errors.
+    neither is clear, the swing the other way round is tried, then both swings by way of a tucked shape. Each candidate
+    is smoothed and then judged densely, the shortest of a group first.
 
     Raises:
         PathError: No candidate is clear inside the strokes.

@@ -22,12 +22,7 @@ RISER_SPARE = 0.0381 - 1e-5
 
 @dataclass(frozen=True)
 class RiserFit:
-    """How the stowed arm sits in the bore.
-
-    Attributes:
-        spare: Least distance of the arm from the bore all round, m; negative when it does not pass at all.
-        place: The nearest node or member.
-    """
+    """Least distance of the stowed arm from the bore, m, negative when it does not pass, and the nearest node or member."""
 
     spare: float
     place: str

@@ -25,12 +25,7 @@ _SPARE = 1.005  # margin on the time for peaks between the points of the grid
 
 @dataclass(frozen=True)
 class SpeedLimits:
-    """Limits of the cylinders' motion.
-
-    Attributes:
-        rate: Greatest speed of each actuator, shape (J,), m/s.
-        acceleration: Greatest acceleration of any actuator, m/s².
-    """
+    """Greatest speed of each actuator, shape (J,), m/s, and greatest acceleration of any actuator, m/s²."""
 
     rate: Array
     acceleration: float
@@ -44,17 +39,9 @@ def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> Spee
 
 
 def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
-    """Actuator lengths along a path at every step of a clock, from rest to rest.
+    """Actuator lengths, shape (T, J), m, along a spline of inputs over 0 to 1, at every time step, s, from rest to rest.
 
-    Args:
-        chain: The arm.
-        spline: Inputs over the parameter 0 to 1, shape (n,) at each.
-        limits: Rates and acceleration of the actuators.
-        timestep: s.
-
-    Returns:
-        Lengths, shape (n, J), m; the first and last rows are those of the path's ends. Each row is computed
-        from the inputs at its instant.
+    The first and last rows are those of the path's ends. Each row is computed from the inputs at its instant.
 
     Source: the project's own; the dissertation gives configurations and no motion in time.
     """

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from vgtsim.description.scene import Goal
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.checks import check_site
-from vgtsim.planning.objectives import MARGIN
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import goal_keep, resolve_goal, scene_resolution
+from vgtsim.planning.resolution import MARGIN, goal_keep, resolve_goal, scene_resolution
 from vgtsim.planning.timing import make_limits, time_lengths
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
@@ -27,15 +26,10 @@ _AIMED = 1e-4  # error of the settled tool that ends the corrections, m and rad:
 
 @dataclass(frozen=True)
 class Leg:
-    """The way to one goal.
+    """The way to one goal; the clearance, m, is the least planned one, from the thing named `place`.
 
-    Attributes:
-        name: Name of the goal.
-        goal: Index of the goal in the scene.
-        lengths: Actuator lengths at every step, the first and last included, shape (T, J), m.
-        q: Inputs at the end, shape (n,).
-        clearance: Least planned clearance, m.
-        place: Name of the nearest thing there.
+    Actuator lengths at every step, the first and last included, have shape (T, J), m. `q` are the inputs at the end,
+    shape (n,), and `goal` the index of the goal in the scene.
     """
 
     name: str
@@ -53,12 +47,9 @@ class Leg:
 
 @dataclass(frozen=True)
 class Tour:
-    """Timed lengths from the start posture to every goal in turn.
+    """Timed lengths from the start inputs, shape (n,), to every goal in turn; the time step is in s.
 
-    Attributes:
-        start: Inputs at the start, shape (n,).
-        legs: In the order of the goals. Each leg begins with the lengths at which the leg before it ended.
-        timestep: Time between two rows of a leg, s.
+    Each leg begins with the lengths at which the leg before it ended.
     """
 
     start: Array
@@ -76,13 +67,7 @@ class Tour:
 
 
 def solve_first_goal(site: Site) -> Array:
-    """Find the configuration at the first goal, without planning the way to it.
-
-    Args:
-        site: It is not checked here, see `check_site`.
-
-    Returns:
-        Inputs, shape (n,).
+    """Inputs at the first goal, shape (n,), without planning the way to it; the site is not checked, see `check_site`.
 
     Raises:
         ReachError: The goal cannot be met.
@@ -91,12 +76,9 @@ def solve_first_goal(site: Site) -> Array:
 
 
 def plan_tour(site: Site) -> Tour:
-    """Plan the tour of a scene.
+    """Plan the tour of a scene; the same scene gives the same tour, bit for bit.
 
     All goals are solved before the first path is planned, so that a goal out of reach is reported soon.
-
-    Returns:
-        The tour. The same scene gives the same tour, bit for bit.
 
     Raises:
         DescriptionError: The scene cannot work, see `check_site`.

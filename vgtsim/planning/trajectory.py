@@ -29,14 +29,7 @@ _SETTLED = 1e-3  # relative fall of the sum below which a further step is not wo
 
 @dataclass(frozen=True)
 class Corridor:
-    """The limits of the way-points.
-
-    Attributes:
-        box: The arm and the actuator lengths allowed.
-        surroundings: Everything to keep clear of.
-        clearance: Least clearance, m.
-        softness: Width of the clearance hinge beyond it, m.
-    """
+    """The limits of the way-points: strokes, and a least clearance, m, whose hinge begins `softness`, m, beyond it."""
 
     box: StrokeBox
     surroundings: Surroundings
@@ -45,16 +38,7 @@ class Corridor:
 
 
 def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
-    """Make a way short, smooth and clear; its ends stay.
-
-    Args:
-        corridor: Strokes and surroundings.
-        way: Way-points, shape (W, n), that assemble.
-        most: Greatest number of steps.
-
-    Returns:
-        Way-points, shape (W, n).
-    """
+    """Make way-points, shape (W, n), that assemble short, smooth and clear, in `most` steps; the ends stay."""
     stiffness = _stiffness(len(way))
     damping, value = 1e-4, _value(corridor, way, stiffness)
     for _ in range(most):
@@ -75,15 +59,7 @@ def smooth(corridor: Corridor, way: Array, most: int = 40) -> Array:
 
 
 def assemblable(corridor: Corridor, way: Array) -> Array:
-    """Pull the inner way-points towards the middle of the strokes until every one assembles.
-
-    Args:
-        corridor: Arm and stroke box.
-        way: Way-points, shape (W, n).
-
-    Returns:
-        Way-points, shape (W, n).
-    """
+    """Pull inner way-points, shape (W, n), towards the middle of the strokes until every one assembles."""
     for part in np.linspace(0.0, 1.0, 11):
         trial = np.array(way)
         trial[1:-1] += part * (corridor.box.middle - way[1:-1])

@@ -6,19 +6,10 @@ configurations; `solve_goal` takes one goal by any method of the dissertation, w
 """
 
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.goals import (
-    Direction,
-    GoalSpace,
-    Orientation,
-    Position,
-    RowReport,
-    evaluate,
-    report_rows,
-    tool_goal,
-)
-from vgtsim.positioning.hinges import ClearanceHinges
+from vgtsim.positioning.goals import GoalSpace, Position, RowReport, evaluate, report_rows, tool_goal
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
+    ClearanceHinges,
     Configurations,
     Differences,
     LengthVariation,
@@ -27,9 +18,8 @@ from vgtsim.positioning.objectives import (
     Objective,
     StrokeBarrier,
     WeightedSum,
+    goal_plane,
 )
-from vgtsim.positioning.plane import goal_plane
-from vgtsim.positioning.postures import make_postures
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import couple
 from vgtsim.positioning.restarts import solve_anywhere
@@ -42,7 +32,6 @@ __all__ = [
     "ClearanceHinges",
     "Configurations",
     "Differences",
-    "Direction",
     "GoalSpace",
     "Keep",
     "LengthVariation",
@@ -50,7 +39,6 @@ __all__ = [
     "Nearness",
     "NewtonSettings",
     "Objective",
-    "Orientation",
     "Position",
     "Problem",
     "RowReport",
@@ -67,7 +55,6 @@ __all__ = [
     "inside",
     "join_solutions",
     "make_box",
-    "make_postures",
     "report_rows",
     "solve",
     "solve_anywhere",

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
+from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.newton import NewtonSettings, minimise
 from vgtsim.positioning.objectives import StrokeBarrier
 from vgtsim.positioning.problem import Problem
-from vgtsim.positioning.quadratic import Quadratic
 from vgtsim.positioning.solution import Solution, join_solutions
 
 Array = NDArray[np.float64]
@@ -25,18 +25,11 @@ _CHUNK = 256  # goals at a time, at most: beyond it a batch gains nothing more
 
 
 def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = None) -> Solution:
-    """Solve a batch of goals from given configurations by the null-space method.
+    """Solve a batch of goals from inputs inside the strokes, shape (n,) for all goals or (B, n), in the null space.
 
-    Goals that are far from their start are first met with the stroke barrier as objective, which keeps the way open,
-    and then optimised; near ones are met and optimised at once.
-
-    Args:
-        problem: Goals, limits, objective.
-        start: Inputs inside the strokes, shape (n,) for all goals or (B, n).
-        settings: How the iteration runs; the tolerance is that of the goal rows.
-
-    Returns:
-        The solutions, optimal or not; every iterate was inside the strokes.
+    Goals far from their start are first met with the stroke barrier as objective, which keeps the way open, and then
+    optimised. Near goals are met and optimised at once. Every iterate is inside the strokes. The tolerance of the
+    settings is replaced by that of the goal rows.
 
     Raises:
         GoalError: There are more goal rows than variables.

@@ -1,42 +1,38 @@
 """An arm laid along a curve: every module's inputs in closed form, strokes left aside (section 7.4.1).
 
-Between two active modules the static sections lie as one chord. A double octahedron has three inputs: they put the end
-of that chord on the curve, and its direction follows from the modules before. An octahedron has six: they put both ends
-there, and the last face stands exactly at the end of the curve, along its tangent, turned about it by the twist.
+The static sections between two active modules lie as one chord. A double octahedron has three inputs: they put the end
+of the chord on the curve, and the modules before give its direction. An octahedron has six: they put both ends on the
+curve. Its last face stands at the end of the curve, along the tangent, turned about it by the twist.
 
-Faces are carried along by the smallest turn from each direction to the next, so an arm without twist bends
-symmetrically in every module; the twist is dealt out evenly.
+Faces are carried along by the smallest turn from each direction to the next, and the twist is dealt out evenly.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.modules import Chord
 from vgtsim.kinematics.roll_pitch_yaw import rotation
-from vgtsim.positioning.directrix import Directrix, arc_length
 
 Array = NDArray[np.float64]
 
 _TABLE = np.linspace(0.0, 1.0, 401)  # of the curve's parameter, between which places are interpolated
 _LEAST = 0.1  # of the straight modules' length that the modules have on a curve too short for the static sections
 _STRAIGHT = 1e-9  # m: a section whose top stands this far beside its base's axis is inclined
+F = np.array([[1.0, 0.0, -3.0, 2.0], [0.0, 0.0, 3.0, -2.0], [0.0, 1.0, -2.0, 1.0], [0.0, 0.0, -1.0, 1.0]])  # (7.7)
+_GAUSS = np.polynomial.legendre.leggauss(8)
+_PIECES = 64  # of the parameter for arc lengths
 
 
 @dataclass(frozen=True)
 class _Chords:
-    """Where static sections lie, after each of the A active modules.
-
-    Attributes:
-        begin: Shape (A, 3), m.
-        direction: Shape (A, 3), unit.
-        end: Shape (A, 3), m: on the curve.
-    """
+    """Begins, shape (A, 3), m, unit directions, and ends on the curve of the static sections after A active modules."""
 
     begin: Array
     direction: Array
@@ -44,16 +40,10 @@ class _Chords:
 
 
 def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
-    """Inputs that lay an arm along a curve.
+    """Inputs, shape (n,), that lay an arm along a curve from its base to its last face, in frame G; strokes left aside.
 
-    Args:
-        chain: The arm; it begins with an active module.
-        curve: From the arm's base to its last face, in frame G.
-        twist: Of the last face about the curve's tangent, beyond that of the straight arm, rad: of octahedra only.
-
-    Returns:
-        Shape (n,); not limited by strokes. Static sections keep their length along the curve, and the active modules
-        share the rest in proportion to their straight lengths.
+    The arm begins with an active module. Static sections keep their length along the curve; active modules share the
+    rest in proportion to their straight lengths. Octahedra turn the last face about the tangent by the twist, rad.
 
     Raises:
         DescriptionError: A module cannot be fitted; it is named.
@@ -123,3 +113,44 @@ def _straight_lengths(chain: Chain) -> Array:
     for place in chain.layout.places:
         found[place.active] = np.linalg.norm(place.modules.at(place.modules.straight[None]).transform[1][0], axis=-1)
     return found
+
+
+@dataclass(frozen=True)
+class Directrix:
+    """A curve over u in [0, 1]: positions, m, and derivatives by u, shape (k, 3), of parameters u of shape (k,)."""
+
+    point: Callable[[Array], Array]
+    tangent: Callable[[Array], Array]
+
+
+def cubic(start: ArrayLike, end: ArrayLike, first: ArrayLike, last: ArrayLike) -> Directrix:
+    """The cubic with end points C(0), C(1) and end tangents C'(0), C'(1), each of shape (3,), m.
+
+    Source: equations 7.3 to 7.8 and A.1 to A.9.
+    """
+    A = np.stack([np.asarray(item, float) for item in (start, end, first, last)], axis=1) @ F
+
+    def point(u: Array) -> Array:
+        return np.stack([np.ones_like(u), u, u**2, u**3], axis=-1) @ A.T
+
+    def tangent(u: Array) -> Array:
+        return np.stack([np.zeros_like(u), np.ones_like(u), 2 * u, 3 * u**2], axis=-1) @ A.T
+
+    return Directrix(point, tangent)
+
+
+def arc_length(curve: Directrix, u: ArrayLike) -> Array:
+    """Length of the curve from its start to each u, shape (k,), m: Gauss and Legendre's rule on 64 pieces."""
+    at = np.asarray(u, float)
+    begin = np.minimum(np.floor(at * _PIECES), _PIECES - 1) / _PIECES
+    whole = _lengths_between(curve, np.arange(_PIECES) / _PIECES, np.full(_PIECES, 1 / _PIECES))
+    before = np.concatenate([[0.0], np.cumsum(whole)])[np.rint(begin * _PIECES).astype(int)]
+    return before + _lengths_between(curve, begin, at - begin)
+
+
+def _lengths_between(curve: Directrix, begin: Array, step: Array) -> Array:
+    """Length of each piece, shape (k,), m, that begins at some u and goes on by a step, shape (k,) each."""
+    node, weight = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
+    at = begin[:, None] + step[:, None] * node
+    speed = np.linalg.norm(curve.tangent(at.ravel()), axis=-1).reshape(at.shape)
+    return step * (speed @ weight)

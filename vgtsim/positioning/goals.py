@@ -26,12 +26,9 @@ _OPPOSITE = 1e-6  # least 1 + cosine of an angle that is divided by: at half a t
 class FaceMotion:
     """Where a face of b configurations stands and how the inputs move it.
 
-    Attributes:
-        R: Rotation, shape (b, 3, 3), in frame G.
-        P: Centroid, shape (b, 3), m.
-        angular: Angular velocity of the face per input, shape (b, n, 3).
-        linear: Velocity of the point at the origin of G per input, shape (b, n, 3), m.
-        offset: Distance of the point that is meant from the face along its normal, m.
+    Rotation R, shape (b, 3, 3), and centroid P, shape (b, 3), m, are in frame G. Angular velocity per input, and
+    velocity of the point at the origin of G, m, have shape (b, n, 3). The offset is the distance of the goal's point
+    from the face along its normal, m.
     """
 
     R: Array
@@ -45,13 +42,9 @@ class FaceMotion:
 class Pull:
     """Multipliers of one group of rows as linear forms on the motion of a face.
 
-    Attributes:
-        face: Of the chain.
-        inputs: Number of inputs that move it, the first ones.
-        offset: Of the point from the face along its normal, m.
-        point: On the velocity of the point, shape (b, 3).
-        direction: On the rate of the normal, shape (b, 3).
-        turn: On the angular velocity, shape (b, 3).
+    `inputs` is the number of the first inputs, which move the face; `offset` is the distance of the goal's point along
+    the normal, m. The forms, shape (b, 3), act on the point's velocity, the rate of the normal and the angular
+    velocity.
     """
 
     face: int
@@ -117,13 +110,9 @@ class Rows:
 
 @dataclass(frozen=True)
 class Position(Rows):
-    """A point of the arm is at a place.
+    """A point of the arm is at a target in G, shape (..., 3), m, along some of the axes; the tolerance is in m.
 
-    Attributes:
-        target: In frame G, shape (..., 3), m; leading dimension over goals.
-        axes: Which of x, y, z count.
-        module: Module whose top face's centroid is meant; absent for the tool point.
-        tolerance: m.
+    The point is the centroid of a module's top face, or the tool point without a module.
     """
 
     target: Array
@@ -156,12 +145,9 @@ class Position(Rows):
 
 @dataclass(frozen=True)
 class Direction(Rows):
-    """The normal of a face points somewhere: two rows, 2 tan(theta / 2) about two axes across the target.
+    """The normal of a face has a unit direction in G, shape (..., 3): rows 2 tan(theta / 2) about two axes across it.
 
-    Attributes:
-        target: In frame G, shape (..., 3), unit.
-        module: Module whose top face is meant; absent for the tip plate.
-        tolerance: rad.
+    The face is the top face of a module, or the tip plate without a module. The tolerance is in rad.
     """
 
     target: Array
@@ -190,12 +176,9 @@ class Direction(Rows):
 
 @dataclass(frozen=True)
 class Orientation(Rows):
-    """A face has a full orientation: three rows, twice its Gibbs vector from the target.
+    """A face has a rotation to G, shape (..., 3, 3): three rows, twice its Gibbs vector from the target.
 
-    Attributes:
-        target: Rotation from the face's frame to G, shape (..., 3, 3).
-        module: Module whose top face is meant; absent for the tip plate.
-        tolerance: rad.
+    The face is the top face of a module, or the tip plate without a module. The tolerance is in rad.
     """
 
     target: Array
@@ -227,11 +210,7 @@ class Orientation(Rows):
 
 @dataclass(frozen=True)
 class GoalSpace:
-    """All the rows of a batch of goals.
-
-    Attributes:
-        parts: Groups of rows that must hold, at least one; all have the same number of targets, or one for all.
-    """
+    """Groups of rows for a batch of goals, at least one; all have the same number of targets, or one for all."""
 
     parts: tuple[Position | Direction | Orientation, ...]
 
@@ -263,15 +242,7 @@ class GoalSpace:
 
 @dataclass(frozen=True)
 class RowReport:
-    """One row of one goal.
-
-    Attributes:
-        name: Of the row.
-        desired: Coordinate wanted, m; absent for rows of directions.
-        reached: Coordinate reached, m; absent for rows of directions.
-        residual: Reached less desired, m or rad.
-        tolerance: m or rad.
-    """
+    """One row of one goal: coordinates desired and reached, m, absent for directions; residual, m or rad."""
 
     name: str
     desired: float | None
@@ -281,12 +252,7 @@ class RowReport:
 
 
 def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLERANCE) -> GoalSpace:
-    """Five rows for tool position and direction (8.1).
-
-    Args:
-        position: In frame G, shape (3,) or (B, 3), m.
-        direction: In frame G, the same shape, any length but zero.
-        tolerance: m and rad.
+    """Five rows (8.1): tool position, m, and direction of any length but zero, in G, shapes (3,) or (B, 3).
 
     Raises:
         GoalError: A value is not finite, or a direction is zero.
@@ -302,17 +268,10 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
 
 
 def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index) -> tuple[Array, Array]:
-    """Errors of the goal rows and their derivatives.
+    """Errors of the goal rows, shape (b, m), m and rad, and their Jacobian, shape (b, m, n).
 
-    Args:
-        chain: The arm.
-        goal: Rows.
-        state: Kinematics of b configurations.
-        which: Goal of each configuration, shape (b,).
-
-    Returns:
-        Reached less desired, shape (b, m), m and rad, directions and turns as 2 tan(theta/2); and the Jacobian, shape
-        (b, m, n).
+    `which` is the goal of each configuration, shape (b,). Errors are reached less desired, those of directions and
+    turns 2 tan(theta/2).
     """
     errors, slopes = [], []
     for part in goal.parts:

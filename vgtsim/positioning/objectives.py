@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ObjectiveError
+from vgtsim.kinematics import Chain, azimuth, straight_yaws
 from vgtsim.kinematics.state import Blocks, State
 from vgtsim.positioning.strokes import StrokeBox
+from vgtsim.positioning.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+_ON_AXIS = 1e-6  # distance from the mast's axis below which a goal has no plane, m
+_STEP = 1e-6  # of one-sided differences of closed-form slopes, in units of the inputs: the root of their rounding
+
 
 @dataclass(frozen=True)
 class Configurations:
-    """A batch of configurations inside the strokes, with all that objectives need of them.
-
-    Attributes:
-        box: The arm and its strokes.
-        state: Kinematics of b configurations.
-        which: Goal of each, shape (b,).
-    """
+    """The kinematics of b configurations inside the strokes, and the goal of each, shape (b,)."""
 
     box: StrokeBox
     state: State
@@ -43,14 +42,12 @@ class Configurations:
 
 @dataclass(frozen=True)
 class Terms:
-    """An objective's value, slope and known curvature, which is positive semidefinite.
+    """An objective's value, shape (b,), slope by the inputs, shape (b, n), and known curvature, positive semidefinite.
 
     Attributes:
-        value: Shape (b,).
-        slope: By the inputs, shape (b, n).
         blocks: Curvature by modules, for each kind of shape (b, M, inputs, inputs), or absent.
         dense: Curvature of all inputs, shape (b, n, n), or absent.
-        rough: The part of the slope whose curvature is not known and has to be learned, shape (b, n), or absent.
+        rough: The part of the slope whose curvature has to be learned, shape (b, n), or absent.
         by_length: Derivative by the actuator lengths, shape (b, J), of the part that depends on them, or absent.
     """
 
@@ -115,11 +112,7 @@ class MidStroke(Objective):
 
 @dataclass(frozen=True)
 class Nearness(Objective):
-    """Half the sum of squares of the way of every actuator from a previous configuration, in half strokes.
-
-    Attributes:
-        previous: Actuator lengths before, of every goal, shape (B, J), or of all, shape (J,), m.
-    """
+    """Half the sum of squares of each actuator's way, in half strokes, from lengths of shape (B, J) or (J,), m."""
 
     previous: Array
     name: str = "nearness"
@@ -132,11 +125,7 @@ class Nearness(Objective):
 
 @dataclass(frozen=True)
 class LengthVariation(Objective):
-    """Sum of the distances of all actuator lengths from their mean (8.8), m.
-
-    Attributes:
-        softness: Distance below which the corner of the absolute value is rounded, m.
-    """
+    """Sum of the distances of all lengths from their mean (8.8), m, with its corners rounded below `softness`, m."""
 
     softness: float = 1e-3
     name: str = "length_variation"
@@ -154,20 +143,13 @@ class LengthVariation(Objective):
         curve = np.swapaxes(spread, 1, 2) @ spread
         return Terms(np.sum(size - self.softness, axis=1), slope, dense=curve, by_length=first)
 
-    @staticmethod
-    def exact(length: Array) -> float:
-        """Equation 8.8 as printed, m, for the lengths of one configuration, shape (J,)."""
-        return float(np.sum(np.abs(length - np.mean(length))))
-
 
 @dataclass(frozen=True)
 class Differences(Objective):
-    """Any function of the inputs; its slope is made of central differences.
+    """Any function from inputs, shape (b, n), to values, shape (b,); its slope is made of central differences.
 
-    Attributes:
-        name: For reports and errors.
-        function: From inputs, shape (b, n), to values, shape (b,), finite inside the strokes.
-        step: Of the differences, in units of the inputs: near the cube root of the rounding of metres.
+    The function is finite inside the strokes. The step, in units of the inputs, is near the cube root of their
+    rounding.
     """
 
     name: str
@@ -199,12 +181,7 @@ class Differences(Objective):
 
 @dataclass(frozen=True)
 class WeightedSum(Objective):
-    """Objectives added up.
-
-    Attributes:
-        parts: Weights, greater than zero, and objectives.
-        name: Names and weights, made of those of the parts.
-    """
+    """A sum of objectives with weights greater than zero; its name is made of weights and names."""
 
     parts: tuple[tuple[float, Objective], ...]
     name: str = field(init=False)
@@ -258,3 +235,101 @@ def _half_square(at: Configurations, away: Array) -> Terms:
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
     """Terms of a sum of functions of one length each."""
     return Terms(value, at.state.pull(first), at.state.curve(second), by_length=first)
+
+
+@dataclass(frozen=True)
+class InPlane(Objective):
+    """Half the sum of squares of forms on the inputs, shape (r, n), that lead out of a vertical plane.
+
+    Each kind of module names its forms, see `ModuleSet.sideways`.
+    """
+
+    across: Array
+    name: str = "in_plane"
+
+    def terms(self, at: Configurations) -> Terms:
+        """In closed form."""
+        q = at.state.q
+        parts = q @ self.across.T
+        curve = np.broadcast_to(self.across.T @ self.across, (len(q), q.shape[1], q.shape[1]))
+        return Terms(0.5 * np.sum(parts**2, axis=1), parts @ self.across, dense=curve)
+
+
+def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
+    """The objective for the plane through the mast's axis and a position in G, shape (3,), m.
+
+    For a position on the axis the objective is zero everywhere.
+    """
+    point = np.asarray(position, float)
+    local = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3]
+    angle = azimuth(chain, point)
+    yaws, known = straight_yaws(chain), float(np.hypot(local[0], local[1]) > _ON_AXIS)
+    forms = []
+    for place in chain.layout.places:
+        for m, (columns, yaw) in enumerate(zip(place.columns, yaws[place.active], strict=True)):
+            rows = known * place.modules.sideways(m, angle - yaw)
+            form = np.zeros((len(rows), chain.layout.inputs))
+            form[:, columns] = rows
+            forms.append(form)
+    return InPlane(np.concatenate([np.empty((0, chain.layout.inputs)), *forms]))
+
+
+@dataclass(frozen=True)
+class ClearanceHinges(Objective):
+    """Half the sum of squares of hinges, one for each near pair of bodies.
+
+    A hinge begins `softness`, m, beyond the wanted clearance, m, and is 1 at it. `payload` tells whether the payload's
+    distance from all but the arm counts: it is constant where goal rows hold the tool.
+    """
+
+    surroundings: Surroundings
+    wanted: float = 0.12
+    softness: float = 0.10
+    payload: bool = True
+    name: str = "clearance"
+
+    @property
+    def dear(self) -> bool:
+        """Slopes take the derivatives of all nodes."""
+        return True
+
+    def terms(self, at: Configurations) -> Terms:
+        """In closed form, with Gauss and Newton's curvature."""
+        rows = self.surroundings.rows(at.state, self.wanted + self.softness, payload=self.payload)
+        batch, count = at.q.shape
+        rise = self._rise(rows.gap)
+        value, slope, dense = np.zeros(batch), np.zeros((batch, count)), np.zeros((batch, count, count))
+        np.add.at(value, rows.config, 0.5 * rise**2)
+        for b in np.unique(rows.config):
+            mine = rows.config == b
+            gradient = rows.gradient[mine] / self.softness
+            slope[b], dense[b] = -rise[mine] @ gradient, gradient.T @ gradient
+        return Terms(value, slope, dense=dense)
+
+    def values(self, at: Configurations) -> Array:
+        """Without gradients."""
+        rows = self.surroundings.rows(at.state, self.wanted + self.softness, slopes=False, payload=self.payload)
+        value = np.zeros(len(at.q))
+        np.add.at(value, rows.config, 0.5 * self._rise(rows.gap) ** 2)
+        return value
+
+    def _rise(self, gap: Array) -> Array:
+        return (self.wanted - gap) / self.softness + 1
+
+    def bend(self, at: Configurations) -> Array:
+        """Curvature that Gauss and Newton leave out, by differences of slopes, shape (b, n, n).
+
+        A goal near a wall holds the tool and the last nodes: the multipliers of the rows balance the slopes of those
+        hinges, so without their curvatures steps along the null space look far too long.
+        """
+        first = self.terms(at)
+        assert first.dense is not None
+        found, used = np.zeros_like(first.dense), np.flatnonzero(first.value > 0)
+        if not len(used):
+            return found
+        shift = _STEP * np.eye(first.slope.shape[1])
+        moved = (at.q[used, None] + shift).reshape(-1, len(shift))
+        there = replace(at, state=at.box.chain.state(moved), which=np.repeat(at.which[used], len(shift)))
+        slope = self.terms(there).slope.reshape(len(used), len(shift), -1)
+        found[used] = (slope - first.slope[used, None]) / _STEP - first.dense[used]
+        return (found + np.swapaxes(found, 1, 2)) / 2

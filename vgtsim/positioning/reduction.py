@@ -12,12 +12,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reduction:
-    """Inputs as a linear function of fewer variables: q = C z + c.
-
-    Attributes:
-        matrix: C, shape (n, k).
-        offset: c, shape (n,).
-    """
+    """Inputs as a linear function of fewer variables: q = C z + c, C of shape (n, k), c of shape (n,)."""
 
     matrix: Array
     offset: Array
@@ -47,27 +42,18 @@ def anchor(inputs: ArrayLike, fixed: ArrayLike) -> Reduction:
 
 
 def couple(
-    reference: ArrayLike,
-    pairs: tuple[tuple[int, int], ...],
-    ratio: float = 1.0,
-    owner: NDArray[np.intp] | None = None,
+    reference: ArrayLike, pairs: tuple[tuple[int, int], ...], ratio: float = 1.0, owner: NDArray[np.intp] | None = None
 ) -> Reduction:
-    """Tie active modules together: tau_first = k tau_second (section 7.3).
+    """Tie active modules together: tau_first = k tau_second, as deviations from reference inputs of shape (n,).
 
-    Args:
-        reference: Inputs that count as zero, shape (n,); zeros for the printed form.
-        pairs: For each pair the module that follows and the module it follows, counted from 0.
-        ratio: k.
-        owner: Active module of each input, shape (n,); absent for three inputs each.
-
-    Returns:
-        The reduction: the inputs of a module fewer for each pair.
+    Each pair names the module that follows and the module it follows, counted from 0. `owner` is the active module of
+    each input, shape (n,); three inputs for each module when absent.
 
     Raises:
         ValueError: A module follows twice, follows itself or leads and follows, or the two have unlike inputs.
 
-    Source: section 7.3 and equation 8.7. Differs: ratios are of the deviation from a reference, because a ratio of
-    mid-plane distances would change the arm's length. Free ratios are in the studies.
+    Source: section 7.3 and equation 8.7. Differs: ratios are of the deviation from a reference, because a ratio of mid-
+    plane distances would change the arm's length. Free ratios are in the studies.
     """
     zero = np.asarray(reference, float)
     module = np.repeat(np.arange(zero.size // 3), 3) if owner is None else owner

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.errors import ReachError
 from vgtsim.kinematics.ties import order_down
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.directrix import cubic
-from vgtsim.positioning.fitting import fit
+from vgtsim.positioning.fitting import cubic, fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective
@@ -31,8 +30,7 @@ class Shape:
 
     Attributes:
         fitted: Inputs that put every segment's end on the curve, strokes left aside, shape (n,).
-        overrun: Greatest excess of a fitted length over its stroke, m; at most zero when all are inside, infinite where a
-            module does not assemble so.
+        overrun: Greatest excess of a fitted length over its stroke, m; infinite where a module does not assemble.
         solution: Batch of one: the arm inside its strokes with its end conditions met, as near to the fit as it can be.
         magnitudes: Of the two end tangents, m; NaN for a given curve.
         value: Of the objective at the solution.
@@ -53,18 +51,10 @@ def solve_shapes(
     magnitudes: tuple[tuple[float, float], ...] | None = None,
     settings: NewtonSettings | None = None,
 ) -> list[Shape]:
-    """Solve a tool goal by all cubic directrices of a search.
+    """Solve a tool goal in frame G, shapes (3,), m, by all cubic directrices of a search: the least objective first.
 
-    Args:
-        box: The arm and its strokes.
-        position: Tool point in frame G, shape (3,), m.
-        direction: Tool direction in frame G, shape (3,).
-        objective: What the search makes least; absent for the distance from mid-stroke.
-        magnitudes: Pairs of the end tangents', m; absent for 13 by 13 of them.
-        settings: Of the last stage.
-
-    Returns:
-        The shapes that meet the goal inside the strokes, the least objective first.
+    The objective is the distance from mid-stroke when absent; `magnitudes` are pairs of the end tangents', m, 13 by 13
+    of them when absent. Only shapes that meet the goal inside the strokes are returned.
 
     Raises:
         ReachError: The end conditions cannot be met from any fit.

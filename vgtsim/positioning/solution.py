@@ -26,13 +26,12 @@ class Solution:
         value: Objective with the stroke barrier, shape (B,).
         iterations: Shape (B,); over all starts of a goal.
         met: Whether all rows are within tolerance, shape (B,).
-        stationarity: Norm of the objective's slope within the null space, over 1 + that of the whole slope, shape (B,).
+        stationarity: Norm of the objective's slope in the null space, over 1 + that of the whole slope, shape (B,).
         promise: Fall of the objective that the best null-space step promises, shape (B,).
-        optimal: Whether the goal is met, the promise is small and the curvature definite: a local minimum to second
-            order, shape (B,).
+        optimal: Whether the goal is met, the promise small and the curvature definite, shape (B,): a local minimum.
         clearance: Least clearance, shape (B,), m; infinite when none was asked for.
-        nearest: Name of what is that near, shape (B,); empty when none was asked for.
-        notes: Facts that the method has to tell, by name; a batch has an array of them, or the same for all.
+        nearest: Name of the nearest body, shape (B,); empty when no clearance was asked for.
+        notes: Facts that the method tells, by name; a batch has an array of them, or the same for all.
     """
 
     q: Array

@@ -1,7 +1,7 @@
 """A configuration for one tool goal: by a named method, inside the strokes, and clear of everything when asked.
 
 The first start is the present configuration swung to the goal's azimuth. When it does not lead to the goal, or not
-clear of the surroundings, several other starts are tried at once; see `restarts`.
+clear of the surroundings, several other starts are tried at once; see `restarts`. An error names the pose nearest to it.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import ReachError
-from vgtsim.positioning.hinges import ClearanceHinges
+from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.methods import solve_by
-from vgtsim.positioning.nearest import come_nearest
-from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.objectives import WeightedSum
+from vgtsim.positioning.newton import NewtonSettings, minimise
+from vgtsim.positioning.objectives import ClearanceHinges, StrokeBarrier, WeightedSum
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.restarts import start_groups
 from vgtsim.positioning.solution import Solution
@@ -25,19 +24,17 @@ from vgtsim.positioning.strokes import binding_actuators
 from vgtsim.positioning.surroundings import Surroundings
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 _WITHIN_REACH = 1e-3  # error, m or rad, below which only the surroundings keep the arm from the goal
 _INSIST = (10.0, 1000.0)  # weights of the clearance's hinges beside an objective that does not keep it
+_KAPPAS = (1e-2, 1e-4, 1e-6)  # m²: at the last one the barrier holds the arm a millimetre off the ends of its strokes
+_SETTLED = 1e-5  # fall of the objective that is not worth another step
 
 
 @dataclass(frozen=True)
 class Keep:
-    """A clearance that every configuration must keep.
-
-    Attributes:
-        surroundings: The bodies to keep clear of.
-        clearance: m.
-    """
+    """Surroundings and the clearance, m, that every configuration must keep from them."""
 
     surroundings: Surroundings
     clearance: float
@@ -51,22 +48,15 @@ def solve_goal(
     keep: Keep | None = None,
     settings: NewtonSettings | None = None,
 ) -> Solution:
-    """Find a configuration that meets a goal.
+    """Find a configuration that meets one named goal, starting from inputs of shape (n,).
 
-    Args:
-        name: Of the goal, for errors.
-        problem: One tool goal, strokes, objective; for the coupled method with its reduction.
-        method: How redundancy is resolved.
-        start: Present inputs, shape (n,).
-        keep: Clearance asked for; the objective is made to keep it where it does not by itself.
-        settings: Of the iteration.
-
-    Returns:
-        One solution, without a batch dimension and read-only: the best of the first group of starts that has any. Its
-        clearance is at least the one asked for, and its iterations are those over all starts.
+    The solution has no batch dimension and is read-only. It is the best of the first group of starts that has any. Its
+    clearance is at least that of `keep`: the objective is changed where it does not keep it. Its iterations are those
+    over all starts. The coupled method needs the problem's reduction.
 
     Raises:
-        ReachError: No start leads to the goal, or none clear of the surroundings; it holds the shortfall and what binds.
+        ReachError: No start leads to the goal, or none clear of the surroundings; it holds the shortfall and what
+            binds.
         GoalError: There are more goal rows than inputs.
         ObjectiveError: The objective is not finite.
 
@@ -142,3 +132,26 @@ def _reach_error(
     clearance, place = max(shapes)
     detail = f"it is near enough, but every posture found there comes to {clearance:.3f} m of {place}"
     return ReachError(name, 0.0, (place,), f"{detail}, wanted {keep.clearance:.3f} m")
+
+
+def come_nearest(problem: Problem, start: Array, most: int = 80) -> tuple[Array, Array]:
+    """Come as near to one goal as the strokes let the arm, from inputs inside the strokes, shape (b, n).
+
+    The sum |e|² / (2 kappa) plus the stroke barrier is made least, with e the goal's error and kappa falling; the
+    problem's objective plays no part. Returns inputs, shape (b, n), and errors of the rows, shape (b, m), m and rad: a
+    metre counts like a radian.
+    """
+    plain = replace(problem, objective=StrokeBarrier())
+    z, every, rows = problem.variables(start), np.zeros(len(start), int), len(problem.goal.names)
+    for kappa in _KAPPAS:
+
+        def pulled(z: Array, which: Index, kappa: float = kappa) -> Quadratic:
+            at = plain.model(z, every[which])
+            e, J = at.error[:, :rows], at.J[:, :rows]  # static legs keep their length all the same
+            Jt = np.swapaxes(J, 1, 2) / kappa
+            value = at.value + np.sum(e**2, axis=1) / (2 * kappa)
+            slope = at.slope + (Jt @ e[..., None])[..., 0]
+            return Quadratic(at.inside, at.error[:, rows:], at.J[:, rows:], value, slope, at.curve + Jt @ J)
+
+        z = minimise(pulled, z, NewtonSettings(optimality=_SETTLED, most=most)).q
+    return problem.inputs(z), plain.model(z, every).error[:, :rows]

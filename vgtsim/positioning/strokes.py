@@ -23,12 +23,9 @@ _SPARE = 0.02  # part of the shortest stroke that starts keep from its ends: at 
 
 @dataclass(frozen=True, eq=False)
 class StrokeBox:
-    """An arm and the actuator lengths that a plan may use. It is made once, since solving from it costs a set-up.
+    """An arm and its least and greatest actuator lengths for a plan, shape (J,), m.
 
-    Attributes:
-        chain: The arm.
-        least: Shape (J,), m.
-        greatest: Shape (J,), m.
+    It is made once: the work that depends on it alone is kept.
     """
 
     chain: Chain
@@ -50,26 +47,15 @@ class StrokeBox:
         return legs[:, : len(self.least)]
 
     def barrier(self, length: Array) -> Array:
-        """Sum of -log(4 (l - least)(greatest - l) / (greatest - least)²) over all actuators.
+        """Barrier over all actuators, shape (...), of lengths inside the box, shape (..., J), m; zero at mid-stroke.
 
-        Args:
-            length: Actuator lengths inside the box, shape (..., J), m.
-
-        Returns:
-            Shape (...): zero at mid-stroke, growing without bound towards an end.
+        It is the sum of -log(4 (l - least)(greatest - l) / (greatest - least)²).
         """
         below, above = length - self.least, self.greatest - length
         return -np.sum(np.log(4 * below * above / (self.greatest - self.least) ** 2), axis=-1)
 
     def slopes(self, length: Array) -> tuple[Array, Array]:
-        """First and second derivatives of the barrier.
-
-        Args:
-            length: Actuator lengths inside the box, shape (..., J), m.
-
-        Returns:
-            Each shape (..., J), 1/m and 1/m².
-        """
+        """First and second derivatives of the barrier, 1/m and 1/m², at lengths inside the box, each shape (..., J)."""
         below, above = 1 / (length - self.least), 1 / (self.greatest - length)
         return above - below, above**2 + below**2
 
@@ -95,15 +81,7 @@ def make_box(chain: Chain, margin: float) -> StrokeBox:
 
 
 def spare_strokes(box: StrokeBox, q: Array) -> Array:
-    """Least spare stroke of every active module.
-
-    Args:
-        box: The arm and its strokes.
-        q: Inputs, shape (b, n).
-
-    Returns:
-        Shape (b, A), m; minus infinity for a module that does not assemble.
-    """
+    """Least spare stroke of each active module, shape (b, A), m, of inputs (b, n); -inf where it does not assemble."""
     state, layout = box.chain.state(q), box.chain.layout
     spare = box.spare(box.lengths(state.legs))
     owner = np.empty(layout.actuators, dtype=int)
@@ -119,16 +97,9 @@ def inside(box: StrokeBox, q: Array) -> Mask:
 
 
 def bring_inside(box: StrokeBox, q: Array) -> Array:
-    """Move configurations towards mid-stroke until they lie inside the box with a little to spare.
+    """Move inputs, shape (..., n), towards mid-stroke until lengths lie inside the box with a little to spare.
 
     Modules are moved one by one: a module that is inside stays where it is.
-
-    Args:
-        box: The arm and its strokes.
-        q: Inputs, shape (..., n).
-
-    Returns:
-        Inputs whose lengths are inside the box, shape (..., n).
     """
     owner = box.chain.layout.owner
     row = np.asarray(q, float).reshape(-1, len(owner))

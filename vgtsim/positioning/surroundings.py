@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.tank import Tank
 from vgtsim.geometry import (
+    MemberPairs,
     Obstacles,
     Profile,
     arm_clearance,
@@ -21,10 +22,11 @@ from vgtsim.geometry import (
     near_members,
     nearest_pair,
     obstacles,
+    pair_members,
     segment_distance,
 )
 from vgtsim.kinematics import Chain, State
-from vgtsim.positioning.capsules import Capsules, make_capsules
+from vgtsim.kinematics.inertia import member_radii
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -32,17 +34,14 @@ Mask = NDArray[np.bool_]
 
 _STEP = 1e-6  # of the differences of the sag, in units of the inputs
 _TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
+_APART = 3  # modules nearer than this along the arm cannot touch while their lengths are inside the strokes
 
 
 @dataclass(frozen=True)
 class NearPairs:
-    """The pairs of bodies that are nearer than some reach.
+    """R pairs of bodies nearer than some reach: configurations and gaps, m, shape (R,), with gradients, shape (R, n).
 
-    Attributes:
-        config: Configuration of each pair, shape (R,).
-        gap: Distance between the surfaces, shape (R,), m.
-        gradient: Derivative of the gap by that configuration's inputs, shape (R, n); no columns when not
-            asked for.
+    A gradient is by the inputs of the pair's configuration; it has no columns when it was not asked for.
     """
 
     config: Index
@@ -52,14 +51,7 @@ class NearPairs:
 
 @dataclass(frozen=True)
 class _Gaps:
-    """Some pairs of one sort.
-
-    Attributes:
-        config: Configuration, shape (R,).
-        gap: Shape (R,), m.
-        points: The points of the arm on which the gap depends, shape (R, k).
-        slope: Derivative of the gap by them, shape (R, k, 3).
-    """
+    """R pairs: configuration, gap, m, the k points of the arm on which it depends, and its slope, (R, k, 3)."""
 
     config: Index
     gap: Array
@@ -69,12 +61,9 @@ class _Gaps:
 
 @dataclass(frozen=True)
 class _Pillars:
-    """Upright cylinders: C of them, equipment and then the mast.
+    """C upright cylinders, equipment and then the mast: axes, shape (C, 2, 3), m, and radii, shape (C,), m.
 
-    Attributes:
-        axes: Ends of the axes, shape (C, 2, 3), m.
-        radii: Shape (C,), m.
-        meets: Which capsules may meet which cylinder, shape (C, M): the first module hangs from the mast.
+    `meets` tells which capsules may meet which cylinder, shape (C, M): the first module hangs from the mast.
     """
 
     axes: Array
@@ -87,12 +76,10 @@ class Surroundings:
     """Tank, equipment, waste, mast and the arm itself.
 
     Attributes:
-        chain: The arm.
-        tank: The tank.
         payload_radius: Of the ball about the tool point, m.
         mast_radius: Of the pipe above the arm's base, m.
-        sag: Displacements of nodes and tool point under load, shape (..., N + 1, 3), m, of nodes of shape
-            (..., N, 3); absent for an arm that does not give.
+        sag: From nodes, shape (..., N, 3), m, to displacements of nodes and tool point under load, shape (..., N + 1,
+            3), m; absent for an arm that does not give.
     """
 
     chain: Chain
@@ -140,17 +127,10 @@ class Surroundings:
         return points if self.sag is None else points + self.sag(state.nodes)
 
     def rows(self, q: Array | State, reach: float, slopes: bool = True, payload: bool = True) -> NearPairs:
-        """Pairs nearer than a reach.
+        """Pairs nearer than a reach, m, of inputs of shape (W, n) or of assembled kinematics, in a fixed order.
 
-        Args:
-            q: Inputs, shape (W, n), or the kinematics of W configurations that assemble.
-            reach: m.
-            slopes: Whether the gradients are wanted.
-            payload: Whether the payload's distance from tank, equipment, waste and mast counts; its distance
-                from the arm always does.
-
-        Returns:
-            One row for each pair, in a fixed order.
+        `slopes` asks for gradients. `payload` tells whether the payload's distance from tank, equipment, waste and mast
+        counts; its distance from the arm always does.
         """
         state = q if isinstance(q, State) else self.chain.state(q)
         points = self._points(state)
@@ -228,13 +208,9 @@ class Surroundings:
         )
 
     def clearance(self, q: Array) -> tuple[Array, list[str]]:
-        """Least clearance of every configuration, from everything and of the arm from itself.
+        """Least clearance, shape (W,), m, of inputs of shape (W, n), and the names of the nearest bodies.
 
-        Args:
-            q: Inputs, shape (W, n).
-
-        Returns:
-            Shape (W,), m, and what is that near in each.
+        It counts the distance from everything and of the arm from itself.
         """
         capsules, points = self.capsules, self.points(q)
         members = len(self.chain.truss.members)
@@ -265,3 +241,44 @@ class Surroundings:
         """Least clearance, m, of one configuration of shape (n,), and what is that near."""
         distance, names = self.clearance(q[None])
         return float(distance[0]), names[0]
+
+
+@dataclass(frozen=True)
+class Capsules:
+    """Members, the edges of the tip plate and the payload as M capsules.
+
+    Attributes:
+        ends: Points of each, shape (M, 2): nodes by index, the tool point after the last node.
+        radii: Shape (M,), m; a cylinder has the radius of its barrel over its whole length.
+        module: Module of each, shape (M,).
+        point_radii: Radius of a ball about each point that holds hub and capsule ends, shape (N + 1,), m.
+    """
+
+    ends: Index
+    radii: Array
+    module: Index
+    point_radii: Array
+
+    @cached_property
+    def far_pairs(self) -> MemberPairs:
+        """Pairs that a plan keeps apart."""
+        return pair_members(self.ends, self.radii, self.module, _APART)
+
+    @cached_property
+    def judged_pairs(self) -> MemberPairs:
+        """Pairs whose clearance is judged: all but those of neighbours, as the verification does."""
+        return pair_members(self.ends, self.radii, self.module, 2)
+
+
+def make_capsules(chain: Chain, payload_radius: float) -> Capsules:
+    """Wrap an arm and the payload, a ball about the tool point."""
+    manipulator, truss = chain.manipulator, chain.truss
+    tool, last = len(truss.nodes), len(manipulator.modules) - 1
+    plate = [(tool - 3, tool - 2), (tool - 2, tool - 1), (tool - 1, tool - 3)]
+    ends = np.array([*(member.ends for member in truss.members), *plate, (tool, tool)])
+    thickness = np.full(3, manipulator.tip_plate.thickness / 2)
+    radii = np.concatenate([member_radii(manipulator, truss), thickness, [payload_radius]])
+    module = np.array([*(member.module for member in truss.members), *[last] * 4])
+    point_radii = np.full(tool + 1, manipulator.hub.radius)
+    np.maximum.at(point_radii, ends.ravel(), np.repeat(radii, 2))
+    return Capsules(ends, radii, module, point_radii)

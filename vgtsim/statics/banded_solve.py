@@ -1,8 +1,8 @@
 """Displacements from stiffness matrices in band storage, by Cholesky, and whether a matrix may be solved with at all.
 
 A singular matrix is told by its smallest eigenvalue with every node scaled to one: a pure number, whatever the units of
-the unknowns, and the same on every processor. To find one for every pose would cost more than to solve; so every solve has
-one more right side, of drawn signs, whose response is never softer than the smallest eigenvalue allows. Only where that
+the unknowns, and the same on every processor. One for every pose would cost more than the solve. So every solve has one
+more right side, of drawn signs, whose response is never softer than the smallest eigenvalue allows. Only where that
 response is suspiciously soft is the eigenvalue found.
 """
 
@@ -43,17 +43,9 @@ def _drawn(size: int) -> Array:
 def solve_poses(
     truss: Truss | Framework, nodes: Array, matrices: Stiffness, load: Array, numbers: Indices | None = None
 ) -> Array:
-    """Unknowns of a batch of poses by their loads.
+    """Unknowns of T poses by their loads, both of shape (T, n, R): m and rad by N and N·m.
 
-    Args:
-        truss: What the matrices are of.
-        nodes: Shape (T, N, 3), m, to name what is wrong.
-        matrices: Stiffness in those poses.
-        load: Shape (T, n, R), N and N·m.
-        numbers: Of the poses, shape (T,), to name which is wrong; absent where there is one.
-
-    Returns:
-        Shape (T, n, R), m and rad.
+    `nodes` of shape (T, N, 3), m, and `numbers` of the poses, shape (T,), serve to name a fault.
 
     Raises:
         TrussError: The truss is a mechanism, or bars have no stiffness; they are named.
@@ -76,14 +68,7 @@ def solve_poses(
 def require_stiff(
     truss: Truss | Framework, nodes: Array, matrices: Stiffness, pose: int = 0, numbers: Indices | None = None
 ) -> None:
-    """Refuse a pose in which the truss can move without a bar resisting.
-
-    Args:
-        truss: What the matrices are of.
-        nodes: Shape (T, N, 3), m.
-        matrices: Stiffness in those poses.
-        pose: Which of them.
-        numbers: As for `solve_poses`.
+    """Refuse a pose of the batch in which the truss can move without a bar resisting; arguments as for `solve_poses`.
 
     Raises:
         TrussError: It can; its members are named.
@@ -110,16 +95,10 @@ def require_stiff(
 
 
 def softest(matrix: Array, pattern: Pattern, bound: float) -> tuple[float, Array]:
-    """Smallest eigenvalue of a symmetric matrix with every node scaled to one, and the modes that are too soft.
+    """Smallest eigenvalue of a symmetric matrix, shape (n, n), with every node scaled to one, and the modes below a bound.
 
-    Args:
-        matrix: Shape (n, n).
-        pattern: Says which unknowns share a unit.
-        bound: What the eigenvalues must be at least.
-
-    Returns:
-        A pure number, not a number where an entry is none; and modes in the units of the unknowns, shape (n, k): all
-        below the bound, because their mix is chance, and the softest anyway.
+    The eigenvalue is a pure number, NaN where an entry is. The modes, shape (n, k), in the units of the unknowns, are all
+    below the bound, because their mix is chance, or else the softest one.
     """
     if not np.all(np.isfinite(matrix)):
         return float("nan"), np.full((len(matrix), 1), np.nan)

@@ -33,7 +33,7 @@ class Allowance:
         payload: Greatest mass at the tool with every utilisation at most 1, shape (...), kg; negative where the arm
             cannot hold its own weight.
         member: Index of the member that governs, shape (...).
-        limit: Index into `LIMITS` of what governs, shape (...).
+        limit: Index into `LIMITS`, shape (...).
     """
 
     payload: Array
@@ -50,8 +50,8 @@ class CapacityMap:
         depth: Of the cell's middle below the pivot, shape (C,), m.
         payload: Allowable, shape (C,), kg.
         sag: Displacement of the tool under the reference payload, shape (C,), m.
-        member: Name of the governing member, per cell.
-        limit: What governs, per cell.
+        member: Name of the governing member of each cell.
+        limit: The limit of it that governs.
         q: Inputs of the posture, shape (C, n).
         reference: Payload of the sag, kg.
     """
@@ -77,31 +77,22 @@ class CapacityMap:
 
 
 def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor: float, radius: float) -> Allowance:
-    """Find the payload at which the first member or cylinder is used to the full.
+    """Find the payload at which the first member or cylinder is used to the full, in poses of shape (..., N, 3), m, frame G.
 
-    Member forces are linear in the payload, so two solves give it exactly.
-
-    Args:
-        nodes: Poses, shape (..., N, 3), m, in frame G.
-        gravity: Downward, m/s².
-        safety_factor: Omega of AISC 360.
-        radius: Of the payload, m.
+    Member forces are linear in the payload, so two solves give it exactly. `radius` is the payload's, m.
 
     Raises:
         DescriptionError: A module has a joint offset: use in bending is not linear in the payload.
         TrussError: The arm is a mechanism in one of the poses.
     """
     require_no_offset(chain, "an allowable payload is asked for")
-    n = np.asarray(nodes, float)
-    empty, loaded = (
-        solve_members(make_load_model(chain, Payload(mass=mass, radius=radius), gravity), n) for mass in (0.0, _UNIT)
-    )
+    n, payloads = np.asarray(nodes, float), [Payload(mass=mass, radius=radius) for mass in (0.0, _UNIT)]
+    empty, loaded = (solve_members(make_load_model(chain, payload, gravity), n).along for payload in payloads)
     ratings = rate(make_sections(chain.manipulator, chain.truss), chain.truss.lengths(n), safety_factor)
-    along, growth = empty.along, (loaded.along - empty.along) / _UNIT
-    rows = []
+    growth, rows = (loaded - empty) / _UNIT, []
     for name, (pull, push) in ratings.limits.items():
         part = slice(1, 2) if name == "oil pressure" else slice(None)  # a drive feels its bar force alone
-        rows.append(_find_room(along[part], growth[part], pull, push))
+        rows.append(_find_room(empty[part], growth[part], pull, push))
     room = np.stack(rows, axis=-1)
     flat = room.reshape(*room.shape[:-2], -1)
     worst = first_least(flat, axis=-1)  # members that mirror one another carry the same
@@ -116,16 +107,9 @@ def _find_room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) ->
 
 
 def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
-    """Draw shapes in the vertical plane of azimuth zero.
+    """Inputs of shapes drawn in the vertical plane of azimuth zero, shape (K, n).
 
     Each module is bent in the plane by up to 45 degrees at its straight extension; shapes outside a stroke are dropped.
-
-    Args:
-        shapes: Shapes drawn.
-        seed: Of the draw.
-
-    Returns:
-        Inputs, shape (K, n).
 
     Raises:
         DescriptionError: The arm has other active modules than double octahedra.
@@ -134,16 +118,14 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
     if not chain.leans:
         found = f"{chain.manipulator.name}, whose active modules are {', '.join(chain.layout.names)}"
         raise DescriptionError(None, "modules", found, "double octahedra alone: they bend in a plane by their inputs")
-    rng = np.random.default_rng(seed)
-    active = len(chain.layout.names)
+    rng, active = np.random.default_rng(seed), len(chain.layout.names)
     # evenly curved arms as well as free ones: the former reach far, the latter fill the plane
     bend = _GREATEST_BEND * rng.uniform(-1, 1, (shapes, active))
     even = rng.uniform(0, 1, (shapes, 1)) < 0.5
     bend = np.where(even, 0.7 * bend[:, :1] * np.linspace(1, -1, active) ** 2 + 0.3 * bend, bend)
     q = np.repeat(chain.straight[None], shapes, axis=0)
     q[:, ::3] = np.sin(bend / 2)
-    length = chain.lengths(q)
-    low, high = chain.stroke
+    length, (low, high) = chain.lengths(q), chain.stroke
     kept = np.all((length >= low) & (length <= high), axis=1)
     if not kept.any():
         raise TrussError(0, (), f"none of {shapes} shapes is within the strokes")
@@ -160,20 +142,16 @@ def map_capacity(
 ) -> CapacityMap:
     """Map the allowable payload over radius and depth: of the postures in each cell, the one that carries most.
 
-    The arm hangs; depth counts from its base face.
-
-    Args:
-        q: Inputs of the postures, shape (K, n).
-        gravity: Downward, m/s².
-        safety_factor: Omega of AISC 360.
-        reference: Payload of the sag, kg.
-        cell: Side of a cell, m.
+    The arm hangs; depth counts from its base face. Inputs q have shape (K, n); `reference` is the payload of the sag, kg;
+    `cell` is the side of a cell, m.
 
     Raises:
         TrussError: The arm is a mechanism in one of the postures.
     """
-    postures = np.asarray(q, float)
-    column, row = np.floor(place_tool(chain, postures) / cell)
+    postures, pivot = np.asarray(q, float), chain.mount[:3, 3]
+    tool, _ = chain.tool(postures)
+    radius, depth = np.linalg.norm(tool[:, :2] - pivot[:2], axis=1), pivot[2] - tool[:, 2]
+    column, row = np.floor(np.stack([radius, depth]) / cell)
     parts = [
         find_allowance(chain, chain.nodes(postures[i : i + _ROUND]), gravity, safety_factor, PAYLOAD_RADIUS)
         for i in range(0, len(postures), _ROUND)
@@ -181,16 +159,15 @@ def map_capacity(
     payload, member, limit = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("payload", "member", "limit")
     )
-    best = _best_in_cells(column, row, payload)
+    best = np.lexsort((-payload, row, column))  # cell by cell, the greatest payload of a cell first
+    best = best[np.unique(np.stack([column[best], row[best]]), axis=1, return_index=True)[1]]
     elastic = make_elastic_model(chain, Payload(mass=reference, radius=PAYLOAD_RADIUS), gravity)
-    sag = np.linalg.norm(deflect(elastic, chain.nodes(postures[best])).tool[:, :3], axis=1)
-    names = chain.truss.member_names
     return CapacityMap(
         radius=(column[best] + 0.5) * cell,
         depth=(row[best] + 0.5) * cell,
         payload=payload[best],
-        sag=sag,
-        member=tuple(names[i] for i in member[best]),
+        sag=np.linalg.norm(deflect(elastic, chain.nodes(postures[best])).tool[:, :3], axis=1),
+        member=tuple(chain.truss.member_names[i] for i in member[best]),
         limit=tuple(LIMITS[i] for i in limit[best]),
         q=postures[best],
         reference=reference,
@@ -198,31 +175,8 @@ def map_capacity(
 
 
 def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:
-    """Part by which one map's payload is above another's, in the cells that both have.
-
-    Args:
-        better: A map; of its postures some may have come into cells that the other lacks.
-        plain: The map it is held against, with cells of the same side.
-
-    Returns:
-        In the order of `better`'s cells, shape (C,).
-    """
-    before = dict(zip(zip(plain.radius.tolist(), plain.depth.tolist(), strict=True), plain.payload, strict=True))
-    cells = zip(better.radius.tolist(), better.depth.tolist(), strict=True)
-    pairs = [(now, before[cell]) for cell, now in zip(cells, better.payload, strict=True) if cell in before]
-    now, then = np.array(pairs).reshape(-1, 2).T
-    return now / then - 1
-
-
-def place_tool(chain: Chain, q: Array) -> Array:
-    """Radius and depth of the tool point, shape (2, K), m, for inputs of shape (K, n)."""
-    tool, _ = chain.tool(q)
-    return np.stack([np.linalg.norm(tool[:, :2] - chain.mount[:2, 3], axis=1), chain.mount[2, 3] - tool[:, 2]])
-
-
-def _best_in_cells(column: Array, row: Array, payload: Array) -> NDArray[np.intp]:
-    """Index of the greatest payload in each cell, in the order of the cells."""
-    order = np.lexsort((-payload, row, column))
-    first = np.ones(len(order), dtype=bool)
-    first[1:] = (np.diff(column[order]) != 0) | (np.diff(row[order]) != 0)
-    return order[first]
+    """Part by which one map's payload is above another's with cells of the same side, in the cells that both have, shape (C,)."""
+    cells, before = (list(zip(item.radius.tolist(), item.depth.tolist(), strict=True)) for item in (better, plain))
+    then = dict(zip(before, plain.payload, strict=True))
+    pairs = zip(cells, better.payload, strict=True)
+    return np.array([now / then[cell] - 1 for cell, now in pairs if cell in then])

@@ -42,16 +42,13 @@ class Envelope:
 
 
 def apply_case(model: LoadModel, case: LoadCase) -> LoadModel:
-    """Load model of a case, without its wrench and without what comes from any direction.
+    """Load model of a case, from that of plain gravity, without its wrench and without loads from any direction."""
+    return _factored(model, case, case.dead * (case.dynamic * model.gravity + _size(model) * np.array(case.seismic)))
 
-    Args:
-        model: Masses under plain gravity.
 
-    Returns:
-        With gravity turned and scaled; the payload's mass carries what its factor differs from that of the arm.
-    """
-    size = float(np.linalg.norm(model.gravity))
-    return _factored(model, case, case.dead * (case.dynamic * model.gravity + size * np.array(case.seismic)))
+def _size(model: LoadModel) -> float:
+    """Size of gravity, m/s²."""
+    return float(np.linalg.norm(model.gravity))
 
 
 def _factored(model: LoadModel, case: LoadCase, gravity: Array) -> LoadModel:
@@ -61,12 +58,9 @@ def _factored(model: LoadModel, case: LoadCase, gravity: Array) -> LoadModel:
 
 
 def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: NodeMotion | None = None) -> MemberForces:
-    """Find the member forces of a case, without what comes from any direction.
+    """Find the member forces of a case in poses of shape (..., N, 3), m, frame G, without loads from any direction.
 
-    Args:
-        model: Masses under plain gravity.
-        nodes: Shape (..., N, 3), m, in frame G.
-        motion: Of the nodes; the inertia of the arm and of the factored payload comes on top. Absent at rest.
+    The model is of plain gravity. In a motion, the inertia of the arm and of the factored payload comes on top.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
@@ -86,35 +80,27 @@ def bound_case(
 ) -> tuple[MemberForces, MemberForces]:
     """Find the greatest and least forces and moments of a case whose shaking and reaction may come from any direction.
 
-    A force is linear in a load, so what a load of given size can add to it is the length of the vector of what unit
-    loads along the axes add: of two axes for shaking, of three for the reaction. Each member has its own worst direction.
-    So has the moment at each of its ends, which whatever the load is about one line (see `rings`).
+    A force is linear in a load, so a load of given size and any direction adds to it the length of the vector of effects of
+    unit loads along the axes: two axes for shaking, three for the reaction. Each member has its own worst direction. So has
+    the moment at each of its ends, which is about one line whatever the load (see `_find_rings` in `equilibrium`).
 
-    Args:
-        model: Masses under plain gravity.
-        nodes: Shape (..., N, 3), m, in frame G.
-        motion: Of the nodes; absent at rest.
-
-    Returns:
-        The most pulled and the most pushed state of every member, with the ends of the range of the moments at its hubs:
-        which end goes with which force or with which end at the other hub is not said. Transverse forces and reactions
-        are those without what comes from any direction.
+    Arguments are as for `solve_case`. The most pulled and the most pushed state of every member are returned, with the ends
+    of the range of the moments at its hubs; which end goes with which force or with which end at the other hub is not said.
+    Transverse forces and reactions are those without loads from any direction.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
     """
     n = np.asarray(nodes, float)
-    middle = solve_case(model, n, case, motion)
-    size = float(np.linalg.norm(model.gravity))
+    middle = high = low = solve_case(model, n, case, motion)
     spans = []
     if case.shaking:
-        pulls = case.shaking * case.dead * size * np.eye(3)[:2]
+        pulls = case.shaking * case.dead * _size(model) * np.eye(3)[:2]
         spans.append([solve_members(_factored(model, case, pull), n) for pull in pulls])
     if case.reaction:
         free = replace(model, gravity=np.zeros(3))
-        wrenches = case.reaction * np.eye(6)[:3]
-        spans.append([solve_members(free, n, nodal_forces=tool_forces(model, n, wrench)) for wrench in wrenches])
-    high = low = middle
+        forces = [tool_forces(model, n, wrench) for wrench in case.reaction * np.eye(6)[:3]]
+        spans.append([solve_members(free, n, nodal_forces=force) for force in forces])
     lines = {name: _line([getattr(item, name) for effects in spans for item in effects]) for name in _MOMENTS if spans}
     for effects in spans:
         parts = {name: np.stack([getattr(item, name) for item in effects]) for name in (*_AXIAL, *_MOMENTS)}
@@ -144,27 +130,21 @@ def _combine(
 def find_envelope(
     model: LoadModel, sections: MemberSections, nodes: ArrayLike, cases: Sequence[LoadCase], safety_factor: float
 ) -> Envelope:
-    """Hold every case against the ratings in every pose.
+    """Hold every case, at least one, against the ratings in every pose, shape (..., N, 3), m, frame G.
 
-    Args:
-        model: Masses under plain gravity.
-        sections: Of the members.
-        nodes: Poses, shape (..., N, 3), m, in frame G.
-        cases: At least one.
-        safety_factor: Omega of AISC 360.
+    The model is of plain gravity.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
     """
-    n = np.asarray(nodes, float)
-    ends = model.truss.ends
+    n, count = np.asarray(nodes, float), len(model.truss.members)
     ratings = rate(sections, model.truss.lengths(n), safety_factor)
     strength, pressure = [], []
-    pull, push = np.zeros(len(ends)), np.zeros(len(ends))
+    pull, push = np.zeros(count), np.zeros(count)
     for case in cases:
         high, low = bound_case(model, n, case)
-        pull = np.maximum(pull, high.along.reshape(-1, len(ends)).max(axis=0))
-        push = np.maximum(push, -low.along.reshape(-1, len(ends)).min(axis=0))
+        pull = np.maximum(pull, high.along.reshape(-1, count).max(axis=0))
+        push = np.maximum(push, -low.along.reshape(-1, count).min(axis=0))
         used = [utilise(ratings, state) for state in _corners(high, low)]
         strength.append(np.max([use.strength for use in used], axis=0))
         pressure.append(np.max([use.pressure for use in used], axis=0))

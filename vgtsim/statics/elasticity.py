@@ -8,7 +8,6 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import joint_offset
 from vgtsim.description.scene import Payload, Simulation
 from vgtsim.errors import DescriptionError, TrussError
@@ -45,16 +44,8 @@ class ElasticModel:
         return self.loads.truss
 
     def stiffness(self, actuators: ArrayLike) -> Array:
-        """Axial stiffness of every member.
-
-        Args:
-            actuators: Actuator lengths, shape (..., J), m.
-
-        Returns:
-            Shape (..., M), N/m.
-        """
-        length = np.asarray(actuators, float)
-        low, high = self.stroke
+        """Axial stiffness of every member, shape (..., M), N/m, at actuator lengths of shape (..., J), m."""
+        length, (low, high) = np.asarray(actuators, float), self.stroke
         column = self.oil[0] / (np.maximum(length - low, 0.0) + TRAPPED)
         column = column + self.oil[1] / (np.maximum(high - length, 0.0) + TRAPPED)
         result = np.broadcast_to(self.spring, (*length.shape[:-1], len(self.spring))).copy()
@@ -62,28 +53,16 @@ class ElasticModel:
         return result
 
     def stiffness_at(self, nodes: ArrayLike) -> Array:
-        """Axial stiffness of every member at the actuator lengths of a pose.
-
-        Args:
-            nodes: Shape (..., N, 3), m.
-
-        Returns:
-            Shape (..., M), N/m.
-        """
+        """Axial stiffness of every member, shape (..., M), N/m, in poses of shape (..., N, 3), m."""
         n = np.asarray(nodes, float)
         return self.stiffness(self.truss.lengths(n)[..., self.truss.actuated])
 
 
 def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped: bool = False) -> ElasticModel:
-    """Collect stiffnesses and masses from the description.
+    """Collect stiffnesses and masses from the description; gravity is m/s² along -z of frame G, as for `make_load_model`.
 
     A tube is EA/L from hub to hub. A cylinder is its oil, trapped on both sides of the piston by lock valves, in series
     with its solid rod; barrel wall and pins count as rigid.
-
-    Args:
-        payload: What it carries.
-        gravity: Downward, along -z of frame G, m/s².
-        lumped: Whether the members' mass sits in their hubs.
 
     Raises:
         DescriptionError: A module has a joint offset: bending of its actuators is not in the stiffness.
@@ -93,54 +72,50 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped
     """
     arm, truss = chain.manipulator, chain.truss
     require_no_offset(chain, "members are elastic")
-    spring, rods, oil, stroke = np.zeros(len(truss.members)), [], [], []
-    nodes = chain.nodes(chain.straight)
-    length = truss.lengths(nodes)
+    spring, length = np.zeros(len(truss.members)), truss.lengths(chain.nodes(chain.straight))
     for index, member in enumerate(truss.members):
-        if member.role == "actuator":
-            part = arm.cylinders[member.section]
-            rods.append(arm.materials[part.material].youngs_modulus * pi / 4 * part.rod**2 / part.rod_length)
-            areas = (pi / 4 * part.bore**2, pi / 4 * (part.bore**2 - part.rod**2))
-            oil.append([part.bulk_modulus * area for area in areas])
-            stroke.append([part.retracted, part.extended])
-        else:
-            spring[index] = _tube_stiffness(arm, member.section, float(length[index]))
-    model = ElasticModel(
-        make_load_model(chain, payload, gravity, split=True, lumped=lumped),
-        spring,
-        np.array(rods),
-        np.array(oil).reshape(-1, 2).T,
-        np.array(stroke).reshape(-1, 2).T,
-    )
-    _require_stiffness(model)
+        if member.role != "actuator":
+            tube = arm.tubes[member.section]
+            spring[index] = arm.materials[tube.material].youngs_modulus * tube.area / float(length[index])
+    cylinders = [arm.cylinders[truss.members[index].section] for index in truss.actuated]
+    rows = [
+        (
+            arm.materials[part.material].youngs_modulus * pi / 4 * part.rod**2 / part.rod_length,
+            part.bulk_modulus * (pi / 4 * part.bore**2),
+            part.bulk_modulus * (pi / 4 * (part.bore**2 - part.rod**2)),
+            part.retracted,
+            part.extended,
+        )
+        for part in cylinders
+    ]
+    rod, *others = np.array(rows).reshape(-1, 5).T
+    loads = make_load_model(chain, payload, gravity, split=True, lumped=lumped)
+    model = ElasticModel(loads, spring=spring, rod=rod, oil=np.array(others[:2]), stroke=np.array(others[2:]))
+    found = model.stiffness(model.stroke.mean(axis=0))
+    wrong = np.flatnonzero(~(found > 0) | ~np.isfinite(found))
+    if len(wrong):  # a description cannot hold members that are no springs; an edited copy of one can
+        names = tuple(truss.member_names[i] for i in wrong)
+        raise TrussError(len(found) - len(wrong), names, f"axial stiffness of {found[wrong[0]]:.4g} N/m, must be > 0")
     return model
 
 
 def require_no_offset(chain: Chain, where: str) -> None:
-    """Refuse an arm with a joint offset where bending of its actuators is not worked out.
-
-    Args:
-        where: Ends the message, for example "members are elastic".
+    """Refuse an arm with a joint offset; `where` ends the message, for example "members are elastic".
 
     Raises:
         DescriptionError: A module has a joint offset.
     """
     for place, module in enumerate(chain.manipulator.modules):
         if offset := joint_offset(module):
-            raise DescriptionError(
-                None, f"modules.{place}.joint_offset", f"{offset:.4g} m on {module.name}", f"0 where {where}"
-            )
+            found = f"{offset:.4g} m on {module.name}"
+            raise DescriptionError(None, f"modules.{place}.joint_offset", found, f"0 where {where}")
 
 
 def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
     """The same arm as its drives hold it at rest, with tubes as good as rigid where members are.
 
-    Args:
-        simulation: Says what drives the cylinders.
-
-    Returns:
-        The model with cylinders whose stiffness is that of their drive: oil and rod under imposed unloaded lengths, the
-        servo's, or as good as rigid where valves make up for what the oil gives.
+    Cylinders get the stiffness of their drive: oil and rod under imposed unloaded lengths, the servo's stiffness, or as good
+    as rigid where valves make up for what the oil gives.
     """
     if simulation.members == "rigid":
         model = replace(model, spring=np.where(model.spring > 0, _HELD, 0.0))
@@ -148,17 +123,3 @@ def hold_cylinders(model: ElasticModel, simulation: Simulation) -> ElasticModel:
         return model
     stiffness = simulation.servo_stiffness if simulation.drive == "servo" else _HELD
     return replace(model, rod=np.full(model.rod.shape, stiffness), oil=np.full(model.oil.shape, np.inf))
-
-
-def _tube_stiffness(arm: Manipulator, section: str, length: float) -> float:
-    tube = arm.tubes[section]
-    return arm.materials[tube.material].youngs_modulus * tube.area / length
-
-
-def _require_stiffness(model: ElasticModel) -> None:
-    """Refuse members that are no springs; a description cannot hold them, an edited copy of one can."""
-    found = model.stiffness(model.stroke.mean(axis=0))
-    wrong = np.flatnonzero(~(found > 0) | ~np.isfinite(found))
-    if len(wrong):
-        names = tuple(model.truss.members[i].name for i in wrong)
-        raise TrussError(len(found) - len(wrong), names, f"axial stiffness of {found[wrong[0]]:.4g} N/m, must be > 0")

@@ -1,11 +1,10 @@
 """The method of joints for a whole arm, from the tip plate to the mast flange, over any batch of instants.
 
-Every group of three nodes (a face, or the mid-plane of a double octahedron) has nine equations and nine
-unknowns: the three members among its nodes and the six that join it to the groups below. The one new node of a
-tetrahedral module has three: the two sides of its top and its actuator. The rigid tip plate counts as three
-bars among its corners, which does not change the force in any member. So the equilibrium matrix of the arm is
-block triangular, and the groups are solved one after the other from the tip. Feet and heads of joint blocks are such
-groups too, with the bars that stand for blocks and actuators between them; see `rings`.
+Every group of three nodes (a face, or the mid-plane of a double octahedron) has nine equations and nine unknowns: the
+three members among its nodes and the six that join it to the groups below. The one new node of a tetrahedral module has
+three: the two sides of its top and its actuator. The rigid tip plate counts as three bars among its corners, which changes
+no member's force. So the equilibrium matrix is block triangular, and the groups are solved one after the other from the
+tip. Feet and heads of joint blocks are such groups too, with the bars that stand for blocks and actuators between them.
 """
 
 from __future__ import annotations
@@ -15,12 +14,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.kinematics import Truss
 from vgtsim.kinematics.vectors import cross, dot
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.rings import find_ring_forces
 
 Array = NDArray[np.float64]
 
@@ -77,38 +76,32 @@ def solve_members(
     nodal_forces: ArrayLike | None = None,
     pivot: ArrayLike | None = None,
 ) -> MemberForces:
-    """Find the force in every member.
+    """Find the force in every member in poses of shape (..., N, 3), m, frame G; NaN at instants whose motion is NaN.
 
     Args:
         model: Masses, gravity and payload.
         nodes: Shape (..., N, 3), m, in frame G.
-        motion: Velocities and accelerations of the nodes; absent at rest.
+        motion: Of the nodes; absent at rest.
         nodal_forces: Further loads on the hubs, broadcast to shape (..., N, 3), N, in frame G.
         pivot: Point the reaction's moment is about, shape (3,) or (..., 3), m, in frame G; absent for the
             centroid of the mast flange.
 
-    Returns:
-        The forces; NaN at instants whose motion is NaN.
-
     Raises:
-        TrussError: The truss is a mechanism or carries a self-stress at one of the instants; members are
-            named.
+        TrussError: The truss is a mechanism or carries a self-stress at one of the instants; members are named.
 
     Source: method of joints. Differs: the dissertation leaves force analysis to future work (chapter 9).
     """
     n = np.asarray(nodes, float)
-    batch, flat = n.shape[:-2], n.reshape(-1, *n.shape[-2:])
+    batch, flat, moving = n.shape[:-2], n.reshape(-1, *n.shape[-2:]), None if motion is None else motion.flat
     extra = None if nodal_forces is None else np.broadcast_to(nodal_forces, n.shape).reshape(flat.shape)
     about = flat[:, model.truss.base].mean(axis=1)
     if pivot is not None:
         about = np.broadcast_to(np.asarray(pivot, float), (*batch, 3)).reshape(-1, 3)
     parts = []
     for start in range(0, max(len(flat), 1), _CHUNK):
-        part, now = slice(start, start + _CHUNK), None
-        if motion is not None:
-            now = NodeMotion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
+        part = slice(start, start + _CHUNK)
         more = None if extra is None else extra[part]
-        parts.append(_solve_chunk(model, flat[part], now, more, about[part], start))
+        parts.append(_solve_chunk(model, flat[part], moving and moving.at(part), more, about[part], start))
     whole = {}
     for item in fields(MemberForces):
         values = [getattr(part, item.name) for part in parts]
@@ -135,10 +128,9 @@ def _solve_chunk(
     bar, transverse = tension[:, : len(truss.members)].copy(), loads.near - near * loads.direction
     moments = np.zeros((2, *loads.near.shape))
     if len(truss.rings):
-        rings = find_ring_forces(truss, nodes, tension)
-        bar[:, rings.member] = rings.axial
-        transverse[:, rings.member] += rings.shear
-        moments[:, :, rings.member] = rings.near_moment, rings.far_moment
+        bent = truss.ring_actuators.ravel()
+        bar[:, bent], shear, moments[:, :, bent] = _find_rings(truss, nodes, tension)
+        transverse[:, bent] += shear
     moment = cross(nodes[:, truss.base] - pivot[:, None], -left).sum(axis=1)
     return MemberForces(
         bar=bar,
@@ -159,3 +151,32 @@ def _load_blocks(model: LoadModel, nodes: Array, motion: NodeMotion | None, forc
     for end, share in ((0, posts.near), (2, posts.far)):
         force[:, rings[:, end]] += share + force[:, rings[:, 1]] / 2
     force[:, rings[:, 1]] = 0.0
+
+
+def _find_rings(truss: Truss, nodes: Array, tension: Array) -> tuple[Array, Array, Array]:
+    """Axial force, shear and moments of the P actuators between joint blocks, from tensions of all bars, shape (T, B), N.
+
+    An actuator of length L between blocks of height h = Ljo is, see `kinematics.truss`, a lower chord, an upper chord and
+    a diagonal of length D from its first block's foot to its second's head. With e from the first block to the second and
+    U from feet to heads, tensions S_l, S_u and S_d in them put on the first block, at its middle,
+
+        N e + V U and M_i (U x e),   N = S_l + S_u + S_d L / D,   V = S_d h / D,   M_i = h / 2 (S_u - S_l - S_d L / D)
+
+    and on the second -N e - V U and M_j (U x e), M_j = h / 2 (S_l - S_u - S_d L / D): three forces against three unknowns,
+    so nothing is assumed. M_i + M_j + V L = 0, as the actuator's own moments are in the loads at its ends.
+
+    Returns:
+        N, shape (T, P), N; V U, shape (T, P, 3), N; and M_i (U x e), M_j (U x e), shape (2, T, P, 3), N·m, in frame G.
+    """
+    member = truss.ring_actuators.ravel()
+    first = len(truss.members) + len(truss.tip_edges)  # after the bars of members and plate: upper chords, diagonals
+    upper, diagonal = (tension[..., first + k * len(member) :][..., : len(member)] for k in range(2))
+    rise = nodes[..., truss.rings[:, :, 2].ravel(), :] - nodes[..., truss.rings[:, :, 0].ravel(), :]
+    span = truss.spans(nodes)[..., member, :]
+    height, length = (np.linalg.norm(item, axis=-1) for item in (rise, span))
+    whole, lower = np.hypot(height, length), tension[..., member]
+    along = diagonal * length / whole
+    about = np.cross(rise / height[..., None], span / length[..., None])
+    near, far = height / 2 * (upper - lower - along), height / 2 * (lower - upper - along)
+    moments = np.stack([near, far])[..., None] * about
+    return lower + upper + along, (diagonal / whole)[..., None] * rise, moments

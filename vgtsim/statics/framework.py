@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Truss
 
 Array = NDArray[np.float64]
@@ -24,7 +22,7 @@ class Framework:
         nodes: Names.
         bars: Names.
         ends: Node indices of each bar, shape (B, 2).
-        free: Whether a node may move along each axis; where it may not, a support holds it, shape (N, 3).
+        free: Whether a node may move along each axis, or a support holds it there, shape (N, 3).
         group: Number of each node's group, shape (N,): the bars of a group, those that join its nodes to one another
             or to groups before it, hold its nodes on those groups. Alike for all nodes where nothing is known.
     """
@@ -103,30 +101,6 @@ def _shorten(indices: Indices) -> Indices | slice:
     return slice(first, first + count) if np.array_equal(indices, np.arange(first, first + count)) else indices
 
 
-def make_framework(names: Sequence[str], bars: Sequence[tuple[str, str]], supports: Mapping[str, str]) -> Framework:
-    """Name the parts of a framework.
-
-    Args:
-        names: Of the nodes.
-        bars: Names of the two nodes of each; a bar is called after them, `A-B`.
-        supports: Axes along which nodes are held, for example `{"A": "xyz", "B": "yz"}`.
-
-    Returns:
-        The framework, as one group.
-
-    Raises:
-        DescriptionError: A support is on no node, or a bar ends at none.
-    """
-    place = {name: index for index, name in enumerate(names)}
-    named = [("supports", tuple(supports)), *((f"bars.{i}", bar) for i, bar in enumerate(bars))]
-    for key, wanted in named:
-        if unknown := [name for name in wanted if name not in place]:
-            raise DescriptionError(None, key, f"node {unknown[0]}", f"one of {', '.join(names)}")
-    free = np.array([[axis not in supports.get(name, "") for axis in "xyz"] for name in names])
-    ends = np.array([[place[first], place[second]] for first, second in bars], dtype=np.intp)
-    return Framework(tuple(names), tuple("-".join(bar) for bar in bars), ends, free, np.ones(len(names), dtype=np.intp))
-
-
 @lru_cache(maxsize=64)
 def framework_of(truss: Truss) -> Framework:
     """An arm as a framework: its bars, see `Truss.bars`, and every node that they hold; the mast flange is held."""
@@ -135,14 +109,9 @@ def framework_of(truss: Truss) -> Framework:
 
 
 def equilibrium_matrix(frame: Framework, nodes: ArrayLike) -> Array:
-    """Forces at the free nodes per unit tension in each bar.
+    """Forces at the free nodes per unit tension in each bar, shape (..., F, B), for nodes of shape (..., N, 3), m.
 
-    Args:
-        frame: The framework.
-        nodes: Shape (..., N, 3), m.
-
-    Returns:
-        Shape (..., F, B), rows in the order of `Framework.equations`.
+    Rows are in the order of `Framework.equations`.
     """
     unit = frame.directions(np.asarray(nodes, float))
     node, axis = frame.equations

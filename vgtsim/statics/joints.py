@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, warn_poor
@@ -16,35 +16,13 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
-    """Find the force in every bar and at every support.
-
-    Args:
-        nodes: Shape (..., N, 3), m.
-        force: Loads on the nodes, broadcast to shape (..., N, 3), N.
-
-    Returns:
-        Bar forces, tension positive, shape (..., B), N, and forces of the supports on the nodes, zero where a node is
-        free, shape (..., N, 3), N.
-
-    Raises:
-        TrussError: A mechanism, or a self-stress; bars are named.
-    """
-    n = np.asarray(nodes, float)
-    flat = n.reshape(-1, *n.shape[-2:])
-    load = np.broadcast_to(force, n.shape).reshape(flat.shape)
-    bar, left = substitute_back(frame, frame.directions(flat), load, flat)
-    return bar.reshape(*n.shape[:-2], -1), np.where(frame.free, 0.0, -left).reshape(n.shape)
-
-
 def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, start: int = 0) -> tuple[Array, Array]:
-    """Solve the groups one after the other, the last one first.
+    """Solve the groups one after the other, the last one first; `start` instants stand before these, to name which is wrong.
 
     Args:
         unit: Directions of the bars, shape (T, B, 3).
         force: Loads on the nodes, shape (T, N, 3), N.
         nodes: Shape (T, N, 3), m, to name what is wrong.
-        start: Instants before these, to name which is wrong.
 
     Returns:
         Bar forces, shape (T, B), N, and what is left at the nodes, shape (T, N, 3), N: for the supports.
@@ -71,26 +49,24 @@ def _invert(frame: Framework, groups: tuple[Group, ...], unit: Array, nodes: Arr
     inverse = [np.empty(0)] * len(groups)
     for size in {len(group.bars) for group in groups}:
         alike = [place for place, group in enumerate(groups) if len(group.bars) == size]
-        bars = np.array([groups[place].bars for place in alike])
-        axes = np.array([groups[place].axis for place in alike])
-        sign = np.array([groups[place].sign for place in alike])
+        bars, axes, sign = (np.array([getattr(groups[i], name) for i in alike]) for name in ("bars", "axis", "sign"))
         matrix = sign * unit[:, bars[:, None, :], axes[:, :, None]]
-        blocks = _invert_blocks(frame, matrix, [groups[place].bars for place in alike], nodes, start)
+        blocks = _invert_blocks(frame, matrix, bars, nodes, start)
         for place, which in enumerate(alike):
             inverse[which] = blocks[:, place]
     return inverse
 
 
-def _invert_blocks(frame: Framework, matrix: Array, bars: list[Indices], nodes: Array, start: int) -> Array:
+def _invert_blocks(frame: Framework, matrix: Array, bars: Indices, nodes: Array, start: int) -> Array:
     """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
     inverse, sine = invert(matrix, 1.0)
     if sine is not None and sine.min() < POOR:
         least = sine.min(axis=1)
         worst = int(np.argmax(least < SINGULAR) if least.min() < SINGULAR else np.argmin(least))
-        group = int(np.argmin(sine[worst]))
+        group = bars[int(np.argmin(sine[worst]))]
         if least[worst] < SINGULAR:
-            _refuse(frame, bars[group], nodes[worst], start + worst, float(least[worst]))
-        names = ", ".join(frame.bars[i] for i in bars[group][:3])
+            _refuse(frame, group, nodes[worst], start + worst, float(least[worst]))
+        names = ", ".join(frame.bars[i] for i in group[:3])
         warn_poor(f"instant {start + worst}: smallest sine between bars {names}, ...", float(least[worst]), POOR)
     return inverse
 

@@ -1,10 +1,9 @@
 """Weight and inertia of the members, hubs, tip plate and payload as forces at the nodes.
 
-A point of a member's near segment, at distance s from the near hub, moves with p1 + s û; one of the far
-segment, at distance e from the far hub, with p2 - e û. Its mass dm loads the member with dm (g - a). The
-transverse part goes to the two hubs by moment equilibrium about them, which is exact and holds the rotary
-inertia; the axial part goes to the segment's own hub, so that the bar force left between them is the force
-where the segments meet.
+A point of a member's near segment, at distance s from the near hub, moves with p1 + s û; one of the far segment, at
+distance e from the far hub, with p2 - e û. Its mass dm loads the member with dm (g - a). The transverse part goes to the
+two hubs by moment equilibrium about them, which is exact and holds the rotary inertia; the axial part goes to the
+segment's own hub, so that the bar force left between them is the force where the segments meet.
 """
 
 from __future__ import annotations
@@ -33,16 +32,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LoadModel:
-    """Everything that weighs and resists acceleration.
+    """Everything that weighs and resists acceleration: members, posts of joint blocks, tip plate and payload.
 
     Attributes:
-        members: Mass distribution of the members.
-        blocks: That of the joint blocks' posts.
-        plate: The tip plate.
         face_side: Side b of the tip plate, m.
         tool_offset: Distance of the payload's centre from the last face along its normal, m.
         hub_mass: Of the nodes, with the members' mass where it is lumped, shape (N,), kg.
-        payload: The ball at the tool point.
         gravity: Acceleration of gravity in frame G, shape (3,), m/s².
     """
 
@@ -84,12 +79,9 @@ class _Parts:
 
 @dataclass(frozen=True)
 class MemberLoads:
-    """Weight and inertia of each member, shared between its hubs; in frame G.
+    """Weight and inertia of each member, shared between its near and far hubs, shape (..., M, 3), N; in frame G.
 
-    Attributes:
-        direction: Unit vector from the near to the far hub, shape (..., M, 3).
-        near: Load on the near hub, shape (..., M, 3), N.
-        far: Load on the far hub, shape (..., M, 3), N.
+    `direction` is the unit vector from the near to the far hub, shape (..., M, 3).
     """
 
     direction: Array
@@ -100,11 +92,12 @@ class MemberLoads:
 def make_load_model(
     chain: Chain, payload: Payload, gravity: float, *, split: bool = False, lumped: bool = False
 ) -> LoadModel:
-    """Collect masses from the description.
+    """Collect masses from the description; gravity is m/s² along -z of frame G.
 
     Args:
+        chain: The arm.
         payload: The ball that it carries.
-        gravity: Downward, along -z of frame G, m/s².
+        gravity: m/s².
         split: Whether each tube is two halves that move with their own hubs along it, as elastic members do.
         lumped: Whether the members' mass sits in their hubs: then a member carries one axial force and nothing else.
     """
@@ -130,11 +123,7 @@ def weigh(chain: Chain) -> float:
 
 
 def member_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> MemberLoads:
-    """Share each member's weight and inertia between its two hubs.
-
-    Args:
-        nodes: Shape (..., N, 3), m, in frame G.
-        motion: Velocities and accelerations of the nodes; absent at rest.
+    """Share each member's weight and inertia between its two hubs, for nodes of shape (..., N, 3), m; no motion is rest.
 
     Source: moment equilibrium of each segment about the member's ends; no counterpart in the dissertation.
     """
@@ -171,7 +160,7 @@ def _share(parts: _Parts, gravity: Array, nodes: Array, motion: NodeMotion | Non
     else:
         pull1 = gravity - motion.acceleration[..., first, :]
         pull2 = gravity - motion.acceleration[..., second, :]
-        turn = direction_acceleration(parts.ends, unit, length, motion)
+        turn = _direction_acceleration(parts.ends, unit, length, motion)
         turning1, turning2 = first_moment[0] * turn, first_moment[1] * turn
         turned1, turned2 = about_end[0] * turn, about_end[1] * turn
     crossed1 = across(first_moment[0] * pull1 - turned1, unit) / length
@@ -189,15 +178,9 @@ def tool_point(model: LoadModel, nodes: Array) -> Array:
 
 
 def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
-    """Least forces at the tip nodes that make up a wrench on the tool.
+    """Least forces at all nodes, shape (..., N, 3), N, that make up a wrench on the tool.
 
-    Args:
-        model: Gives side and tool offset.
-        nodes: Shape (..., N, 3), m, in frame G.
-        wrench: Force and moment about the tool point in frame G, shape (..., 6), N and N·m.
-
-    Returns:
-        Forces at all nodes, shape (..., N, 3), N.
+    Nodes have shape (..., N, 3), m; the wrench is force and moment about the tool point, shape (..., 6), N and N·m, frame G.
     """
     x, y = axes = _face_axes(nodes[..., model.truss.tip, :], model.face_side)
     z = cross(x, y)
@@ -208,18 +191,10 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
     return total
 
 
-def direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: NodeMotion) -> Array:
-    """Second time derivative of the members' unit vectors, shape (..., M, 3), 1/s².
-
-    Args:
-        ends: Node indices of each member, shape (M, 2).
-        unit: Shape (..., M, 3).
-        length: Shape (..., M, 1), m.
-        motion: Of the nodes.
-    """
+def _direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: NodeMotion) -> Array:
+    """Second time derivative of the members' unit vectors, shape (..., M, 3), 1/s², for lengths of shape (..., M, 1), m."""
     first, second = ends[:, 0], ends[:, 1]
-    rate = motion.velocity[..., second, :] - motion.velocity[..., first, :]
-    second_rate = motion.acceleration[..., second, :] - motion.acceleration[..., first, :]
+    rate, second_rate = (v[..., second, :] - v[..., first, :] for v in (motion.velocity, motion.acceleration))
     stretch = dot(rate, unit)
     spin = (rate - stretch * unit) / length
     turning = (across(second_rate, unit) - 2 * stretch * spin) / length
@@ -227,15 +202,10 @@ def direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, m
 
 
 def hub_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> Array:
-    """Weight and inertia of the hubs, tip plate and payload as forces at the nodes.
+    """Weight and inertia of hubs, tip plate and payload as forces at the nodes, shape (..., N, 3), N.
 
-    Args:
-        nodes: Shape (..., N, 3), m, in frame G.
-        motion: Velocities and accelerations of the nodes; absent at rest.
-
-    Returns:
-        Shape (..., N, 3), N. The wrench of plate and payload stands at the last three nodes, as the least forces that
-        are equivalent to it.
+    Nodes have shape (..., N, 3), m; no motion is rest. The wrench of plate and payload stands at the last three nodes, as the
+    least forces that are equivalent to it.
     """
     if motion is None:
         force = np.empty(nodes.shape)

@@ -24,11 +24,9 @@ _MASSLESS = 1e-12  # smallest eigenvalue of the mass matrix, its diagonal scaled
 
 @dataclass(frozen=True)
 class NaturalModes:
-    """Natural modes, slowest first.
+    """Natural modes, slowest first: frequency, shape (n,), Hz, and nodes, shape (n, N, 3), m.
 
-    Attributes:
-        frequency: Shape (n,), Hz.
-        nodes: Displacements of the nodes in each mode for a modal mass of 1 kg, shape (n, N, 3), m.
+    `nodes` are their displacements in each mode for a modal mass of 1 kg.
     """
 
     frequency: Array
@@ -36,11 +34,9 @@ class NaturalModes:
 
 
 def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestressed: bool = True) -> NaturalModes:
-    """Find the slowest natural modes about a pose.
+    """Find the slowest natural modes about a pose of shape (N, 3), m, frame G.
 
-    Args:
-        nodes: Shape (N, 3), m, in frame G.
-        prestressed: Whether the member forces under weight stiffen (pulled) and soften (pushed) the arm.
+    `prestressed` lets the member forces under weight stiffen (pulled) and soften (pushed) the arm.
 
     Raises:
         TrussError: The truss is a mechanism; members are named. Or something of it has no mass.
@@ -62,65 +58,43 @@ def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestre
 
 
 def damping_time(model: ElasticModel, nodes: ArrayLike, ratio: float) -> float:
-    """Damper over stiffness, the same for every member, that gives the slowest mode a damping ratio.
+    """Damper over stiffness beta, s, the same for every member, that gives the slowest mode a ratio of critical damping.
 
-    Args:
-        nodes: Pose in which the mode is taken, unloaded, shape (N, 3), m.
-        ratio: Of critical damping.
-
-    Returns:
-        beta, s; mode i then has ratio beta omega_i / 2.
-
+    The mode is taken in the unloaded pose `nodes`, shape (N, 3), m. Mode i then has ratio beta omega_i / 2.
     Source: damping proportional to stiffness, J. W. Strutt (Lord Rayleigh), The Theory of Sound (1877).
     """
     return ratio / (np.pi * float(find_modes(model, nodes, 1).frequency[0]))
 
 
-def stiffness_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
-    """Stiffness matrix of the unknowns, shape (n, n), N/m, N and N·m, for nodes of shape (N, 3)."""
-    return unfold(band_matrix(model, np.asarray(nodes, float)[None]).upper[0])
-
-
 def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
-    """Stiffness that the member forces under weight add.
+    """Stiffness that the member forces under weight add, symmetric, shape (n, n), for nodes of shape (N, 3), m.
 
     A pulled member resists turning by its force over its length. The forces on the tip plate, weight and members, keep
     their directions to first order; as the plate turns, their points of attack move to second order.
-
-    Args:
-        nodes: Shape (N, 3), m, in frame G.
-
-    Returns:
-        Symmetric, shape (n, n).
     """
-    n, truss = np.asarray(nodes, float), model.truss
-    bar = deflect(model, n).bar
-    span = truss.spans(n)
-    length = np.linalg.norm(span, axis=-1)
-    unit = span / length[:, None]
-    blocks = geometric_blocks(span, bar, _moves(model, n, 1) - _moves(model, n, 0))
-    total = add_blocks(pattern_of(truss), blocks)
-    pull = np.zeros(n.shape)
-    np.add.at(pull, truss.ends[:, 0], bar[:, None] * unit)
-    np.add.at(pull, truss.ends[:, 1], -bar[:, None] * unit)
-    members = node_loads(model, n[None])[0] - hub_loads(model.loads, n[None])[0]
-    lever = n[truss.tip] - n[truss.tip].mean(axis=0)
-    outer = np.einsum("ni,nj->ij", (pull + members)[truss.tip], lever)
+    n, truss, loads = np.asarray(nodes, float), model.truss, model.loads
+    bar, span = deflect(model, n).bar, truss.spans(n)
+    total = add_blocks(pattern_of(truss), geometric_blocks(span, bar, _moves(model, n, 1) - _moves(model, n, 0)))
+    force = bar[:, None] * (span / np.linalg.norm(span, axis=-1)[:, None])
+    pull = (
+        node_loads(model, n[None])[0] - hub_loads(loads, n[None])[0]
+    )  # of the members: weight here, their forces next
+    np.add.at(pull, truss.ends[:, 0], force)
+    np.add.at(pull, truss.ends[:, 1], -force)
+    outer = np.einsum("ni,nj->ij", pull[truss.tip], _levers(model, n))
     # the plate's own weight acts at its centre of mass, off the plane of the tip nodes
-    outer += np.outer(_tip_mass(model) * model.loads.gravity, _tip_centre(model, n))
+    mass, centre = _tip_mass(model, n)
+    outer += np.outer(mass * loads.gravity, centre)
     total[-3:, -3:] += np.trace(outer) * np.eye(3) - (outer + outer.T) / 2
     return total
 
 
 def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
-    """Mass matrix of the unknowns.
+    """Mass matrix of the unknowns, symmetric, shape (n, n), kg, kg·m and kg·m², for nodes of shape (N, 3), m."""
 
-    Args:
-        nodes: Shape (N, 3), m, in frame G.
+    def weighed(weight: Array, left: Array, right: Array) -> Array:
+        return np.einsum("m,mki,mkj->mij", weight, left, right)
 
-    Returns:
-        Symmetric, shape (n, n), kg, kg·m and kg·m².
-    """
     n, truss, part = np.asarray(nodes, float), model.truss, model.loads.members
     span = truss.spans(n)
     length = np.linalg.norm(span, axis=-1)
@@ -128,14 +102,13 @@ def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
     across = np.eye(3) - unit[:, :, None] * unit[:, None, :]
     near, far = _moves(model, n, 0), _moves(model, n, 1)
     turn = np.einsum("mij,mjk->mik", across / length[:, None, None], far - near)
-    blocks = _weighed(part.about_end.sum(axis=1), turn, turn)
+    blocks = weighed(part.about_end.sum(axis=1), turn, turn)
     for end, side, sign in ((near, 0, 1.0), (far, 1, -1.0)):
-        blocks += _weighed(part.mass[:, side], end, end)
-        mixed = sign * _weighed(part.first_moment[:, side], end, turn)
-        blocks += mixed + np.swapaxes(mixed, 1, 2)
+        mixed = sign * weighed(part.first_moment[:, side], end, turn)
+        blocks += weighed(part.mass[:, side], end, end) + mixed + np.swapaxes(mixed, 1, 2)
     total = add_blocks(pattern_of(truss), blocks)
-    free = len(total) - 6
-    total[np.arange(free), np.arange(free)] += np.repeat(model.loads.hub_mass[truss.base.stop : truss.tip.start], 3)
+    free = np.arange(len(total) - 6)
+    total[free, free] += np.repeat(model.loads.hub_mass[truss.base.stop : truss.tip.start], 3)
     total[-6:, -6:] += _tip_inertia(model, n)
     return total
 
@@ -145,18 +118,19 @@ def _require_mass(model: ElasticModel, mass: Array) -> None:
     value, modes = softest(mass, pattern_of(model.truss), _MASSLESS)
     if value >= _MASSLESS:
         return
-    size = np.linalg.norm(modes, axis=1)
-    moved = np.zeros(len(model.truss.nodes))
-    moved[model.truss.base.stop : model.truss.tip.start] = size[:-6].reshape(-1, 3).max(axis=1)
-    moved[model.truss.tip] = size[-6:].max()
+    truss, size = model.truss, np.linalg.norm(modes, axis=1)
+    moved = np.zeros(len(truss.nodes))
+    moved[truss.base.stop : truss.tip.start] = size[:-6].reshape(-1, 3).max(axis=1)
+    moved[truss.tip] = size[-6:].max()
     node = int(first_greatest(moved))
-    members = tuple(m.name for m in model.truss.members if node in m.ends)
-    detail = f"no mass moves with {model.truss.nodes[node]}: smallest scaled eigenvalue of the mass {value:.2g}"
+    members = tuple(m.name for m in truss.members if node in m.ends)
+    detail = f"no mass moves with {truss.nodes[node]}: smallest scaled eigenvalue of the mass {value:.2g}"
     raise TrussError(len(mass), members, f"{detail}, sound from {_MASSLESS:.0e}")
 
 
-def _weighed(weight: Array, left: Array, right: Array) -> Array:
-    return np.einsum("m,mki,mkj->mij", weight, left, right)
+def _levers(model: ElasticModel, nodes: Array) -> Array:
+    """Tip nodes from their centroid, shape (3, 3), m."""
+    return nodes[model.truss.tip] - nodes[model.truss.tip].mean(axis=0)
 
 
 def _moves(model: ElasticModel, nodes: Array, side: int) -> Array:
@@ -164,46 +138,34 @@ def _moves(model: ElasticModel, nodes: Array, side: int) -> Array:
     truss = model.truss
     lever = nodes[truss.ends[:, side]] - nodes[truss.tip].mean(axis=0)
     moves = np.zeros((len(truss.members), 3, 12))
-    start = 6 * side
-    moves[:, :, start : start + 3] = np.eye(3)
-    moves[:, :, start + 3 : start + 6] = np.swapaxes(np.cross(np.eye(3)[None], lever[:, None]), 1, 2)
+    moves[:, :, 6 * side : 6 * side + 3] = np.eye(3)
+    moves[:, :, 6 * side + 3 : 6 * side + 6] = np.swapaxes(np.cross(np.eye(3)[None], lever[:, None]), 1, 2)
     return moves
 
 
-def _tip_mass(model: ElasticModel) -> float:
-    corners = model.loads.hub_mass[model.truss.tip].sum()
-    return model.loads.plate.mass + model.loads.payload.mass + float(corners)
-
-
-def _tip_centre(model: ElasticModel, nodes: Array) -> Array:
-    """Centre of mass of tip plate, corner hubs and payload from the tip's centroid, shape (3,), m."""
-    lever = nodes[model.truss.tip] - nodes[model.truss.tip].mean(axis=0)
-    payload = _tip_axes(model, nodes)[2] * model.loads.tool_offset * model.loads.payload.mass
-    return (payload + model.loads.hub_mass[model.truss.tip] @ lever) / _tip_mass(model)
+def _tip_mass(model: ElasticModel, nodes: Array) -> tuple[float, Array]:
+    """Mass of tip plate, corner hubs and payload, kg, and its centre from the tip's centroid, shape (3,), m."""
+    loads, corners = model.loads, model.loads.hub_mass[model.truss.tip]
+    mass = loads.plate.mass + loads.payload.mass + float(corners.sum())
+    payload = _tip_axes(model, nodes)[2] * loads.tool_offset * loads.payload.mass
+    return mass, (payload + corners @ _levers(model, nodes)) / mass
 
 
 def _tip_axes(model: ElasticModel, nodes: Array) -> Array:
-    corner = nodes[model.truss.tip]
-    x = (corner[0] - corner[2]) / np.linalg.norm(corner[0] - corner[2])
-    z = np.cross(corner[0] - corner[2], corner[1] - corner[2])
+    """Axes x, y, z of the tip plate in frame G, shape (3, 3)."""
+    n1, n2, n3 = nodes[model.truss.tip]
+    x, z = (n1 - n3) / np.linalg.norm(n1 - n3), np.cross(n1 - n3, n2 - n3)
     z /= np.linalg.norm(z)
     return np.array([x, np.cross(z, x), z])
 
 
 def _tip_inertia(model: ElasticModel, nodes: Array) -> Array:
     """Mass matrix of the rigid tip about its centroid, shape (6, 6)."""
-    loads, axes = model.loads, _tip_axes(model, nodes)
-    ball = loads.payload.mass * loads.payload.radius**2 / 5
-    second = np.array(loads.plate.second_moments) + ball
-    spread = np.einsum("i,ij,ik->jk", second, axes, axes)
+    loads, axes, lever = model.loads, _tip_axes(model, nodes), _levers(model, nodes)
+    ball = loads.payload.mass * loads.payload.radius**2 / 5  # second moment of a solid ball about its centre
     tool = loads.tool_offset * axes[2]
-    spread += loads.payload.mass * np.outer(tool, tool)
-    lever = nodes[model.truss.tip] - nodes[model.truss.tip].mean(axis=0)
-    spread += (loads.hub_mass[model.truss.tip, None] * lever).T @ lever
-    total = np.zeros((6, 6))
-    mass, centre = _tip_mass(model), _tip_centre(model, nodes)
-    total[:3, :3] = mass * np.eye(3)
-    total[:3, 3:] = mass * np.cross(np.eye(3), centre).T
-    total[3:, :3] = total[:3, 3:].T
-    total[3:, 3:] = np.trace(spread) * np.eye(3) - spread
-    return total
+    spread = np.einsum("i,ij,ik->jk", np.array(loads.plate.second_moments) + ball, axes, axes)
+    spread += loads.payload.mass * np.outer(tool, tool) + (loads.hub_mass[model.truss.tip, None] * lever).T @ lever
+    mass, centre = _tip_mass(model, nodes)
+    mixed = mass * np.cross(np.eye(3), centre)
+    return np.block([[mass * np.eye(3), mixed.T], [mixed, np.trace(spread) * np.eye(3) - spread]])

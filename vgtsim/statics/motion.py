@@ -16,15 +16,19 @@ _SPACING = 1e-6  # relative change of the record spacing that ends a run: far ab
 
 @dataclass(frozen=True)
 class NodeMotion:
-    """How the nodes move.
-
-    Attributes:
-        velocity: Shape (..., N, 3), m/s, in frame G.
-        acceleration: Shape (..., N, 3), m/s², in frame G.
-    """
+    """Velocities, m/s, and accelerations, m/s², of the nodes in frame G, shapes (..., N, 3)."""
 
     velocity: Array
     acceleration: Array
+
+    @property
+    def flat(self) -> NodeMotion:
+        """The same with one leading dimension."""
+        return NodeMotion(*(item.reshape(-1, *item.shape[-2:]) for item in (self.velocity, self.acceleration)))
+
+    def at(self, instants: slice | NDArray[np.intp]) -> NodeMotion:
+        """The motion at some instants."""
+        return NodeMotion(self.velocity[instants], self.acceleration[instants])
 
 
 def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: int = 4) -> NodeMotion:
@@ -37,8 +41,7 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: i
         order: Degree of the polynomial, below `window`.
 
     Returns:
-        Shapes (T, N, 3). Only records of constant spacing are differenced together; NaN where a run of
-        constant spacing is shorter than the window.
+        Shapes (T, N, 3). Only records of constant spacing are differenced together; NaN where there are fewer than the window.
 
     Source: A. Savitzky and M. J. E. Golay, Analytical Chemistry 36 (1964), 1627-1639.
     """
@@ -57,14 +60,7 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: i
 
 
 def uniform_runs(time: Array) -> tuple[slice, ...]:
-    """Split records into stretches of constant spacing.
-
-    Args:
-        time: Shape (T,), s.
-
-    Returns:
-        Slices over the records; neighbours share the record at which the spacing changes.
-    """
+    """Stretches of constant spacing in times of shape (T,), s; neighbours share the record at which the spacing changes."""
     step = np.diff(time)
     change = np.abs(np.diff(step)) > _SPACING * np.abs(step[:-1])
     edges = [0, *(np.flatnonzero(change) + 1).tolist(), len(time) - 1]

@@ -15,21 +15,13 @@ _SHARE = 0.3  # part of the largest component above which a member or node is na
 
 
 def diagnose(truss: Truss | Framework, nodes: ArrayLike) -> float:
-    """Show that a truss is isostatic: no mechanism and no self-stress.
-
-    Args:
-        truss: An arm's truss, or any framework.
-        nodes: Shape (N, 3), m.
-
-    Returns:
-        Smallest singular value of the equilibrium matrix, dimensionless.
+    """Smallest singular value, a pure number, of the equilibrium matrix of an isostatic truss; nodes have shape (N, 3), m.
 
     Raises:
         TrussError: There is a mechanism (members at the nodes that move most are named) or a self-stress
             (members that carry most of it are named).
 
-    Source: S. Pellegrino and C. R. Calladine, International Journal of Solids and Structures 22 (1986),
-        409-428.
+    Source: S. Pellegrino and C. R. Calladine, International Journal of Solids and Structures 22 (1986), 409-428.
     """
     value, fault, _ = _find_fault(truss, nodes)
     if fault is not None:
@@ -38,15 +30,7 @@ def diagnose(truss: Truss | Framework, nodes: ArrayLike) -> float:
 
 
 def find_mechanism(truss: Truss | Framework, nodes: ArrayLike) -> TrussError | None:
-    """What is wrong where a truss is a mechanism by its shape alone, whatever its members' stiffness; else None.
-
-    Args:
-        truss: As for `diagnose`.
-        nodes: Shape (N, 3), m.
-
-    Returns:
-        The error that `diagnose` raises; None where there is no mechanism, self-stress or not.
-    """
+    """The error of `diagnose` where a truss is a mechanism by its shape alone, whatever its members' stiffness; else None."""
     _, fault, loose = _find_fault(truss, nodes)
     return fault if loose else None
 

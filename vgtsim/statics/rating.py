@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.kinematics import Truss
-from vgtsim.statics.bending import rod_bending_strength, tube_bending_strength
 
 Array = NDArray[np.float64]
 
@@ -29,20 +28,15 @@ LIMITS = (
 
 @dataclass(frozen=True)
 class MemberSections:
-    """The properties that strength follows from, for M members; an actuator counts with its solid rod.
+    """The properties that strength follows from, shapes (M,); an actuator counts with its solid rod. SI units.
 
     Attributes:
-        area: Shape (M,), m².
-        gyration_radius: Shape (M,), m.
-        yield_strength: Fy, shape (M,), Pa.
-        youngs_modulus: E, shape (M,), Pa.
-        push: Compression that the supply pressure holds, shape (M,), N; infinite for tubes.
-        pull: Tension that the supply pressure holds, shape (M,), N; infinite for tubes.
-        actuator: Whether the member is an actuator, shape (M,).
-        pin: Nominal shear strength of the pins at its ends, shape (M,), N; infinite where none is given.
-        barrel_length: From the near end to the barrel's mouth, shape (M,), m; zero for tubes.
-        barrel_moment: Nominal strength of the barrel in bending, shape (M,), N·m; infinite for tubes.
-        rod_moment: Nominal strength of the rod in bending, shape (M,), N·m; infinite for tubes.
+        push: Compression that the supply pressure holds, N; infinite for tubes.
+        pull: Tension that the supply pressure holds, N; infinite for tubes.
+        pin: Nominal shear strength of the pins at the ends, N; infinite where none is given.
+        barrel_length: From the near end to the barrel's mouth, m; zero for tubes.
+        barrel_moment: Nominal strength of the barrel in bending, N·m; infinite for tubes.
+        rod_moment: Nominal strength of the rod in bending, N·m; infinite for tubes.
     """
 
     area: Array
@@ -60,19 +54,19 @@ class MemberSections:
 
 @dataclass(frozen=True)
 class Ratings:
-    """Allowable forces of every member, positive, N; `...` are the instants.
+    """Allowable forces of every member, positive, shapes (..., M), N; `...` are the instants.
 
     Attributes:
-        tension: Yielding of the gross section, shape (..., M).
-        compression: Column strength; of an actuator, that of its rod over the whole length, shape (..., M).
-        rod: Euler load of an actuator's rod over `ROD_FACTOR`, shape (..., M); infinite for tubes.
-        push: Compression that the cylinder's supply pressure holds, shape (..., M); infinite for tubes.
-        pull: Tension that the cylinder's supply pressure holds, shape (..., M); infinite for tubes.
-        slenderness: KL/r with K = 1, shape (..., M); at most `SLENDERNESS_ADVICE` is advised.
-        pin: Shear of the pins at the ends, shape (..., M); infinite where none is given.
-        mouth: Of an actuator's barrel, in parts of the length, shape (..., M); zero for tubes.
-        barrel_moment: Bending of the barrel, shape (..., M), N·m; infinite for tubes.
-        rod_moment: Bending of the rod, shape (..., M), N·m; infinite for tubes.
+        tension: Yielding of the gross section.
+        compression: Column strength; of an actuator, that of its rod over the whole length.
+        rod: Euler load of an actuator's rod over `ROD_FACTOR`; infinite for tubes.
+        push: Compression that the cylinder's supply pressure holds; infinite for tubes.
+        pull: Tension that the cylinder's supply pressure holds; infinite for tubes.
+        slenderness: KL/r with K = 1; at most `SLENDERNESS_ADVICE` is advised.
+        pin: Shear of the pins at the ends; infinite where none is given.
+        mouth: Of an actuator's barrel, in parts of the length; zero for tubes.
+        barrel_moment: Bending of the barrel, N·m; infinite for tubes.
+        rod_moment: Bending of the rod, N·m; infinite for tubes.
     """
 
     tension: Array
@@ -90,56 +84,34 @@ class Ratings:
     def limits(self) -> Mapping[str, tuple[Array, Array]]:
         """Greatest pull and greatest push by each of `LIMITS`, N; the drive force alone counts for the oil pressure."""
         endless = np.full(1, np.inf)
-        bounds = (
-            (self.tension, endless),
-            (endless, self.compression),
-            (endless, self.rod),
-            (self.pull, self.push),
-            (self.pin, self.pin),
-        )
-        return dict(zip(LIMITS, bounds, strict=True))
+        pulls = (self.tension, endless, endless, self.pull, self.pin)
+        pushes = (endless, self.compression, self.rod, self.push, self.pin)
+        return dict(zip(LIMITS, zip(pulls, pushes, strict=True), strict=True))
 
 
 def tension_yield(area: ArrayLike, yield_strength: ArrayLike) -> Array:
-    """Nominal strength in tension by yielding of the gross section: Pn, shape (...), N.
-
-    Args:
-        area: Shape (...), m².
-        yield_strength: Fy, shape (...), Pa.
+    """Nominal strength in tension by yielding of the gross section: Pn, shape (...), N, for m² and Fy in Pa.
 
     Source: AISC 360-22 equation D2-1.
     """
     return np.asarray(yield_strength, float) * np.asarray(area, float)
 
 
-def column_strength(
-    area: ArrayLike, slenderness: ArrayLike, yield_strength: ArrayLike, youngs_modulus: ArrayLike
-) -> Array:
-    """Nominal strength in compression by flexural buckling: Pn, shape (...), N.
-
-    Args:
-        area: Shape (...), m².
-        slenderness: KL/r, shape (...).
-        yield_strength: Fy, shape (...), Pa.
-        youngs_modulus: E, shape (...), Pa.
+def column_strength(area: ArrayLike, slenderness: ArrayLike, yield_strength: ArrayLike, modulus: ArrayLike) -> Array:
+    """Nominal strength in compression by flexural buckling: Pn, shape (...), N, for m², KL/r, Fy and E in Pa.
 
     Source: AISC 360-22 equations E3-1 to E3-4, whose constants stand here.
     """
-    fy, e, kl_r = (np.asarray(value, float) for value in (yield_strength, youngs_modulus, slenderness))
+    fy, e, kl_r = (np.asarray(value, float) for value in (yield_strength, modulus, slenderness))
     elastic = pi**2 * e / kl_r**2
-    stocky = kl_r <= 4.71 * np.sqrt(e / fy)
-    critical = np.where(stocky, 0.658 ** (fy / elastic) * fy, 0.877 * elastic)
+    critical = np.where(kl_r <= 4.71 * np.sqrt(e / fy), 0.658 ** (fy / elastic) * fy, 0.877 * elastic)
     return critical * np.asarray(area, float)
 
 
 def rod_buckling(diameter: ArrayLike, youngs_modulus: ArrayLike, length: ArrayLike) -> Array:
-    """Euler load of a cylinder's rod between pins, shape (...), N.
+    """Euler load of a cylinder's solid rod between pins, shape (...), N, for m, Pa and m.
 
-    Args:
-        diameter: Of the solid rod, shape (...), m.
-        youngs_modulus: E, shape (...), Pa.
-        length: From pin to pin, shape (...), m: the whole cylinder counts as its rod, on the safe side.
-
+    The length is from pin to pin: the whole cylinder counts as its rod, on the safe side.
     Source: Euler, pinned ends; cylinder makers divide it by 3 to 5 (`ROD_FACTOR`).
     """
     inertia = pi * np.asarray(diameter, float) ** 4 / 64
@@ -147,23 +119,35 @@ def rod_buckling(diameter: ArrayLike, youngs_modulus: ArrayLike, length: ArrayLi
 
 
 def pin_shear(diameter: ArrayLike, yield_strength: ArrayLike) -> Array:
-    """Nominal strength of a pin in double shear, by yielding, shape (...), N.
-
-    Args:
-        diameter: Shape (...), m.
-        yield_strength: Fy, shape (...), Pa.
+    """Nominal strength of a pin in double shear, by yielding, shape (...), N, for m and Fy in Pa.
 
     Source: AISC 360-22 equation J4-3, 0.6 Fy times the area, on two planes.
     """
     return 2 * 0.6 * np.asarray(yield_strength, float) * pi / 4 * np.asarray(diameter, float) ** 2
 
 
+def rod_bending_strength(diameter: ArrayLike, yield_strength: ArrayLike) -> Array:
+    """Nominal strength of a solid round in bending: Mn = Fy Z, at most 1.6 Fy S, shape (...), N·m; Z is 1.70 S.
+
+    Diameter in m, Fy in Pa. Source: AISC 360-22 equation F11-1.
+    """
+    d, fy = np.asarray(diameter, float), np.asarray(yield_strength, float)
+    return np.minimum(fy * d**3 / 6, 1.6 * fy * pi * d**3 / 32)
+
+
+def tube_bending_strength(outer: ArrayLike, inner: ArrayLike, yield_strength: ArrayLike) -> Array:
+    """Nominal strength of a compact round tube in bending: Mn = Fy Z, shape (...), N·m, for diameters in m and Fy in Pa.
+
+    Source: AISC 360-22 equation F8-1. A cylinder's barrel is compact by far: D/t below 0.07 E/Fy, 44 for this steel.
+    """
+    shape = np.asarray(outer, float) ** 3 - np.asarray(inner, float) ** 3
+    return np.asarray(yield_strength, float) * shape / 6
+
+
 def make_sections(manipulator: Manipulator, truss: Truss) -> MemberSections:
     """Collect the section properties of every member of an arm."""
-    parts = [
-        (manipulator.cylinders if member.role == "actuator" else manipulator.tubes)[member.section]
-        for member in truss.members
-    ]
+    kinds = [manipulator.cylinders if member.role == "actuator" else manipulator.tubes for member in truss.members]
+    parts = [kind[member.section] for kind, member in zip(kinds, truss.members, strict=True)]
     return describe_sections([(part, manipulator.materials[part.material]) for part in parts])
 
 
@@ -175,9 +159,9 @@ def describe_sections(parts: Sequence[tuple[Tube | Cylinder, Material]]) -> Memb
 
 def _describe(part: Tube | Cylinder, steel: Material) -> dict[str, float | bool]:
     """Fields of `MemberSections` of one member."""
-    strength = steel.yield_strength
-    row: dict[str, float | bool] = {"yield_strength": strength, "youngs_modulus": steel.youngs_modulus}
-    row["pin"] = np.inf if part.pin is None else float(pin_shear(part.pin, strength))
+    fy = steel.yield_strength
+    pin = np.inf if part.pin is None else float(pin_shear(part.pin, fy))
+    row = {"yield_strength": fy, "youngs_modulus": steel.youngs_modulus, "pin": pin}
     if isinstance(part, Tube):
         tube = {"area": part.area, "gyration_radius": part.gyration_radius, "barrel_length": 0.0, "actuator": False}
         return row | tube | dict.fromkeys(("push", "pull", "barrel_moment", "rod_moment"), np.inf)
@@ -188,38 +172,34 @@ def _describe(part: Tube | Cylinder, steel: Material) -> dict[str, float | bool]
         "pull": part.pull,
         "actuator": True,
         "barrel_length": part.barrel_length,
-        "barrel_moment": float(tube_bending_strength(part.barrel_diameter, part.bore, strength)),
-        "rod_moment": float(rod_bending_strength(part.rod, strength)),
+        "barrel_moment": float(tube_bending_strength(part.barrel_diameter, part.bore, fy)),
+        "rod_moment": float(rod_bending_strength(part.rod, fy)),
     }
 
 
 def rate(sections: MemberSections, lengths: ArrayLike, safety_factor: float) -> Ratings:
-    """Work out allowable forces.
+    """Allowable forces of members of lengths from hub to hub, shape (..., M), m, with Omega of AISC 360 as safety factor.
 
-    Args:
-        sections: Of the members; with one member, lengths of any shape are of its like.
-        lengths: Of the members from hub to hub, shape (..., M), m; an actuator's changes with its stroke.
-        safety_factor: Omega of AISC 360, dimensionless.
-
+    Sections of one member rate lengths of any shape as of its like.
     Source: AISC 360-22 D2, E3 with K = 1, F8, F11 and J4.2; `rod_buckling` for actuators.
     """
     length = np.asarray(lengths, float)
     slenderness = length / sections.gyration_radius
     column = column_strength(sections.area, slenderness, sections.yield_strength, sections.youngs_modulus)
     euler = rod_buckling(4 * sections.gyration_radius, sections.youngs_modulus, length)
-    tension = tension_yield(sections.area, sections.yield_strength)
-    nominal = {
-        "tension": tension,
-        "pin": sections.pin,
-        "barrel_moment": sections.barrel_moment,
-        "rod_moment": sections.rod_moment,
-    }
+
+    def spread(value: Array | float) -> Array:
+        return np.broadcast_to(value, length.shape)
+
     return Ratings(
+        tension=spread(tension_yield(sections.area, sections.yield_strength) / safety_factor),
         compression=column / safety_factor,
         rod=np.where(sections.actuator, euler / ROD_FACTOR, np.inf),
-        push=np.broadcast_to(sections.push, length.shape),
-        pull=np.broadcast_to(sections.pull, length.shape),
+        push=spread(sections.push),
+        pull=spread(sections.pull),
         slenderness=slenderness,
+        pin=spread(sections.pin / safety_factor),
         mouth=sections.barrel_length / length,
-        **{name: np.broadcast_to(value / safety_factor, length.shape) for name, value in nominal.items()},
+        barrel_moment=spread(sections.barrel_moment / safety_factor),
+        rod_moment=spread(sections.rod_moment / safety_factor),
     )

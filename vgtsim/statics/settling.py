@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from vgtsim.errors import TrussError
-from vgtsim.kinematics import Truss
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.motion import NodeMotion
@@ -21,15 +20,9 @@ _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
 
 def settle(model: ElasticModel, nodes: ArrayLike, motion: NodeMotion | None = None, damping_time: float = 0.0) -> Array:
-    """Find the pose in which every member's force is its stiffness times its elongation.
+    """Loaded pose, in which every member's force is its stiffness times its elongation, for an unloaded pose (..., N, 3), m.
 
-    Args:
-        nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
-        motion: Velocities and accelerations of the nodes, whose inertia and damping act too; absent at rest.
-        damping_time: Damper over stiffness of every member, s.
-
-    Returns:
-        Loaded pose, shape (..., N, 3), m.
+    In a motion, its inertia and damping act too; `damping_time` is damper over stiffness of every member, s.
 
     Raises:
         TrussError: The arm buckles as a whole: the passes do not end. Or it is a mechanism; members are named.
@@ -37,13 +30,11 @@ def settle(model: ElasticModel, nodes: ArrayLike, motion: NodeMotion | None = No
     Source: Newton's method on the residual forces, without the geometric part of the tangent.
     """
     n = np.asarray(nodes, float)
-    flat = n.reshape(-1, *n.shape[-2:])
+    flat, moving = n.reshape(-1, *n.shape[-2:]), None if motion is None else motion.flat
     settled = np.empty(flat.shape)
     for start in range(0, len(flat), _CHUNK):
-        part, now = slice(start, start + _CHUNK), None
-        if motion is not None:
-            now = NodeMotion(*(item.reshape(flat.shape)[part] for item in (motion.velocity, motion.acceleration)))
-        settled[part] = _settle_chunk(model, flat[part], now, damping_time, start)
+        part = slice(start, start + _CHUNK)
+        settled[part] = _settle_chunk(model, flat[part], moving and moving.at(part), damping_time, start)
     return settled.reshape(n.shape)
 
 
@@ -55,11 +46,12 @@ def _settle_chunk(
     rest, spring = truss.lengths(unloaded), model.stiffness_at(unloaded)
     nodes, left, step = unloaded.copy(), np.arange(len(unloaded)), 0.0
     for _ in range(_PASSES):
-        now = None if motion is None else NodeMotion(motion.velocity[left], motion.acceleration[left])
-        pose = nodes[left]
+        pose, now = nodes[left], motion and motion.at(left)
         bar = spring[left] * (truss.lengths(pose) - rest[left])
         if now is not None:
-            bar = bar + damping_time * spring[left] * _stretching(truss, pose, now.velocity)
+            span = truss.spans(pose)
+            stretching = np.sum(span * truss.spans(now.velocity), axis=-1) / np.linalg.norm(span, axis=-1)
+            bar = bar + damping_time * spring[left] * stretching
         nodes[left], shift = _correct(model, pose, spring[left], _residual(model, pose, bar, now), start + left)
         step = np.abs(shift).max(axis=(1, 2))
         left = left[~(step < _CLOSE)]  # NaN has not settled
@@ -91,9 +83,3 @@ def _correct(
     after = nodes + shift
     after[:, truss.tip] = centre + moved[:, None, -6:-3] + (nodes[:, truss.tip] - centre) @ turn
     return after, shift
-
-
-def _stretching(truss: Truss, nodes: Array, velocity: Array) -> Array:
-    """Rates of the members' lengths, shape (T, M), m/s."""
-    span = truss.spans(nodes)
-    return np.sum(span * truss.spans(velocity), axis=-1) / np.linalg.norm(span, axis=-1)

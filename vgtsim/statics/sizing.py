@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,8 +34,8 @@ class Demand:
 
     Attributes:
         nodes: Poses, shape (K, N, 3), m, in frame G.
-        motion: Velocities and accelerations in those poses; absent where all are at rest.
-        payload: What the arm carries.
+        motion: Of the nodes in those poses; absent where all are at rest.
+        payload: The load at the tool.
         cases: Load cases, at least one, each in every pose.
         gravity: m/s².
         safety_factor: Omega of AISC 360.
@@ -50,14 +51,9 @@ class Demand:
 
 @dataclass(frozen=True)
 class Sizing:
-    """A sized arm.
+    """A sized arm: the section chosen for each module and field, and its greatest utilisation over poses and cases.
 
-    Attributes:
-        manipulator: The arm with its chosen sections.
-        chosen: Section of each module and field.
-        utilisation: Greatest of each place over poses and cases.
-        mass: Of the arm without payload, before and after, kg.
-        passes: Iterations it took.
+    `mass` is that of the arm without payload, before and after, kg; `passes` are the iterations it took.
     """
 
     manipulator: Manipulator
@@ -67,42 +63,23 @@ class Sizing:
     passes: int
 
 
-@dataclass(frozen=True)
-class _Carried:
-    """Greatest forces of all cases along the members of one place; shapes (K, m), N, and their lengths, m."""
-
-    pull: Array
-    push: Array
-    drive_pull: Array
-    drive_push: Array
-    length: Array
-
-
 def size_arm(chain: Chain, catalogue: Catalogue, demand: Demand, target: float = 1.0) -> Sizing:
     """Choose the lightest section for the members of each kind in each module, and the bore of its cylinders.
 
     Every place starts with the lightest size and only grows, until the arm stands the demand with its own weight; the
-    result does not depend on the sections that the arm came with.
-
-    Args:
-        chain: The arm to start from.
-        catalogue: What may be chosen; cylinders too long for the arm's strokes are left out.
-        demand: What the arm must stand.
-        target: Greatest utilisation.
+    result does not depend on the sections that the arm came with. `target` is the greatest utilisation.
 
     Raises:
         DescriptionError: No cylinder in the catalogue is short enough for the arm's strokes, or no size carries the load
             of a place; its forces are named. A module has a joint offset: bending is not rated here.
     """
     require_no_offset(chain, "an arm is sized")
-    sizes = _Sizes(catalogue, chain.manipulator)
-    rank = dict.fromkeys(_places(chain), 0)
-    count, settled = 0, not rank
+    sizes, rank, count = _Sizes(catalogue, chain.manipulator), dict.fromkeys(_places(chain), 0), 0
+    settled, used = not rank, {}
     arm, chosen = _rebuild(chain.manipulator, rank, sizes)
-    used: dict[Place, float] = {}
     while not settled:  # ends: ranks only grow, and there are finitely many
-        now, count, new = replace(chain, manipulator=arm), count + 1, {}
-        for place, carried in _find_carried(now, demand).items():
+        found, count, new = _find_carried(replace(chain, manipulator=arm), demand), count + 1, {}
+        for place, carried in found.items():
             new[place], used[place] = _choose(arm, place, carried, sizes, demand.safety_factor, target, rank[place])
         settled, rank = new == rank, new
         arm, chosen = _rebuild(chain.manipulator, rank, sizes)
@@ -114,16 +91,29 @@ class _Sizes:
     """Sizes of the catalogue, the lightest first, as parts of an arm."""
 
     def __init__(self, catalogue: Catalogue, arm: Manipulator) -> None:
-        fitting = [size for size in catalogue.cylinders if _fits(size, arm)]
+        least = min(part.retracted - part.stroke for part in arm.cylinders.values())
+        fitting = [
+            size for size in catalogue.cylinders if size.head + 2 * size.eye <= least + 1e-9
+        ]  # rounding of lengths
         if not fitting:
-            least = min(part.retracted - part.stroke for part in arm.cylinders.values())
             short = min(size.head + 2 * size.eye for size in catalogue.cylinders)
             found = f"{len(catalogue.cylinders)} in the catalogue, of {short:.4g} m or more in heads and eyes"
             allowed = f"one with at most {least:.4g} m, what the arm's strokes leave of its retracted cylinders"
             raise DescriptionError(None, "cylinders", found, allowed)
+        longest = max(arm.cylinders.values(), key=lambda part: part.retracted)
+
+        def weight(size: TubeSize) -> tuple[float, float]:
+            """Lightest first; of equal weights the larger tube, which is the stiffer column."""
+            return round(size.wall * (size.outer_diameter - size.wall), 12), -size.outer_diameter
+
+        def volume(size: CylinderSize) -> float:
+            """Of the steel, with the stroke of the arm's longest cylinder."""
+            part = longest.model_copy(update=size.model_dump(exclude_none=True))
+            return part.barrel_mass(1.0) + part.rod_mass(1.0)
+
         self.catalogue = catalogue
-        self.tubes = sorted(catalogue.tubes, key=_tube_area)
-        self.cylinders = sorted(fitting, key=lambda size: _cylinder_mass(size, arm))
+        self.tubes = sorted(catalogue.tubes, key=weight)
+        self.cylinders = sorted(fitting, key=volume)
 
     def of(self, field: str) -> Sequence[TubeSize | CylinderSize]:
         """Sizes for a field of a module."""
@@ -140,69 +130,49 @@ class _Sizes:
         return name, arm.tubes[old].model_copy(update=given | {"material": self.catalogue.tube_material})
 
 
-def _tube_area(size: TubeSize) -> tuple[float, float]:
-    """Lightest first; of equal weights the larger tube, which is the stiffer column."""
-    return round(size.wall * (size.outer_diameter - size.wall), 12), -size.outer_diameter
-
-
-def _cylinder_mass(size: CylinderSize, arm: Manipulator) -> float:
-    """Of steel, with the stroke of an arm's longest cylinder, for a density of one."""
-    longest = max(arm.cylinders.values(), key=lambda part: part.retracted)
-    part = longest.model_copy(update=size.model_dump(exclude_none=True))
-    return part.barrel_mass(1.0) + part.rod_mass(1.0)
-
-
-def _fits(size: CylinderSize, arm: Manipulator) -> bool:
-    """Whether heads, eyes and stroke of every cylinder of an arm go into its retracted length."""
-    least = min(part.retracted - part.stroke for part in arm.cylinders.values())
-    return size.head + 2 * size.eye <= least + 1e-9
-
-
 def _places(chain: Chain) -> list[Place]:
-    return list(dict.fromkeys(_place(chain, index) for index in range(len(chain.truss.members))))
+    """Module and field that give each member its section."""
+    modules = chain.manipulator.modules
+    return [(modules[member.module].name, _FIELDS.get(member.role, "cylinder")) for member in chain.truss.members]
 
 
-def _place(chain: Chain, index: int) -> Place:
-    """Module and field that give a member its section."""
-    member = chain.truss.members[index]
-    return chain.manipulator.modules[member.module].name, _FIELDS.get(member.role, "cylinder")
+def _find_carried(chain: Chain, demand: Demand) -> dict[Place, Array]:
+    """Greatest forces of all cases along the m members of each place and their lengths, shape (5, K, m), N and m.
 
-
-def _find_carried(chain: Chain, demand: Demand) -> dict[Place, _Carried]:
+    The forces are pull and push anywhere along a member, then pull and push where its segments meet.
+    """
     model = make_load_model(chain, demand.payload, demand.gravity)
     length = chain.truss.lengths(demand.nodes)
-    pull = push = drive_pull = drive_push = np.zeros(length.shape)
+    most = np.zeros((5, *length.shape))
+    most[4] = length
     for case in demand.cases:
         high, low = bound_case(model, demand.nodes, case, demand.motion)
-        pull, push = np.maximum(pull, high.along.max(axis=0)), np.maximum(push, -low.along.min(axis=0))
-        drive_pull, drive_push = np.maximum(drive_pull, high.bar), np.maximum(drive_push, -low.bar)
+        forces = [high.along.max(axis=0), -low.along.min(axis=0), high.bar, -low.bar]
+        most[:4] = np.maximum(most[:4], forces)
     found: dict[Place, list[int]] = {}
-    for index in range(len(chain.truss.members)):
-        found.setdefault(_place(chain, index), []).append(index)
-    arrays = {"pull": pull, "push": push, "drive_pull": drive_pull, "drive_push": drive_push, "length": length}
-    return {
-        place: _Carried(**{name: array[:, rows] for name, array in arrays.items()}) for place, rows in found.items()
-    }
+    for index, place in enumerate(_places(chain)):
+        found.setdefault(place, []).append(index)
+    return {place: most[:, :, members] for place, members in found.items()}
 
 
 def _choose(
-    arm: Manipulator, place: Place, carried: _Carried, sizes: _Sizes, safety_factor: float, target: float, least: int
+    arm: Manipulator, place: Place, carried: Array, sizes: _Sizes, safety_factor: float, target: float, least: int
 ) -> tuple[int, float]:
     """Rank of the lightest size that carries the load, and how much of it is used."""
     old = getattr(next(module for module in arm.modules if module.name == place[0]), place[1])
     steel, offered, used = sizes.catalogue.material_of(place[1]), sizes.of(place[1]), np.inf
+    *forces, length = carried
     for index in range(least, len(offered)):
         part = sizes.fit(arm, place[1], old, index)[1]
-        ratings = rate(describe_sections([(part, steel)]), carried.length, safety_factor)
+        ratings = rate(describe_sections([(part, steel)]), length, safety_factor)
         if isinstance(part, Tube) and ratings.slenderness.max() > SLENDERNESS_ADVICE:
             continue
-        use = use_axial(ratings, carried.pull, carried.push, carried.drive_pull, carried.drive_push)
-        used = float(use.worst.max())
+        used = float(use_axial(ratings, *forces).worst.max())
         if used <= target:
             return index, used
-    forces = f"{carried.pull.max() / 1e3:.1f} kN of pull and {carried.push.max() / 1e3:.1f} kN of push"
+    found = f"{carried[0].max() / 1e3:.1f} kN of pull and {carried[1].max() / 1e3:.1f} kN of push"
     allowed = f"what the largest of {len(offered)} sizes in the catalogue carries, 1/{used / target:.3g} of it"
-    raise DescriptionError(None, f"modules.{place[0]}.{place[1]}", forces, allowed)
+    raise DescriptionError(None, f"modules.{place[0]}.{place[1]}", found, allowed)
 
 
 def _rebuild(arm: Manipulator, rank: Mapping[Place, int], sizes: _Sizes) -> tuple[Manipulator, dict[Place, str]]:
@@ -212,9 +182,7 @@ def _rebuild(arm: Manipulator, rank: Mapping[Place, int], sizes: _Sizes) -> tupl
     modules = []
     for module in arm.modules:
         update = {}
-        for field in (*_FIELDS.values(), "cylinder"):
-            if not hasattr(module, field):
-                continue
+        for field in filter(partial(hasattr, module), (*_FIELDS.values(), "cylinder")):
             # the last module's battens are the tip plate, but the file names a tube
             index = rank.get((module.name, field), 0)
             name, part = sizes.fit(arm, field, getattr(module, field), index)

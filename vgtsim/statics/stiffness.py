@@ -1,8 +1,7 @@
 """Direct stiffness of a whole arm: displacements, member forces and tip compliance over any batch of poses.
 
-Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of
-its centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow, see
-`band`.
+Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of its
+centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow.
 """
 
 from __future__ import annotations
@@ -51,13 +50,9 @@ def pattern_of(truss: Truss) -> Pattern:
 
 
 def elongations(truss: Truss, nodes: Array) -> Array:
-    """Elongation of each member per unit of each unknown its ends depend on.
+    """Elongation of each member per unit of each unknown of its ends, shape (..., M, 12), dimensionless and m.
 
-    Args:
-        nodes: Shape (..., N, 3), m.
-
-    Returns:
-        In the order of `Pattern.dof`, shape (..., M, 12), dimensionless and m.
+    Nodes have shape (..., N, 3), m; the unknowns are in the order of `Pattern.dof`.
     """
     first, second = truss.ends.T
     span = truss.spans(nodes)
@@ -75,16 +70,14 @@ def deflect(
     *,
     weight: bool = True,
 ) -> Deflection:
-    """Find displacements and member forces under weight and further loads.
+    """Find displacements and member forces under weight and further loads, linear about the given pose.
 
     Args:
+        model: The elastic arm.
         nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
         nodal_forces: On the hubs, broadcast to shape (..., N, 3), N.
         tool_wrench: Force on the tool point and moment about it, broadcast to shape (..., 6), N and N·m.
         weight: Whether gravity acts.
-
-    Returns:
-        The response, linear about the given pose.
 
     Raises:
         TrussError: The truss is a mechanism at one of the poses; members are named.
@@ -97,39 +90,29 @@ def deflect(
     force = node_loads(model, flat) if weight else np.zeros(flat.shape)
     if nodal_forces is not None:
         force = force + np.broadcast_to(nodal_forces, n.shape).reshape(flat.shape)
-    load = gather(model.truss, flat, force)
+    load, to_centroid = gather(model.truss, flat, force), _tool_to_centroid(model, flat)
     if tool_wrench is not None:
-        wrench = np.broadcast_to(tool_wrench, (*batch, 6)).reshape(-1, 6)
-        load[:, -6:] += _at_centroid(model, flat, wrench)
+        load[:, -6:] += np.einsum("tij,tj->ti", to_centroid, np.broadcast_to(tool_wrench, (*batch, 6)).reshape(-1, 6))
     moved, bar = _solve(model, flat, load[..., None])
     shift = scatter(model.truss, flat, moved[..., 0])
-    lever = tool_point(model.loads, flat) - flat[:, model.truss.tip].mean(axis=1)
-    tip = moved[:, -6:, 0]
-    tool = np.asarray(np.concatenate([tip[:, :3] + cross(tip[:, 3:], lever), tip[:, 3:]], axis=-1), float)
+    tool = np.einsum("tji,tj->ti", to_centroid, moved[:, -6:, 0])
     return Deflection(shift.reshape(n.shape), tool.reshape(*batch, 6), bar[..., 0].reshape(*batch, bar.shape[1]))
 
 
 def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
-    """Displacement and rotation of the tool point per unit force and moment on it.
+    """Displacement and rotation of the tool point per unit force and moment on it, in poses of shape (..., N, 3), m.
 
-    Args:
-        nodes: Shape (..., N, 3), m, in frame G.
-
-    Returns:
-        Symmetric, shape (..., 6, 6), m/N, rad/N, m/(N·m) and rad/(N·m), in frame G.
+    Symmetric, shape (..., 6, 6), m/N, rad/N, m/(N·m) and rad/(N·m), in frame G.
 
     Raises:
         TrussError: The truss is a mechanism at one of the poses.
     """
     n = np.asarray(nodes, float)
     flat = n.reshape(-1, *n.shape[-2:])
-    load = np.zeros((len(flat), pattern_of(model.truss).size, 6))
-    wrench = np.broadcast_to(np.eye(6), (len(flat), 6, 6))
-    lever = tool_point(model.loads, flat) - flat[:, model.truss.tip].mean(axis=1)
-    load[:, -6:] = np.swapaxes(wrench, 1, 2)
-    load[:, -3:, :3] += _skew(lever)
+    load, to_centroid = np.zeros((len(flat), pattern_of(model.truss).size, 6)), _tool_to_centroid(model, flat)
+    load[:, -6:] = to_centroid
     moved, _ = _solve(model, flat, load)
-    return (np.swapaxes(load[:, -6:], 1, 2) @ moved[:, -6:]).reshape(*n.shape[:-2], 6, 6)
+    return (np.swapaxes(to_centroid, 1, 2) @ moved[:, -6:]).reshape(*n.shape[:-2], 6, 6)
 
 
 def node_loads(model: ElasticModel, nodes: Array, motion: NodeMotion | None = None) -> Array:
@@ -156,18 +139,9 @@ def scatter(truss: Truss, nodes: Array, moved: Array) -> Array:
 
 
 def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) -> Stiffness:
-    """Stiffness matrices in upper band storage.
-
-    Args:
-        nodes: Shape (T, N, 3), m.
-        spring: Stiffnesses, shape (T, M), N/m; absent for those at the actuator lengths of the pose.
-
-    Returns:
-        The matrices, with the elongations and stiffnesses they are made of.
-    """
-    grow = elongations(model.truss, nodes)
+    """Stiffness matrices of poses of shape (T, N, 3), m, by stiffnesses of shape (T, M), N/m; absent, those of the pose."""
     spring = model.stiffness_at(nodes) if spring is None else spring
-    return assemble(pattern_of(model.truss), grow, spring)
+    return assemble(pattern_of(model.truss), elongations(model.truss, nodes), spring)
 
 
 def _solve(model: ElasticModel, nodes: Array, load: Array) -> tuple[Array, Array]:
@@ -182,11 +156,12 @@ def _solve(model: ElasticModel, nodes: Array, load: Array) -> tuple[Array, Array
     return moved, bar
 
 
-def _at_centroid(model: ElasticModel, nodes: Array, wrench: Array) -> Array:
+def _tool_to_centroid(model: ElasticModel, nodes: Array) -> Array:
+    """Matrices from wrenches about the tool point to those about the tip's centroid, shape (T, 6, 6).
+
+    Their transposes take motions of the centroid to those of the tool point.
+    """
     lever = tool_point(model.loads, nodes) - nodes[:, model.truss.tip].mean(axis=1)
-    return np.concatenate([wrench[:, :3], wrench[:, 3:] + cross(lever, wrench[:, :3])], axis=-1)
-
-
-def _skew(vector: Array) -> Array:
-    """Matrices of the cross product with vectors of shape (T, 3)."""
-    return np.cross(vector[:, :, None], np.eye(3)[None], axis=1)
+    matrix = np.tile(np.eye(6), (len(nodes), 1, 1))
+    matrix[:, 3:, :3] = np.cross(lever[:, :, None], np.eye(3)[None], axis=1)
+    return matrix

@@ -50,12 +50,7 @@ class Pattern:
 
 @lru_cache(maxsize=16)
 def make_pattern(unknowns: tuple[tuple[int, ...], ...], ends: tuple[tuple[int, int], ...]) -> Pattern:
-    """Lay the band out.
-
-    Args:
-        unknowns: Of each node, w numbers; -1 where there is none.
-        ends: Node indices of each bar.
-    """
+    """Lay the band out for w unknowns of each node, -1 where there is none, and node indices of each bar's ends."""
     of_node = np.array(unknowns, dtype=np.intp)
     dof = of_node[np.array(ends, dtype=np.intp)].reshape(len(ends), -1)
     size = int(of_node.max(initial=-1)) + 1
@@ -91,15 +86,7 @@ class Stiffness:
 
 
 def assemble(pattern: Pattern, grow: Array, spring: Array) -> Stiffness:
-    """Add the bars up.
-
-    Args:
-        grow: Elongation of each bar per unit of each of its unknowns, shape (T, B, 2 w).
-        spring: Stiffnesses, shape (T, B), N/m.
-
-    Returns:
-        The matrices.
-    """
+    """Add the bars up: elongations per unknown, shape (T, B, 2 w), and stiffnesses, shape (T, B), N/m."""
     bar, first, second = pattern.pairs
     value = (spring[..., None] * grow)[:, bar, first] * grow[:, bar, second]
     room = (pattern.band + 1) * pattern.size
@@ -125,15 +112,12 @@ def elongate(pattern: Pattern, grow: Array, moved: Array) -> Array:
 
 
 def geometric_blocks(span: Array, bar: Array, difference: Array) -> Array:
-    """What bar forces add to the stiffness: a pulled bar resists turning by its force over its length.
+    """What bar forces add to the stiffness, symmetric, shape (B, 2 w, 2 w): a pulled bar resists turning by force over length.
 
     Args:
         span: From the first to the second end of each bar, shape (B, 3), m.
         bar: Forces, tension positive, shape (B,), N.
         difference: Displacement of the second end less that of the first per unit unknown, shape (B, 3, 2 w).
-
-    Returns:
-        Symmetric, shape (B, 2 w, 2 w).
     """
     length = np.linalg.norm(span, axis=-1)
     unit = span / length[:, None]

@@ -10,20 +10,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.statics.bending import amplify, greatest_moments, interact
 from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.loads import LoadModel
-from vgtsim.statics.rating import ROD_FACTOR, MemberSections, Ratings, rate
+from vgtsim.statics.rating import LIMITS, ROD_FACTOR, MemberSections, Ratings, rate
 
 Array = NDArray[np.float64]
 
+ALPHA = 1.6  # AISC 360-22 C2.1: allowable loads are taken times this for second-order effects
 MODES = ("yield", "column", "rod buckling", "pin shear", "axial force with bending")
 _POWER = 12  # of the mean that stands for a greatest value: smooth, and above a tenth of 132 equal ones
 
 
 @dataclass(frozen=True)
 class Utilisation:
-    """Demand over capacity, each shape (..., M).
+    """Demand over capacity, each shape (..., M); the first five are by `LIMITS` of axial force.
 
     Attributes:
         tension: Greatest tension along the member over its allowable.
@@ -31,8 +31,7 @@ class Utilisation:
         rod: Greatest compression over the allowable of the rod; zero for tubes.
         pressure: Drive force over what the supply pressure holds; zero for tubes.
         pin: Greatest force, pulled or pushed, over the pins' shear strength; zero where none is given.
-        bent: Axial force and bending together, of the rod or of the barrel, whichever is used more; zero for members
-            that do not bend.
+        bent: Axial force with bending, of the rod or the barrel, whichever is used more; zero for members not bent.
     """
 
     tension: Array
@@ -43,8 +42,13 @@ class Utilisation:
     bent: Array
 
     @property
+    def by_mode(self) -> Array:
+        """Utilisation in each of `MODES`, shape (5, ..., M): everything but the oil."""
+        return np.stack([self.tension, self.compression, self.rod, self.pin, self.bent])
+
+    @property
     def strength(self) -> Array:
-        """Worst of tension, column, rod, pin and bending: everything but the oil, shape (..., M)."""
+        """Worst of `MODES`, shape (..., M)."""
         return self.by_mode.max(axis=0)
 
     @property
@@ -52,20 +56,9 @@ class Utilisation:
         """Worst of strength and oil pressure, shape (..., M)."""
         return np.maximum(self.strength, self.pressure)
 
-    @property
-    def by_mode(self) -> Array:
-        """Utilisation in each of `MODES`, shape (5, ..., M)."""
-        return np.stack([self.tension, self.compression, self.rod, self.pin, self.bent])
-
 
 def find_use(model: LoadModel, sections: MemberSections, nodes: ArrayLike, safety_factor: float) -> Utilisation:
-    """Solve the members' forces at rest and hold them against the members' strength.
-
-    Args:
-        model: Masses, gravity and payload.
-        sections: Section properties of the members.
-        nodes: Shape (..., N, 3), m, in frame G.
-        safety_factor: Omega of AISC 360.
+    """Utilisation at rest in poses of shape (..., N, 3), m, frame G.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
@@ -80,34 +73,29 @@ def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
     The axial force of a member runs between its values at the near hub, where its segments meet, and at the far hub; the
     greatest of the three counts in tension and in compression.
     """
-    along = forces.along
-    use = use_axial(ratings, along.max(axis=0), -along.min(axis=0), forces.bar, -forces.bar)
-    push = np.maximum(-along.min(axis=0), 0.0)
-    return replace(use, bent=_use_bent(ratings, forces, np.maximum(use.tension, use.compression), push))
+    pull, push = forces.along.max(axis=0), -forces.along.min(axis=0)
+    use = use_axial(ratings, pull, push, forces.bar, -forces.bar)
+    if not (forces.near_moment.any() or forces.far_moment.any()):  # an arm without joint blocks
+        return use
+    # the barrel's axial part counts as the rod's, on the safe side
+    barrel, rod = greatest_moments(forces.near_moment, forces.far_moment, ratings.mouth)
+    moment = np.maximum(barrel / ratings.barrel_moment, rod / ratings.rod_moment)
+    carried = np.where(moment > 0, amplify(np.maximum(push, 0.0), ROD_FACTOR * ratings.rod), 1.0) * moment
+    bent = np.where(moment > 0, interact(np.maximum(use.tension, use.compression), carried), 0.0)
+    return replace(use, bent=bent)
 
 
 def use_axial(ratings: Ratings, pull: Array, push: Array, drive_pull: Array, drive_push: Array) -> Utilisation:
-    """Hold axial forces alone against ratings.
+    """Hold axial forces alone against ratings; shapes (..., M), N.
 
-    Args:
-        ratings: Allowable forces.
-        pull: Greatest tension along each member, shape (..., M), N; below zero when it is never pulled.
-        push: Greatest compression along each member, shape (..., M), N; below zero when it is never pushed.
-        drive_pull: Greatest tension where the member's segments meet, shape (..., M), N.
-        drive_push: Greatest compression there, shape (..., M), N.
+    Pull and push are the greatest tension and compression along each member, below zero when there is none; those of the
+    drive are the same where the member's segments meet.
     """
     used = {}
     for name, (most_pull, most_push) in ratings.limits.items():
         pulled, pushed = (drive_pull, drive_push) if name == "oil pressure" else (pull, push)
         used[name] = np.maximum(np.maximum(pulled / most_pull, pushed / most_push), 0.0)
-    return Utilisation(
-        tension=used["yield"],
-        compression=used["column"],
-        rod=used["rod buckling"],
-        pressure=used["oil pressure"],
-        pin=used["pin shear"],
-        bent=np.zeros(np.shape(pull)),
-    )
+    return Utilisation(*(used[name] for name in LIMITS), bent=np.zeros(np.shape(pull)))
 
 
 def smooth_peak(values: Array) -> Array:
@@ -115,11 +103,32 @@ def smooth_peak(values: Array) -> Array:
     return np.sum(values**_POWER, axis=-1) ** (1 / _POWER)
 
 
-def _use_bent(ratings: Ratings, forces: MemberForces, axial: Array, push: Array) -> Array:
-    """Axial force and bending together, shape (..., M); the barrel's axial part counts as the rod's, on the safe side."""
-    if not (forces.near_moment.any() or forces.far_moment.any()):  # an arm without joint blocks
-        return np.zeros(np.shape(push))
-    barrel, rod = greatest_moments(forces.near_moment, forces.far_moment, ratings.mouth)
-    moment = np.maximum(barrel / ratings.barrel_moment, rod / ratings.rod_moment)
-    carried = np.where(moment > 0, amplify(push, ROD_FACTOR * ratings.rod), 1.0) * moment
-    return np.where(moment > 0, interact(axial, carried), 0.0)
+def interact(axial: ArrayLike, bending: ArrayLike) -> Array:
+    """Use of a member in axial force (Pr/Pc) and bending (Mr/Mc) together, shape (...); at most 1 is strong enough.
+
+    Source: AISC 360-22 equations H1-1a and H1-1b.
+    """
+    p, m = np.asarray(axial, float), np.asarray(bending, float)
+    return np.where(p >= 0.2, p + 8 / 9 * m, p / 2 + m)
+
+
+def amplify(push: ArrayLike, euler: ArrayLike) -> Array:
+    """Factor B1, with Cm = 1, by which compression raises the moment of a member whose ends do not move apart sideways.
+
+    Of compression under allowable loads and Euler load, shape (...), N; infinite where the member buckles.
+    Source: AISC 360-22 equation A-8-3.
+    """
+    ratio = ALPHA * np.asarray(push, float) / np.asarray(euler, float)
+    return np.where(ratio < 1, 1 / np.maximum(1 - ratio, 1e-12), np.inf)
+
+
+def greatest_moments(near: Array, far: Array, mouth: Array) -> tuple[Array, Array]:
+    """Greatest bending moments in barrels and in rods, shapes (..., M), N·m.
+
+    The moment runs straight from one block to the other; bending by the own weight is left out, as for every member.
+    `near` and `far` are the actuators' moments on their blocks, shape (..., M, 3), N·m; `mouth` is the place of the barrel's
+    mouth in parts of the length from the near end, shape (..., M).
+    """
+    there = near + mouth[..., None] * (-far - near)
+    begin, middle, end = (np.linalg.norm(item, axis=-1) for item in (near, there, far))
+    return np.maximum(begin, middle), np.maximum(middle, end)

@@ -1,11 +1,10 @@
 """Verdicts on a run, independent of MuJoCo."""
 
 from vgtsim.verification.checks import CHECK_NAMES
-from vgtsim.verification.evidence import Evidence
-from vgtsim.verification.holds import Hold, find_holds, goal_name
+from vgtsim.verification.evidence import Evidence, find_riser_reaction
 from vgtsim.verification.instant import Instant, find_instant
 from vgtsim.verification.report import Check, Report
-from vgtsim.verification.supports import find_riser_reaction
+from vgtsim.verification.tracking import Hold, find_holds, goal_name
 from vgtsim.verification.verify import verify
 
 __all__ = [

@@ -39,16 +39,15 @@ def check_actuators(run: Evidence) -> Finding:
 
 def find_saturation(run: Evidence, bit: int) -> Finding:
     """Part of the records since each of which some cylinder had reached a limit, at the cylinder that did most often."""
-    log = run.log
+    log, names = run.log, run.actuator_names
     if not log.saturation.size:
         return missing("the log does not say what saturated")
     hit = (log.saturation & bit) != 0
-    share = float(hit.any(axis=1).mean())
-    if share == 0:
+    if not hit.any():
         return Finding(0.0)
-    worst = int(np.argmax(hit.sum(axis=0)))
+    share, worst = float(hit.any(axis=1).mean()), int(np.argmax(hit.sum(axis=0)))
     detail = f"{hit.any(axis=0).sum()} cylinders, {share:.1%} of the records"
-    return Finding(share, run.actuator_names[worst], float(log.time[np.argmax(hit[:, worst])]), detail)
+    return Finding(share, names[worst], float(log.time[np.argmax(hit[:, worst])]), detail)
 
 
 check_saturations: tuple[Measure, ...] = tuple(
@@ -65,9 +64,8 @@ check_saturations: tuple[Measure, ...] = tuple(
 )
 def check_highest_pressure(run: Evidence) -> Finding:
     """Greatest pressure in a chamber over the supply's."""
-    if lack := lacks_pressures(run.log):
-        return lack
-    return worst_of(run.log.pressure.max(axis=2) / collect(run.site, "pressure"), run.log.time, run.actuator_names)
+    log, supply = run.log, collect(run.site, "pressure")
+    return lacks_pressures(log) or worst_of(log.pressure.max(axis=2) / supply, log.time, run.actuator_names)
 
 
 @report_as(
@@ -93,9 +91,8 @@ def check_case_drives(run: Evidence) -> Finding:
 
 def lacks_pressures(log: RunLog) -> Finding | None:
     """Say that a log has no pressures, if so."""
-    if log.pressure.shape[:2] == log.actual.shape:
-        return None
-    return missing("the log has no pressures of the cylinders")
+    lacks = log.pressure.shape[:2] != log.actual.shape
+    return missing("the log has no pressures of the cylinders") if lacks else None
 
 
 def collect(site: Site, field: str) -> Array:

@@ -34,12 +34,7 @@ _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread 
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """A run and everything that several checks read out of it; T records, M members. Vectors are in frame G.
-
-    Attributes:
-        site: Where it ran.
-        log: The run.
-    """
+    """A run and everything that several checks read out of it; T records, M members. Vectors are in frame G."""
 
     site: Site
     log: RunLog
@@ -97,9 +92,8 @@ class Evidence:
     @cached_property
     def resting(self) -> MemberForces:
         """Expected forces of the settled records alone: at rest, or with the inertia of an elastic arm's ringing."""
-        if self._rings:
-            return self.moving.at(self.settled)
-        return solve_members(self.site.load_model, self.log.nodes[self.settled])
+        nodes = self.log.nodes[self.settled]
+        return self.moving.at(self.settled) if self._rings else solve_members(self.site.load_model, nodes)
 
     @property
     def _rings(self) -> bool:
@@ -118,8 +112,7 @@ class Evidence:
         The force varies along a member by its own weight and inertia, which the expected forces give.
         """
         expected, pinned = self.moving, self.site.truss.ring_actuators.ravel()
-        off = self.axial - expected.near_axial
-        moment = expected.near_moment.copy()
+        off, moment = self.axial - expected.near_axial, expected.near_moment.copy()
         moment[:, pinned] = self.log.member_moment[:, pinned]
         changed = {"bar": expected.bar + off, "near_axial": self.axial, "far_axial": expected.far_axial + off}
         return utilise(self.ratings, replace(expected, **changed, near_moment=moment))
@@ -147,17 +140,10 @@ class Evidence:
     @cached_property
     def around(self) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste at every record."""
-        site, ball = self.site, self.site.task.payload
-        return arm_clearance(
-            self.log.nodes,
-            site.truss.ends,
-            member_radii(site.arm, site.truss),
-            site.arm.hub.radius,
-            site.tank,
-            make_profile(site.tank.shell),
-            obstacles(site.tank),
-            (self.tool[0], ball.radius) if ball.mass else None,
-        )
+        site, tank, payload = self.site, self.site.tank, self.site.task.payload
+        ball, radii = (self.tool[0], payload.radius) if payload.mass else None, member_radii(site.arm, site.truss)
+        around = (tank, make_profile(tank.shell), obstacles(tank), ball)
+        return arm_clearance(self.log.nodes, site.truss.ends, radii, site.arm.hub.radius, *around)
 
     @cached_property
     def among(self) -> tuple[Array, Index]:
@@ -188,3 +174,14 @@ class Evidence:
         angle = np.arctan2(np.linalg.norm(np.cross(direction, aimed), axis=-1), np.sum(direction * aimed, axis=-1))
         distance[log.goal < 0] = angle[log.goal < 0] = np.nan
         return distance, angle
+
+
+def find_riser_reaction(site: Site, log: RunLog) -> Array:
+    """Force and moment of arm and mast on the riser, which the dome must not carry, shape (T, 6), N and N·m.
+
+    About the tank's axis at the crown, in frame G.
+    """
+    force, moment = -log.mast_reaction[:, :3], -log.mast_reaction[:, 3:]
+    lever = np.array([0.0, 0.0, -site.task.mast.pivot_depth])
+    weight = np.array([0.0, 0.0, -site.mast.mass * site.task.simulation.gravity])
+    return np.concatenate([force + weight, moment + np.cross(lever, force)], axis=1)

@@ -41,11 +41,7 @@ class Instant:
 
 
 def find_instant(site: Site, log: RunLog, time: float | None = None) -> Instant:
-    """Collect the truss of one instant.
-
-    Args:
-        site: Where the run was.
-        time: Simulated time, s; absent for that of the greatest axial force.
+    """Collect the truss of a time, s, or without one of the instant of the greatest axial force.
 
     Raises:
         DescriptionError: A module has a joint offset, or the time is not in the log.

@@ -20,13 +20,9 @@ _NAN = float("nan")
 
 @dataclass(frozen=True)
 class Finding:
-    """One measured figure.
+    """The worst figure, NaN when it could not be measured, with its member or place and its time, s.
 
-    Attributes:
-        value: The worst; NaN when it could not be measured.
-        where: Member or place.
-        when: Time, s.
-        detail: Why it could not be measured, or more figures.
+    `detail` says why it could not be measured, or holds more figures.
     """
 
     value: float
@@ -72,11 +68,9 @@ def report_as(
     applies: Callable[[Site], bool] = lambda _: True,
 ) -> Callable[[Callable[[Evidence], Finding]], Measure]:
     """Make a row of the report of the function below; the arguments are the fields of `Measure`."""
-
-    def wrap(find: Callable[[Evidence], Finding]) -> Measure:
-        return Measure(check=check, quantity=quantity, unit=unit, limit=limit, sense=sense, applies=applies, find=find)
-
-    return wrap
+    return lambda find: Measure(
+        check=check, quantity=quantity, unit=unit, limit=limit, sense=sense, applies=applies, find=find
+    )
 
 
 def when(**settings: object) -> Callable[[Site], bool]:
@@ -91,11 +85,8 @@ def has_cases(site: Site) -> bool:
 
 def measures_in(module: ModuleType) -> list[Measure]:
     """Rows that a module defines, each named `check_...`, alone or in a tuple, in their order in the file."""
-    found: list[Measure] = []
-    for name, value in vars(module).items():
-        if name.startswith("check_"):
-            found += value if isinstance(value, tuple) else (value,)
-    return found
+    found = [value for name, value in vars(module).items() if name.startswith("check_")]
+    return [row for value in found for row in (value if isinstance(value, tuple) else (value,))]
 
 
 def missing(detail: str, where: str = "none") -> Finding:
@@ -104,18 +95,14 @@ def missing(detail: str, where: str = "none") -> Finding:
 
 
 def worst_of(values: Array, time: Array, names: Sequence[str]) -> Finding:
-    """Find the greatest of values of shape (T, M) at times (T,), s, with named columns.
-
-    NaN when anything was not measured: then that is named.
-    """
+    """Greatest of values of shape (T, M) at times (T,), s, with named columns; NaN, and its place, when any was not measured."""
     if values.size == 0:
         return missing("nothing was measured")
-    gaps = np.isnan(values)
+    gaps, detail = np.isnan(values), ""
     record, column = np.unravel_index(first_greatest(gaps if gaps.any() else values), values.shape)
     if gaps.any():
         detail = f"{gaps.any(axis=1).sum()} of {len(values)} records were not measured"
-        return Finding(_NAN, names[int(column)], float(time[record]), detail)
-    return Finding(float(values[record, column]), names[int(column)], float(time[record]))
+    return Finding(float(values[record, column]), names[int(column)], float(time[record]), detail)
 
 
 def least_of(values: Array, time: Array, names: Sequence[str]) -> Finding:

@@ -125,7 +125,7 @@ def check_reaction(run: Evidence) -> Finding:
     expected = run.moving.reaction
     force, moment = (np.linalg.norm(part, axis=-1, keepdims=True) for part in (expected[:, :3], expected[:, 3:]))
     lever = np.maximum(moment, np.nanmax(force, initial=LEAST_FORCE))  # a metre's lever where the arm hangs straight
-    size = np.concatenate([np.repeat(np.maximum(force, LEAST_FORCE), 3, 1), np.repeat(lever, 3, 1)], axis=1)
+    size = np.repeat(np.concatenate([np.maximum(force, LEAST_FORCE), lever], axis=1), 3, axis=1)
     names = ("mast force x", "y", "z", "mast moment x", "y", "z")
     return worst_of(np.abs(run.log.mast_reaction - expected) / size, run.log.time, names)
 
@@ -142,12 +142,10 @@ def check_pressure_force(run: Evidence) -> Finding:
 
     A piston at an end of its stroke is left out: its barrel carries what the oil does not.
     """
-    log = run.log
+    log, bore, rod = run.log, collect(run.site, "bore"), collect(run.site, "rod")
     if lack := lacks_pressures(log):
         return lack
-    bore, rod = collect(run.site, "bore"), collect(run.site, "rod")
-    area = np.pi / 4 * np.stack([-(bore**2), bore**2 - rod**2], axis=-1)
-    force = np.sum(log.pressure * area, axis=-1)
+    force = np.sum(log.pressure * (np.pi / 4 * np.stack([-(bore**2), bore**2 - rod**2], axis=-1)), axis=-1)
     most = np.maximum(np.abs(log.actuator_force).max(axis=1, keepdims=True), LEAST_FORCE)
     free = (log.saturation & _STOPPED) == 0
     return worst_of(np.where(free, np.abs(force - log.actuator_force) / most, 0.0), log.time, run.actuator_names)

@@ -22,7 +22,6 @@ class Check:
         measured: The worst figure; NaN when the check could not be made.
         limit: The figure that it is held against.
         unit: Of both.
-        sense: `at most` or `at least`.
         where: Worst member or place.
         when: Time of the worst figure, s; NaN when there is none.
         source: Where the limit comes from.
@@ -50,11 +49,9 @@ class Check:
 
 @dataclass(frozen=True)
 class Report:
-    """All checks of a run.
+    """All checks of a run, in the order of `CHECK_NAMES`.
 
     Attributes:
-        scene: Name of the scene.
-        checks: In the order of `CHECK_NAMES`.
         performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
         versions: Version of each package that took part.
         series: Figures over time for plots; keys `closure` (T,) m, `tool_position_error` (T,) m and `tool_angle_error`
@@ -78,15 +75,6 @@ class Report:
         names = "name quantity measured limit sense unit passed where when source detail"
         rows = [{name: getattr(check, name) for name in names.split()} for check in self.checks]
         for row in rows:
-            row["measured"], row["when"] = _finite(row["measured"]), _finite(row["when"])
-        return {
-            "scene": self.scene,
-            "passed": self.passed,
-            "checks": rows,
-            "performance": dict(self.performance),
-            "versions": dict(self.versions),
-        }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+            row |= {name: float(row[name]) if np.isfinite(row[name]) else None for name in ("measured", "when")}
+        figures = {"performance": dict(self.performance), "versions": dict(self.versions)}
+        return {"scene": self.scene, "passed": self.passed, "checks": rows} | figures

@@ -51,23 +51,22 @@ def check_settled_shape(run: Evidence) -> Finding:
     Forward kinematics of lengths says nothing of an arm whose tubes stretch. Its shape at rest follows from the commanded
     lengths, the stiffnesses and the weight: equilibrium at the deformed pose, with the inertia of the motion that is left.
     """
-    log, site = run.log, run.site
-    settled = np.flatnonzero(log.settled)
+    log, site, settled = run.log, run.site, np.flatnonzero(run.log.settled)
     if not len(settled):
         return missing("the arm never settled: no instant to compare")
     picked = np.unique(settled[np.linspace(0, len(settled) - 1, min(len(settled), _SETTLED)).astype(int)])
-    known = np.isfinite(run.motion.acceleration[picked])
+    nodes, known = log.nodes[picked], np.isfinite(run.motion.acceleration[picked])
     left = NodeMotion(*(np.where(known, item[picked], 0.0) for item in (run.motion.velocity, run.motion.acceleration)))
     try:
         unloaded = _unload(run, picked, left)
         start = site.chain.nodes(site.chain.inputs_from_lengths(log.commanded[0]))
         beta = damping_time(site.elastic_model, start, site.task.simulation.damping_ratio)
-        apart = np.linalg.norm(log.nodes[picked] - settle(site.elastic_model, unloaded, left, beta), axis=-1)
+        apart = np.linalg.norm(nodes - settle(site.elastic_model, unloaded, left, beta), axis=-1)
     except (AssemblyError, TrussError) as error:
         return missing(str(error))
-    worst = worst_of(apart, log.time[picked], site.truss.nodes)
-    sag = np.linalg.norm(log.nodes[picked] - unloaded, axis=-1).max()
-    return replace(worst, detail=f"{len(picked)} settled instants; sag below the unloaded shape up to {sag:.4g} m")
+    sag = np.linalg.norm(nodes - unloaded, axis=-1).max()
+    detail = f"{len(picked)} settled instants; sag below the unloaded shape up to {sag:.4g} m"
+    return replace(worst_of(apart, log.time[picked], site.truss.nodes), detail=detail)
 
 
 def _unload(run: Evidence, picked: Index, left: NodeMotion) -> Array:

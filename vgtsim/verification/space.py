@@ -12,22 +12,17 @@ from vgtsim.verification.measures import Finding, report_as
 @report_as("clearance", "least distance to anything", unit="m", limit="clearance", sense="at least")
 def check_clearance(run: Evidence) -> Finding:
     """Least distance of the arm from tank, riser, equipment, waste, mast and itself."""
-    around, (among, pair), names = run.around, run.among, [*run.names, *run.site.truss.nodes, "payload"]
+    around, (among, pair) = run.around, run.among
     worst = int(first_least(run.clearance))
     if among[worst] < around.least[worst]:
         members = [*run.names, "mast", "payload"]
         where = " and ".join(members[i] for i in pair[worst])
     else:
-        place = int(around.nearest[worst])
+        place, names = int(around.nearest[worst]), [*run.names, *run.site.truss.nodes, "payload"]
         where = f"{names[int(around.body[worst, place])]} to {around.places[place]}"
     each = dict(zip(around.places, around.distance.min(axis=0), strict=True)) | {"the arm itself": among.min()}
     detail = ", ".join(f"{place} {distance:.3f} m" for place, distance in each.items() if np.isfinite(distance))
-    return Finding(
-        value=float(run.clearance[worst]),
-        where=where,
-        when=float(run.log.time[worst]),
-        detail=f"least distances: {detail}",
-    )
+    return Finding(float(run.clearance[worst]), where, float(run.log.time[worst]), f"least distances: {detail}")
 
 
 @report_as("contacts", "logged contacts", unit="1", limit="contacts")

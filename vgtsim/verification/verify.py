@@ -23,7 +23,7 @@ def verify(site: Site, log: RunLog) -> Report:
     counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.motion.goals))
     fault = log.find_fault() or log.find_misfit(*counts)
     rows = [measure for measure in MEASURES if measure.applies(site)]
-    checks = tuple(_judge(site, row, missing(fault, "the log") if fault else row(run)) for row in rows)
+    checks = tuple(_judge(site, row, missing(fault, "the log") if fault else row.find(run)) for row in rows)
     series = {} if fault else _collect_series(run)
     return Report(site.task.name, checks, log.performance, log.versions, series)
 

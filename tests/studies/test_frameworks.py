@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studies.frameworks import deflect_framework, make_framework, solve_joints, tangent_stiffness
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.statics import diagnose
-from vgtsim.statics.band import deflect_framework, tangent_stiffness
-from vgtsim.statics.framework import framework_of, make_framework
-from vgtsim.statics.joints import solve_joints
+from vgtsim.statics.framework import framework_of
 
 ROUNDING = 1e-10  # of the largest force
 PANELS = 8

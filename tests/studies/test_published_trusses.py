@@ -8,8 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vgtsim.statics.band import deflect_framework
-from vgtsim.statics.framework import make_framework
+from studies.frameworks import deflect_framework, make_framework
 
 PRINTED = 5e-3  # relative: three digits, the last one rounded
 BY_HAND = 1.5e-2  # relative: the book's space truss goes on with direction cosines of two digits
