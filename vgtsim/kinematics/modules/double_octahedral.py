@@ -263,14 +263,10 @@ class DoubleOctahedra(ModuleSet):
         return (*own.face_side, *own.longeron, *own.joint_offset)
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """Conventional forward solution, each step proved to stay on the mode of the start.
+        """Conventional forward solution of lengths, shape (..., M, 3), m; each step is proved to stay on the mode of the start.
 
-        Args:
-            lengths: Shape (..., M, 3), m.
-            start: Shape (..., M, 3); absent for the straight modules with three equal actuators of the mean length.
-
-        Returns:
-            Mid-planes, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
+        The start has shape (..., M, 3); absent for the straight modules with three equal actuators of the mean length.
+        Returns mid-planes, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
         """
         phi, reached = self._follow(lengths, start)
         x = double.midplane_from_angles(self.geometry, phi)

@@ -161,14 +161,9 @@ class Octahedra(ModuleSet):
         return tuple(groups.items())
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """As `octahedron.advance`.
+        """As `octahedron.advance`: poses, shape (..., M, 6), and the fraction of the way covered, shape (..., M).
 
-        Args:
-            lengths: Of all longerons, shape (..., M, 6), m.
-            start: Poses on the wanted mode, shape (..., M, 6); absent for the straight ones.
-
-        Returns:
-            Poses, shape (..., M, 6), and the fraction of the way covered, shape (..., M).
+        Lengths are of all longerons, shape (..., M, 6), m; starts are poses, absent for the straight ones.
         """
         x, reached = np.empty(lengths.shape), np.empty(lengths.shape[:-1])
         near = np.broadcast_to(self.straight if start is None else start, lengths.shape)

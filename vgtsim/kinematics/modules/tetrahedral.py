@@ -143,16 +143,10 @@ class Hinges(ModuleSet):
         return tuple(self.sides[m].tolist())
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """Closed form, on the side of the flat pose on which the start is.
+        """Hinge angles, shape (..., M, 1), rad, in closed form, on the side of the flat pose on which the start is.
 
-        Args:
-            lengths: Shape (..., M, 1), m.
-            start: Shape (..., M, 1), rad; absent for the working branch.
-
-        Returns:
-            Hinge angles, shape (..., M, 1), rad, and one where the length is below the flat pose's, shape (..., M).
-
-        Source: equation 3.2. Differs: as twice an arcsine, which is exact near theta = 0.
+        The second result, shape (..., M), is one where the length is below the flat pose's. A start that is absent
+        means the working branch. Source: equation 3.2. Differs: as twice an arcsine, which is exact near theta = 0.
         """
         ratio = lengths / (2 * self.height[:, None])
         theta = 2 * np.arcsin(np.clip(ratio, 0.0, 1.0))
