@@ -12,7 +12,7 @@ from pydantic import Field, field_validator, model_validator
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.redundancy import Method, ObjectiveName, choose_coupling
-from vgtsim.description.schema import Description, Name, Provenance
+from vgtsim.description.schema import Description, Name, Provenance, require_distinct
 from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
@@ -110,9 +110,7 @@ class Motion(Description):
 
     @model_validator(mode="after")
     def _entries_fit(self) -> Motion:
-        names = [goal.name for goal in self.goals]
-        if len(set(names)) != len(names):
-            raise ValueError(f"goal names must differ: {names}")
+        require_distinct("goal", self.goals)
         if self.coupling is not None and self.method is not Method.COUPLED:
             raise ValueError(f'coupling with method = "coupled" only, not {self.method.value!r}')
         return self
@@ -209,9 +207,7 @@ class SceneFile(Description):
 
     @model_validator(mode="after")
     def _cases_differ(self) -> SceneFile:
-        names = [case.name for case in self.loads]
-        if len(set(names)) != len(names):
-            raise ValueError(f"load case names must differ: {names}")
+        require_distinct("load case", self.loads)
         return self
 
 

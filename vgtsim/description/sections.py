@@ -101,15 +101,19 @@ class Cylinder(Description):
             raise ValueError(f"rod of {self.rod:.4g} m thinner than the bore {self.bore:.4g} m")
         needed = self.stroke + self.head + 2 * self.eye
         if self.retracted < needed - 1e-9:  # m, rounding of inches
-            raise ValueError(
-                f"retracted length {self.retracted:.4g} m at least stroke, heads with piston, and two eyes: {needed:.4g} m"
-            )
+            parts = f"stroke, heads with piston, and two eyes: {needed:.4g} m"
+            raise ValueError(f"retracted length {self.retracted:.4g} m at least {parts}")
         return self
 
     @property
     def extended(self) -> float:
         """Greatest length from pin to pin, m."""
         return self.retracted + self.stroke
+
+    @property
+    def span(self) -> str:
+        """The two ends of the stroke as text."""
+        return f"{self.retracted:.4g} to {self.extended:.4g} m"
 
     @property
     def dead_length(self) -> float:
