@@ -75,11 +75,7 @@ class Catalogue(Description):
 
 
 def load_catalogue(path: str | Path | None = None) -> Catalogue:
-    """Read a catalogue from a TOML file, by default from the one in the package.
-
-    Raises:
-        DescriptionError: The file is missing, is not TOML, or holds no catalogue.
-    """
+    """Read a catalogue from a TOML file, by default the package's. Errors are those of `load_description`."""
     file = Path(path) if path else Path(str(resources.files("vgtsim.description").joinpath("catalogue.toml")))
     return load_description(file, Catalogue)
 

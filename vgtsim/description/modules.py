@@ -100,11 +100,8 @@ class BattenActuated(ModuleKind):
             return
         ball, post = 2 * arm.hub.radius, arm.blocks[self.block].diameter
         if self.joint_offset <= ball:
-            offset, apart = (
-                f"joint offset of {self.joint_offset:.4g} m",
-                f"apart only above their diameter, {ball:.4g} m",
-            )
-            raise self.wrong(f"{offset} keeps the balls at both ends of {self.block} {apart}")
+            keeps = f"keeps the balls at both ends of {self.block} apart only above their diameter, {ball:.4g} m"
+            raise self.wrong(f"joint offset of {self.joint_offset:.4g} m {keeps}")
         if post > ball:
             raise ValueError(f"block {self.block}: post of {post:.4g} m at most as thick as its balls, {ball:.4g} m")
 

@@ -22,11 +22,9 @@ Vector = tuple[Length, Length, Length]
 
 
 class Mast(Pipe):
-    """The pipe that carries the arm through the riser.
+    """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
 
-    Attributes:
-        pivot_depth: Depth of the arm's base face below the dome's crown.
-        riser_spare: Least gap between the stowed arm and the riser's bore; absent for 1.5 in.
+    `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent.
     """
 
     pivot_depth: Length = Field(gt=0)
@@ -42,10 +40,7 @@ class Payload(Description):
 
 
 class Goal(Description):
-    """A tool pose to reach and hold: the tool point in frame G, m, and the outward unit normal of the tip plate.
-
-    The direction is normalised on reading.
-    """
+    """A tool pose to reach and hold in frame G: tool point, m, and outward normal of the tip plate, a unit vector."""
 
     name: Name
     position: Vector
@@ -88,8 +83,7 @@ class Motion(Description):
         acceleration: Greatest acceleration of a cylinder.
         stroke_margin: Distance that the plan keeps from the ends of the strokes.
         clearance: Distance that the plan keeps from tank, riser, obstacles and the arm itself.
-        settle_speed: A hold is settled when no node is faster than this.
-        hold: Time for which a settled goal is held.
+        settle_speed: A goal is settled when no node is faster than this; it is then held for the time `hold`.
         patience: Longest wait for settling.
     """
 

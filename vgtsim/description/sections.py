@@ -71,7 +71,7 @@ class Cylinder(Description):
     """A double-acting hydraulic cylinder used as an extensible member.
 
     Attributes:
-        bore: Diameter of the piston; `rod` is the diameter of the rod.
+        bore: Diameter of the piston; `rod` is that of the rod.
         head: Total thickness of steel at bore diameter in the two heads and the piston.
         eye: Distance from a pin to the barrel or to the full rod.
         retracted: Least length from pin to pin.
@@ -116,11 +116,6 @@ class Cylinder(Description):
         return f"{self.retracted:.4g} to {self.extended:.4g} m"
 
     @property
-    def dead_length(self) -> float:
-        """Retracted length less the stroke, m: heads, piston and eyes."""
-        return self.retracted - self.stroke
-
-    @property
     def barrel_diameter(self) -> float:
         """Outer diameter of the barrel, m."""
         return self.bore + 2 * self.barrel_wall
@@ -133,7 +128,7 @@ class Cylinder(Description):
     @property
     def rod_length(self) -> float:
         """Distance from the rod pin to the piston, m: the piston stays in the barrel at full extension."""
-        return self.stroke + self.dead_length / 2
+        return self.stroke + (self.retracted - self.stroke) / 2  # half of heads, piston and eyes
 
     def barrel_mass(self, density: float) -> float:
         """Mass of barrel and heads, kg, for a density in kg/m³."""
