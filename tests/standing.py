@@ -51,7 +51,7 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
     pose, recorder = make_pose_map(model, truss), Recorder(find_addresses(model, truss))
     actuators = [truss.member_names[i] for i in truss.actuated]
     rows = np.array([model.equality(names.drive(name)).id for name in actuators])
-    zero = pose.retracted + model.qpos0[pose.cylinders]
+    zero = recorder.at.retracted + model.qpos0[recorder.at.position]
     data = mujoco.MjData(model)
     wanted = chain.lengths(poses)
     fill_qpos(pose, truss, chain.nodes(poses[0]), data.qpos)

@@ -41,32 +41,24 @@ __all__ = [
     "write",
 ]
 
-_HOME = {  # of each name: its room, and its name there if that is another
-    "Plant": ("plant", "Plant"),
-    "Posture": ("posture", "Posture"),
-    "Site": ("site", "Site"),
-    "build_model": ("mjcf", "build_model"),
-    "forward_kinematics": ("posture", "forward_kinematics"),
-    "jacobian": ("posture", "jacobian"),
-    "load": ("site", "load_site"),
-    "load_arm": ("site", "load_arm"),
-    "load_model": ("mjcf", "load_model"),
-    "member_forces": ("posture", "member_forces"),
-    "plan": ("planning", "plan_tour"),
-    "render": ("output", "film"),
-    "run": ("plant", "run"),
-    "solve_goal": ("posture", "solve_goal"),
-    "verify": ("verification", "verify"),
-    "write": ("output", "write_outputs"),
+_ROOMS = {
+    "mjcf": ("build_model", "load_model"),
+    "output": ("render", "write"),
+    "planning": ("plan",),
+    "plant": ("Plant", "run"),
+    "posture": ("Posture", "forward_kinematics", "jacobian", "member_forces", "solve_goal"),
+    "site": ("Site", "load", "load_arm"),
+    "verification": ("verify",),
 }
+_THERE = {"load": "load_site", "plan": "plan_tour", "render": "film", "write": "write_outputs"}  # names in their rooms
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name on first use."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    room, home = _HOME[name]
-    return getattr(import_module(f"vgtsim.{room}"), home)
+    for room, names in _ROOMS.items():
+        if name in names:
+            return getattr(import_module(f"vgtsim.{room}"), _THERE.get(name, name))
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -14,7 +14,7 @@ class DescriptionError(VgtError):
 
     Attributes:
         file: The file that was read, or None when the data did not come from a file.
-        key: Dotted path of the offending entry.
+        key: Dotted path of the entry.
         found: The entry; empty if `allowed` says it all.
         allowed: Possible entries.
     """
@@ -27,12 +27,7 @@ class DescriptionError(VgtError):
 
 
 class AssemblyError(VgtError):
-    """Given lengths do not close a module.
-
-    Attributes:
-        module: Name or index of the module.
-        residual: Greatest gap left in the loop equations, m.
-    """
+    """Given lengths do not close a module; `residual` is the greatest gap left in the loop equations, m."""
 
     def __init__(self, module: str, residual: float, detail: str = "") -> None:
         self.module, self.residual = module, residual
@@ -42,9 +37,7 @@ class AssemblyError(VgtError):
 class SingularPoseError(AssemblyError):
     """A module stands in a singular pose: its lengths do not say how it moves.
 
-    Attributes:
-        value: Smallest sine between one column of its Jacobian and the span of the others, a pure number.
-        bound: What it must be at least.
+    `value` is the smallest sine between one column of its Jacobian and the span of the others; it must be at least `bound`.
     """
 
     def __init__(self, module: str, value: float, bound: float) -> None:
@@ -58,10 +51,8 @@ class SingularPoseError(AssemblyError):
 class SingularityError(AssemblyError):
     """Given lengths lie behind a singularity; the module may be on another assembly mode there.
 
-    Attributes:
-        value: Smallest singular value at the end of the way, a pure number.
-        member: The member with the largest part in it.
-        reached: Fraction of the way covered.
+    `value` is the smallest singular value at the end of the way, `member` the member with the largest part in it, and
+    `reached` the fraction of the way covered.
     """
 
     def __init__(self, module: str, value: float, member: str, residual: float, reached: float) -> None:
@@ -73,11 +64,8 @@ class SingularityError(AssemblyError):
 class ReachError(VgtError):
     """A tool goal cannot be met.
 
-    Attributes:
-        goal: Name of the goal.
-        shortfall: Distance between the goal and the nearest tool position, m.
-        binding: Names of the limits that stop the arm.
-        detail: Further words.
+    `shortfall` is the distance between the goal and the nearest tool position, m; `binding` names the limits that stop the
+    arm.
     """
 
     def __init__(self, goal: str, shortfall: float, binding: tuple[str, ...] = (), detail: str = "") -> None:
@@ -87,11 +75,9 @@ class ReachError(VgtError):
 
 
 class GoalError(VgtError):
-    """Goal rows cannot all hold in any posture.
+    """Goal rows, by their names, cannot all hold in any posture.
 
-    Attributes:
-        rows: Names of these rows.
-        residual: Their residual at the best compromise, m or rad; zero if there are more rows than inputs.
+    `residual` is their residual at the best compromise, m or rad; zero if there are more rows than inputs.
     """
 
     def __init__(self, rows: tuple[str, ...], residual: float, detail: str) -> None:
@@ -100,12 +86,7 @@ class GoalError(VgtError):
 
 
 class ObjectiveError(VgtError):
-    """An objective is not finite.
-
-    Attributes:
-        objective: Its name.
-        count: Number of configurations at which it is not.
-    """
+    """An objective is not finite at a count of configurations."""
 
     def __init__(self, objective: str, count: int, detail: str) -> None:
         self.objective, self.count = objective, count
@@ -115,10 +96,7 @@ class ObjectiveError(VgtError):
 class PathError(VgtError):
     """No collision-free path between two configurations was found.
 
-    Attributes:
-        leg: Name of the goal at the end of the leg.
-        clearance: Least clearance of the best candidate path, m.
-        place: Name of the obstacle there.
+    `leg` is the goal at the end of the leg, `clearance` the least clearance of the best path, m, `place` the obstacle there.
     """
 
     def __init__(self, leg: str, clearance: float, place: str) -> None:
@@ -129,10 +107,8 @@ class PathError(VgtError):
 class RateError(VgtError):
     """A path of goals needs more of an actuator than it can do between two goals.
 
-    Attributes:
-        point: Index of the second of these goals.
-        motion: Needed change of the actuator's length, m, at the best posture.
-        limit: Allowed change, m.
+    `point` is the index of the second of these goals, `motion` the needed change of the actuator's length at the best
+    posture, and `limit` the allowed change, m.
     """
 
     def __init__(self, point: int, motion: float, limit: float) -> None:
@@ -143,11 +119,8 @@ class RateError(VgtError):
 class FollowError(VgtError):
     """The tool leaves its path between two goals, however close they are: the posture jumps there.
 
-    Attributes:
-        piece: Name of the piece.
-        deviation: Greatest distance of the tool from the path, m, or of its direction, rad.
-        tolerance: Allowed deviation.
-        goals: Number of goals solved on the piece.
+    `deviation` is the greatest distance of the tool from the path, m, or of its direction, rad; `goals` is the number of
+    goals solved on the piece.
     """
 
     def __init__(self, piece: str, deviation: float, tolerance: float, goals: int) -> None:
@@ -157,13 +130,7 @@ class FollowError(VgtError):
 
 
 class TrussError(VgtError):
-    """A truss is a mechanism or over-constrained.
-
-    Attributes:
-        rank: Rank of the equilibrium matrix.
-        members: Names of the members that take part.
-        detail: The defect, in words.
-    """
+    """A truss is a mechanism or over-constrained: the rank of its equilibrium matrix, the members that take part, the defect."""
 
     def __init__(self, rank: int, members: tuple[str, ...], detail: str) -> None:
         self.rank, self.members, self.detail = rank, members, detail
@@ -175,13 +142,9 @@ class NearSingularWarning(UserWarning):
 
 
 class DivergenceError(VgtError):
-    """The simulated state stopped being physical.
+    """The simulated state stopped being physical at a time, s.
 
-    Attributes:
-        time: Simulated time, s.
-        row: Name of the worst constraint row.
-        value: Its violation.
-        log: Records until then, a `RunLog`, or None.
+    `row` is the worst constraint row, `value` its violation, and `log` the `RunLog` until then, or None.
     """
 
     def __init__(self, time: float, row: str, value: float, log: object = None) -> None:
@@ -190,12 +153,7 @@ class DivergenceError(VgtError):
 
 
 class MissingLibraryError(VgtError):
-    """A system library that an optional output needs is not installed.
-
-    Attributes:
-        needed: The library.
-        package: The package that brings it.
-    """
+    """A system library that an optional output needs is not installed."""
 
     def __init__(self, library: str, package: str) -> None:
         self.needed, self.package = library, package
@@ -203,13 +161,7 @@ class MissingLibraryError(VgtError):
 
 
 class CommandError(VgtError):
-    """A plant was told something that it cannot take.
-
-    Attributes:
-        what: What was told.
-        found: What it was.
-        allowed: What it may be.
-    """
+    """A plant was given a value that it cannot take."""
 
     def __init__(self, what: str, found: str, allowed: str) -> None:
         self.what, self.found, self.allowed = what, found, allowed
@@ -217,11 +169,7 @@ class CommandError(VgtError):
 
 
 class StoppedError(VgtError):
-    """A plant was told to go on that has stopped for good, or that was never reset.
-
-    Attributes:
-        reason: Why it cannot go on.
-    """
+    """A plant that has stopped for good, or that was never reset, was told to go on."""
 
     def __init__(self, reason: str) -> None:
         self.reason = reason

@@ -44,13 +44,9 @@ class Posture:
 
 
 def forward_kinematics(arm: Chain | Site, q: ArrayLike | None = None, *, lengths: ArrayLike | None = None) -> Posture:
-    """Find the posture of given inputs, or of given actuator lengths; by default the straight posture.
+    """Find the posture of inputs, shape (..., n), or of actuator lengths, shape (..., J), m; by default the straight one.
 
-    Args:
-        arm: An arm, or a site.
-        q: Inputs, shape (..., n).
-        lengths: Actuator lengths, shape (..., J), m, in place of the inputs. Every module stays on the assembly mode of
-            the straight posture.
+    With lengths given, every module stays on the assembly mode of the straight posture.
 
     Raises:
         AssemblyError: A module does not assemble; the error names it.
@@ -65,15 +61,10 @@ def forward_kinematics(arm: Chain | Site, q: ArrayLike | None = None, *, lengths
 
 
 def jacobian(arm: Chain | Site, q: ArrayLike) -> Array:
-    """Find the Jacobian of the tool in closed form.
+    """Jacobian of the tool in closed form at inputs of shape (..., n).
 
-    Args:
-        arm: An arm, or a site.
-        q: Inputs, shape (..., n).
-
-    Returns:
-        Shape (..., 6, n): velocity of the tool point, m, over angular velocity of the tip plate, rad, per unit rate of
-        each input, in frame G.
+    It has shape (..., 6, n): velocity of the tool point, m, over angular velocity of the tip plate, rad, per unit rate of
+    each input, in frame G.
 
     Source: section 6.1.2.
     """
@@ -109,16 +100,10 @@ def solve_goal(
 
 
 def member_forces(arm: Chain | Site, q: ArrayLike, *, payload: float | None = None) -> MemberForces:
-    """Find the forces in all members at rest, by the method of joints.
+    """Find the forces in all members at rest, by the method of joints, at inputs of shape (..., n).
 
-    Args:
-        arm: An arm, or a site.
-        q: Inputs, shape (..., n).
-        payload: Mass at the tool point, kg; by default that of the site, or none.
-
-    Returns:
-        Axial forces `bar`, shape (..., M), N, tension positive, in the order of `arm.truss.member_names`, and forces at
-        both ends of each member; see `MemberForces`.
+    The payload is the mass at the tool point, kg; by default that of the site, or none. The axial forces are `bar`, shape
+    (..., M), N, tension positive, in the order of `arm.truss.member_names`; see `MemberForces`.
 
     Raises:
         TrussError: The truss is a mechanism in this posture.

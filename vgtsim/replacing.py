@@ -10,16 +10,12 @@ from pathlib import Path
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Give a temporary path beside a file and move it there when the block ends well.
+    """Give a temporary path with the same suffix beside a file, and move it there when the block ends well.
 
-    Args:
-        path: The file to write; its folder must exist.
-
-    Yields:
-        A path with the same suffix in the same folder; it is removed when the block raises.
+    The temporary file is removed when the block raises.
 
     Raises:
-        OSError: The folder cannot be written.
+        OSError: The folder does not exist or cannot be written.
     """
     final = Path(path)
     partial = final.with_name(f".{final.stem}.{os.getpid()}.partial{final.suffix}")

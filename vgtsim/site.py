@@ -34,11 +34,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """A scene with everything that is made of it once.
-
-    Attributes:
-        scene: Arm, tank and task as described.
-    """
+    """A scene, arm, tank and task as described, with everything that is made of it once."""
 
     scene: Scene
 
@@ -88,20 +84,16 @@ class Site:
     @cached_property
     def load_model(self) -> LoadModel:
         """Masses and gravity of the arm as it is simulated: tubes are split where members are elastic."""
-        simulation = self.task.simulation
-        return make_load_model(
-            self.chain,
-            self.task.payload,
-            simulation.gravity,
-            split=simulation.members == "elastic",
-            lumped=simulation.lumped,
-        )
+        return self._weigh(split=self.task.simulation.members == "elastic")
 
     @cached_property
     def case_model(self) -> LoadModel:
-        """The same for the load cases, which know no halves of tubes."""
+        """The same for the load cases, in which tubes are whole."""
+        return self._weigh(split=False)
+
+    def _weigh(self, *, split: bool) -> LoadModel:
         simulation = self.task.simulation
-        return make_load_model(self.chain, self.task.payload, simulation.gravity, lumped=simulation.lumped)
+        return make_load_model(self.chain, self.task.payload, simulation.gravity, split=split, lumped=simulation.lumped)
 
     @cached_property
     def sections(self) -> MemberSections:
@@ -157,13 +149,8 @@ def load_site(scene: str | Path) -> Site:
 def load_arm(arm: str | Path, height: float = 0.0) -> Chain:
     """Load an arm: the path of its TOML file, or the name of a shipped one such as "arm15".
 
-    Args:
-        arm: Path or name.
-        height: z of its base face in frame G, m. The arm hangs down from it.
-
-    Returns:
-        Kinematics of the arm. Inputs q have shape (..., n), actuator lengths shape (..., J), m, nodes shape
-        (..., N, 3), m; leading dimensions are batches.
+    It hangs down from a height, z of its base face in frame G, m. Inputs q have shape (..., n), actuator lengths shape
+    (..., J), m, nodes shape (..., N, 3), m; leading dimensions are batches.
 
     Raises:
         DescriptionError: There is no such arm, or its file is wrong.

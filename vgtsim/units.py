@@ -34,15 +34,11 @@ def to_si(value: float | str, unit: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"expected a number or a quantity such as '1 {unit}'")
     if isinstance(value, str):
-        import pint
-
         quantity = _read_quantity(value, unit)
-        try:
-            number = float(quantity.to(unit).magnitude)
-        except pint.DimensionalityError as error:
-            raise ValueError(f"has dimension {quantity.dimensionality}; expected that of {unit}") from error
-    else:
-        number = float(value)
+        if not quantity.check(unit):
+            raise ValueError(f"has dimension {quantity.dimensionality}; expected that of {unit}")
+        value = quantity.to(unit).magnitude
+    number = float(value)
     if not math.isfinite(number):
         raise ValueError("must be finite")
     return number
@@ -70,10 +66,7 @@ def _read_quantity(text: str, unit: str) -> Any:
 
 
 def _parser(unit: str) -> Callable[[Any], float]:
-    def parse(value: Any) -> float:
-        return to_si(value, unit)
-
-    return parse
+    return lambda value: to_si(value, unit)
 
 
 Length = Annotated[float, BeforeValidator(_parser("m"))]

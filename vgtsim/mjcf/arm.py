@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from vgtsim.description.sections import Cylinder
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Member
 from vgtsim.mjcf import names
@@ -98,7 +97,7 @@ def _add_cylinder(
     spec: mujoco.MjSpec, rigging: Rigging, index: int, member: Member, barrel: mujoco.MjsBody, length: float
 ) -> None:
     """Dress the barrel and add the rod with its slide, drives and sensors."""
-    part: Cylinder = rigging.chain.manipulator.cylinders[member.section]
+    part = rigging.chain.manipulator.cylinders[member.section]
     slide, bits = names.slide(member.name), rigging.bits(member.module)
     barrel.add_geom(
         name=member.name,
@@ -128,10 +127,10 @@ def _add_cylinder(
     rod.add_site(name=names.far(member.name))
     if index in rigging.chain.truss.ring_actuators:
         pin_rod(spec, rigging, member, rod)
-    spec.add_numeric(name=f"{member.name}/retracted", data=[part.retracted])
+    spec.add_numeric(name=names.retracted(member.name), data=[part.retracted])
     add_drives(spec, member.name, slide, rigging, force=(part.pull, part.push))
-    sensor, kind = mujoco.mjtSensor, mujoco.mjtObj
-    sensed = ((names.length, sensor.mjSENS_JOINTPOS, kind.mjOBJ_JOINT, slide),)
-    sensed += ((names.drive_force, sensor.mjSENS_FORCE, kind.mjOBJ_SITE, names.far(member.name)),)
-    for name, sense, objtype, objname in sensed:
-        spec.add_sensor(name=name(member.name), type=sense, objtype=objtype, objname=objname)
+    sensor, kind, far = mujoco.mjtSensor, mujoco.mjtObj, names.far(member.name)
+    place = {"objtype": kind.mjOBJ_JOINT, "objname": slide}
+    spec.add_sensor(name=names.length(member.name), type=sensor.mjSENS_JOINTPOS, **place)
+    place = {"objtype": kind.mjOBJ_SITE, "objname": far}
+    spec.add_sensor(name=names.drive_force(member.name), type=sensor.mjSENS_FORCE, **place)

@@ -39,12 +39,9 @@ _MODELS: WeakKeyDictionary[Site, mujoco.MjModel] = WeakKeyDictionary()
 def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: float | None = None) -> mujoco.MjSpec:
     """Lay out a scene in MJCF; the servos hold the arm until `select_drive` says otherwise.
 
-    Args:
-        site: The scene with its arm and tank.
-        poses: Inputs, shape (n,), of keyframes besides `stowed` and `straight`, by name.
-        timestep: In place of the scene's, s.
+    Keyframes besides `stowed` and `straight` are given as inputs, shape (n,), by name; a time step, s, replaces the scene's.
     """
-    task, simulation, pivot = site.task, site.task.simulation, site.scene.pivot_height
+    task, simulation = site.task, site.task.simulation
     step = timestep or simulation.timestep
     keyed = withdrawn_poses(site) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
     rigging = Rigging(
@@ -67,7 +64,7 @@ def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: f
         add_arm(each, rigging)
     add_goal_markers(spec, task.motion.goals)
     light_tank(spec, site.tank)
-    add_tank_cameras(spec, site.tank, pivot)
+    add_tank_cameras(spec, site.tank, site.scene.pivot_height)
     add_keyframes(spec, bare, site.chain, keyed)
     return spec
 
@@ -104,13 +101,10 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *,
 
 
 def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
-    """Compile a scene for simulation: weights scaled, the scene's drive selected.
+    """Compile a scene for simulation, with keyframes at further poses, inputs of shape (n,); see `build_spec`.
 
-    The model without poses is compiled once for a site; each call returns a copy, which may be changed.
-
-    Args:
-        site: The scene with its arm and tank.
-        poses: Inputs, shape (n,), of keyframes besides `stowed` and `straight`, by name.
+    Weights are scaled and the scene's drive is selected. The model without poses is compiled once for a site; each call
+    returns a copy, which may be changed.
 
     Raises:
         VgtError: The compiled model is not the truss that was described.
@@ -159,6 +153,5 @@ def _check_compiled(model: mujoco.MjModel, truss: Truss) -> None:
     balls = int(np.sum(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL))
     members, blocks = len(truss.members), truss.ring_actuators.size  # a block and an actuator pinned to it, each a ball
     if (closures, balls) != (members + blocks, members):
-        raise VgtError(
-            f"compiled model has {balls} ball joints and {closures} closures for {members} members and {blocks} blocks"
-        )
+        found = f"{balls} ball joints and {closures} closures for {members} members and {blocks} blocks"
+        raise VgtError(f"compiled model has {found}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -32,19 +31,6 @@ loops open by up to {scaled_gap:.2g} m. The .mjb beside this file has all digits
 """
 
 
-@dataclass(frozen=True)
-class Sag:
-    """What settling does to a model.
-
-    Attributes:
-        tool: Distance the tool moves, m.
-        gap: Greatest distance between a member's end and its hub, m.
-    """
-
-    tool: float
-    gap: float
-
-
 def write_scene_files(site: Site, first_goal: NDArray[np.float64], folder: Path) -> tuple[Path, Path]:
     """Write `scene.xml` and `scene.mjb` into an existing folder, with a keyframe at the inputs of the first goal."""
     poses = {"first_goal": first_goal}
@@ -68,7 +54,7 @@ def _write(
     # read back: six digits open the loops a little, and the arm swings until they have closed
     plain, scaled = (mujoco.MjModel.from_xml_string(text) for _ in range(2))
     stiffen(scaled, factor)
-    before, after = measure_sag(plain, key), measure_sag(scaled, key)
+    (plain_sag, plain_gap), (scaled_sag, scaled_gap) = measure_sag(plain, key), measure_sag(scaled, key)
     header = _HEADER.format(
         title=title,
         version=__version__,
@@ -77,10 +63,10 @@ def _write(
         key=key,
         time=_SETTLE,
         factor=factor,
-        plain_sag=before.tool,
-        plain_gap=before.gap,
-        scaled_sag=after.tool,
-        scaled_gap=after.gap,
+        plain_sag=plain_sag,
+        plain_gap=plain_gap,
+        scaled_sag=scaled_sag,
+        scaled_gap=scaled_gap,
     )
     xml, mjb = stem.with_suffix(".xml"), stem.with_suffix(".mjb")
     _write_whole(xml, f"<!--{header}-->\n{text}".encode())
@@ -92,8 +78,11 @@ def _write(
     return xml, mjb
 
 
-def measure_sag(model: mujoco.MjModel, key: str) -> Sag:
-    """Let a model settle in a keyframe under its servos, and measure how far it gives way."""
+def measure_sag(model: mujoco.MjModel, key: str) -> tuple[float, float]:
+    """Let a model settle in a keyframe under its servos, and measure how far it gives way.
+
+    Returns the distance that the tool moves and the greatest distance between a member's end and its hub, m.
+    """
     select_drive(model, "servo")
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)
@@ -104,7 +93,7 @@ def measure_sag(model: mujoco.MjModel, key: str) -> Sag:
     closed = model.eq_type == mujoco.mjtEq.mjEQ_CONNECT
     apart = data.site_xpos[model.eq_obj1id[closed]] - data.site_xpos[model.eq_obj2id[closed]]
     moved = np.linalg.norm(data.site(names.TOOL).xpos - start)
-    return Sag(float(moved), float(np.linalg.norm(apart, axis=-1).max()))
+    return float(moved), float(np.linalg.norm(apart, axis=-1).max())
 
 
 def _write_whole(path: Path, content: bytes) -> None:

@@ -31,14 +31,9 @@ def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, timestep
 def add_drives(
     spec: mujoco.MjSpec, owner: str, joint: str, rigging: Rigging, force: tuple[float, float] | None = None
 ) -> None:
-    """Add the rigid drive and the servo of a slide; which of them is active is chosen after compilation.
+    """Add the rigid drive and the servo of a joint of a member or the feed; which is active is chosen after compilation.
 
-    Args:
-        spec: Changed in place.
-        owner: Of the slide: a member, or the feed.
-        joint: Name of the slide.
-        rigging: Gives step, stiffness and damping.
-        force: Greatest pull and push of the servo, N; without them it is not limited.
+    `force` is the greatest pull and push of the servo, N; without it the servo is not limited.
     """
     spec.add_equality(
         name=names.drive(owner),
@@ -58,9 +53,8 @@ def add_drives(
         gaintype=mujoco.mjtGain.mjGAIN_FIXED,
         biastype=mujoco.mjtBias.mjBIAS_AFFINE,
     )
-    servo.gainprm[0] = rigging.servo_stiffness
-    reference = spec.joint(joint).ref
-    servo.biasprm[:3] = [rigging.servo_stiffness * reference, -rigging.servo_stiffness, -rigging.servo_damping]
+    stiffness = servo.gainprm[0] = rigging.servo_stiffness
+    servo.biasprm[:3] = [stiffness * spec.joint(joint).ref, -stiffness, -rigging.servo_damping]
     if force is not None:
         servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
         servo.forcerange = [-force[0], force[1]]  # pushing the rod out compresses the member

@@ -8,9 +8,8 @@ from vgtsim.geometry import MastPipe
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics.inertia import make_hub_masses
 from vgtsim.mjcf import names
-from vgtsim.mjcf.contact_bits import TANK
 from vgtsim.mjcf.fittings import add_drives, add_force_sensors
-from vgtsim.mjcf.rigging import Rigging
+from vgtsim.mjcf.rigging import TANK, Rigging
 
 _MAST = -1  # in place of a module's index
 
@@ -25,17 +24,17 @@ def add_hubs(spec: mujoco.MjSpec, rigging: Rigging) -> dict[int, mujoco.MjsBody]
     hubs = {}
     for node in range(3):
         hubs[node] = flange.add_body(name=truss.nodes[node], pos=rigging.nodes[node] - rigging.chain.mount[:3, 3])
-        _dress_hub(spec, hubs[node], rigging, node)
     for node in np.setdiff1d(truss.free, truss.rings).tolist():
         name = truss.nodes[node]
         hubs[node] = spec.worldbody.add_body(name=name, pos=rigging.nodes[node], info=name)
         for joint, axis in zip(names.slides(name), np.eye(3), strict=True):
             hubs[node].add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-        _dress_hub(spec, hubs[node], rigging, node)
     arm = rigging.chain.manipulator
     inertia = 0.4 * arm.hub_mass * arm.hub.radius**2  # a solid ball's
     masses = make_hub_masses(arm, truss, lumped=rigging.lumped)
     for node, body in hubs.items():
+        add_ball(spec, body, rigging, node)
+        body.add_site(name=truss.nodes[node])
         body.explicitinertial = True
         body.ipos = [0, 0, 0]  # without a place MuJoCo writes no inertia into the XML
         body.mass, body.inertia = masses[node], [inertia] * 3
@@ -82,22 +81,20 @@ def _set_pipe_inertia(body: mujoco.MjsBody, pipe: MastPipe) -> None:
     body.inertia = [across, across, mass * (radius**2 + inner**2) / 2]
 
 
-def _dress_hub(spec: mujoco.MjSpec, body: mujoco.MjsBody, rigging: Rigging, node: int) -> None:
-    truss = rigging.chain.truss
-    add_ball(spec, body, rigging, node, truss.nodes[node])
-    body.add_site(name=truss.nodes[node])
-
-
 def add_ball(
-    spec: mujoco.MjSpec, body: mujoco.MjsBody, rigging: Rigging, node: int, name: str, pos: np.ndarray | None = None
+    spec: mujoco.MjSpec,
+    body: mujoco.MjsBody,
+    rigging: Rigging,
+    node: int,
+    place: tuple[float, float, float] = (0, 0, 0),
 ) -> None:
-    """Add the ball of a hub to a body, at a place in its frame."""
+    """Add the ball of a hub to a body, at a place in its frame, m."""
     truss, radius = rigging.chain.truss, rigging.chain.manipulator.hub.radius
     body.add_geom(
-        name=name,
+        name=truss.nodes[node],
         default=spec.find_default("hub"),
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
         size=[radius, 0, 0],
-        pos=np.zeros(3) if pos is None else pos,
+        pos=place,
         **rigging.bits(int(truss.node_module[node])),
     )

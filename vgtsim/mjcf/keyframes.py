@@ -60,9 +60,9 @@ def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:
             continue
         active -= 1
         place, m = chain.seats[active]
-        own, length = place.columns[m], float(np.linalg.norm(faces[k + 1] - faces[k]))
+        columns, length = place.columns[m], float(np.linalg.norm(faces[k + 1] - faces[k]))
         if place.modules.stows and height + length > crown - RISER_MOUTH:
-            q[own] = chain.stowed[own]
+            q[columns] = chain.stowed[columns]
             length = float(np.linalg.norm(place.modules.at(place.take(q)[None]).transform[1][0, m]))
         height += length
     stowed_length = pivot - chain.tool(chain.stowed)[0][2]
@@ -101,8 +101,7 @@ def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:
     for _ in range(round(HOLDING_TIME / model.opt.timestep)):
         mujoco.mj_step(model, data)
     force = np.zeros(model.nv)
-    drives = set(np.flatnonzero(rows).tolist())
-    for row in range(data.ne):
-        if int(data.efc_id[row]) in drives and data.efc_type[row] == mujoco.mjtConstraint.mjCNSTR_EQUALITY:
-            force[model.jnt_dofadr[model.eq_obj1id[data.efc_id[row]]]] = data.efc_force[row]
+    owner = data.efc_id[: data.ne]  # equalities come first
+    driven = rows[owner]
+    force[model.jnt_dofadr[model.eq_obj1id[owner[driven]]]] = data.efc_force[: data.ne][driven]
     return force

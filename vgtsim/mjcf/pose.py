@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import mujoco
@@ -12,46 +13,43 @@ from vgtsim.kinematics import Truss
 from vgtsim.mjcf import names
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class PoseMap:
-    """Where each part's coordinates stand in qpos.
+    """Where each part's coordinates stand in qpos; F free hubs and joint blocks, R rings of three joint blocks.
 
     Attributes:
-        slides: Of the slides of the F free hubs and joint blocks, shape (F, 3).
-        hub_reference: Their positions at zero slides, shape (F, 3), m.
+        slides: Slides of the free hubs and joint blocks, shape (F, 3).
+        hub_reference: Positions of those at zero slides, shape (F, 3), m.
         turns: First of the four coordinates of each joint block's ball joint, shape (3 R,).
-        turn_reference: Their orientations at zero rotation, shape (3 R, 4), w x y z.
+        turn_reference: Orientations of the blocks at zero rotation, shape (3 R, 4), w x y z.
         seat: Joint block that each member hangs from, shape (M,); 3 R, one past the last, for a hub.
         hung: Indices of the members on ball joints, all but the actuators between joint blocks, shape (H,).
         balls: First of the four coordinates of their ball joints, shape (H,).
         orientation: Of each member in the frame of what it hangs from, at zero rotation, shape (M, 4), w x y z.
         pins: Hinge of each actuator between joint blocks, in the order of the rings, shape (3 R,).
-        cylinders: Slide of each actuator, shape (J,).
-        retracted: Length of each actuator at zero slide, shape (J,), m.
-        tubes: Indices of the members that are elastic tubes, shape (E,); none when members are rigid.
-        springs: Slide of each elastic tube, shape (E,).
-        unloaded: Length of each elastic tube at zero slide, shape (E,), m.
-        feed: Of the mast's feed.
+        sliding: Indices of the S members with slides: the actuators, then the elastic tubes, shape (S,).
+        members: Slide of each of those, shape (S,).
+        at_zero: Length of each of those at zero slide, shape (S,), m.
+        feed: Coordinate of the mast's feed.
         feed_reference: Height of the mast flange at zero feed, m.
         tip: First of the seven coordinates of the tip plate.
     """
 
-    slides: NDArray[np.intp]
+    slides: Index
     hub_reference: Array
-    turns: NDArray[np.intp]
+    turns: Index
     turn_reference: Array
-    seat: NDArray[np.intp]
-    hung: NDArray[np.intp]
-    balls: NDArray[np.intp]
+    seat: Index
+    hung: Index
+    balls: Index
     orientation: Array
-    pins: NDArray[np.intp]
-    cylinders: NDArray[np.intp]
-    retracted: Array
-    tubes: NDArray[np.intp]
-    springs: NDArray[np.intp]
-    unloaded: Array
+    pins: Index
+    sliding: Index
+    members: Index
+    at_zero: Array
     feed: int
     feed_reference: float
     tip: int
@@ -60,36 +58,34 @@ class PoseMap:
 def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
     """Look up the addresses of a truss in its compiled model."""
 
-    def address(joint: str) -> int:
-        return int(model.joint(joint).qposadr[0])
+    def addresses(joints: Iterable[str]) -> Index:
+        return np.array([model.joint(joint).qposadr[0] for joint in joints], dtype=int)
 
-    hubs = [truss.nodes[i] for i in truss.free]
+    hubs, labels = [truss.nodes[i] for i in truss.free], truss.member_names
     rings, pinned = truss.rings.reshape(-1, 3), truss.ring_actuators.ravel()
     block_of = {int(node): row for row, block in enumerate(rings) for node in block}
     middles = [truss.nodes[i] for i in rings[:, 1]]
-    hung = np.setdiff1d(np.arange(len(truss.members)), pinned)
-    actuators = [truss.members[i].name for i in truss.actuated]
+    hung = np.setdiff1d(np.arange(len(labels)), pinned)
     bodies = {model.body(i).name for i in range(model.nbody)}
-    tubes = [i for i, member in enumerate(truss.members) if names.half(member.name) in bodies]
-    halves = [truss.members[i].name for i in tubes]
+    tubes = [i for i, label in enumerate(labels) if names.half(label) in bodies]
+    sliding = np.concatenate([truss.actuated, np.array(tubes, dtype=int)])
+    retracted = [model.numeric(names.retracted(labels[i])).data[0] for i in truss.actuated]
     return PoseMap(
-        slides=np.array([[address(joint) for joint in names.slides(node)] for node in hubs], dtype=int).reshape(-1, 3),
+        slides=addresses(joint for node in hubs for joint in names.slides(node)).reshape(-1, 3),
         hub_reference=np.array([model.body(node).pos for node in hubs]).reshape(-1, 3),
-        turns=np.array([address(names.turn(node)) for node in middles], dtype=int),
+        turns=addresses(names.turn(node) for node in middles),
         turn_reference=np.array([model.body(node).quat for node in middles]).reshape(-1, 4),
         seat=np.array([block_of.get(member.ends[0], len(rings)) for member in truss.members]),
         hung=hung,
-        balls=np.array([address(truss.members[i].name) for i in hung]),
-        orientation=np.array([model.body(member.name).quat for member in truss.members]),
-        pins=np.array([address(names.pin(truss.members[i].name)) for i in pinned], dtype=int),
-        cylinders=np.array([address(names.slide(name)) for name in actuators], dtype=int),
-        retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
-        tubes=np.array(tubes, dtype=int),
-        springs=np.array([address(names.slide(name)) for name in halves], dtype=int),
-        unloaded=np.array([model.body(names.half(name)).pos[2] for name in halves]),
-        feed=address(names.FEED),
+        balls=addresses(labels[i] for i in hung),
+        orientation=np.array([model.body(label).quat for label in labels]),
+        pins=addresses(names.pin(labels[i]) for i in pinned),
+        sliding=sliding,
+        members=addresses(names.slide(labels[i]) for i in sliding),
+        at_zero=np.array([*retracted, *(model.body(names.half(labels[i])).pos[2] for i in tubes)]),
+        feed=int(model.joint(names.FEED).qposadr[0]),
         feed_reference=float(model.body(names.MAST).pos[2]),
-        tip=address(names.TIP),
+        tip=int(model.joint(names.TIP).qposadr[0]),
     )
 
 
@@ -112,8 +108,7 @@ def fill_qpos(pose: PoseMap, truss: Truss, nodes: Array, qpos: Array) -> Array:
     since = _multiply(_conjugate(pose.orientation), turned)
     qpos[pose.balls[:, None] + np.arange(4)] = since[pose.hung]
     qpos[pose.pins] = _pin_angles(pose, truss, nodes)
-    qpos[pose.cylinders] = length[truss.actuated] - pose.retracted
-    qpos[pose.springs] = length[pose.tubes] - pose.unloaded
+    qpos[pose.members] = length[pose.sliding] - pose.at_zero
     qpos[pose.feed] = nodes[truss.base, 2].mean() - pose.feed_reference
     corner = nodes[truss.tip]
     x = (corner[0] - corner[2]) / np.linalg.norm(corner[0] - corner[2])
@@ -141,9 +136,7 @@ def block_rotations(truss: Truss, nodes: Array) -> Array:
 def pinned_rotation(block: Array, span: Array) -> Array:
     """Orientation of a barrel in the frame of its joint block, shape (3, 3): Z along the actuator, X along the pin.
 
-    Args:
-        block: Rotation of the block, shape (3, 3); its Z is the pin.
-        span: From the near to the far end, across the pin, shape (3,).
+    The pin is Z of the block, whose rotation has shape (3, 3); the span from near to far end, shape (3,), is across it.
     """
     z = block.T @ span
     z[2] = 0.0  # rounding
@@ -173,12 +166,9 @@ def _quaternions(rotations: Array) -> Array:
 
 def quaternions_to(direction: Array) -> Array:
     """Shortest rotations, shape (M, 4), w x y z, that carry z to unit vectors, shape (M, 3); to -z a half turn about x."""
-    q = np.stack(
-        [1 + direction[:, 2], -direction[:, 1], direction[:, 0], np.zeros(len(direction))],
-        axis=-1,
-    )
-    opposite = q[:, 0] < 1e-12
-    q[opposite] = [0.0, 1.0, 0.0, 0.0]
+    x, y, z = direction.T
+    q = np.stack([1 + z, -y, x, np.zeros(len(z))], axis=-1)
+    q[q[:, 0] < 1e-12] = [0.0, 1.0, 0.0, 0.0]  # rounding apart, -z
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 

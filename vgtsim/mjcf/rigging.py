@@ -1,4 +1,9 @@
-"""What an arm hangs from and carries."""
+"""What an arm hangs from and carries, and which of its parts may touch which.
+
+Parts are numbered from the mast (0) over the modules (1 to K). Bit 0 of MuJoCo's contact bits is the tank's. Of the
+others, part i answers to bit k when i <= k, and seeks bit k when i >= k + 2; so two parts meet if and only if they are
+two or more places apart.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +15,13 @@ from numpy.typing import NDArray
 
 from vgtsim.description.scene import Payload
 from vgtsim.geometry import MastPipe
-from vgtsim.kinematics import Chain
+from vgtsim.kinematics import Chain, kind_of
 from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia
-from vgtsim.mjcf.contact_bits import module_bits
 
 Array = NDArray[np.float64]
+
+TANK = 1  # contact bit of the tank
+_BITS = 30  # of MuJoCo's 32, less the tank's and the sign
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -22,14 +29,10 @@ class Rigging:
     """An arm with what it hangs from and carries, and how its cylinders are held.
 
     Attributes:
-        chain: The arm on its mount.
-        mast: The pipe that it hangs from.
         feed_range: Lowest and highest position of the mast relative to its working depth, m.
-        payload: At the tool point.
         reference: Inputs of the reference pose, shape (n,): where the model stands when it is reset.
         timestep: Of the simulation, s; it sets the closures' time constants.
-        servo_stiffness: N/m.
-        servo_damping: N·s/m.
+        servo_stiffness, servo_damping: N/m and N·s/m.
         elastic: Whether each tube is two halves with a spring of stiffness EA/L between them.
         lumped: Whether the members' mass sits in their hubs.
     """
@@ -56,5 +59,21 @@ class Rigging:
         return make_member_inertia(self.chain.manipulator, self.chain.truss, split=self.elastic, lumped=self.lumped)
 
     def bits(self, module: int) -> dict[str, int]:
-        """Contact bits of a module; -1 for the mast."""
-        return module_bits(self.chain.manipulator, module)
+        """Contact type and affinity of a module, -1 for the mast; a hinge counts with the module below."""
+        modules = self.chain.manipulator.modules
+        part = module + 1 - sum(len(kind_of(item).top) < 3 for item in modules[: module + 1])
+        contype, conaffinity = contact_bits(part, len(modules) + 1)
+        return {"contype": contype, "conaffinity": conaffinity}
+
+
+def contact_bits(part: int, parts: int) -> tuple[int, int]:
+    """Contact type and affinity of a part: 0 for the mast, 1 to K for the modules, `parts` being K + 1.
+
+    Long chains have more parts than MuJoCo has bits; their parts are then grouped, and only parts of groups that are
+    not neighbours meet. Every part also seeks the tank.
+    """
+    group = -(-parts // _BITS)
+    place, places = part // group, -(-parts // group)
+    contype = sum(1 << (k + 1) for k in range(places - 2) if place <= k)
+    affinity = sum(1 << (k + 1) for k in range(places - 2) if place >= k + 2)
+    return contype, affinity | TANK

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, Member
-from vgtsim.kinematics.inertia import MemberInertia, make_block_inertia
+from vgtsim.kinematics.inertia import make_block_inertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.fittings import hold_sites
 from vgtsim.mjcf.hubs import add_ball
@@ -26,13 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Seat:
-    """Where members hang from a node.
-
-    Attributes:
-        body: The hub's, or that of the block that the node is on.
-        place: Of the node in the body's frame, shape (3,), m.
-        turn: Rotation of the body's frame in the reference pose, shape (3, 3).
-    """
+    """The hub or block that carries a node, the node's place in its frame, (3,), m, and its reference rotation, (3, 3)."""
 
     body: mujoco.MjsBody
     place: Array
@@ -57,7 +51,8 @@ def add_blocks(spec: mujoco.MjSpec, rigging: Rigging) -> dict[int, Seat]:
             place = turn.T @ (nodes[node] - nodes[block[1]])
             body.add_site(name=truss.nodes[node], pos=place)
             seats[int(node)] = Seat(body, place, turn)
-        _dress_block(spec, body, rigging, block, inertia, row)
+        post = inertia.mass[row, 0], float(inertia.centre[row, 0]), inertia.centroidal[row, 0]
+        _dress_block(spec, body, rigging, block, post)
     return seats
 
 
@@ -66,19 +61,16 @@ def _dress_block(
     body: mujoco.MjsBody,
     rigging: Rigging,
     block: NDArray[np.intp],
-    inertia: MemberInertia,
-    row: int,
+    post: tuple[float, float, Array],
 ) -> None:
-    """Post and two balls; the masses of the balls stand at half the height."""
+    """Post of a mass, half height and moments, and two balls, whose masses stand at the ends of the post."""
     arm, truss = rigging.chain.manipulator, rigging.chain.truss
-    module = int(truss.node_module[block[1]])
-    half = float(inertia.centre[row, 0])
-    transverse, axial = inertia.centroidal[row, 0]
+    module, (mass, half, (transverse, axial)) = int(truss.node_module[block[1]]), post
     body.explicitinertial = True
-    body.mass, body.ipos = inertia.mass[row, 0] + 2 * arm.hub_mass, [0, 0, 0]
+    body.mass, body.ipos = mass + 2 * arm.hub_mass, [0, 0, 0]
     body.inertia = [transverse + 2 * arm.hub_mass * half**2] * 2 + [axial]
     for node, height in ((block[0], -half), (block[2], half)):
-        add_ball(spec, body, rigging, int(node), truss.nodes[node], np.array([0, 0, height]))
+        add_ball(spec, body, rigging, int(node), (0, 0, height))
     body.add_geom(
         name=truss.nodes[block[1]],
         default=spec.find_default("hub"),

@@ -48,12 +48,10 @@ def retime(model: mujoco.MjModel, timestep: float) -> None:
 
 
 def select_drive(model: mujoco.MjModel, drive: str) -> None:
-    """Let either the rigid drives or the servos hold the cylinders and the feed, in data made from now on.
+    """Let the rigid drives or the servos of a model hold the cylinders and the feed, in data made from now on.
 
-    Args:
-        model: Compiled model, changed in place.
-        drive: `rigid` (lengths imposed by joint equalities), `servo` (force-limited position actuators) or `hydraulic`
-            (springs, which the step loop moves; only the feed is held by its equality).
+    The drive is `rigid` (lengths imposed by joint equalities), `servo` (force-limited position actuators) or `hydraulic`
+    (springs, which the step loop moves; only the feed is held by its equality).
 
     Raises:
         ValueError: Another drive was asked for.
@@ -65,11 +63,9 @@ def select_drive(model: mujoco.MjModel, drive: str) -> None:
 
 
 def load_model(path: str | Path) -> mujoco.MjModel:
-    """Load a generated model with its scaled weights.
+    """Load a model with its scaled weights: a shipped arm by name, or an `.xml` or `.mjb` that this project has written.
 
-    Args:
-        path: `.xml` written by this project (the factor in it is applied) or `.mjb` (weights travel in the file); or the
-            name of a shipped arm.
+    The factor in an XML file is applied; an MJB file has the scaled weights.
 
     Raises:
         DescriptionError: The file is missing, of another kind, or carries no factor.

@@ -1,37 +1,32 @@
 """The tank in MJCF: one body, drawn by meshes, felt by boxes.
 
-The boxes hang on bodies of their own under it, one for each eighth of each part of the shell: MuJoCo first
-compares bodies, and a hollow body that surrounds the arm could never be told apart from it. So divided,
-finding contacts costs an eighth as much.
+The boxes hang on bodies under it, one for each eighth of each part of the shell: MuJoCo first compares bodies, and a
+hollow body that surrounds the arm could never be told apart from it. So finding contacts costs an eighth as much.
 
-Geom groups: 1 holds what is always wanted in a picture (back half of liner and wall, arm riser, waste,
-equipment), 2 the back half of dome, soil and small risers, 4 the front half of the wall, 5 the front
-half of dome, soil and risers, 3 the invisible boxes for contact. MuJoCo shows groups 0 to 2 unless told
-otherwise: a section through the axis, seen from the side of -y.
+MuJoCo shows geom groups 0 to 2 unless told otherwise: a section through the axis, seen from the side of -y.
 """
 
 from __future__ import annotations
 
 from math import atan2, pi, sin
+from typing import Any
 
-import mujoco
 import numpy as np
 import trimesh
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry import solids
-from vgtsim.geometry.clearance import obstacles
+from vgtsim.geometry import Profile, make_profile, obstacles, solids
 from vgtsim.geometry.panels import DEPTH, Panel, make_panels
-from vgtsim.geometry.profile import Profile, make_profile
+from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 
-INSIDE_GROUP = 1
-BACK_COVER_GROUP = 2
-CONTACT_GROUP = 3
-FRONT_GROUP = 4
-FRONT_COVER_GROUP = 5
+INSIDE_GROUP = 1  # what every picture shows: back half of liner and wall, arm riser, waste, equipment
+BACK_COVER_GROUP = 2  # back half of dome, soil and small risers
+CONTACT_GROUP = 3  # the invisible boxes for contact
+FRONT_GROUP = 4  # front half of the wall
+FRONT_COVER_GROUP = 5  # front half of dome, soil and risers
 
-_PARTS = 8
+_PARTS = 8  # bodies around the axis for each part of the shell
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
 
 _COLOURS = {
@@ -54,14 +49,25 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         that lie outside it and stand back by at most a few centimetres, see `geometry.panels`.
     """
     profile = make_profile(tank.shell)
-    body = spec.worldbody.add_body(name=names.TANK)
-    body.info = "tank"
+    body = spec.worldbody.add_body(name=names.TANK, info="tank")
     for key, rgba in _COLOURS.items():
         spec.add_material(name=f"{names.TANK}/{key}", rgba=rgba, specular=_SHINE.get(key, 0.0), shininess=0.3)
     _add_shell(spec, body, tank, profile)
-    _add_risers(spec, body, tank, profile)
-    _add_waste(spec, body, tank, profile)
-    _add_equipment(body, tank)
+    for riser in tank.risers:
+        group = FRONT_COVER_GROUP if sin(riser.azimuth) < 0 else BACK_COVER_GROUP
+        _add_mesh(spec, body, riser.name, solids.make_riser(tank, profile, riser), "riser", group)
+    if tank.waste.level:
+        _add_mesh(spec, body, "waste/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
+        size = [float(profile.radius_at(tank.waste.level)), DEPTH / 2, 0]
+        waste = _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_CYLINDER, "contact", "tank.waste", size=size)
+        waste.pos = [0, 0, tank.waste.level - DEPTH / 2]
+    around = obstacles(tank)
+    for index, (name, axis, radius) in enumerate(zip(around.names, around.axes, around.radii, strict=True)):
+        shape, info = mujoco.mjtGeom.mjGEOM_CYLINDER, f"tank.equipment.{index}"
+        geom = _add_felt(
+            body, names.equipment(name), shape, "equipment", info, fromto=axis.ravel(), size=[radius, 0, 0]
+        )
+        geom.group = INSIDE_GROUP
     _add_panels(body, make_panels(tank, profile))
 
 
@@ -80,39 +86,7 @@ def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: P
             (tank.arm_riser.name, "riser", solids.make_arm_riser(tank, profile, front), riser),
         )
         for name, material, mesh, group in parts:
-            _add_mesh(spec, body, f"{names.TANK}/{name}/{side}", mesh, material, group)
-
-
-def _add_risers(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
-    for riser in tank.risers:
-        group = FRONT_COVER_GROUP if sin(riser.azimuth) < 0 else BACK_COVER_GROUP
-        mesh = solids.make_riser(tank, profile, riser)
-        _add_mesh(spec, body, f"{names.TANK}/{riser.name}", mesh, "riser", group)
-
-
-def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
-    level = tank.waste.level
-    if not level:
-        return
-    _add_mesh(spec, body, f"{names.WASTE}/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
-    geom = body.add_geom(
-        name=names.WASTE, type=mujoco.mjtGeom.mjGEOM_CYLINDER, group=CONTACT_GROUP, contype=1, conaffinity=0
-    )
-    geom.size = [float(profile.radius_at(level)), DEPTH / 2, 0]
-    geom.pos = [0, 0, level - DEPTH / 2]
-    geom.material = f"{names.TANK}/contact"
-    geom.info = "tank.waste"
-
-
-def _add_equipment(body: mujoco.MjsBody, tank: Tank) -> None:
-    around = obstacles(tank)
-    for index, (name, axis, radius) in enumerate(zip(around.names, around.axes, around.radii, strict=True)):
-        geom = body.add_geom(name=names.equipment(name), type=mujoco.mjtGeom.mjGEOM_CYLINDER, contype=1, conaffinity=0)
-        geom.fromto = axis.ravel()
-        geom.size = [radius, 0, 0]
-        geom.group = INSIDE_GROUP
-        geom.material = f"{names.TANK}/equipment"
-        geom.info = f"tank.equipment.{index}"
+            _add_mesh(spec, body, f"{name}/{side}", mesh, material, group)
 
 
 def _add_panels(tank_body: mujoco.MjsBody, panels: tuple[Panel, ...]) -> None:
@@ -123,21 +97,25 @@ def _add_panels(tank_body: mujoco.MjsBody, panels: tuple[Panel, ...]) -> None:
         name = f"{names.TANK}/{panel.name.split('/')[0]}/part_{int(turn * _PARTS) + 1}"
         if name not in bodies:
             bodies[name] = tank_body.add_body(name=name)
-        geom = bodies[name].add_geom(name=f"{names.TANK}/{panel.name}", type=mujoco.mjtGeom.mjGEOM_BOX)
-        geom.contype, geom.conaffinity = 1, 0
         mujoco.mju_mat2Quat(quat, panel.axes.ravel())
-        geom.size, geom.pos, geom.quat = panel.half, panel.centre, quat
-        geom.group = CONTACT_GROUP
-        geom.material = f"{names.TANK}/contact"
-        geom.info = "tank.shell"
+        box = {"size": panel.half, "pos": panel.centre, "quat": quat}
+        _add_felt(bodies[name], f"{names.TANK}/{panel.name}", mujoco.mjtGeom.mjGEOM_BOX, "contact", "tank.shell", **box)
+
+
+def _add_felt(
+    body: mujoco.MjsBody, name: str, shape: mujoco.mjtGeom, material: str, info: str, **place: Any
+) -> mujoco.MjsGeom:
+    """Add a geom that the arm can touch."""
+    geom = body.add_geom(name=name, type=shape, group=CONTACT_GROUP, contype=1, conaffinity=0, info=info, **place)
+    geom.material = f"{names.TANK}/{material}"
+    return geom
 
 
 def _add_mesh(
-    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, mesh: trimesh.Trimesh, material: str, group: int
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, part: str, mesh: trimesh.Trimesh, material: str, group: int
 ) -> None:
-    asset = spec.add_mesh(name=name, uservert=mesh.vertices.ravel(), userface=mesh.faces.ravel())
-    asset.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-    asset.info = "tank"
+    """Add a mesh that is only seen."""
+    name, shell = f"{names.TANK}/{part}", mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+    spec.add_mesh(name=name, uservert=mesh.vertices.ravel(), userface=mesh.faces.ravel(), inertia=shell, info="tank")
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=0)
-    geom.group = group
-    geom.material = f"{names.TANK}/{material}"
+    geom.group, geom.material = group, f"{names.TANK}/{material}"

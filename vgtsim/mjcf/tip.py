@@ -24,7 +24,7 @@ def add_tip(spec: mujoco.MjSpec, rigging: Rigging) -> None:
     corners = (rigging.nodes[truss.tip] - P[-1]) @ R[-1]
     for node, corner in zip(range(len(truss.nodes))[truss.tip], corners, strict=True):
         tip.add_site(name=truss.nodes[node], pos=corner)
-        add_ball(spec, tip, rigging, node, truss.nodes[node], corner)
+        add_ball(spec, tip, rigging, node, tuple(corner))
     reach = np.array([0, 0, arm.tip_plate.tool_offset])
     _dress_tip(spec, tip, rigging, corners, reach)
     hubs = make_hub_masses(arm, truss, lumped=rigging.lumped)[truss.tip]

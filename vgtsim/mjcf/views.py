@@ -38,19 +38,18 @@ def add_tank_cameras(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> No
     middle = np.array([0.0, 0.0, 0.42 * crown])
     _add_camera(spec, "overview", [-0.9 * radius, -2.0 * radius, 1.9 * crown], middle, 45)
     _add_camera(spec, "cutaway", [0.0, -2.35 * radius, 0.62 * crown], middle, 38)
-    _add_camera(spec, "riser", [2.2, -4.2, pivot_height + 0.6], [0, 0, pivot_height - 0.9], 60)
-    _add_tool_camera(spec)
+    _add_arm_cameras(spec, pivot_height)
 
 
 def light_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
     """A headlight that reaches everywhere, one lamp for relief, no shadows; a pale sky."""
     radius, crown = tank.shell.inner_diameter / 2, tank.shell.crown
-    _set_headlight(spec, ambient=0.35, diffuse=0.45, specular=0.1)
+    light = spec.visual.headlight
+    light.ambient, light.diffuse, light.specular = [0.35] * 3, [0.45] * 3, [0.1] * 3
     body = spec.body(names.TANK)
     lamp = body.add_light(name=f"{names.TANK}/lamp", castshadow=False, diffuse=[0.5] * 3, specular=[0.2] * 3)
     lamp.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-    lamp.pos = [-radius, -radius, 2 * crown]
-    lamp.dir = [0.4, 0.6, -0.7]
+    lamp.pos, lamp.dir = [-radius, -radius, 2 * crown], [0.4, 0.6, -0.7]
     sky = spec.add_texture(name=f"{names.TANK}/sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=64, height=384)
     sky.builtin = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
     sky.rgb1, sky.rgb2 = [0.80, 0.86, 0.92], [0.97, 0.97, 0.97]
@@ -58,23 +57,16 @@ def light_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
 
 def add_arm_views(spec: mujoco.MjSpec, height: float) -> None:
     """Light an arm alone, whose base face is at a height, m, and place its four cameras."""
-    _set_headlight(spec, ambient=0.35, diffuse=0.5)
+    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.5] * 3
     middle = np.array([0.0, 0.0, height / 2])
     _add_camera(spec, "overview", [-0.9 * height, -1.5 * height, 0.9 * height], middle, 50)
     _add_camera(spec, "cutaway", [0.0, -1.6 * height, height / 2], middle, 50)
+    _add_arm_cameras(spec, height)
+
+
+def _add_arm_cameras(spec: mujoco.MjSpec, height: float) -> None:
+    """Cameras beside the arm's base face, at a height, m, and on the tip plate, beside the tool and a little behind it."""
     _add_camera(spec, "riser", [2.2, -4.2, height + 0.6], [0, 0, height - 0.9], 60)
-    _add_tool_camera(spec)
-
-
-def _set_headlight(spec: mujoco.MjSpec, ambient: float, diffuse: float, specular: float | None = None) -> None:
-    light = spec.visual.headlight
-    light.ambient, light.diffuse = [ambient] * 3, [diffuse] * 3
-    if specular is not None:
-        light.specular = [specular] * 3
-
-
-def _add_tool_camera(spec: mujoco.MjSpec) -> None:
-    """A camera on the tip plate, beside the tool and a little behind it."""
     camera = spec.body(names.TIP).add_camera(name="tool", pos=[0.0, 1.1, -0.8], fovy=75)
     camera.quat = _look([0.0, 1.1, -0.8], [0.0, 0.0, 0.3])
 

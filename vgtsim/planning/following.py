@@ -18,7 +18,7 @@ from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import DescriptionError, FollowError, ReachError
 from vgtsim.kinematics import Chain
 from vgtsim.planning.arm_alone import Place
-from vgtsim.planning.objectives import make_objective
+from vgtsim.planning.resolution import make_objective
 from vgtsim.planning.stretches import Stretch, make_stretches
 from vgtsim.planning.timing import SpeedLimits, make_limits, time_lengths
 from vgtsim.positioning import (

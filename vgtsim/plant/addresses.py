@@ -21,18 +21,15 @@ class Addresses:
 
     Attributes:
         nodes: Sites of the hubs, shape (N,).
-        near: Sites of the near ends of the members, shape (M,).
-        far: Sites of the far ends of the members, shape (M,).
-        force: First sensor value of the force of each member, shape (M,).
-        torque: First sensor value of the torque of each member, shape (M,).
+        near, far: Sites of the ends of the members, shape (M,).
+        force, torque: First sensor value of the force and torque of each member, shape (M,).
         length: Sensor value of the slide of each cylinder, shape (J,).
         drive_force: First sensor value of the force of each drive, shape (J,).
-        joint: Slide joint of each cylinder, shape (J,).
         position: Coordinate in qpos of each slide, shape (J,).
         slide: Degree of freedom of each slide, shape (J,).
         retracted: Length of each cylinder at zero slide, shape (J,), m.
         flange: Site of the mast flange.
-        flange_force: First sensor value of its force; the torque follows.
+        flange_force: First sensor value of the flange's force; the torque follows.
         tool: Site of the tool point.
         tip: Body of the tip plate.
         hub_speeds: Degrees of freedom of the free hubs and of the middles of joint blocks, shape (3 F,).
@@ -45,7 +42,6 @@ class Addresses:
     torque: Index
     length: Index
     drive_force: Index
-    joint: Index
     position: Index
     slide: Index
     retracted: Array
@@ -77,10 +73,9 @@ def find_addresses(model: mujoco.MjModel, truss: Truss) -> Addresses:
         torque=sensors([names.torque(name) for name in members]),
         length=sensors([names.length(name) for name in actuators]),
         drive_force=sensors([names.drive_force(name) for name in actuators]),
-        joint=joint,
         position=model.jnt_qposadr[joint],
         slide=model.jnt_dofadr[joint],
-        retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
+        retracted=np.array([model.numeric(names.retracted(name)).data[0] for name in actuators]),
         flange=model.site(names.FLANGE).id,
         flange_force=int(model.sensor(names.force(names.FLANGE)).adr[0]),
         tool=model.site(names.TOOL).id,

@@ -6,7 +6,7 @@ forces that it exerted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.plant.addresses import Addresses
-from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Hydraulics, advance, make_hydraulics
-from vgtsim.plant.oil import ChamberState, Oil, fill, find_state
+from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Hydraulics, advance
+from vgtsim.plant.oil import ChamberState, Oil, fill, find_state, make_cylinders
 from vgtsim.plant.springs import Springs
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
@@ -26,14 +26,7 @@ Bits = NDArray[np.int64]
 
 @dataclass
 class RigidDrive:
-    """Lengths imposed by equalities.
-
-    Attributes:
-        model: Changed by every command.
-        data: Gives the forces of the equalities.
-        rows: Equalities of the slides, shape (J,).
-        zero: Lengths at zero command, shape (J,), m.
-    """
+    """Lengths imposed by the equalities of the slides, rows of shape (J,); `zero` are the lengths at zero command, m."""
 
     model: mujoco.MjModel
     data: mujoco.MjData
@@ -57,13 +50,7 @@ class RigidDrive:
 
 @dataclass
 class SpringDrive:
-    """Unloaded lengths of elastic cylinders imposed.
-
-    Attributes:
-        data: Gives lengths and rates.
-        springs: Of the cylinders.
-        timestep: s.
-    """
+    """Unloaded lengths of elastic cylinders imposed, at a time step in s."""
 
     data: mujoco.MjData
     springs: Springs
@@ -88,9 +75,6 @@ class ServoDrive:
     """Force-limited position control.
 
     Attributes:
-        model: Gives stiffness and damping.
-        data: Its controls are set.
-        at: Where the slides stand in it.
         rows: Actuators, shape (J,).
         zero: Lengths at zero command, shape (J,), m.
         limit: Least and greatest force, shape (J, 2), N.
@@ -126,14 +110,9 @@ class ServoDrive:
 
 @dataclass
 class HydraulicDrive:
-    """Cylinders, valves and oil; the oil's force goes to MuJoCo as a spring, which it takes at the end of the step.
+    """Cylinders, valves and oil; MuJoCo takes the force of the oil as a spring at the end of the step.
 
-    Attributes:
-        data: Gives lengths and their rates.
-        springs: Of the cylinders.
-        hydraulics: Cylinders and valves.
-        oil: What the chambers hold now.
-        state: Pressures and forces at the begin of the step.
+    `oil` is in the chambers now; `state` holds pressures and forces at the begin of the step.
     """
 
     data: mujoco.MjData
@@ -141,7 +120,7 @@ class HydraulicDrive:
     hydraulics: Hydraulics
     oil: Oil
     state: ChamberState
-    _last: Array | None = field(default=None)
+    _last: Array | None = None
 
     def command(self, lengths: Array) -> Bits:
         """Open the valves towards the lengths wanted at the end of the step, shape (J,), m; returns what saturated."""
@@ -173,22 +152,16 @@ Drive = RigidDrive | SpringDrive | ServoDrive | HydraulicDrive
 def find_drive(
     model: mujoco.MjModel, data: mujoco.MjData, site: Site, at: Addresses, springs: Springs | None, nodes: Array
 ) -> Drive:
-    """Look up the drive of a scene.
+    """Look up the drive of a scene; `springs` are those of an elastic arm.
 
-    Args:
-        model: Compiled model; its time step is that of the drive.
-        data: Its data.
-        site: Says which drive.
-        at: Addresses in the model.
-        springs: Of an elastic arm.
-        nodes: Pose at the start, in equilibrium, shape (N, 3), m: oil is filled in to carry its load.
+    The nodes are those of the start, in equilibrium, shape (N, 3), m: oil is filled in to carry the load there.
     """
-    truss, drive = site.truss, site.task.simulation.drive
-    actuators = [truss.members[i].name for i in truss.actuated]
+    truss, simulation = site.truss, site.task.simulation
+    actuators = [truss.members[i] for i in truss.actuated]
     zero = at.retracted + model.qpos0[at.position]
-    if drive == "servo":
-        rows = np.array([model.actuator(names.servo(name)).id for name in actuators])
-        parts = [site.arm.cylinders[truss.members[i].section] for i in truss.actuated]
+    if simulation.drive == "servo":
+        rows = np.array([model.actuator(names.servo(member.name)).id for member in actuators])
+        parts = [site.arm.cylinders[member.section] for member in actuators]
         # the model's servos push with the reference pose's holding forces besides, so that a viewer's reset holds still
         push = model.actuator_biasprm[rows, 0] + model.actuator_biasprm[rows, 1] * model.qpos0[at.position]
         return ServoDrive(
@@ -202,10 +175,13 @@ def find_drive(
             stroke=np.array([part.stroke for part in parts]),
         )
     if springs is None:
-        return RigidDrive(model, data, np.array([model.equality(names.drive(name)).id for name in actuators]), zero)
-    if drive == "rigid":
-        return SpringDrive(data, springs, model.opt.timestep)
-    hydraulics = make_hydraulics(site, model.opt.timestep)
+        rows = np.array([model.equality(names.drive(member.name)).id for member in actuators])
+        return RigidDrive(model, data, rows, zero)
+    timestep = model.opt.timestep
+    if simulation.drive == "rigid":
+        return SpringDrive(data, springs, timestep)
+    parts = make_cylinders(site.chain)
     length = truss.lengths(nodes)[truss.actuated]
-    oil = fill(hydraulics.cylinders, length, solve_members(springs.elastic.loads, nodes).bar[truss.actuated])
-    return HydraulicDrive(data, springs, hydraulics, oil, find_state(hydraulics.cylinders, oil, length))
+    oil = fill(parts, length, solve_members(springs.elastic.loads, nodes).bar[truss.actuated])
+    hydraulics = Hydraulics(parts, simulation.valve_gain, simulation.lock_band, timestep)
+    return HydraulicDrive(data, springs, hydraulics, oil, find_state(parts, oil, length))

@@ -8,6 +8,7 @@ hold each chamber at the supply's pressure or less. Near a command at rest the l
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,31 +22,38 @@ Array = NDArray[np.float64]
 Bits = NDArray[np.int64]
 
 FLOW, PRESSURE, STROKE, CAVITY = 1, 2, 4, 8  # bits of a saturation
-_LEAST_OPENING = 1e-3  # of the pressure the valve would have without load: no valve divides by less
+_LEAST_SPEED = 1e-3**0.5  # of the rate, what a thousandth of the unloaded pressure gives: no valve divides by less
+_TINY = np.finfo(float).tiny  # against a division of nothing by nothing
 _OVER = 1e-9  # of the supply's pressure, by which rounding may exceed it
 
 
 @dataclass(frozen=True)
 class Hydraulics:
-    """Cylinders, valves and the settings of their control.
-
-    Attributes:
-        cylinders: The cylinders.
-        gain: Speed per length error, 1/s.
-        lock_band: Length error at which the lock valves shut, m.
-        timestep: s.
-    """
+    """Cylinders with valves; speed per length error, 1/s; length error at which the lock valves shut, m; time step, s."""
 
     cylinders: Cylinders
     gain: float
     lock_band: float
     timestep: float
 
+    @cached_property
+    def fullest(self) -> Array:
+        """Oil in a chamber at the supply's pressure, over the chamber's volume, shape (J,)."""
+        return np.exp(self.cylinders.supply / self.cylinders.modulus)
 
-def make_hydraulics(site: Site, timestep: float) -> Hydraulics:
-    """Collect the cylinders and valves of a scene, for steps of a given time, s."""
-    simulation = site.task.simulation
-    return Hydraulics(make_cylinders(site.chain), simulation.valve_gain, simulation.lock_band, timestep)
+    @cached_property
+    def relief(self) -> Array:
+        """Oil at which a relief valve is told to be open, over the oil at the supply's pressure, shape (J,)."""
+        return 1 + _OVER * self.cylinders.supply / self.cylinders.modulus
+
+    @cached_property
+    def widths(self) -> tuple[Array, Array]:
+        """Flow per root of pressure through a full opening into either chamber, shape (2, J), extending and retracting."""
+        parts = self.cylinders
+        most = parts.rate * parts.area
+        return most / np.sqrt(parts.supply * parts.area[0] / parts.both), most / np.sqrt(
+            parts.supply * parts.area[1] / parts.both
+        )
 
 
 def advance(
@@ -56,17 +64,15 @@ def advance(
     Flows are taken at the pressures they lead to at the end of the step, so that no step is too long for a chamber.
 
     Args:
-        hydraulics: Cylinders and valves.
-        oil: What the chambers hold.
         state: The cylinders at the present length.
         command: Length wanted now, shape (J,), m.
         speed: Rate of the command, shape (J,), m/s.
         length: Present length, shape (J,), m.
-        velocity: Its rate, shape (J,), m/s.
+        velocity: Rate of the length, shape (J,), m/s.
 
     Returns:
-        The oil after the step, the speed at which the flows move an unloaded piston, shape (J,), m/s, and what
-        saturated, bits of `FLOW`, `PRESSURE`, `STROKE` and `CAVITY`, shape (J,).
+        The oil after the step, the speed at which the flows move an unloaded piston, shape (J,), m/s, and the
+        saturations, bits of `FLOW`, `PRESSURE`, `STROKE` and `CAVITY`, shape (J,).
 
     Source: valve flow in proportion to the root of the pressure drop, H. E. Merritt, Hydraulic Control Systems (1967),
         chapter 5. Differs: the edges of the valve match the areas of the piston.
@@ -74,54 +80,44 @@ def advance(
     parts, step = hydraulics.cylinders, hydraulics.timestep
     error = command - length
     wanted = speed + hydraulics.gain * error
-    locked = (np.abs(error) < hydraulics.lock_band) & (speed == 0)
-    most = parts.rate * np.sqrt(np.clip(_pressure_left(parts, state.force, wanted), 0.0, None))
-    opening = np.clip(wanted / np.maximum(most, np.sqrt(_LEAST_OPENING) * parts.rate), -1.0, 1.0)
-    volume = parts.volumes(np.clip(state.piston + step * velocity, 0.0, parts.stroke))
+    going = (np.abs(error) >= hydraulics.lock_band) | (speed != 0)  # the others are locked
+    # pressure that the load leaves across the valve, over what there is without load
+    left = np.where(wanted > 0, 1 + state.force / parts.push, 1 - state.force / parts.pull)
+    most = parts.rate * np.sqrt(np.maximum(left, 0.0))
+    opening = going * np.minimum(np.maximum(wanted / np.maximum(most, _LEAST_SPEED * parts.rate), -1.0), 1.0)
+    volume = parts.volumes(np.minimum(np.maximum(state.piston + step * velocity, 0.0), parts.stroke))
     found = pressures(parts, oil.free, volume)
-    flow = _valve_flow(parts, step, np.where(locked, 0.0, opening), volume, found)
-    flow += _leakage(parts, step, volume, found)
-    free = oil.free * (1 + step * flow / volume)
-    ceiling = volume * np.exp(parts.supply / parts.modulus)
-    relieved = free > ceiling * (1 + _OVER * parts.supply / parts.modulus)
-    saturated = FLOW * (~locked & (np.abs(wanted) > most)) + PRESSURE * relieved.any(axis=0) + STROKE * state.stopped
-    saturated = saturated + CAVITY * (state.pressure <= VAPOUR).any(axis=0)
-    share = state.columns / np.maximum(state.columns.sum(axis=0), 1.0)
-    drift = np.sum(share * np.array([[1.0], [-1.0]]) * flow / parts.area, axis=0)
+    flow = _valve_flow(hydraulics, opening, volume, found)
+    across = parts.leakage * (found[0] - found[1])  # through the piston's seal
+    leak = across / (1 + step * parts.leakage * parts.modulus * (1 / volume[0] + 1 / volume[1]))
+    flow[0] -= leak
+    flow[1] += leak
+    free, ceiling = oil.free * (1 + step * flow / volume), volume * hydraulics.fullest
+    relieved, cavity = free > ceiling * hydraulics.relief, state.pressure <= VAPOUR
+    saturated = FLOW * (going & (np.abs(wanted) > most)) + PRESSURE * (relieved[0] | relieved[1])
+    saturated += STROKE * state.stopped + CAVITY * (cavity[0] | cavity[1])
+    moved = state.columns * flow / parts.area
+    drift = (moved[0] - moved[1]) / np.maximum(
+        state.columns[0] + state.columns[1], 1.0
+    )  # 1 N/m: cavities on both sides
     return Oil(np.minimum(free, ceiling), state.piston), drift, saturated
 
 
-def _pressure_left(parts: Cylinders, force: Array, wanted: Array) -> Array:
-    """Pressure that a load leaves across the valve, over what there is without load, shape (J,)."""
-    return np.where(wanted > 0, 1 + force / parts.push, 1 - force / parts.pull)
-
-
-def _valve_flow(parts: Cylinders, step: float, opening: Array, volume: Array, found: Array) -> Array:
+def _valve_flow(hydraulics: Hydraulics, opening: Array, volume: Array, found: Array) -> Array:
     """Flow into either chamber, shape (2, J), m³/s, through edges that let `rate` pass without load."""
-    extending = opening > 0
-    unloaded = parts.supply * np.where(extending, parts.area[0], parts.area[1]) / parts.area.sum(axis=0)
-    width = np.abs(opening) * parts.rate * parts.area / np.sqrt(unloaded)
-    fed = np.stack([extending, ~extending])
+    parts, extending = hydraulics.cylinders, opening > 0
+    width = np.abs(opening) * np.where(extending, *hydraulics.widths)
+    fed = np.array([extending, ~extending])
     drop = np.maximum(np.where(fed, parts.supply - found, found), 0.0)
-    reach = parts.modulus * step * width / volume  # y² + reach y = drop: y is the root of the drop that is left
-    root = 2 * drop / np.maximum(reach + np.sqrt(reach**2 + 4 * drop), np.finfo(float).tiny)
-    return np.where(fed, 1.0, -1.0) * width * root
-
-
-def _leakage(parts: Cylinders, step: float, volume: Array, found: Array) -> Array:
-    """Flow across the piston's seal, into either chamber, shape (2, J), m³/s."""
-    across = found[0] - found[1]
-    flow = parts.leakage * across / (1 + step * parts.leakage * parts.modulus * np.sum(1 / volume, axis=0))
-    return np.stack([-flow, flow])
+    reach = parts.modulus * hydraulics.timestep * width / volume  # y² + reach y = drop: y is the root of the drop left
+    root = 2 * drop / np.maximum(reach + np.sqrt(reach**2 + 4 * drop), _TINY)
+    return np.where(fed, width, -width) * root
 
 
 def require_pressure(site: Site, time: Array, lengths: Array) -> None:
     """Refuse a tour over which a supply pressure cannot hold the dead load.
 
-    Args:
-        site: The scene with its arm.
-        time: Of the poses, in motion, shape (T,), s.
-        lengths: Commanded lengths, shape (T, J), m.
+    Poses are given by their time in motion, shape (T,), s, and their commanded lengths, shape (T, J), m.
 
     Raises:
         DescriptionError: A cylinder carries more than its pressure holds. It names the cylinder that needs the most

@@ -34,11 +34,7 @@ class Plant:
     Under rigid and hydraulic drives a contact is a collision, not a load: the first one stops the plant for good.
     Between two steps the plant holds the last command.
 
-    Attributes:
-        site: The scene with its arm and tank.
-        model: The compiled model; the drives change it.
-        data: State of MuJoCo, to be read only.
-        timestep: s.
+    The drives change `model`; `data` is to be read only; `timestep` is in s.
     """
 
     def __init__(
@@ -51,11 +47,7 @@ class Plant:
     ) -> None:
         """Make a plant; the second one of a site is made in some hundredths of a second.
 
-        Args:
-            site: The scene with its arm and tank.
-            timestep: In place of the scene's, s.
-            record_rate: Records a second in place of the scene's `log_rate`, see the property.
-            model: In place of the one of `build_model`; the plant changes it.
+        Time step, s, records a second (see the property) and model, which the plant changes, are by default the scene's.
 
         Raises:
             CommandError: The step is not positive, or the rate is negative or above that of the steps.
@@ -70,6 +62,7 @@ class Plant:
             retime(self.model, self.timestep)
         self.data = mujoco.MjData(self.model)
         self._at = find_addresses(self.model, site.truss)
+        self._count = len(self._at.slide)
         self._pose = make_pose_map(self.model, site.truss)
         self._recorder = Recorder(self._at)
         self._steps, self._wall = 0, 0.0
@@ -107,11 +100,9 @@ class Plant:
         """Stand the arm in a posture, at rest and in equilibrium under its weight; time, log and goal start anew.
 
         Args:
-            lengths: Of the cylinders, shape (J,), m.
-            inputs: Of the same posture, shape (n,); saves the way from lengths to inputs. Without both, the scene's start.
-
-        Returns:
-            The state at time zero.
+            lengths: Lengths of the cylinders, shape (J,), m.
+            inputs: Inputs of the same posture, shape (n,); saves the way from lengths to inputs. Without both, the arm
+                stands as at the scene's start.
 
         Raises:
             CommandError: An array has the wrong size or is not finite.
@@ -119,7 +110,7 @@ class Plant:
             DescriptionError: The arm is so deep in something that its state diverges, or an elastic arm buckles.
         """
         chain = self.site.chain
-        wanted = None if lengths is None else self._read("lengths", lengths)
+        wanted = None if lengths is None else _read_row("lengths", lengths, self._count)
         if inputs is None:
             q = self.site.start if wanted is None else np.asarray(chain.inputs_from_lengths(wanted))
         else:
@@ -154,16 +145,16 @@ class Plant:
         if (lengths is None) == (rates is None):
             raise CommandError("command", "neither or both", "either lengths or rates")
         if lengths is not None:
-            self._target, self._rates = self._read("lengths", lengths), None
+            self._target, self._rates = _read_row("lengths", lengths, self._count), None
         else:
-            self._rates = self._read("rates", rates)
+            self._rates = _read_row("rates", rates, self._count)
 
     def mark(self, goal: int, *, settled: bool = False) -> None:
         """Say for the records which goal is approached from now on, or held, settled; -1 for none."""
         self._goal, self._settled = goal, settled
 
     def step(self, count: int = 1) -> None:
-        """Go on by a number of steps, fewer if something is touched that must not be.
+        """Go on by a number of steps, fewer after a contact that is not allowed.
 
         Raises:
             StoppedError: The plant has stopped before.
@@ -183,11 +174,7 @@ class Plant:
 
     @property
     def state(self) -> PlantState:
-        """The state now.
-
-        Raises:
-            StoppedError: The plant has not been reset.
-        """
+        """The state now; raises `StoppedError` before the first reset."""
         if self._stopped == _NEVER_RESET:
             self._require_going()
         if self._state is None:
@@ -205,17 +192,11 @@ class Plant:
             "steps": float(self._steps),
             "nv": float(self.model.nv),
         }
-        return self._recorder.make_log(
-            warnings=list_warnings(self.data), performance=performance, stopped=self._stopped
-        )
+        return self._recorder.make_log(list_warnings(self.data), performance, self._stopped)
 
     def _require_going(self) -> None:
         if self._stopped:
             raise StoppedError(self._stopped)
-
-    def _read(self, what: str, values: ArrayLike | None) -> Array:
-        """One finite value for each cylinder."""
-        return _read_row(what, values, len(self._at.slide))
 
     def _stand(self, nodes: Array) -> None:
         """Put the hubs at nodes, of the unloaded arm, shape (N, 3), m; an elastic arm sags to where it settles."""
@@ -250,7 +231,7 @@ class Plant:
 
     def _speed(self) -> float:
         """Greatest speed of a node along an axis, m/s."""
-        return float(np.max(np.abs(self.data.qvel[self._at.hub_speeds])))
+        return float(np.abs(self.data.qvel[self._at.hub_speeds]).max())
 
     def _advance(self) -> None:
         """One step: drives, MuJoCo, divergence, record, rest, contact."""
@@ -285,7 +266,7 @@ class Plant:
         self._wall += time.perf_counter() - begin
 
     def _start_step(self) -> bool:
-        """Whether the coming step is recorded; sensors cost a fifth of a step, so they are worked out for records alone."""
+        """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""
         due = self._taken / (self._record_rate * self.timestep) if self._record_rate else np.inf
         recorded = self._steps - self._first >= due - _SAME_STEP
         self._taken += recorded
@@ -295,7 +276,7 @@ class Plant:
 
     def _note_rest(self) -> None:
         """Count the steps for which the arm has been slow under one command."""
-        if self._target is not self._commanded and np.any(self._target != self._commanded):
+        if self._target is not self._commanded and (self._target != self._commanded).any():
             self._slow = 0
         self._slow = self._slow + 1 if self._speed() < self.site.task.motion.settle_speed else 0
         self._commanded = self._target
@@ -335,7 +316,6 @@ def _read_row(what: str, values: ArrayLike | None, size: int) -> Array:
     if row.shape != (size,):
         raise CommandError(what, f"shape {row.shape}", f"shape ({size},)")
     if not np.isfinite(row).all():
-        raise CommandError(
-            what, f"{row[~np.isfinite(row)][0]} at {int(np.flatnonzero(~np.isfinite(row))[0])}", "finite numbers"
-        )
+        worst = int(np.flatnonzero(~np.isfinite(row))[0])
+        raise CommandError(what, f"{row[worst]} at {worst}", "finite numbers")
     return row

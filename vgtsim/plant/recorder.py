@@ -32,26 +32,16 @@ class Contact(NamedTuple):
 
 @dataclass
 class Recorder:
-    """Collects records; one list a quantity, stacked when the log is asked for.
-
-    Attributes:
-        at: Addresses in the model.
-        records: Values so far, by quantity.
-        contacts: All contacts so far, the first thousand of them.
-    """
+    """Collects records, one list a quantity, and the first thousand contacts; stacks them when a log is asked for."""
 
     at: Addresses
     records: dict[str, list[Any]] = field(default_factory=dict)
     contacts: list[Contact] = field(default_factory=list)
-    _saturated: NDArray[np.int64] = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Start with nothing saturated."""
-        self._saturated = np.zeros(len(self.at.slide), dtype=np.int64)
+    _saturated: NDArray[np.int64] | int = 0
 
     def note_saturation(self, bits: NDArray[np.int64]) -> None:
         """Keep what a step saturated, shape (J,), for the next record."""
-        self._saturated |= bits
+        self._saturated = self._saturated | bits
 
     def note_contacts(self, contacts: list[Contact]) -> None:
         """Add the contacts of a step."""
@@ -71,15 +61,8 @@ class Recorder:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
         MuJoCo's force sensors give what the parent exerts on the child; the force of a member on its hub is the opposite.
-
-        Args:
-            data: After the step.
-            time: Of that instant, s.
-            commanded: Lengths asked for at that instant, shape (J,), m.
-            rates: Cylinder speeds at that instant, shape (J,), m/s.
-            goal: Goal being approached or held.
-            settled: Whether it is held, settled.
-            pressure: In the chambers of hydraulic cylinders, shape (J, 2), Pa.
+        Given for that instant are the time, s, commanded lengths, shape (J,), m, cylinder speeds, shape (J,), m/s, the goal
+        approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
         """
         at, sensed = self.at, data.sensordata
         triple = np.arange(3)
@@ -101,13 +84,13 @@ class Recorder:
             "tool_direction": data.xmat[at.tip].reshape(3, 3)[:, 2].copy(),
             "goal": goal,
             "settled": settled,
-            "saturation": self._saturated.copy(),
+            "saturation": self._saturated | np.zeros(len(at.slide), dtype=np.int64),
         }
         if pressure is not None:
             row["pressure"] = pressure
         for name, value in row.items():
             self.records.setdefault(name, []).append(value)
-        self._saturated[:] = 0
+        self._saturated = 0
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Stack the records: quantity to array, records along the first axis."""
@@ -115,13 +98,14 @@ class Recorder:
             return empty_records(len(self.at.nodes), len(self.at.near), len(self.at.slide))
         return {name: np.array(values) for name, values in self.records.items()}
 
-    def make_log(self, *, warnings: tuple[str, ...], performance: dict[str, float], stopped: str) -> RunLog:
+    def make_log(self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str) -> RunLog:
         """Make the log of all records so far."""
+        touched = self.contacts
         return RunLog(
             **self.arrays(),
-            contact_time=np.array([contact.time for contact in self.contacts], dtype=float),
-            contact_pair=np.array([contact[1:3] for contact in self.contacts], dtype=str).reshape(-1, 2),
-            contact_distance=np.array([contact.gap for contact in self.contacts], dtype=float),
+            contact_time=np.array([contact.time for contact in touched], dtype=float),
+            contact_pair=np.array([contact[1:3] for contact in touched], dtype=str).reshape(-1, 2),
+            contact_distance=np.array([contact.gap for contact in touched], dtype=float),
             warnings=warnings,
             performance=performance,
             versions=dict(_list_versions()),

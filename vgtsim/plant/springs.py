@@ -26,12 +26,10 @@ class Springs:
     """Springs of the cylinders, which change with the commanded length.
 
     Attributes:
-        model: Compiled model.
-        elastic: Stiffnesses of the arm.
         joints: Slides of the actuators, shape (J,).
         retracted: Their lengths at zero slide, shape (J,), m.
         excess: Damper over stiffness beyond what the integrator brings, s.
-        period: Of the slowest mode in the start posture, s.
+        period: Period of the slowest mode in the start posture, s.
     """
 
     model: mujoco.MjModel
@@ -58,10 +56,7 @@ class Springs:
     def hold(self, stiffness: Array, lengths: Array, rate: Array) -> None:
         """Set the cylinders' springs; their dampers resist stretching, not the stroke.
 
-        Args:
-            stiffness: Shape (J,), N/m.
-            lengths: Unloaded, at the end of the step, shape (J,), m.
-            rate: At which those move, shape (J,), m/s.
+        Given are stiffnesses, N/m, unloaded lengths at the end of the step, m, and the rates of those, m/s, each (J,).
         """
         model = self.model
         model.jnt_stiffness[self.joints] = stiffness
@@ -76,13 +71,9 @@ class Springs:
 
 
 def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, site: Site, nodes: Array) -> Springs:
-    """Damp the tubes and put springs in place of the cylinders' rigid drives.
+    """Damp the tubes of a model in place, and put springs in place of the rigid drives of its data.
 
-    Args:
-        model: Built with elastic members; changed in place.
-        data: Its drives of the cylinders are released.
-        site: The scene with its arm.
-        nodes: Start posture, unloaded, shape (N, 3), m.
+    The nodes are those of the start posture, unloaded, shape (N, 3), m.
 
     Raises:
         DescriptionError: The damping ratio is below what the step can hold, or the arm buckles in its start posture.
@@ -106,7 +97,7 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, site: Site, nodes: A
         model=model,
         elastic=site.elastic_model,
         joints=np.array([model.joint(names.slide(name)).id for name in actuators]),
-        retracted=np.array([model.numeric(f"{name}/retracted").data[0] for name in actuators]),
+        retracted=np.array([model.numeric(names.retracted(name)).data[0] for name in actuators]),
         excess=excess,
         period=1 / slowest,
     )

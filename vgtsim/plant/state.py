@@ -19,18 +19,17 @@ class PlantState:
     Positions and speeds are those at `time`, the end of the last step. Forces are those that acted during it.
 
     Attributes:
-        time: Since the reset, s.
+        time: Time since the reset, s.
         commanded: Lengths asked for at this instant, shape (J,), m.
-        lengths: Actual lengths of the cylinders, shape (J,), m.
-        rates: Actual speeds of the cylinders, shape (J,), m/s.
+        lengths, rates: Actual lengths and speeds of the cylinders, shape (J,), m and m/s.
         nodes: Positions of the nodes, shape (N, 3), m.
-        tool_position: Of the tool point, shape (3,), m.
+        tool_position: Tool point, shape (3,), m.
         tool_rotation: Rotation of frame T of the tip plate, shape (3, 3).
         drive_force: Force of each drive on its rod, tension positive, shape (J,), N.
         speed: Greatest speed of a node along an axis, m/s.
         calm: Whether the arm has come to rest: slower than the scene's `settle_speed`, an elastic arm for a whole period
             of its slowest mode, since the command last changed.
-        contacts: What touched during the last call of `Plant.step`.
+        contacts: Contacts during the last call of `Plant.step`.
         stopped: Why the plant has stopped for good, or an empty string.
     """
 

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 
 import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from vgtsim.errors import StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.planning import Tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.plant import Plant
-from vgtsim.plant.progress import show_progress
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 
+_EVERY = 50  # steps between redraws of the progress bar: some tens of milliseconds
 _PRESSURE_POSES = 0.25  # s of motion between poses in which the supply pressure must hold the dead load
 
 
@@ -25,22 +28,21 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
     A goal is held until the arm has settled, then for the scene's hold time; an arm that does not settle within the scene's
     patience goes on to the next goal. A contact that stops the plant ends the tour.
 
-    Args:
-        site: The scene with its arm and tank.
-        tour: Lengths of every actuator at every step of every leg.
-        model: In place of the one of `build_model`; it is changed.
+    A model in place of the one of `build_model` is changed by the run.
 
     Raises:
         DescriptionError: The arm is so deep in something in its start posture that its state diverges, or the supply
             pressure cannot hold the dead load somewhere on the tour.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
-    if site.task.simulation.drive == "hydraulic":
-        _require_pressure(site, tour)
+    if site.task.simulation.drive == "hydraulic":  # at poses all along the tour
+        lengths = np.concatenate([leg.lengths for leg in tour.legs])
+        every = max(round(_PRESSURE_POSES / tour.timestep), 1)
+        require_pressure(site, np.arange(0.0, len(lengths), every) * tour.timestep, lengths[::every])
     plant = Plant(site, timestep=tour.timestep, model=model)
     plant.reset(tour.legs[0].lengths[0], tour.start)
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
-    with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
+    with _show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
     return plant.log
 
@@ -68,9 +70,24 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
             step(1)
 
 
-def _require_pressure(site: Site, tour: Tour) -> None:
-    """Hold the dead load against the supply pressure at poses all along the tour."""
-    lengths = np.concatenate([leg.lengths for leg in tour.legs])
-    every = max(round(_PRESSURE_POSES / tour.timestep), 1)
-    time = np.arange(0.0, len(lengths), every) * tour.timestep
-    require_pressure(site, time, lengths[::every])
+@contextmanager
+def _show_progress(total: int) -> Iterator[Callable[[float], None]]:
+    """Show a progress bar on a terminal; gives a function to be called with the simulated time, s, after each step.
+
+    The steps of holds come on top of the total, at which the bar then stays.
+    """
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    columns = (TextColumn("simulating"), BarColumn(), TextColumn("{task.fields[simulated]:.1f} s simulated,"))
+    with Progress(*columns, TimeElapsedColumn(), TextColumn("wall"), console=Console(stderr=True)) as bar:
+        task = bar.add_task("simulating", total=total, simulated=0.0)
+        done = 0
+
+        def tick(simulated: float) -> None:
+            nonlocal done
+            done += 1
+            if done % _EVERY == 0:
+                bar.update(task, completed=min(done, total), simulated=simulated)
+
+        yield tick

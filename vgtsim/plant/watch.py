@@ -20,8 +20,7 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         DivergenceError: A warning was counted, a coordinate is not finite, or a loop has opened.
     """
     rows = data.efc_pos[: data.ne]
-    gap = np.max(np.abs(rows), initial=0.0)
-    if gap < OPEN_GAP and not np.any(data.warning.number):
+    if np.abs(rows).max(initial=0.0) < OPEN_GAP and not data.warning.number.any():
         return
     finite = np.isfinite(rows)
     worst = int(np.argmax(np.where(finite, np.abs(rows), np.inf))) if len(rows) else -1
@@ -31,11 +30,8 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 def list_warnings(data: mujoco.MjData) -> tuple[str, ...]:
     """Name what MuJoCo warned of, one line a kind of warning."""
-    found = []
-    for index, kind in enumerate(mujoco.mjtWarning.__members__):
-        if kind != "mjNWARNING" and data.warning[index].number:
-            found.append(f"{kind.removeprefix('mjWARN_')}: {data.warning[index].number}")
-    return tuple(found)
+    kinds = [kind.removeprefix("mjWARN_") for kind in mujoco.mjtWarning.__members__ if kind != "mjNWARNING"]
+    return tuple(f"{kind}: {data.warning[i].number}" for i, kind in enumerate(kinds) if data.warning[i].number)
 
 
 def list_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> list[Contact]:

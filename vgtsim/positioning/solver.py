@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import ReachError
-from vgtsim.positioning.hinges import ClearanceHinges
 from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.methods import solve_by
 from vgtsim.positioning.newton import NewtonSettings, minimise
-from vgtsim.positioning.objectives import StrokeBarrier, WeightedSum
+from vgtsim.positioning.objectives import ClearanceHinges, StrokeBarrier, WeightedSum
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.restarts import start_groups
 from vgtsim.positioning.solution import Solution
