@@ -7,8 +7,7 @@ from vgtsim.description import ToolPath, load_tool_path
 from vgtsim.errors import DescriptionError, FollowError, ReachError
 from vgtsim.planning.arm_alone import ArmAlone
 from vgtsim.planning.following import follow_request, report
-from vgtsim.planning.stretches import make_stretches
-from vgtsim.planning.tool_curves import spline
+from vgtsim.planning.stretches import make_stretches, spline
 
 pytestmark = pytest.mark.long
 

@@ -14,8 +14,7 @@ from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning import solve_first_goal
 from vgtsim.planning.arm_alone import ArmAlone
-from vgtsim.planning.objectives import make_objective
-from vgtsim.planning.resolution import answer_as_json, solve_request
+from vgtsim.planning.resolution import answer_as_json, make_objective, solve_request
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import Configurations
 from vgtsim.positioning.strokes import make_box

@@ -6,12 +6,11 @@ import pytest
 from studies.planar import PlanarArm
 from vgtsim.errors import GoalError, ObjectiveError
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, report_rows, tool_goal
-from vgtsim.positioning.hinges import ClearanceHinges
 from vgtsim.positioning.kkt import Quadratic, condition_numbers
 from vgtsim.positioning.newton import NewtonSettings, minimise
 from vgtsim.positioning.objectives import (
+    ClearanceHinges,
     Configurations,
     Differences,
     LengthVariation,
@@ -20,7 +19,7 @@ from vgtsim.positioning.objectives import (
     StrokeBarrier,
     WeightedSum,
 )
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, lagrangian_curvature
 from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.strokes import make_box
 from vgtsim.positioning.surroundings import Surroundings

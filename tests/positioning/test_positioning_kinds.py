@@ -11,7 +11,6 @@ from vgtsim.description import load_manipulator
 from vgtsim.errors import GoalError
 from vgtsim.kinematics import Chain, azimuth, bend_all, hanging_mount, sample_inputs, swing
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.curvature import lagrangian_curvature
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, tool_goal
 from vgtsim.positioning.methods import anchor_successively
 from vgtsim.positioning.newton import NewtonSettings
@@ -24,10 +23,9 @@ from vgtsim.positioning.objectives import (
     WeightedSum,
     goal_plane,
 )
-from vgtsim.positioning.postures import make_postures
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, lagrangian_curvature
 from vgtsim.positioning.reduction import couple
-from vgtsim.positioning.restarts import solve_anywhere
+from vgtsim.positioning.restarts import make_postures, solve_anywhere
 from vgtsim.positioning.strokes import bring_inside, inside, make_box
 
 MODELS = Path(__file__).parents[2] / "models"

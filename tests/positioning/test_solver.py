@@ -12,9 +12,15 @@ from vgtsim.geometry import segment_distance
 from vgtsim.kinematics import bend_all, swing
 from vgtsim.positioning import Keep, Surroundings, methods, solve_goal
 from vgtsim.positioning.goals import evaluate, tool_goal
-from vgtsim.positioning.hinges import ClearanceHinges
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.objectives import Configurations, MidStroke, StrokeBarrier, WeightedSum, goal_plane
+from vgtsim.positioning.objectives import (
+    ClearanceHinges,
+    Configurations,
+    MidStroke,
+    StrokeBarrier,
+    WeightedSum,
+    goal_plane,
+)
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import couple
 from vgtsim.positioning.restarts import bring_starts_inside, likely_starts

@@ -17,12 +17,10 @@ Index = NDArray[np.intp]
 
 SHELL, RISER, WASTE = "shell", "riser", "waste"
 
-# Configurations done at a time: bounds the memory of a batch to some tens of megabytes.
-_CHUNK = 64
+_CHUNK = 64  # configurations done at a time: bounds the memory of a batch to some tens of megabytes
 # Points along a member that passes the riser's mouth, and how often the best interval is cut
 # again: the place of least distance is then known within 1/1024 of the member's length.
-_SAMPLES = 17
-_CUTS = 3
+_SAMPLES, _CUTS = 17, 3
 
 
 @dataclass(frozen=True)
@@ -102,14 +100,10 @@ def arm_clearance(
     rounded at its ends by its radius, which makes the result a lower bound there.
     """
     nodes = np.asarray(nodes, float)
-    batch = nodes.shape[:-2]
-    balls = nodes
-    ball_radii = np.full(nodes.shape[-2], hub_radius)
+    batch, balls, ball_radii = nodes.shape[:-2], nodes, np.full(nodes.shape[-2], hub_radius)
     if payload is not None:
-        balls = np.concatenate(
-            [nodes, np.broadcast_to(np.asarray(payload[0], float)[..., None, :], (*batch, 1, 3))], -2
-        )
-        ball_radii = np.append(ball_radii, payload[1])
+        tool = np.broadcast_to(np.asarray(payload[0], float)[..., None, :], (*batch, 1, 3))
+        balls, ball_radii = np.concatenate([nodes, tool], -2), np.append(ball_radii, payload[1])
     flat = balls.reshape(-1, *balls.shape[-2:])
     places = (SHELL, RISER, *around.names, WASTE)
     distance = np.empty((len(flat), len(places)))
@@ -127,7 +121,7 @@ def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile,
     """Distances of members and balls from each place, shape (B, M + balls, P), m."""
     a, b = balls[:, ends[:, 0]], balls[:, ends[:, 1]]
     depth, mouth = enclosure_depth(tank, profile, balls)
-    inf, count = np.inf, len(ends)
+    inf = np.inf
     shell, riser = np.where(mouth, inf, depth), np.where(mouth, depth, inf)
     member_shell = np.minimum(shell[:, ends[:, 0]], shell[:, ends[:, 1]])
     member_riser = np.minimum(riser[:, ends[:, 0]], riser[:, ends[:, 1]])
@@ -141,10 +135,8 @@ def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile,
     columns = [np.concatenate([member_shell, shell], 1), np.concatenate([member_riser, riser], 1)]
     starts, stops = np.concatenate([a, balls], 1), np.concatenate([b, balls], 1)
     for (low, high), radius in zip(around.axes, around.radii, strict=True):
-        gap = np.empty(starts.shape[:2])
-        gap[:, :count] = segment_distance(a, b, low, high)[0] - radius
-        gap[:, count:] = segment_distance(balls, balls, low, high)[0] - radius
-        columns.append(gap)
+        gaps = [segment_distance(first, last, low, high)[0] - radius for first, last in ((a, b), (balls, balls))]
+        columns.append(np.concatenate(gaps, axis=1))
     columns.append(np.minimum(starts[..., 2], stops[..., 2]) - around.waste_level)
     return np.stack(columns, -1) - radii[:, None]
 

@@ -25,11 +25,11 @@ def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array
     sector. The tank is convex and smooth, so the least of these signed distances is the distance, on either side.
     """
     points = np.asarray(points, float)
-    meridian = _Meridian(np.hypot(points[..., 0], points[..., 1]), points[..., 2])
-    feet = _to_pieces(profile, meridian)
+    rho, z = np.hypot(points[..., 0], points[..., 1]), points[..., 2]
+    feet = _to_pieces(profile, rho, z)
     piece = feet.argmin(axis=0)
     distance = np.take_along_axis(feet, piece[None], axis=0)[0]
-    return distance, _in_space(_inward(profile, meridian, piece), points, meridian.rho)
+    return distance, _in_space(_inward(profile, rho, z, piece), points, rho)
 
 
 def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, Array]:
@@ -41,13 +41,13 @@ def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple
     """
     points = np.asarray(points, float)
     found = _enclose(tank, profile, points)
-    meridian, (bore, rim) = found.meridian, found.mouth_circle
-    gradient = _inward(profile, meridian, found.piece)
-    to_rim = np.stack([meridian.rho - bore, meridian.z - rim], axis=-1)
+    rho, z, (bore, rim) = found.rho, points[..., 2], found.mouth_circle
+    gradient = _inward(profile, rho, z, found.piece)
+    to_rim = np.stack([rho - bore, z - rim], axis=-1)
     reach = np.where(found.reach > 0, found.reach, 1.0)
     gradient = np.where(found.at_rim[..., None], to_rim / reach[..., None], gradient)
     gradient = np.where(found.in_bore[..., None], [-1.0, 0.0], gradient)
-    return found.distance, _in_space(gradient, points, meridian.rho)
+    return found.distance, _in_space(gradient, points, rho)
 
 
 def enclosure_depth(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
@@ -57,23 +57,15 @@ def enclosure_depth(tank: Tank, profile: Profile, points: ArrayLike) -> tuple[Ar
 
 
 @dataclass(frozen=True)
-class _Meridian:
-    """Points in their meridian plane: distance from the axis and height, shape (...) each, m."""
-
-    rho: Array
-    z: Array
-
-
-@dataclass(frozen=True)
 class _Enclosed:
     """Where points are in the tank and its riser, all of shape (...).
 
-    `piece` is the nearest piece of the profile of those that count; `reach` is the distance from the riser's rim, m,
-    whose radius and height, m, are `mouth_circle`.
+    `rho` is the distance from the axis, m; `piece` is the nearest piece of the profile of those that count; `reach` is
+    the distance from the riser's rim, m, whose radius and height, m, are `mouth_circle`.
     """
 
     distance: Array
-    meridian: _Meridian
+    rho: Array
     piece: NDArray[np.intp]
     reach: Array
     at_rim: NDArray[np.bool_]
@@ -85,8 +77,7 @@ def _enclose(tank: Tank, profile: Profile, points: Array) -> _Enclosed:
     rho, z = np.hypot(points[..., 0], points[..., 1]), points[..., 2]
     bore = tank.arm_riser.bore / 2
     rim, dome = profile.rim(bore), profile.pieces[-1].centre
-    meridian = _Meridian(rho, z)
-    feet = _to_pieces(profile, meridian)
+    feet = _to_pieces(profile, rho, z)
     closed = feet.min(axis=0)
     reach = np.hypot(rho - bore, z - rim)
     # below the rim, points whose foot on the dome would fall into the opening
@@ -96,7 +87,7 @@ def _enclose(tank: Tank, profile: Profile, points: Array) -> _Enclosed:
     piece = feet.argmin(axis=0)
     others = feet.min(axis=0)
     distance = np.where(above, bore - rho, np.where(below, np.minimum(reach, others), closed))
-    return _Enclosed(distance, meridian, piece, reach, below & (reach < others), above, (bore, rim))
+    return _Enclosed(distance, rho, piece, reach, below & (reach < others), above, (bore, rim))
 
 
 def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike) -> tuple[Array, Array, Array]:
@@ -130,25 +121,25 @@ def _in_space(gradient: Array, points: Array, rho: Array) -> Array:
     return np.stack([x, y, gradient[..., 1]], axis=-1)
 
 
-def _to_pieces(profile: Profile, meridian: _Meridian) -> Array:
+def _to_pieces(profile: Profile, rho: Array, z: Array) -> Array:
     """Signed distance to each of the P pieces, shape (P, ...); infinite outside a piece's sector."""
-    table = profile.table(meridian.rho.ndim)
-    r, h = meridian.rho - table.start[0], meridian.z - table.start[1]
+    table = profile.table(rho.ndim)
+    r, h = rho - table.start[0], z - table.start[1]
     x, y = r * table.along[0] + h * table.along[1], h * table.along[0] - r * table.along[1]
     k = table.curvature
     # from the centre, in units of the radius; stays finite when the piece is straight
     reach = np.hypot(k * x, 1 - k * y)
     distance = (2 * y - k * (x * x + y * y)) / (1 + reach)
-    past = (meridian.rho - table.end[0]) * table.leaving[0] + (meridian.z - table.end[1]) * table.leaving[1]
+    past = (rho - table.end[0]) * table.leaving[0] + (z - table.end[1]) * table.leaving[1]
     distance[(x < -_SECTOR_SLACK) | (past > _SECTOR_SLACK)] = np.inf
     return distance
 
 
-def _inward(profile: Profile, meridian: _Meridian, piece: NDArray[np.intp]) -> Array:
+def _inward(profile: Profile, rho: Array, z: Array, piece: NDArray[np.intp]) -> Array:
     """Unit direction (r, z) from the nearest point of a piece, shape (..., 2)."""
     table = profile.table(0)
     along_r, along_z, k = table.along[0][piece], table.along[1][piece], table.curvature[piece]
-    r, h = meridian.rho - table.start[0][piece], meridian.z - table.start[1][piece]
+    r, h = rho - table.start[0][piece], z - table.start[1][piece]
     turn_x, turn_y = k * (r * along_r + h * along_z), 1 - k * (h * along_r - r * along_z)
     reach = np.hypot(turn_x, turn_y)
     scale = np.where(reach > 0, reach, 1.0)

@@ -136,12 +136,7 @@ def _starts(config: Index) -> Index:
 def _measure(pairs: MemberPairs, balls: MemberBalls, config: Index, members: Index) -> Array:
     """Distance between the surfaces of pairs of members, shape (R,), m."""
     first, second = members
-    ends = (
-        balls.first[config, first],
-        balls.last[config, first],
-        balls.first[config, second],
-        balls.last[config, second],
-    )
+    ends = (side[config, member] for member in (first, second) for side in (balls.first, balls.last))
     return segment_distance(*ends)[0] - pairs.radii[first] - pairs.radii[second]
 
 

@@ -1,15 +1,13 @@
 """The inner surface of a tank: a curve turned about the tank axis.
 
-The curve lies in the half-plane (r, z) of frame G and runs from the lowest point on the axis to the crown:
-dish, knuckle, wall, haunch, dome. Each piece has constant curvature and each joint is tangent, so that the
-tank is convex and its surface has a normal everywhere. A piece is held by its start, heading and curvature; a
-flat floor and the wall are pieces of no curvature and need no case of their own.
+The curve lies in the half-plane (r, z) of frame G and runs from the lowest point on the axis to the crown. Each piece
+has constant curvature and each joint is tangent, so the tank is convex and has a normal everywhere. A flat floor and
+the wall are pieces of no curvature and need no case of their own.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from math import acos, ceil, cos, inf, pi, sin, tan
 
 import numpy as np
@@ -48,10 +46,8 @@ class Piece:
     def centre(self) -> tuple[float, float]:
         """Centre (r, z) of the arc, m; at infinity for a straight piece."""
         if not self.turn:
-            return (
-                -inf if sin(self.heading) > 0.5 else self.start[0],
-                inf if cos(self.heading) > 0.5 else self.start[1],
-            )
+            upright = sin(self.heading) > 0.5
+            return (-inf if upright else self.start[0], inf if cos(self.heading) > 0.5 else self.start[1])
         return (self.start[0] - self.radius * sin(self.heading), self.start[1] + self.radius * cos(self.heading))
 
     @property
@@ -65,10 +61,8 @@ class Piece:
         s = np.asarray(distance, float)
         half = self.curvature * s / 2
         chord = s * np.sinc(half / pi)
-        return np.stack(
-            [self.start[0] + chord * np.cos(self.heading + half), self.start[1] + chord * np.sin(self.heading + half)],
-            -1,
-        )
+        r, z = self.start[0] + chord * np.cos(self.heading + half), self.start[1] + chord * np.sin(self.heading + half)
+        return np.stack([r, z], -1)
 
 
 @dataclass(frozen=True)
@@ -86,11 +80,9 @@ class PieceTable:
 
 
 def _make_table(pieces: tuple[Piece, ...], axes: int) -> PieceTable:
-    def column(values: list[float]) -> Array:
-        return np.reshape(np.array(values), (-1, *[1] * axes))
-
     def pair(values: list[tuple[float, float]]) -> tuple[Array, Array]:
-        return column([value[0] for value in values]), column([value[1] for value in values])
+        first, second = np.reshape(np.transpose(values), (2, -1, *[1] * axes))
+        return first, second
 
     last = [piece.heading + piece.turn for piece in pieces]
     return PieceTable(
@@ -98,7 +90,7 @@ def _make_table(pieces: tuple[Piece, ...], axes: int) -> PieceTable:
         end=pair([piece.end for piece in pieces]),
         along=pair([(cos(piece.heading), sin(piece.heading)) for piece in pieces]),
         leaving=pair([(cos(heading), sin(heading)) for heading in last]),
-        curvature=column([piece.curvature for piece in pieces]),
+        curvature=np.reshape([piece.curvature for piece in pieces], (-1, *[1] * axes)),
     )
 
 
@@ -107,6 +99,8 @@ class Profile:
     """The whole curve: dish, knuckle, wall, haunch, dome, from the lowest point to the crown."""
 
     pieces: tuple[Piece, ...]
+    _rims: dict[float, float] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _tables: dict[int, PieceTable] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def inner_radius(self) -> float:
@@ -133,14 +127,6 @@ class Profile:
         if axes not in self._tables:
             self._tables[axes] = _make_table(self.pieces, axes)
         return self._tables[axes]
-
-    @cached_property
-    def _rims(self) -> dict[float, float]:
-        return {}
-
-    @cached_property
-    def _tables(self) -> dict[int, PieceTable]:
-        return {}
 
     def points(self, spacing: float) -> Array:
         """Points (r, z) on the curve, shape (n, 2), m, `spacing` apart at most, tangent points included.
@@ -171,10 +157,8 @@ class Profile:
         """Height z, m, of dome or haunch at distances from the axis, shape (...), m, at most the inner radius."""
         r = np.asarray(radius, float)
         haunch, dome = self.piece("haunch"), self.piece("dome")
-        arc_r = np.where(r <= dome.start[0], dome.centre[0], haunch.centre[0])
-        arc_z = np.where(r <= dome.start[0], dome.centre[1], haunch.centre[1])
-        arc = np.where(r <= dome.start[0], dome.radius, haunch.radius)
-        return arc_z + np.sqrt(np.clip(arc**2 - (r - arc_r) ** 2, 0.0, None))
+        arc = [np.sqrt(np.clip(piece.radius**2 - (r - piece.centre[0]) ** 2, 0.0, None)) for piece in (dome, haunch)]
+        return np.where(r <= dome.start[0], dome.centre[1] + arc[0], haunch.centre[1] + arc[1])
 
     def volume(self, level: float = inf) -> float:
         """Volume below a level z, m, in m³, by Gauss-Legendre quadrature of pi r² dz along each piece."""

@@ -3,39 +3,50 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.redundancy import Method, choose_coupling
+from vgtsim.description.redundancy import OBJECTIVES, Method, choose_coupling, split_objective
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import straight_yaws
-from vgtsim.planning.arm_alone import Place
+from vgtsim.kinematics import Chain, straight_yaws
+from vgtsim.planning.arm_alone import Place, safety_factor_of
 from vgtsim.planning.checks import require_positionable
-from vgtsim.planning.objectives import MARGIN, make_objective
 from vgtsim.positioning import (
+    ClearanceHinges,
+    Differences,
     GoalSpace,
     Keep,
+    LengthVariation,
+    MidStroke,
     NewtonSettings,
+    Objective,
     Problem,
     RowReport,
     Solution,
+    StrokeBarrier,
+    WeightedSum,
     binding_actuators,
     couple,
     evaluate,
+    goal_plane,
     report_rows,
     solve_goal,
     tool_goal,
 )
 from vgtsim.positioning.kkt import condition_numbers, lost_directions
 from vgtsim.site import Site
+from vgtsim.statics import find_use, smooth_peak, solve_members
 
 Array = NDArray[np.float64]
 Facts = dict[str, str | float | int | bool | list[str]]
 
 _TURNED = 1e-6  # angle between base frames from which modules count as turned, rad
 _STEPS = 300  # a goal by a wall makes the valley of the optimum narrow and curved
+MARGIN = 0.02  # m kept at the goals beyond the path's clearance, so that a path can leave them
+_FORCE = 1e5  # N: actuator forces count in units of what a middling cylinder pushes
 
 
 @dataclass(frozen=True)
@@ -162,16 +173,69 @@ def _facts(place: Place, goal: GoalSpace, found: Solution, objectives: tuple[str
 
 def _require_alike(place: Place, pairs: tuple[tuple[int, int], ...]) -> None:
     """Refuse to couple modules turned to each other: equal inputs, each in its module's own frame, bend them apart."""
-    arm = place.chain.manipulator
     yaws, seats, named = straight_yaws(place.chain), place.chain.seats, place.chain.layout.names
     for follower, leader in pairs:
         if seats[follower][0].modules.turns_alike:
             continue
         turn = np.angle(np.exp(1j * (yaws[follower] - yaws[leader])))
         if abs(turn) > _TURNED:
-            names = f"{named[follower]} and {named[leader]} of {arm.name}"
+            names = f"{named[follower]} and {named[leader]} of {place.chain.manipulator.name}"
             found = f"{names}, turned by {np.degrees(turn):.4g} degrees to each other"
-            given = isinstance(place, Site) and place.task.motion.coupling is not None
             allowed = "coupled modules whose base frames are parallel in the straight arm"
-            file = place.scene.file if isinstance(place, Site) else None
-            raise DescriptionError(file, "motion.coupling" if given else "method", found, allowed)
+            site = place if isinstance(place, Site) else None
+            key = "motion.coupling" if site and site.task.motion.coupling is not None else "method"
+            raise DescriptionError(site.scene.file if site else None, key, found, allowed)
+
+
+def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Objective:
+    """Objective of names such as `mid_stroke` or `clearance:2`: one objective, or the weighted sum of several.
+
+    `goal` is a tool goal: `condition_number` is that of its rows, and `in_plane` takes its position.
+
+    Raises:
+        DescriptionError: A name is not known, a weight is no number above zero, or a scene is needed.
+    """
+    chain = place.chain
+    known: dict[str, Callable[[], Objective]] = {
+        "stroke_barrier": StrokeBarrier,
+        "mid_stroke": MidStroke,
+        "length_variation": LengthVariation,
+        "in_plane": lambda: goal_plane(chain, goal.parts[0].target),
+        "condition_number": lambda: Differences("condition_number", lambda q: _condition(place, goal, q)),
+        "actuator_force": lambda: Differences("actuator_force", lambda q: _greatest_force(place, q)),
+        "utilisation": lambda: Differences("utilisation", lambda q: _greatest_use(place, q)),
+    }
+    if isinstance(place, Site):
+        # of the unloaded shape: the sag of an elastic arm would cost a solve for every evaluation
+        wanted = place.task.motion.clearance + MARGIN
+        known["clearance"] = lambda: ClearanceHinges(place.unsagged_surroundings, wanted, payload=False)
+    assert set(known) | {"clearance"} == set(OBJECTIVES)
+    parts = []
+    for text in names:
+        try:
+            name, weight = split_objective(text)
+        except ValueError as error:
+            raise DescriptionError(None, "objective", repr(text), str(error)) from None
+        if name not in known:
+            raise DescriptionError(None, "objective", repr(text), "clearance with a scene, which has surroundings")
+        parts.append((weight, known[name]()))
+    return parts[0][1] if len(parts) == 1 and parts[0][0] == 1 else WeightedSum(tuple(parts))
+
+
+def _condition(place: Place, goal: GoalSpace, q: Array) -> Array:
+    """Condition number of the goal rows, lengths counted in straight arms, shape (b,)."""
+    chain: Chain = place.chain
+    J = evaluate(chain, goal, place.box.chain.state(q), np.zeros(len(q), int))[1]
+    reach = float(np.linalg.norm(chain.tool(chain.straight)[0] - chain.mount[:3, 3]))
+    return condition_numbers(np.concatenate([J[:, :3] / reach, J[:, 3:]], axis=1))
+
+
+def _greatest_force(place: Place, q: Array) -> Array:
+    """Smooth stand-in for the greatest actuator force at rest, shape (b,), in 100 kN."""
+    bar = solve_members(place.load_model, place.chain.nodes(q)).bar
+    return smooth_peak(np.abs(bar[:, place.chain.truss.actuated]) / _FORCE)
+
+
+def _greatest_use(place: Place, q: Array) -> Array:
+    """Smooth stand-in for the greatest utilisation of any member at rest, shape (b,)."""
+    return smooth_peak(find_use(place.load_model, place.sections, place.chain.nodes(q), safety_factor_of(place)).worst)

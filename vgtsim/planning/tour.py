@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from vgtsim.description.scene import Goal
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.checks import check_site
-from vgtsim.planning.objectives import MARGIN
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import goal_keep, resolve_goal, scene_resolution
+from vgtsim.planning.resolution import MARGIN, goal_keep, resolve_goal, scene_resolution
 from vgtsim.planning.timing import make_limits, time_lengths
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep

@@ -6,17 +6,10 @@ configurations; `solve_goal` takes one goal by any method of the dissertation, w
 """
 
 from vgtsim.positioning.batch import solve
-from vgtsim.positioning.goals import (
-    GoalSpace,
-    Position,
-    RowReport,
-    evaluate,
-    report_rows,
-    tool_goal,
-)
-from vgtsim.positioning.hinges import ClearanceHinges
+from vgtsim.positioning.goals import GoalSpace, Position, RowReport, evaluate, report_rows, tool_goal
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
+    ClearanceHinges,
     Configurations,
     Differences,
     LengthVariation,

@@ -97,31 +97,31 @@ def minimise(
     Raises:
         ValueError: A start is outside the hard limits.
     """
-    how, views = settings or NewtonSettings(), _Views(evaluate, glance)
-    batch = _begin(evaluate, start, how, bend is not None)
+    how = settings or NewtonSettings()
+    batch = _begin(how, evaluate, glance, bend, start)
     active = np.arange(len(start))
     for count in range(how.most + 1):
         now = batch.at.take(active)
-        equations, penalty = _equations(batch, now, active, bend, how)
+        equations, penalty = _equations(batch, now, active)
         step, multipliers, batch.promise[active] = solve_equations(
             equations, np.arange(len(active)), now.slope, now.error
         )
         batch.y[active] = multipliers - penalty[:, None] * now.error
-        done = _settle(batch, active, now, how)
+        done = _settle(batch, active, now)
         if count == how.most:
             break
         step, size = _bounded(step, how.turn), np.linalg.norm(multipliers, axis=1)
-        moved, shift = _escape(views, batch, active, now, equations, how), np.zeros_like(step)
+        moved, shift = _escape(batch, active, now, equations), np.zeros_like(step)
         go = ~done & ~moved
         near = np.linalg.norm(now.error, axis=1) < _NEAR
         long = go & near & (np.max(np.abs(step), axis=1) > _FULL)
         for which, restore in ((go & ~long, None), (long, restoring(equations, long))):
-            moved[which], shift[which] = _search(views, batch, active[which], step[which], size[which], restore=restore)
+            moved[which], shift[which] = _search(batch, active[which], step[which], size[which], restore=restore)
         if batch.learned is not None:
             _learn(batch, now.take(go), active[go], shift[go])
         batch.iterations[active[moved]] += 1
         again = np.flatnonzero(go & ~long & moved & (penalty > 0))
-        settled = _go_on(views, batch, active, again, step[again], (equations, penalty), how)
+        settled = _go_on(batch, active, again, step[again], equations, penalty)
         active = np.setdiff1d(active[moved], settled)
         if not len(active):
             break
@@ -138,29 +138,18 @@ def minimise(
 
 
 @dataclass(frozen=True)
-class _Views:
-    """The problem as a whole and at a glance."""
-
-    model: Evaluate
-    brief: Glance | None
-
-    def glance(self, z: Array, which: Index, value: bool = True) -> tuple[Mask, Array, Array]:
-        """`inside`, `error` and, where it is wanted, `value` about some points."""
-        if self.brief is not None:
-            return self.brief(z, which, value)
-        at = self.model(z, which)
-        return at.inside, at.error, at.value
-
-
-@dataclass(frozen=True)
 class _Batch:
-    """The state of all goals, changed in place.
+    """The problem and the state of all goals, changed in place.
 
     `z` are the variables, shape (B, k), and `at` the model there; `y` are the multipliers of the goal rows, shape (B,
     m). `learned` is curvature learned from changes of the slope, and `bent` the curvature that the model leaves out,
     shape (B, k, k) or absent; `age` is the number of iterations for which `bent` has been kept, shape (B,).
     """
 
+    how: NewtonSettings
+    model: Evaluate
+    brief: Glance | None
+    bend: Bend | None
     z: Array
     at: Quadratic
     y: Array
@@ -172,14 +161,25 @@ class _Batch:
     bent: Array | None
     age: Index
 
+    def glance(self, z: Array, which: Index, value: bool = True) -> tuple[Mask, Array, Array]:
+        """`inside`, `error` and, where it is wanted, `value` about some points."""
+        if self.brief is not None:
+            return self.brief(z, which, value)
+        at = self.model(z, which)
+        return at.inside, at.error, at.value
 
-def _begin(evaluate: Evaluate, start: Array, how: NewtonSettings, bends: bool) -> _Batch:
+
+def _begin(how: NewtonSettings, model: Evaluate, brief: Glance | None, bend: Bend | None, start: Array) -> _Batch:
     count = len(start)
     z = np.array(start, float)
-    at = evaluate(z, np.arange(count))
+    at = model(z, np.arange(count))
     if not np.all(at.inside):
         raise ValueError(f"start {int(np.argmin(at.inside))} is outside the strokes")
     return _Batch(
+        how=how,
+        model=model,
+        brief=brief,
+        bend=bend,
         z=z,
         at=at,
         y=least_multipliers(at.J, at.slope, how.limit),
@@ -188,60 +188,57 @@ def _begin(evaluate: Evaluate, start: Array, how: NewtonSettings, bends: bool) -
         definite=np.ones(count, bool),
         optimal=np.zeros(count, bool),
         learned=None if at.rough is None else np.zeros_like(at.curve),
-        bent=np.zeros_like(at.curve) if bends and at.rough is None else None,
+        bent=np.zeros_like(at.curve) if bend is not None and at.rough is None else None,
         age=np.full(count, _KEPT),
     )
 
 
-def _equations(
-    batch: _Batch, now: Quadratic, active: Index, bend: Bend | None, how: NewtonSettings
-) -> tuple[Equations, Array]:
+def _equations(batch: _Batch, now: Quadratic, active: Index) -> tuple[Equations, Array]:
     """Newton's equations, with the whole curvature near a goal where it is definite in the null space.
 
     A multiple of JᵀJ is added to it: that changes no step that meets the rows, and makes the matrix definite if, and
     only if, the curvature in the null space is (Debreu's lemma). Returns the equations and that multiple, shape (b,):
     zero where the quadratic model's curvature stands alone.
     """
+    limit = batch.how.limit
     W = now.curve.copy() if batch.learned is None else now.curve + batch.learned[active]
     trace = np.trace(W, axis1=1, axis2=2)
     np.einsum("bii->bi", W)[:] += (1e-10 * trace / W.shape[1] + 1e-14)[:, None]
     penalty = np.zeros(len(W))
-    if bend is None or batch.bent is None:
-        return factorise(W, now.J, how.limit), penalty
+    if batch.bent is None:
+        return factorise(W, now.J, limit), penalty
     near = np.flatnonzero(np.linalg.norm(now.error, axis=1) < _NEAR)
-    _renew(batch, active[near], bend)
+    _renew(batch, active[near])
     plain = W[near]
     penalty[near] = _PENALTY * trace[near] / np.sum(now.J[near] ** 2, axis=(1, 2))
     W[near] += batch.bent[active[near]]
     W[near] += (penalty[near, None, None] * np.swapaxes(now.J[near], 1, 2)) @ now.J[near]
-    found = factorise(W, now.J, how.limit)
+    found = factorise(W, now.J, limit)
     batch.definite[active] = found.definite
     bad = np.flatnonzero(~found.definite[near])
     if len(bad):
         penalty[near[bad]] = 0.0
-        _replace(found, near[bad], factorise(plain[bad], now.J[near[bad]], how.limit))
+        others = factorise(plain[bad], now.J[near[bad]], limit)
+        for field in fields(Equations):
+            getattr(found, field.name)[near[bad]] = getattr(others, field.name)
     return found, penalty
 
 
-def _replace(equations: Equations, which: Index, others: Equations) -> None:
-    for field in fields(Equations):
-        getattr(equations, field.name)[which] = getattr(others, field.name)
-
-
-def _renew(batch: _Batch, near: Index, bend: Bend) -> None:
+def _renew(batch: _Batch, near: Index) -> None:
     """Ask again for curvatures that have been kept long enough."""
+    assert batch.bend is not None
     assert batch.bent is not None
     stale = near[batch.age[near] >= _KEPT]
     if len(stale):
         by_length = None if batch.at.by_length is None else batch.at.by_length[stale]
-        batch.bent[stale] = bend(batch.z[stale], stale, batch.y[stale], by_length)
+        batch.bent[stale] = batch.bend(batch.z[stale], stale, batch.y[stale], by_length)
         batch.age[stale] = 0
     batch.age[near] += 1
 
 
-def _settle(batch: _Batch, active: Index, now: Quadratic, how: NewtonSettings) -> Mask:
+def _settle(batch: _Batch, active: Index, now: Quadratic) -> Mask:
     """Which goals are met and stationary, shape (b,); those with a definite curvature are optimal."""
-    done = _met(now, how) & (batch.promise[active] <= how.optimality * (1 + np.abs(now.value)))
+    done = _met(now, batch.how) & (batch.promise[active] <= batch.how.optimality * (1 + np.abs(now.value)))
     batch.optimal[active] = done & batch.definite[active]
     return done
 
@@ -255,24 +252,15 @@ def _bounded(step: Array, turn: float) -> Array:
     return step * np.minimum(1.0, turn / np.maximum(largest, 1e-300))
 
 
-def _go_on(
-    views: _Views,
-    batch: _Batch,
-    active: Index,
-    pending: Index,
-    last: Array,
-    model: tuple[Equations, Array],
-    how: NewtonSettings,
-) -> Index:
+def _go_on(batch: _Batch, active: Index, pending: Index, last: Array, equations: Equations, penalty: Array) -> Index:
     """Further steps by the same factors for some of the active goals; returns the goals that are settled."""
-    equations, penalty = model
     settled, way = [active[:0]], np.max(np.abs(last), axis=1)
     for _ in range(_AGAIN):
         goals = active[pending]
         now = batch.at.take(goals)
         slope = now.slope + (batch.y[goals][:, None] @ now.J)[:, 0]
         step, change, batch.promise[goals] = solve_equations(equations, pending, slope, now.error)
-        done = _settle(batch, goals, now, how)
+        done = _settle(batch, goals, now)
         settled.append(goals[done])
         length = np.max(np.abs(step), axis=1)
         keep = np.flatnonzero(~done & (length < _SHRINKS * way))
@@ -280,13 +268,12 @@ def _go_on(
             break
         batch.y[goals[keep]] += (change - penalty[pending, None] * now.error)[keep]
         size = np.linalg.norm(batch.y[goals[keep]], axis=1)
-        moved, _ = _search(views, batch, goals[keep], step[keep], size, cuts=1)
+        moved, _ = _search(batch, goals[keep], step[keep], size, cuts=1)
         pending, way = pending[keep[moved]], length[keep[moved]]
     return np.concatenate(settled)
 
 
 def _search(
-    views: _Views,
     batch: _Batch,
     goals: Index,
     step: Array,
@@ -309,11 +296,11 @@ def _search(
             break
         trial = batch.z[goals[pending]] + part * step[pending]
         for back in () if restore is None else (restore,) * _RESTORED:
-            error_there = views.glance(trial, goals[pending], value=False)[1]
+            error_there = batch.glance(trial, goals[pending], value=False)[1]
             trial = trial - (back[pending] @ error_there[..., None])[..., 0]
-        whole = part == 1.0 or views.brief is None
-        there = views.model(trial, goals[pending]) if whole else None
-        at_trial = views.glance(trial, goals[pending]) if there is None else (there.inside, there.error, there.value)
+        whole = part == 1.0 or batch.brief is None
+        there = batch.model(trial, goals[pending]) if whole else None
+        at_trial = batch.glance(trial, goals[pending]) if there is None else (there.inside, there.error, there.value)
         inside, error_there, value_there = at_trial
         off = np.linalg.norm(error_there, axis=1)
         with np.errstate(invalid="ignore"):
@@ -327,14 +314,12 @@ def _search(
         if there is not None:
             batch.at.put(goals[taken], there, good)
         elif len(taken):
-            batch.at.put(goals[taken], views.model(trial[good], goals[taken]), slice(None))
+            batch.at.put(goals[taken], batch.model(trial[good], goals[taken]), slice(None))
         pending, part = pending[~good], part / 3
     return moved, shift
 
 
-def _escape(
-    views: _Views, batch: _Batch, active: Index, now: Quadratic, equations: Equations, how: NewtonSettings
-) -> Mask:
+def _escape(batch: _Batch, active: Index, now: Quadratic, equations: Equations) -> Mask:
     """Leave saddles along the least curvature in the null space: which goals have left, shape (b,).
 
     An escape must lower the merit by more than a null-space step promises, and by more than a settled goal may promise,
@@ -345,10 +330,10 @@ def _escape(
         return freed & False
     goals = active[freed]
     W = now.curve[freed] + batch.bent[goals]
-    step = _ESCAPE * downhill(W, now.J[freed], now.slope[freed], how.limit)
-    least = np.maximum(batch.promise[goals], how.optimality * (1 + np.abs(now.value[freed])))
+    step = _ESCAPE * downhill(W, now.J[freed], now.slope[freed], batch.how.limit)
+    least = np.maximum(batch.promise[goals], batch.how.optimality * (1 + np.abs(now.value[freed])))
     size = np.linalg.norm(batch.y[goals], axis=1)
-    freed[freed] = _search(views, batch, goals, step, size, _WAYS, restoring(equations, freed), least)[0]
+    freed[freed] = _search(batch, goals, step, size, _WAYS, restoring(equations, freed), least)[0]
     batch.age[active[freed]] = _KEPT
     return freed
 

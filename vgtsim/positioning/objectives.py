@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,11 +12,13 @@ from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics import Chain, azimuth, straight_yaws
 from vgtsim.kinematics.state import Blocks, State
 from vgtsim.positioning.strokes import StrokeBox
+from vgtsim.positioning.surroundings import Surroundings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _ON_AXIS = 1e-6  # distance from the mast's axis below which a goal has no plane, m
+_STEP = 1e-6  # of one-sided differences of closed-form slopes, in units of the inputs: the root of their rounding
 
 
 @dataclass(frozen=True)
@@ -134,12 +136,10 @@ class LengthVariation(Objective):
         size = np.hypot(away, self.softness)
         rate = away / size
         first = rate - rate.mean(axis=1, keepdims=True)
-        weight = np.sqrt(1 / size)
         full = at.state.leg_slopes[:, : away.shape[1]]
-        spread = weight[:, :, None] * (full - full.mean(axis=1, keepdims=True))
-        slope = at.state.pull(first)
-        curve = np.swapaxes(spread, 1, 2) @ spread
-        return Terms(np.sum(size - self.softness, axis=1), slope, dense=curve, by_length=first)
+        spread = np.sqrt(1 / size)[:, :, None] * (full - full.mean(axis=1, keepdims=True))
+        value, curve = np.sum(size - self.softness, axis=1), np.swapaxes(spread, 1, 2) @ spread
+        return Terms(value, at.state.pull(first), dense=curve, by_length=first)
 
 
 @dataclass(frozen=True)
@@ -225,9 +225,8 @@ def _sum_blocks(parts: list[Blocks]) -> Blocks | None:
 
 def _half_square(at: Configurations, away: Array) -> Terms:
     """Terms of half the sum of squares of distances in half strokes, shape (b, J)."""
-    half = at.box.half
-    value = 0.5 * np.sum(away**2, axis=1)
-    return _of_lengths(at, value, away / half, np.broadcast_to(1 / half**2, away.shape))
+    curve = np.broadcast_to(1 / at.box.half**2, away.shape)
+    return _of_lengths(at, 0.5 * np.sum(away**2, axis=1), away / at.box.half, curve)
 
 
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
@@ -259,8 +258,7 @@ def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
     For a position on the axis the objective is zero everywhere.
     """
     point = np.asarray(position, float)
-    local = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3]
-    angle = azimuth(chain, point)
+    local, angle = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3], azimuth(chain, point)
     yaws, known = straight_yaws(chain), float(np.hypot(local[0], local[1]) > _ON_AXIS)
     forms = []
     for place in chain.layout.places:
@@ -270,3 +268,64 @@ def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
             form[:, columns] = rows
             forms.append(form)
     return InPlane(np.concatenate([np.empty((0, chain.layout.inputs)), *forms]))
+
+
+@dataclass(frozen=True)
+class ClearanceHinges(Objective):
+    """Half the sum of squares of hinges, one for each near pair of bodies.
+
+    A hinge begins `softness`, m, beyond the wanted clearance, m, and is 1 at it. `payload` tells whether the payload's
+    distance from all but the arm counts: it is constant where goal rows hold the tool.
+    """
+
+    surroundings: Surroundings
+    wanted: float = 0.12
+    softness: float = 0.10
+    payload: bool = True
+    name: str = "clearance"
+
+    @property
+    def dear(self) -> bool:
+        """Slopes take the derivatives of all nodes."""
+        return True
+
+    def terms(self, at: Configurations) -> Terms:
+        """In closed form, with Gauss and Newton's curvature."""
+        rows = self.surroundings.rows(at.state, self.wanted + self.softness, payload=self.payload)
+        batch, count = at.q.shape
+        rise = self._rise(rows.gap)
+        value, slope, dense = np.zeros(batch), np.zeros((batch, count)), np.zeros((batch, count, count))
+        np.add.at(value, rows.config, 0.5 * rise**2)
+        for b in np.unique(rows.config):
+            mine = rows.config == b
+            gradient = rows.gradient[mine] / self.softness
+            slope[b], dense[b] = -rise[mine] @ gradient, gradient.T @ gradient
+        return Terms(value, slope, dense=dense)
+
+    def values(self, at: Configurations) -> Array:
+        """Without gradients."""
+        rows = self.surroundings.rows(at.state, self.wanted + self.softness, slopes=False, payload=self.payload)
+        value = np.zeros(len(at.q))
+        np.add.at(value, rows.config, 0.5 * self._rise(rows.gap) ** 2)
+        return value
+
+    def _rise(self, gap: Array) -> Array:
+        return (self.wanted - gap) / self.softness + 1
+
+    def bend(self, at: Configurations) -> Array:
+        """Curvature that Gauss and Newton leave out, by differences of slopes, shape (b, n, n).
+
+        A goal near a wall holds the tool and the last nodes: the multipliers of the rows balance the slopes of those
+        hinges, so without their curvatures steps along the null space look far too long.
+        """
+        first = self.terms(at)
+        assert first.dense is not None
+        found, used = np.zeros_like(first.dense), np.flatnonzero(first.value > 0)
+        if not len(used):
+            return found
+        shift = _STEP * np.eye(first.slope.shape[1])
+        moved = (at.q[used, None] + shift).reshape(-1, len(shift))
+        there = replace(at, state=at.box.chain.state(moved), which=np.repeat(at.which[used], len(shift)))
+        slope = self.terms(there).slope.reshape(len(used), len(shift), -1)
+        found[used] = (slope - first.slope[used, None]) / _STEP - first.dense[used]
+        return (found + np.swapaxes(found, 1, 2)) / 2

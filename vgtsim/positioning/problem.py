@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics import Chain
-from vgtsim.positioning.curvature import lagrangian_curvature
-from vgtsim.positioning.goals import GoalSpace, evaluate
+from vgtsim.kinematics.state import State, cross
+from vgtsim.positioning.goals import GoalSpace, Pull, evaluate, pulls
 from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, Terms, WeightedSum
 from vgtsim.positioning.reduction import Reduction
@@ -22,6 +22,7 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 _STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain allows
+_STEP = 1e-5  # of one-sided differences, in units of the inputs: errors of both kinds are near 1e-5 of the curvature
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,8 @@ class Problem:
             rows = at.state.leg_slopes[:, len(self.box.least) :]
             J = np.concatenate([J, rows], axis=1)
             # changes no step that keeps static legs their length, and without it nothing would curve across them
-            curve = curve + self._stiff * np.swapaxes(rows, 1, 2) @ rows
+            stiff = float(np.mean(2 / self.box.half**2))  # as the stroke barrier at mid-stroke, 1/m²
+            curve = curve + stiff * np.swapaxes(rows, 1, 2) @ rows
         slope, rough = terms.slope, terms.rough
         if self.reduction is not None:
             T = self.reduction.slope(z)
@@ -127,11 +129,6 @@ class Problem:
             curve += terms.dense
         return curve
 
-    @property
-    def _stiff(self) -> float:
-        """Curvature of the stroke barrier at mid-stroke, 1/m²."""
-        return float(np.mean(2 / self.box.half**2))
-
     def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
         """Curvature of the Lagrangian that the model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""
         state = self.chain.state(self.inputs(z))
@@ -144,3 +141,62 @@ class Problem:
             return found
         T = self.reduction.slope(z)
         return np.swapaxes(T, 1, 2) @ found @ T
+
+
+def lagrangian_curvature(goal: GoalSpace, state: State, which: Index, multipliers: Array, length_slope: Array) -> Array:
+    """Second derivative, shape (b, n, n), of goal rows and leg lengths, weighted: what Gauss and Newton leave out.
+
+    Rows have weights of shape (b, m); lengths of shape (b, J), or (b, J + S) with static legs. Direction rows and turns
+    are exact where they are met. Between two modules it is a closed form: an input i nearer the base turns the velocity
+    v_j of an input j farther out, so it is omega_i x v_j. Within a module it is a difference of closed-form first
+    derivatives, all modules moved at once.
+    """
+    pull = pulls(state.chain, goal, which, multipliers)
+    owner = state.chain.layout.owner
+    batch, count = state.q.shape
+    total, raw = np.zeros((2, batch, count, count))
+    for part in pull:
+        upper = _between(part, state)
+        lower = np.swapaxes(upper, 1, 2)
+        total += (upper + lower) / (2 if np.any(part.turn) else 1)  # of a turn's rows the halves cancel
+        raw += upper if np.any(part.turn) else upper + lower
+    first = _gradient(pull, state, length_slope)
+    place = np.arange(count) - np.searchsorted(owner, owner)  # among the module's own inputs
+    for i in range(int(place.max()) + 1):
+        mine = np.flatnonzero(place == i)
+        moved = state.q.copy()
+        moved[:, mine] += _STEP
+        change = (_gradient(pull, state.chain.state(moved), length_slope) - first) / _STEP
+        change -= raw[:, mine].sum(axis=1)
+        row = np.full(int(owner.max()) + 1, -1)
+        row[owner[mine]] = mine
+        has = row[owner] >= 0
+        total[:, row[owner[has]], np.flatnonzero(has)] += change[:, has]
+    return (total + np.swapaxes(total, 1, 2)) / 2
+
+
+def _gradient(pull: tuple[Pull, ...], state: State, length_slope: Array) -> Array:
+    """First derivative of the pulled quantities and weighted lengths by the inputs, shape (b, n)."""
+    total = state.pull(length_slope)
+    for part in pull:
+        # forces and moments about the origin of G that the multipliers are
+        R, P = state.face(part.face)
+        moment = cross(P + part.offset * R[..., 2], part.point) + cross(R[..., 2], part.direction) + part.turn
+        n = part.inputs
+        slope = state.linear[:, :n] @ part.point[:, :, None] + state.angular[:, :n] @ moment[:, :, None]
+        total[:, :n] += slope[..., 0]
+    return total
+
+
+def _between(part: Pull, state: State) -> Array:
+    """Derivative by inputs nearer the base of what inputs farther out do, shape (b, n, n)."""
+    angular, owner = state.angular, state.chain.layout.owner
+    R, P = state.face(part.face)
+    velocity = state.linear + cross(angular, (P + part.offset * R[..., 2])[:, None])
+    turning = cross(angular, R[..., 2][:, None])
+    found = np.zeros((*angular.shape[:2], angular.shape[1]))
+    for weight, rate in ((part.point, velocity), (part.direction, turning), (part.turn, angular)):
+        if np.any(weight):
+            found += cross(weight[:, None], angular) @ np.swapaxes(rate, 1, 2)
+    found *= (owner[:, None] < owner[None, :]) & (np.arange(len(owner)) < part.inputs)[None, :]
+    return found

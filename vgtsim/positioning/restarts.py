@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.errors import GoalError
-from vgtsim.kinematics import Chain, azimuth, bend_all, can_swing, swing
+from vgtsim.errors import AssemblyError, GoalError
+from vgtsim.kinematics import Chain, azimuth, bend_all, can_swing, sample_inputs, swing
 from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.postures import PostureTable, make_postures
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.solution import Solution
-from vgtsim.positioning.strokes import bring_inside, inside, spare_strokes
+from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside, spare_strokes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -28,13 +27,16 @@ _BENDS = (
     (40.0, 38.0, 25.0, -20.0, -35.0),
     (20.0, 30.0, 30.0, 30.0, 30.0),
 )
-_POSTURES = 8  # of the table, tried when all else has failed
+_POSTURES = 8  # of the table, tried for a goal when all else has failed
 _WAY = 21  # steps of the way to mid-stroke that are tried for coupled starts
 _SPARE = 0.02  # part of the shortest stroke that coupled starts keep from its ends
 _TURN = 4.0  # m²: weight of a squared difference of directions beside that of positions in the choice of postures
 _STRIDE = 37  # between the postures that one goal tries without a position: no divisor of the table's size
 _SEED = 1993  # of the configurations at which contradictions are looked for
 _DEPENDENT = 1e-9  # least singular value over the greatest at which rows count as dependent
+_COUNT = 600  # postures of a table: enough that one comes near most goals
+_MOST_BEND = np.radians(40.0)  # of a module in the postures
+_PART = 0.88  # of the strokes that postures use: ends are left for what a goal asks
 
 
 def likely_starts(chain: Chain, start: Array, target: Array) -> Array:
@@ -43,8 +45,7 @@ def likely_starts(chain: Chain, start: Array, target: Array) -> Array:
     First come the present ones swung to the target's azimuth, then the present ones, then bends in the plane of the
     target. Some may be outside the strokes.
     """
-    there = azimuth(chain, target)
-    count = len(chain.layout.names)
+    there, count = azimuth(chain, target), len(chain.layout.names)
     stations, marks = np.linspace(0, 1, count), np.linspace(0, 1, 5)
     part = min(1.0, len(marks) / count)  # more modules need less each
     patterns = [bend_all(chain, part * np.radians(np.interp(stations, marks, bends)), there) for bends in _BENDS]
@@ -53,8 +54,7 @@ def likely_starts(chain: Chain, start: Array, target: Array) -> Array:
 
 def start_groups(problem: Problem, start: Array) -> Iterator[Array]:
     """Starts for one goal inside the strokes, shape (S, n): the likely one, the others, postures near the goal."""
-    target = np.asarray(problem.goal.parts[0].target, float)
-    likely = likely_starts(problem.chain, start, target)
+    likely = likely_starts(problem.chain, start, np.asarray(problem.goal.parts[0].target, float))
     yield bring_starts_inside(problem, likely[:1])
     yield bring_starts_inside(problem, likely[1:])
     table, first = make_postures(problem.box), np.zeros(1, int)
@@ -76,16 +76,12 @@ def bring_starts_inside(problem: Problem, starts: Array) -> Array:
 
 
 def solve_anywhere(
-    problem: Problem,
-    start: ArrayLike,
-    settings: NewtonSettings | None = None,
-    postures: PostureTable | None = None,
-    tries: int = 8,
+    problem: Problem, start: ArrayLike, settings: NewtonSettings | None = None, postures: PostureTable | None = None
 ) -> Solution:
     """Solve goals from inputs of shape (n,) or (B, n), then unmet ones from the postures nearest to them.
 
-    Starts outside the strokes are moved inside. The table of postures is made when absent; a goal is restarted `tries`
-    times at most. Iterations count over all restarts.
+    Starts outside the strokes are moved inside. The table of postures is made when absent; a goal is restarted
+    eight times at most. Iterations count over all restarts.
 
     Raises:
         GoalError: Rows contradict each other wherever the arm is, or are more than the inputs.
@@ -99,7 +95,7 @@ def solve_anywhere(
         return found
     _refuse_contradictions(problem, found, left)
     table = postures or make_postures(problem.box)
-    for attempt in range(tries):
+    for attempt in range(_POSTURES):
         part = replace(problem, goal=problem.goal.choose(left))
         again = solve(part, _choose_postures(problem, table, left, attempt), settings)
         found.iterations[left] += again.iterations
@@ -117,8 +113,7 @@ def _choose_postures(problem: Problem, table: PostureTable, left: Index, attempt
     wanted = _tool_targets(problem.goal.choose(left), chain, len(left))
     if wanted is None:
         return table.q[(left + _STRIDE * attempt) % len(table.q)]
-    position, direction = wanted
-    out = []
+    (position, direction), out = wanted, []
     there, here = np.arctan2(position[:, 1], position[:, 0]), np.arctan2(table.position[:, 1], table.position[:, 0])
     follows = can_swing(chain)
     for p, d, angle in zip(position, direction, there, strict=True):
@@ -152,18 +147,15 @@ def _tool_targets(goal: GoalSpace, chain: Chain, count: int) -> tuple[Array, Arr
 
 def _refuse_contradictions(problem: Problem, found: Solution, left: Index) -> None:
     """Raise when unmet rows depend on each other at several unrelated configurations and disagree."""
-    chain, middle = problem.chain, problem.box.middle
-    rng = np.random.default_rng(_SEED)
-    q = middle + 0.05 * rng.standard_normal((3, *middle.shape))
-    J = evaluate(chain, problem.goal, problem.chain.state(q), np.full(3, left[0]))[1]
+    middle = problem.box.middle
+    q = middle + 0.05 * np.random.default_rng(_SEED).standard_normal((3, *middle.shape))
+    J = evaluate(problem.chain, problem.goal, problem.chain.state(q), np.full(3, left[0]))[1]
     U, values, _ = np.linalg.svd(J)
-    ratio = values / values[:, :1]
-    dependent = min(int(np.sum(row < _DEPENDENT)) for row in ratio)
+    dependent = int(np.min(np.sum(values / values[:, :1] < _DEPENDENT, axis=1)))
     if not dependent:
         return
-    error = found.error[left[0]]
     names = tuple(np.array(problem.goal.names)[np.abs(U[0, :, -dependent:]).max(axis=1) > 0.1].tolist())
-    gap = float(np.linalg.norm(U[0, :, -dependent:].T @ error))
+    gap = float(np.linalg.norm(U[0, :, -dependent:].T @ found.error[left[0]]))
     tolerance = float(np.max(problem.goal.tolerance))
     if gap > tolerance:
         detail = f"goal {int(left[0])}: rows depend on each other and disagree by {gap:.4g} (tolerance {tolerance:.1g})"
@@ -172,7 +164,68 @@ def _refuse_contradictions(problem: Problem, found: Solution, left: Index) -> No
 
 def _swung(vectors: Array, angle: Array) -> Array:
     """Vectors, shape (N, 3), turned about Z."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.stack(
-        [cos * vectors[:, 0] - sin * vectors[:, 1], sin * vectors[:, 0] + cos * vectors[:, 1], vectors[:, 2]], 1
-    )
+    (x, y, z), cos, sin = vectors.T, np.cos(angle), np.sin(angle)
+    return np.stack([cos * x - sin * y, sin * x + cos * y, z], 1)
+
+
+@dataclass(frozen=True)
+class PostureTable:
+    """N inputs inside the strokes, shape (N, n), with tool positions, m, and directions in B_1, shape (N, 3)."""
+
+    q: Array
+    position: Array
+    direction: Array
+
+
+def make_postures(box: StrokeBox, count: int = _COUNT) -> PostureTable:
+    """Draw a number of postures: one half with every actuator anywhere in its stroke, one half bent smoothly."""
+    rng, chain = np.random.default_rng(_SEED), box.chain
+    if chain.leans:
+        q = _double_octahedral(box, count, rng)
+    elif len(box.chain.layout.static):  # a bend would not leave static legs their lengths
+        q = sample_inputs(chain, count, _SEED, _PART)
+    else:
+        q = np.concatenate([_bent(box, count // 2, rng), sample_inputs(chain, count - count // 2, _SEED, _PART)])
+    position, direction = chain.tool(q)
+    R = chain.mount[:3, :3]
+    return PostureTable(q, (position - chain.mount[:3, 3]) @ R, direction @ R)
+
+
+def _double_octahedral(box: StrokeBox, count: int, rng: np.random.Generator) -> Array:
+    """Postures of an arm of double octahedra, by lengths: three equal ones lean as the bend says."""
+    modules, low = len(box.chain.layout.names), (1 - _PART) / 2
+    part = low + _PART * rng.random((count, modules, 3))
+    curve = _curves(modules, count // 2, rng)
+    wave = 2 * np.pi / 3 * np.arange(3)
+    lean = 0.45 * (curve[..., :1] * np.cos(wave) + curve[..., 1:] * np.sin(wave))
+    part[: count // 2] = np.clip(0.5 * rng.uniform(0.4, 1.4, (count // 2, 1, 1)) + lean, low, 1 - low)
+    return _assemble(box.chain, box.least + part.reshape(count, -1) * (box.greatest - box.least))
+
+
+def _curves(count: int, number: int, rng: np.random.Generator) -> Array:
+    """Bends along arms of `count` modules in two planes, between -1 and 1, shape (number, count, 2)."""
+    stations = np.linspace(0, 1, count)
+    bend = rng.uniform(-1, 1, (number, 3, 2))
+    curve = np.stack([np.interp(stations, [0, 0.5, 1], row) for pair in bend for row in pair.T])
+    return curve.reshape(number, 2, -1).swapaxes(1, 2)
+
+
+def _bent(box: StrokeBox, count: int, rng: np.random.Generator) -> Array:
+    """Symmetric bends of all modules, those that leave the strokes drawn towards their middle, shape (count, n)."""
+    curve = _curves(len(box.chain.layout.names), count, rng)
+    angle = _MOST_BEND * np.linalg.norm(curve, axis=-1)
+    q = bend_all(box.chain, angle, np.arctan2(curve[..., 1], curve[..., 0]))
+    good = inside(box, q)
+    q[~good] = bring_inside(box, q[~good])
+    return q[inside(box, q)]
+
+
+def _assemble(chain: Chain, lengths: Array) -> Array:
+    """Inputs of those lengths, shape (N, n), that assemble; a batch that fails is halved."""
+    try:
+        return chain.inputs_from_lengths(lengths)
+    except AssemblyError:
+        if len(lengths) == 1:
+            return np.empty((0, chain.layout.inputs))
+        half = len(lengths) // 2
+        return np.concatenate([_assemble(chain, lengths[:half]), _assemble(chain, lengths[half:])])

@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import ReachError
-from vgtsim.positioning.hinges import ClearanceHinges
 from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.methods import solve_by
 from vgtsim.positioning.newton import NewtonSettings, minimise
-from vgtsim.positioning.objectives import StrokeBarrier, WeightedSum
+from vgtsim.positioning.objectives import ClearanceHinges, StrokeBarrier, WeightedSum
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.restarts import start_groups
 from vgtsim.positioning.solution import Solution
@@ -77,7 +76,9 @@ def solve_goal(
             count += steps
         clear = solved if keep is None else solved.pick(solved.clearance >= keep.clearance)
         if len(clear.q):
-            return _finished(clear, count)
+            best = clear.pick(int(np.argmin(clear.value)))
+            best.q.flags.writeable = best.error.flags.writeable = False
+            return replace(best, iterations=np.array(count))
         near.append(solved)
         missed.append(found.q[~found.met])
         if method is Method.SHAPE:  # it starts from its curves, whatever the group
@@ -91,12 +92,6 @@ def _measured(found: Solution, keep: Keep | None) -> Solution:
         return replace(found, clearance=np.full(len(found.q), np.inf), nearest=np.full(len(found.q), "", object))
     clearance, places = keep.surroundings.clearance(found.q)
     return replace(found, clearance=clearance, nearest=np.array(places, object))
-
-
-def _finished(clear: Solution, count: int) -> Solution:
-    best = clear.pick(int(np.argmin(clear.value)))
-    best.q.flags.writeable = best.error.flags.writeable = False
-    return replace(best, iterations=np.array(count))
 
 
 def _insist(

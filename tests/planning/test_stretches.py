@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vgtsim.planning.tool_curves import arc, line, spline
+from vgtsim.planning.stretches import arc, line, spline
 
 
 def test_points_of_paths():
