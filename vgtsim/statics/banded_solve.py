@@ -17,8 +17,7 @@ from scipy.linalg import eigh, get_lapack_funcs
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import Truss
 from vgtsim.kinematics.conditioning import warn_poor
-from vgtsim.statics.framework import Framework
-from vgtsim.statics.rank import find_mechanism
+from vgtsim.statics.framework import Framework, find_mechanism
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, unfold
 
 Array = NDArray[np.float64]

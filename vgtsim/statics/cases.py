@@ -41,11 +41,6 @@ class Envelope:
     pressure: Array
 
 
-def apply_case(model: LoadModel, case: LoadCase) -> LoadModel:
-    """Load model of a case, from that of plain gravity, without its wrench and without loads from any direction."""
-    return _factored(model, case, case.dead * (case.dynamic * model.gravity + _size(model) * np.array(case.seismic)))
-
-
 def _size(model: LoadModel) -> float:
     """Size of gravity, m/s²."""
     return float(np.linalg.norm(model.gravity))
@@ -65,9 +60,9 @@ def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: NodeM
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
     """
-    n = np.asarray(nodes, float)
-    wrench = np.array([*case.force, *case.moment])
-    still = solve_members(apply_case(model, case), n, nodal_forces=tool_forces(model, n, wrench))
+    n, wrench = np.asarray(nodes, float), np.array([*case.force, *case.moment])
+    gravity = case.dead * (case.dynamic * model.gravity + _size(model) * np.array(case.seismic))
+    still = solve_members(_factored(model, case, gravity), n, nodal_forces=tool_forces(model, n, wrench))
     if motion is None:
         return still
     payload = model.payload.model_copy(update={"mass": case.payload * model.payload.mass})
