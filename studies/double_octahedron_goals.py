@@ -17,10 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from studies.pose_rates import angular_velocity_matrix
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.modules.two_cell_rates import jacobian
 from vgtsim.kinematics.modules.two_cells import TwoCellGeometry, advance, transform
-from vgtsim.kinematics.roll_pitch_yaw import angular_velocity_matrix, roll_pitch_yaw
+from vgtsim.kinematics.roll_pitch_yaw import roll_pitch_yaw
 
 Array = NDArray[np.float64]
 

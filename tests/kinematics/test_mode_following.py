@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from studies.assembly_modes import octahedron_assemblies
+from studies.octahedron import damped_newton
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.closure import (
     Circles,
@@ -12,7 +13,7 @@ from vgtsim.kinematics.closure import (
     closure_values,
     newton_step,
 )
-from vgtsim.kinematics.mode_following import damped_newton, worst_direction
+from vgtsim.kinematics.mode_following import worst_direction
 from vgtsim.kinematics.modules import octahedron as octa
 
 pytestmark = pytest.mark.long

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from studies.octahedron import all_lengths, twist_jacobian
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.closure import circle_nodes
 from vgtsim.kinematics.modules import octahedron as octa
@@ -70,7 +71,7 @@ def test_length_jacobian_matches_central_differences():
 
 def test_twist_jacobian_matches_central_differences_in_length():
     for R, P in zip(*_poses(20), strict=True):
-        J = octa.twist_jacobian(MODULE, R, P)
+        J = twist_jacobian(MODULE, R, P)
         lengths = octa.lengths(MODULE, R, P)
         for k in range(6):
             step = np.eye(6)[k] * STEP
@@ -117,9 +118,9 @@ def test_motion_by_the_actuated_longerons_stays_in_the_subspace():
         MODULE.base, MODULE.top, (None, float(lengths[1]), None, float(lengths[3]), None, None)
     )
     moving = lengths[module.actuated] + 0.03
-    joined = octa.all_lengths(module, moving)
+    joined = all_lengths(module, moving)
     assert np.allclose(octa.inverse(module, *octa.forward(module, joined, (R, P)))[[1, 3]], lengths[[1, 3]])
-    J = octa.twist_jacobian(module, R, P)
+    J = twist_jacobian(module, R, P)
     assert J.shape == (6, 4)
     assert np.max(np.abs(octa.length_jacobian(module, R, P)[1][[1, 3]] @ J)) < ROUNDING
 

@@ -3,11 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from studies.pose_rates import angular_velocity_matrix, pose_twist
 from vgtsim.kinematics.roll_pitch_yaw import (
-    angular_velocity_matrix,
     pose_parameters,
     pose_transform,
-    pose_twist,
     roll_pitch_yaw,
     rotation,
 )

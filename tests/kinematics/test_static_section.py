@@ -3,8 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from studies.measured_section import section_from_nodes
 from vgtsim.errors import AssemblyError, TrussError
-from vgtsim.kinematics.modules.static_section import make_section, section_from_nodes, section_from_transform
+from vgtsim.kinematics.modules.static_section import make_section, section_from_transform
 from vgtsim.kinematics.roll_pitch_yaw import rotation
 from vgtsim.kinematics.triangle import triangle_frame
 

@@ -36,12 +36,7 @@ _POLISH = 2  # Newton steps after the last, which leave rounding only
 
 @dataclass(frozen=True)
 class Followed:
-    """Where a batch of followed solutions ended.
-
-    Attributes:
-        phi: Angles, shape (N, 3), rad.
-        reached: Fraction of the path covered, shape (N,); one where the goal was reached.
-    """
+    """Angles at which a batch of followed solutions ended, shape (N, 3), rad, and the part of the path covered, (N,)."""
 
     phi: Array
     reached: Array
@@ -195,34 +190,3 @@ def worst_direction(J: ArrayLike, scale: ArrayLike = 1.0) -> tuple[float, int]:
     """
     left, value, _ = np.linalg.svd(np.asarray(J, float) / np.asarray(scale, float))
     return float(value[-1]), int(worst_row(left, value))
-
-
-def damped_newton(C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: float, count: int) -> tuple[Array, Array]:
-    """The dissertation's own iteration, as printed, with its history.
-
-    Args:
-        C: Closure, shape (5, 3, ...), m².
-        edges: Lengths between the upper nodes, shape (..., 3), m.
-        start: Angles to start from, shape (..., 3), rad.
-        damping: sigma.
-        count: Number of iterations.
-
-    Returns:
-        Angles after the last iteration, shape (..., 3), rad, and the greatest |D - L| before the first
-        iteration and after each, shape (count + 1, ...), m.
-
-    Source: equations 3.12 to 3.14 and the update after them. It may leave the mode of its start; `follow`
-    does not.
-    """
-    C, angles = np.asarray(C, float), np.asarray(start, float)
-    phi, edge = np.moveaxis(angles, -1, 0), np.moveaxis(np.broadcast_to(edges, angles.shape), -1, 0)
-    history = []
-    for k in range(count + 1):
-        cosine, sine = np.cos(phi), np.sin(phi)
-        distance = np.sqrt(closure_values(C, cosine, sine) + edge**2)
-        history.append(np.max(np.abs(distance - edge), axis=0))
-        if k < count:
-            p, q = (slope / (2 * distance) for slope in closure_slopes(C, cosine, sine))
-            determinant = p[0] * p[1] * p[2] + q[0] * q[1] * q[2]
-            phi = phi + damping * solve_cyclic(p, q, edge - distance, determinant)
-    return np.moveaxis(phi, 0, -1), np.array(history)

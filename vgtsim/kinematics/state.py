@@ -31,7 +31,6 @@ class State:
     """Kinematics of b configurations. Each property is worked out when it is first asked for.
 
     Attributes:
-        chain: The arm.
         q: Inputs, shape (b, n).
     """
 

@@ -33,28 +33,14 @@ _TWICE = np.array([2.0, 2.0, -2.0])  # the diagonal of the mirror, doubled
 
 # ends as (base | foot | head | top, corner); L1 to L12 of figure 3.10; without a joint offset foot and head are one
 _LONGERONS = (
-    (("base", 0), ("foot", 0)),
-    (("base", 1), ("foot", 1)),
-    (("base", 2), ("foot", 2)),
-    (("base", 2), ("foot", 0)),
-    (("base", 0), ("foot", 1)),
-    (("base", 1), ("foot", 2)),
-    (("head", 1), ("top", 0)),
-    (("head", 2), ("top", 1)),
-    (("head", 0), ("top", 2)),
-    (("head", 0), ("top", 0)),
-    (("head", 1), ("top", 1)),
-    (("head", 2), ("top", 2)),
+    *((("base", i), ("foot", j)) for i, j in ((0, 0), (1, 1), (2, 2), (2, 0), (0, 1), (1, 2))),
+    *((("head", i), ("top", j)) for i, j in ((1, 0), (2, 1), (0, 2), (0, 0), (1, 1), (2, 2))),
 )
 
 
 @dataclass(frozen=True, eq=False)
 class MidPlanes(ModuleState):
-    """Kinematics of double octahedra, without trigonometry: rates of positioning depend on its speed.
-
-    Attributes:
-        modules: The set.
-    """
+    """Kinematics of double octahedra, without trigonometry: rates of positioning depend on its speed."""
 
     modules: DoubleOctahedra
 

@@ -29,11 +29,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class CellStates(ModuleState):
-    """Kinematics of general double octahedra.
-
-    Attributes:
-        modules: The set.
-    """
+    """Kinematics of general double octahedra."""
 
     modules: GeneralDoubleOctahedra
 

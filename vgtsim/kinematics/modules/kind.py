@@ -15,14 +15,9 @@ Groups = dict[str, list[int]]  # node indices of a module: `base`, `top`, and wh
 
 
 class PlannedMember(NamedTuple):
-    """One member of a module.
+    """One member of a module between two nodes, by index; numbers are counted from 1 within a role.
 
-    Attributes:
-        role: `longeron`, `cross_longeron` or `actuator`.
-        section: Name of its tube or cylinder.
-        first: Index of its first node.
-        second: Index of its second node.
-        number: Counted from 1 within the role.
+    The role is `longeron`, `cross_longeron` or `actuator`; the section is the name of its tube or cylinder.
     """
 
     role: str

@@ -31,18 +31,14 @@ _PITCH = np.radians(80.0)  # from which roll and yaw are too nearly the same tur
 
 @dataclass(frozen=True, eq=False)
 class Poses(ModuleState):
-    """Kinematics of octahedra.
-
-    Attributes:
-        modules: The set.
-    """
+    """Kinematics of octahedra."""
 
     modules: Octahedra
 
     @cached_property
     def placed(self) -> Mask:
         """Poses that are numbers."""
-        return np.isfinite(self.x).all(axis=-1)
+        return np.logical_and.reduce(np.isfinite(self.x), axis=-1)
 
     @cached_property
     def _pose(self) -> Array:

@@ -26,7 +26,6 @@ from vgtsim.kinematics.closure import (
     make_circles,
     place_circles,
 )
-from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 from vgtsim.kinematics.vectors import cross
@@ -101,23 +100,6 @@ def inverse(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike, tolerance:
         raise AssemblyError(
             "octahedron", float(error[worst]), f"pose outside the {freedom}-dimensional subspace: {needs}"
         )
-    return result
-
-
-def all_lengths(geometry: OctahedronGeometry, actuated: ArrayLike) -> Array:
-    """Join the lengths of the actuated longerons with those of the static ones.
-
-    Args:
-        geometry: Fixed dimensions.
-        actuated: Lengths of the actuated longerons in order, shape (..., 6 - k), m.
-
-    Returns:
-        l1 to l6, shape (..., 6), m.
-    """
-    moving = np.asarray(actuated, float)
-    result = np.empty((*moving.shape[:-1], 6))
-    result[...] = [0.0 if item is None else item for item in geometry.static]
-    result[..., geometry.actuated] = moving
     return result
 
 
@@ -251,24 +233,6 @@ def leg_jacobian(lower: ArrayLike, upper: ArrayLike, origin: ArrayLike) -> tuple
     return length, np.concatenate([unit, cross(arm, unit)], axis=-1)
 
 
-def twist_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
-    """Motion of the top per unit rate of each actuated longeron; static longerons keep their length.
-
-    Args:
-        geometry: Fixed dimensions.
-        R: R_BT, shape (..., 3, 3).
-        P: P_BT, shape (..., 3), m.
-
-    Returns:
-        Velocity of T's origin over angular velocity of T in frame B, shape (..., 6, 6 - k).
-
-    Raises:
-        SingularPoseError: The pose is singular.
-    """
-    _, J = length_jacobian(geometry, R, P)
-    return invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "octahedron")[..., geometry.actuated]
-
-
 def singularity(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[float, int]:
     """Smallest singular value of dl/dtwist of one pose, and the index of the longeron with most of the lost length change.
 
@@ -296,11 +260,6 @@ def closure(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Circles
 
 def angle_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
     """The matrix of the forward iteration at a pose.
-
-    Args:
-        geometry: Fixed dimensions.
-        R: R_BT, shape (..., 3, 3).
-        P: P_BT, shape (..., 3), m.
 
     Returns:
         dD/dphi, shape (..., 3, 3), m/rad.

@@ -18,7 +18,7 @@ from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.kinematics.mode_following import worst_direction
 from vgtsim.kinematics.modules.octahedron import leg_jacobian
 from vgtsim.kinematics.roll_pitch_yaw import rotation
-from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
+from vgtsim.kinematics.triangle import triangle_nodes
 
 Array = NDArray[np.float64]
 Sides = tuple[float, float, float]
@@ -31,12 +31,9 @@ _SQUARE = 1e-6  # departure of a measured rotation from an orthogonal matrix tha
 
 @dataclass(frozen=True)
 class SectionMember:
-    """One bar of a section.
+    """One bar of a section, a `longeron`, `cross_longeron` or `batten`, with its length, m.
 
-    Attributes:
-        role: `longeron`, `cross_longeron` or `batten`.
-        ends: Indices of its nodes: 0 to 2 the base, 3 to 5 the top.
-        length: m.
+    Its ends are indices of nodes: 0 to 2 the base, 3 to 5 the top.
     """
 
     role: str
@@ -46,14 +43,7 @@ class SectionMember:
 
 @dataclass(frozen=True)
 class StaticSection:
-    """A static section.
-
-    Attributes:
-        base: Sides 12, 23, 31 of the base triangle, m.
-        top: Sides 12, 23, 31 of the top triangle, m.
-        R: R_BT, shape (3, 3), read-only.
-        P: P_BT, shape (3,), m, read-only.
-    """
+    """Sides 12, 23, 31 of the base and top triangles of a static section, m, with R_BT, (3, 3), and P_BT, (3,), m."""
 
     base: Sides
     top: Sides
@@ -132,22 +122,3 @@ def section_from_transform(base: Sides, top: Sides, T_BT: ArrayLike) -> StaticSe
     """
     T = np.asarray(T_BT, float)
     return StaticSection(base, top, T[:3, :3], T[:3, 3])
-
-
-def section_from_nodes(nodes: ArrayLike) -> tuple[StaticSection, Array, Array]:
-    """Section from its measured nodes.
-
-    Args:
-        nodes: Corners 1 to 3 of the base and 1 to 3 of the top in any frame F, shape (6, 3), m.
-
-    Returns:
-        The section, and the rotation, shape (3, 3), and origin, shape (3,), m, of its frame B in F.
-
-    Raises:
-        TrussError: The members do not hold the faces.
-    """
-    n = np.asarray(nodes, float)
-    R_B, P_B = triangle_frame(n[:3])
-    R_T, P_T = triangle_frame(n[3:])
-    base, top = ((*np.linalg.norm(face[[1, 2, 0]] - face, axis=-1).tolist(),) for face in (n[:3], n[3:]))
-    return StaticSection(base, top, R_B.T @ R_T, R_B.T @ (P_T - P_B)), R_B, P_B

@@ -34,11 +34,7 @@ _FOLDED = 1e-9  # sine of half an angle at which n4 lies on n1 but for rounding:
 
 @dataclass(frozen=True, eq=False)
 class HingeState(ModuleState):
-    """Kinematics of hinges.
-
-    Attributes:
-        modules: The set.
-    """
+    """Kinematics of hinges."""
 
     modules: Hinges
 

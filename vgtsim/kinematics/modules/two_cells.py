@@ -26,7 +26,6 @@ from vgtsim.kinematics.closure import (
     LOWER,
     UPPER,
     Circles,
-    circle_angles,
     circle_nodes,
     closure_coefficients,
     edge_jacobian,
@@ -284,20 +283,3 @@ def angle_jacobian(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
     angles = np.asarray(phi, float)[..., :3]
     length = actuator_lengths(geometry, angles)
     return edge_jacobian(closure_coefficients(geometry.circles, length), length, angles)
-
-
-def state_from_nodes(geometry: TwoCellGeometry, points: ArrayLike) -> Array:
-    """State of given node positions.
-
-    Args:
-        geometry: Fixed dimensions.
-        points: n4, n5, n6, n4', n5', n6', n7, n8, n9 in frame B, shape (..., 9, 3), m.
-
-    Returns:
-        phi_1 to phi_6, shape (..., 6), rad.
-    """
-    n = np.asarray(points, float)
-    R, P = triangle_frame(n[..., 3:6, :])
-    local = (n[..., 6:, :] - P[..., None, :]) @ R
-    circles = upper_circles(geometry, _distances(n[..., :3, :]))
-    return np.concatenate([circle_angles(geometry.circles, n[..., :3, :]), circle_angles(circles, local)], axis=-1)
