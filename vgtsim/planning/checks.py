@@ -47,11 +47,9 @@ def _check_kinds(site: Site) -> None:
     for place, m in site.chain.seats:
         static = int(np.sum(~place.modules.actuated[m]))
         if static:
-            raise site.scene.error(
-                "manipulator",
-                f"{site.arm.name}, whose module {place.modules.names[m]} has {static} static longerons",
-                "octahedra with six actuators: a path between poses would not leave static longerons their length",
-            )
+            found = f"{site.arm.name}, whose module {place.modules.names[m]} has {static} static longerons"
+            allowed = "octahedra with six actuators: a path between poses would not leave static longerons their length"
+            raise site.scene.error("manipulator", found, allowed)
 
 
 def check_assembly(site: Site) -> None:
@@ -67,11 +65,10 @@ def check_assembly(site: Site) -> None:
         place = next(item for item in chain.layout.places if error.module in item.modules.names)
         m = place.modules.names.index(error.module)
         low, high = chain.stroke[:, place.lengths[m][place.modules.actuated[m]]]
-        raise scene.error(
-            f"manipulator.modules.{error.module}.{place.modules.sections_key}",
-            f"strokes from {low.min():.4f} to {high.max():.4f} m: {error}",
-            f"strokes over whose whole range {error.module} assembles",
-        ) from None
+        where = f"manipulator.modules.{error.module}.{place.modules.sections_key}"
+        found = f"strokes from {low.min():.4f} to {high.max():.4f} m: {error}"
+        allowed = f"strokes over whose whole range {error.module} assembles"
+        raise scene.error(where, found, allowed) from None
 
 
 def _check_start(site: Site) -> None:
@@ -90,16 +87,13 @@ def _check_start(site: Site) -> None:
     if np.min(spare) <= 0:
         worst = int(np.argmin(spare))
         actuator = chain.truss.members[chain.truss.actuated[worst]].name
-        raise scene.error(
-            f"motion.start.{names.index(actuator.split('/')[0])}",
-            f"{actuator} at {length[worst]:.4f} m",
-            f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin",
-        )
+        where, found = f"motion.start.{names.index(actuator.split('/')[0])}", f"{actuator} at {length[worst]:.4f} m"
+        allowed = f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin"
+        raise scene.error(where, found, allowed)
     clearance, place = site.surroundings.least(q)
     if clearance < motion.clearance:
-        raise scene.error(
-            "motion.start", f"a shape that comes to {clearance:.3f} m of {place}", f"{motion.clearance:.3f} m"
-        )
+        found = f"a shape that comes to {clearance:.3f} m of {place}"
+        raise scene.error("motion.start", found, f"{motion.clearance:.3f} m")
 
 
 def _check_goals(site: Site) -> None:
@@ -116,8 +110,6 @@ def _check_goals(site: Site) -> None:
         place = min(gaps, key=lambda name: gaps[name])
         if gaps[place] < radius + wanted:
             side = "inside" if gaps[place] < 0 else f"{gaps[place]:.3f} m from"
-            raise scene.error(
-                f"motion.goals.{index}.position",
-                f"{goal.name} at ({point[0]:.3f}, {point[1]:.3f}, {point[2]:.3f}) m, {side} {place}",
-                f"at least {radius + wanted:.3f} m from everything: payload radius and clearance",
-            )
+            found = f"{goal.name} at ({point[0]:.3f}, {point[1]:.3f}, {point[2]:.3f}) m, {side} {place}"
+            allowed = f"at least {radius + wanted:.3f} m from everything: payload radius and clearance"
+            raise scene.error(f"motion.goals.{index}.position", found, allowed)

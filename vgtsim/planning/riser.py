@@ -34,11 +34,9 @@ def riser_fit(chain: Chain, bore: float) -> RiserFit:
     Hubs are balls. Tubes are capsules, which are widest from the axis at their ends. The barrel of a cylinder runs from
     the eye at its base pin to its mouth. The rod is not looked at: it is thinner than the hub at its end.
     """
-    nodes = chain.nodes(chain.stowed)
-    local = (nodes - chain.mount[:3, 3]) @ chain.mount[:3, :3]
-    from_axis = np.hypot(local[:, 0], local[:, 1])
+    local = (chain.nodes(chain.stowed) - chain.mount[:3, 3]) @ chain.mount[:3, :3]
     manipulator, truss = chain.manipulator, chain.truss
-    hubs = from_axis + manipulator.hub.radius
+    hubs = np.hypot(local[:, 0], local[:, 1]) + manipulator.hub.radius
     widest, place = max((float(reach), f"node {name}") for reach, name in zip(hubs, truss.nodes, strict=True))
     for member, radius in zip(truss.members, member_radii(manipulator, truss), strict=True):
         ends = local[list(member.ends)]
@@ -62,26 +60,18 @@ def check_riser(site: Site) -> None:
     """Refuse an arm that does not pass the riser with the spare it is meant to have.
 
     Raises:
-        DescriptionError: The stowed length is outside a stroke; or the node or member that does not fit, and
-            by how much.
+        DescriptionError: The stowed length is outside a stroke; or a node or member does not fit: by how much.
     """
     scene = site.scene
     cylinders = [scene.manipulator.cylinders[module.cylinder] for module in scene.manipulator.stowable]
     least, greatest = np.array([[item.retracted, item.extended] for item in cylinders]).reshape(-1, 2).T
     wanted = scene.manipulator.stowed_length if cylinders else 0.0
     if not np.all((least <= wanted) & (wanted <= greatest)):
-        raise scene.error(
-            "manipulator.stowed.cylinder_length",
-            f"{wanted:.4f} m",
-            f"a length that every cylinder has, {least.max():.4f} to {greatest.min():.4f} m",
-        )
+        allowed = f"a length that every cylinder has, {least.max():.4f} to {greatest.min():.4f} m"
+        raise scene.error("manipulator.stowed.cylinder_length", f"{wanted:.4f} m", allowed)
     riser = scene.tank.arm_riser
-    fit = riser_fit(site.chain, riser.bore)
-    asked = asked_spare(site)
+    fit, asked = riser_fit(site.chain, riser.bore), asked_spare(site)
     if fit.spare < asked:
-        raise scene.error(
-            "manipulator.stowed",
-            f"an arm that does not fit {riser.name}: {fit.place} leaves {fit.spare * 1e3:.2f} mm of the bore "
-            f"all round, {(asked - fit.spare) * 1e3:.2f} mm too little",
-            f"a stowed arm that leaves {asked * 1e3:.1f} mm all round",
-        )
+        left = f"leaves {fit.spare * 1e3:.2f} mm of the bore all round, {(asked - fit.spare) * 1e3:.2f} mm too little"
+        found = f"an arm that does not fit {riser.name}: {fit.place} {left}"
+        raise scene.error("manipulator.stowed", found, f"a stowed arm that leaves {asked * 1e3:.1f} mm all round")

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
-from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.newton import NewtonSettings, minimise
 from vgtsim.positioning.objectives import StrokeBarrier
 from vgtsim.positioning.problem import Problem
@@ -46,23 +45,21 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)
     if not isinstance(problem.objective, StrokeBarrier):
         z = _come_near(problem, z, how)
-    parts: list[Solution] = []
     chunk = min(_CHUNK, max(1, _CACHED // z.shape[1] ** 2))
-    for first in range(0, count, chunk):
-        which = np.arange(first, min(first + chunk, count))
-
-        def model(z: Array, i: Index, which: Index = which) -> Quadratic:
-            return problem.model(z, which[i])
-
-        def bend(z: Array, i: Index, y: Array, by_length: Array | None, which: Index = which) -> Array:
-            return problem.bend(z, which[i], y, by_length)
-
-        def glance(z: Array, i: Index, value: bool, which: Index = which) -> tuple[Mask, Array, Array]:
-            return problem.glance(z, which[i], value)
-
-        parts.append(minimise(model, z[which], how, bend, glance if problem.objective.dear else None))
-    whole = join_solutions(parts)
+    starts = range(0, count, chunk)
+    whole = join_solutions([_solve_some(problem, z, np.arange(i, min(i + chunk, count)), how) for i in starts])
     return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :rows])
+
+
+def _solve_some(problem: Problem, z: Array, which: Index, how: NewtonSettings) -> Solution:
+    """Solve the goals that are solved at a time, from variables of all goals, shape (B, k)."""
+    return minimise(
+        lambda at, i: problem.model(at, which[i]),
+        z[which],
+        how,
+        lambda at, i, y, by_length: problem.bend(at, which[i], y, by_length),
+        (lambda at, i, value: problem.glance(at, which[i], value)) if problem.objective.dear else None,
+    )
 
 
 def _come_near(problem: Problem, z: Array, how: NewtonSettings) -> Array:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics import Chain
-from vgtsim.kinematics.state import State, cross
+from vgtsim.kinematics.state import State
+from vgtsim.kinematics.vectors import cross
 from vgtsim.positioning.goals import GoalSpace, Pull, evaluate, pulls
 from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, Terms, WeightedSum
@@ -75,7 +76,8 @@ class Problem:
             rows = at.state.leg_slopes[:, len(self.box.least) :]
             J = np.concatenate([J, rows], axis=1)
             # changes no step that keeps static legs their length, and without it nothing would curve across them
-            curve = curve + self._stiff * np.swapaxes(rows, 1, 2) @ rows
+            stiff = float(np.mean(2 / self.box.half**2))  # as the stroke barrier at mid-stroke, 1/m²
+            curve = curve + stiff * np.swapaxes(rows, 1, 2) @ rows
         slope, rough = terms.slope, terms.rough
         if self.reduction is not None:
             T = self.reduction.slope(z)
@@ -127,11 +129,6 @@ class Problem:
         if terms.dense is not None:
             curve += terms.dense
         return curve
-
-    @property
-    def _stiff(self) -> float:
-        """Curvature of the stroke barrier at mid-stroke, 1/m²."""
-        return float(np.mean(2 / self.box.half**2))
 
     def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
         """Curvature of the Lagrangian that the model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""
