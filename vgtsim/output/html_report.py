@@ -49,6 +49,7 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
     mast = "Force and moment of the mast on the arm at the pivot, in frame G."
     riser = "Force and moment of arm and mast on the riser at the crown, in frame G: what the dome must not carry."
     gap = "Greatest gap between a member's end and its hub."
+    carried = find_riser_reaction(site, log)
     errors, clear = ("tool_position_error", "tool_angle_error"), ("clearance", "clearance_time")
     rows: tuple[tuple[str, str, str, tuple[str, ...], Callable[[], Figure]], ...] = (
         ("truss", "The truss at its worst instant", coloured, (), lambda: plot_truss(site, log, report)),
@@ -59,13 +60,7 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
         ("forces", "Actuator forces", drive, (), lambda: runs.plot_actuator_forces(site, log)),
         ("lengths", "Actuator lengths", length, (), lambda: runs.plot_actuator_lengths(site, log)),
         ("mast", "Mast reaction", mast, (), lambda: runs.plot_reaction(site, log, log.mast_reaction)),
-        (
-            "riser",
-            "Load on the riser",
-            riser,
-            (),
-            lambda: runs.plot_reaction(site, log, find_riser_reaction(site, log)),
-        ),
+        ("riser", "Load on the riser", riser, (), lambda: runs.plot_reaction(site, log, carried)),
         ("closure", "Closure", gap, ("closure",), lambda: runs.plot_closure(site, log, report)),
     )
     return [ReportPlot(*row) for row in rows]

@@ -79,7 +79,8 @@ def interpolate(log: RunLog, axial: Array, time: float) -> tuple[int, Array, Arr
 
     `axial` holds the forces at all records, shape (T, M), N.
     """
-    before = int(np.clip(np.searchsorted(log.time, time + 1e-9, side="right") - 1, 0, max(len(log.time) - 2, 0)))
+    last = np.searchsorted(log.time, time + 1e-9, side="right") - 1  # the slack takes in rounding of frame times
+    before = int(np.clip(last, 0, max(len(log.time) - 2, 0)))
     after = min(before + 1, len(log.time) - 1)
     span = float(log.time[after] - log.time[before])
     part = min(max((time - float(log.time[before])) / span, 0.0), 1.0) if span else 0.0

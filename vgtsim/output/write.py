@@ -35,10 +35,8 @@ def prepare_folder(out_dir: str | Path) -> Path:
 def prepare_file(path: Path, suffixes: tuple[str, ...] = ()) -> Path:
     """Make sure that a file can be written, before any long work; its folder is made too.
 
-    Its name has one of the suffixes, or any when none are given.
-
     Raises:
-        DescriptionError: It has another ending, is a folder, or its folder cannot be made or written.
+        DescriptionError: Its ending is none of the suffixes (if any), it is a folder, or its folder cannot be written.
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise DescriptionError(path, "", f"the ending {path.suffix!r}", " or ".join(suffixes))
@@ -66,10 +64,7 @@ def write_outputs(
 ) -> MissingLibraryError | None:
     """Write `run.npz`, `report.json`, `report.html` and, if asked for, `video.mp4`; the film comes last.
 
-    Returns the reason why the film could not be made, to be raised when all else is done.
-
-    Raises:
-        DescriptionError: The folder cannot be made or written; the error names it.
+    Give the reason why the film could not be made. Raise a `DescriptionError` if the folder cannot be made or written.
     """
     folder = prepare_folder(out_dir)
     save_log(site, log, folder)
@@ -90,10 +85,7 @@ def write_reports(site: Site, log: RunLog, report: Report, folder: Path) -> None
 
 
 def write_report_json(report: Report, path: Path) -> None:
-    """Write `report.json`, whole or not at all: verdict, checks, performance and versions.
-
-    Figures that are not finite become null.
-    """
+    """Write `report.json`, whole or not at all: verdict, checks, performance, versions; null for figures not finite."""
     text = json.dumps(report.to_dict(), indent=2, ensure_ascii=False, allow_nan=False)
     with replacing(path) as partial:
         partial.write_text(text + "\n", encoding="utf-8")
@@ -108,18 +100,14 @@ def film(site: Site, log: RunLog, report: Report, out_dir: str | Path, camera: s
     """
     from vgtsim.output.video import render_video  # MuJoCo and OpenGL, which the reports do without
 
-    cuts = None if camera is None else (_choose_camera(camera),)
+    known = get_args(CameraName)
+    if camera is not None and camera not in known:
+        raise DescriptionError(None, "camera", repr(camera), f"a camera of the scene{closest(camera, known)}")
+    cuts = None if camera is None else (Cut.model_validate({"camera": camera}),)
     path = prepare_folder(out_dir) / VIDEO
     with _naming(path.parent), _progress_bar() as advance:
         render_video(site, log, report, path, advance, cuts)
     return path
-
-
-def _choose_camera(camera: str) -> Cut:
-    known = get_args(CameraName)
-    if camera not in known:
-        raise DescriptionError(None, "camera", repr(camera), f"a camera of the scene{closest(camera, known)}")
-    return Cut.model_validate({"camera": camera})
 
 
 @contextmanager

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError, ObjectiveError
 from vgtsim.kinematics import Chain
-from vgtsim.kinematics.state import State, cross
+from vgtsim.kinematics.state import State
+from vgtsim.kinematics.vectors import cross
 from vgtsim.positioning.goals import GoalSpace, Pull, evaluate, pulls
 from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.newton import NewtonSettings, minimise
