@@ -102,7 +102,8 @@ def tangent_stiffness(frame: Framework, nodes: ArrayLike, spring: ArrayLike, bar
 def _pattern(frame: Framework) -> Pattern:
     unknowns = np.full(frame.free.shape, -1, dtype=np.intp)
     unknowns[frame.free] = np.arange(int(frame.free.sum()))
-    return make_pattern(tuple(map(tuple, unknowns.tolist())), tuple(map(tuple, frame.ends.tolist())))
+    ends = tuple((int(first), int(second)) for first, second in frame.ends)
+    return make_pattern(tuple(tuple(row) for row in unknowns), ends)
 
 
 def _growth(frame: Framework, nodes: Array) -> Array:

@@ -10,8 +10,13 @@ from matplotlib.collections import LineCollection
 from vgtsim.output.colours import force_colours, scale_end
 from vgtsim.output.figure import styled, to_svg
 from vgtsim.output.html_report import list_plots
-from vgtsim.output.member_plots import plot_actuator_forces, plot_actuator_lengths, plot_axial_forces
-from vgtsim.output.run_plots import plot_clearance, plot_closure
+from vgtsim.output.run_plots import (
+    plot_actuator_forces,
+    plot_actuator_lengths,
+    plot_axial_forces,
+    plot_clearance,
+    plot_closure,
+)
 from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.verification import find_holds, find_riser_reaction, goal_name
 

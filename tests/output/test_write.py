@@ -1,12 +1,20 @@
 """What a run leaves, and what it leaves when it cannot."""
 
+import dataclasses
+import json
+import math
+
 import numpy as np
 import pytest
 
 from vgtsim.errors import DescriptionError
-from vgtsim.output.write import prepare_folder, write_outputs
+from vgtsim.output.write import prepare_folder, write_outputs, write_report_json
 from vgtsim.replacing import replacing
 from vgtsim.runlog import load_run
+from vgtsim.verification.report import CHECK_NAMES
+
+CHECK_FIELDS = {"name", "measured", "limit", "unit", "passed", "where", "when", "source"}
+PERFORMANCE_FIELDS = {"simulated_s", "wall_s", "real_time_factor", "steps", "nv"}
 
 
 @pytest.mark.long
@@ -46,3 +54,34 @@ def test_a_partial_file_keeps_its_suffix(tmp_path):
         assert partial.suffix == ".npz"
         assert partial.parent == tmp_path
         partial.write_bytes(b"")
+
+
+def test_reading_back_gives_the_report(report, tmp_path):
+    write_report_json(report, tmp_path / "report.json")
+    assert json.loads((tmp_path / "report.json").read_text(encoding="utf-8")) == report.to_dict()
+
+
+def test_promised_fields_are_there(report, tmp_path):
+    write_report_json(report, tmp_path / "report.json")
+    data = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+    assert {"scene", "passed", "checks", "performance", "versions"} <= set(data)
+    assert set(data["performance"]) == PERFORMANCE_FIELDS
+    assert {row["name"] for row in data["checks"]} == set(CHECK_NAMES)
+    assert all(set(row) >= CHECK_FIELDS for row in data["checks"])
+
+
+def test_a_figure_that_is_not_finite_is_null_and_failed(report, tmp_path):
+    broken = dataclasses.replace(report.checks[0], measured=math.nan, when=math.nan)
+    failed = dataclasses.replace(report, checks=(broken, *report.checks[1:]))
+    write_report_json(failed, tmp_path / "report.json")
+    row = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))["checks"][0]
+    assert (row["measured"], row["when"], row["passed"]) == (None, None, False)
+
+
+def test_a_failed_write_leaves_the_old_file_alone(report, tmp_path):
+    path = tmp_path / "report.json"
+    path.write_text("old", encoding="utf-8")
+    impossible = dataclasses.replace(report, performance={"wall_s": math.inf})  # JSON has no infinity
+    with pytest.raises(ValueError):
+        write_report_json(impossible, path)
+    assert [(file.name, file.read_text(encoding="utf-8")) for file in tmp_path.iterdir()] == [("report.json", "old")]

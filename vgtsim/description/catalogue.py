@@ -75,11 +75,7 @@ class Catalogue(Description):
 
 
 def load_catalogue(path: str | Path | None = None) -> Catalogue:
-    """Read a catalogue from a TOML file, by default from the one in the package.
-
-    Raises:
-        DescriptionError: The file is missing, is not TOML, or holds no catalogue.
-    """
+    """Read a catalogue from a TOML file, by default the package's. Errors are those of `load_description`."""
     file = Path(path) if path else Path(str(resources.files("vgtsim.description").joinpath("catalogue.toml")))
     return load_description(file, Catalogue)
 
@@ -102,16 +98,16 @@ def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Cat
     data["cylinders"] = {}
     for name, part in arm.cylinders.items():
         given = [key for key in _KEPT if any(key in old for old in olds)]
-        kept = {key: {"value": getattr(part, key), "label": "derived", "note": reason} for key in given}
+        kept: dict[str, Any] = {key: _figure(getattr(part, key), reason) for key in given}
         kept |= {key: value for key, value in alike.items() if key not in (*_CYLINDER, "pressure", "material")}
-        psi = {"value": f"{part.pressure / _PSI:.6g} psi", "label": "derived", "note": catalogue.cylinder_standard}
+        psi = _figure(f"{part.pressure / _PSI:.6g} psi", catalogue.cylinder_standard)
         sizes = _section(part, _CYLINDER[:2], catalogue.cylinder_standard)
         sizes |= _section(part, _CYLINDER[2:], catalogue.cylinder_parts)
         data["cylinders"][name] = {**sizes, **kept, "pressure": psi}
     for table, module in zip(data["modules"], arm.modules, strict=True):
         for field in table:
             if field.endswith("_tube") or field == "cylinder":
-                table[field] = {"value": getattr(module, field), "label": "derived", "note": reason}
+                table[field] = _figure(getattr(module, field), reason)
     header = list(takewhile(lambda line: line.startswith("#") or not line.strip(), text.splitlines()))
     with replacing(target) as partial:
         partial.write_text("\n".join([*header, *_toml_lines(data)]) + "\n", encoding="utf-8")
@@ -123,17 +119,18 @@ def _material(material: Material, catalogue: Catalogue) -> dict[str, dict[str, A
         "youngs_modulus": f"{material.youngs_modulus / 1e9:.6g} GPa",
         "yield_strength": f"{material.yield_strength / 1e6:.6g} MPa",
     }
-    source = {"label": "sourced", "note": catalogue.material_standard}
-    return {key: {"value": value, **source} for key, value in values.items()}
+    return {key: _figure(value, catalogue.material_standard, "sourced") for key, value in values.items()}
 
 
 def _section(section: Tube | Cylinder, keys: tuple[str, ...], note: str) -> dict[str, Any]:
     """Make the entries of a section: its sizes in inches, as in the standards, and its material."""
     sizes = {key: getattr(section, key) for key in keys if getattr(section, key) is not None}
-    entries: dict[str, Any] = {
-        key: {"value": f"{value / INCH:.6g} in", "label": "derived", "note": note} for key, value in sizes.items()
-    }
+    entries: dict[str, Any] = {key: _figure(f"{value / INCH:.6g} in", note) for key, value in sizes.items()}
     return entries | {"material": section.material}
+
+
+def _figure(value: float | str, note: str, label: str = "derived") -> dict[str, Any]:
+    return {"value": value, "label": label, "note": note}
 
 
 def _toml_lines(data: Mapping[str, Any], prefix: str = "") -> list[str]:

@@ -8,7 +8,7 @@ from math import pi, sqrt
 from pydantic import Field, model_validator
 
 from vgtsim.description.modules import Actuated, BattenActuated, DoubleOctahedral, Module, Sides, Tetrahedral
-from vgtsim.description.schema import Description, Name, Provenance, closest
+from vgtsim.description.schema import Description, Name, Provenance, closest, require_distinct
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.units import Length
 
@@ -65,13 +65,10 @@ class Manipulator(Description):
         for place, name, known in self._references():
             if name not in known:
                 raise ValueError(f"{place} = {name!r}: no such name{closest(name, known)}")
-        names = [module.name for module in self.modules]
-        if len(set(names)) != len(names):
-            raise ValueError(f"module names must differ: {names}")
+        require_distinct("module", self.modules)
         if isinstance(self.modules[-1], Tetrahedral):
-            raise ValueError(
-                f"the last module, {names[-1]}, must not be tetrahedral: the tip plate replaces the top battens"
-            )
+            must_not = "must not be tetrahedral: the tip plate replaces the top battens"
+            raise ValueError(f"the last module, {self.modules[-1].name}, {must_not}")
         if self.stowable and self.stowed is None:
             raise ValueError("a table [stowed]: the arm has double-octahedral modules")
         return self
@@ -85,16 +82,12 @@ class Manipulator(Description):
                 if 2 * max(sides) >= sum(sides):
                     raise ValueError(f"module {module.name}: a face with sides {_metres(sides)} does not close")
             if any(abs(a - b) > _MATCH * b for a, b in zip(base, above, strict=True)):
-                raise ValueError(
-                    f"faces do not match: the base of {module.name} has sides {_metres(base)}, the top of {below} "
-                    f"{_metres(above)}"
-                )
+                here = f"the base of {module.name} has sides {_metres(base)}"
+                raise ValueError(f"faces do not match: {here}, the top of {below} {_metres(above)}")
             below, above = module.name, top
         if any(abs(side - self.face_side) > _MATCH * self.face_side for side in above):
-            raise ValueError(
-                f"faces do not match: the tip plate has sides of {self.face_side:.5g} m, the top of {below} "
-                f"{_metres(above)}"
-            )
+            here = f"the tip plate has sides of {self.face_side:.5g} m"
+            raise ValueError(f"faces do not match: {here}, the top of {below} {_metres(above)}")
         for module in self.modules:
             module.check(self)
         return self

@@ -43,6 +43,16 @@ class ModuleKind(Description):
     def check(self, arm: Manipulator) -> None:
         """Check that the module fits the arm's parts; a ValueError says which dimension is wrong."""
 
+    def wrong(self, text: str) -> ValueError:
+        """Make an error that names the module."""
+        return ValueError(f"module {self.name}: {text}")
+
+    def require_straight(self, length: float, name: str, arm: Manipulator) -> None:
+        """Check that the stroke of a cylinder holds the length of the straight pose, m."""
+        cylinder = arm.cylinders[name]
+        if not cylinder.retracted <= length <= cylinder.extended:
+            raise self.wrong(f"straight length {length:.4g} m outside the stroke of {name}, {cylinder.span}")
+
 
 class FreeFaces(ModuleKind):
     """A module with end faces of its own: sides 12, 23, 31 of its base and of its top; absent for the arm's face side."""
@@ -74,9 +84,9 @@ class BattenActuated(ModuleKind):
     @model_validator(mode="after")
     def _offset_has_blocks(self) -> Self:
         if bool(self.joint_offset) != (self.block is not None):
-            block = "no block" if self.block is None else f"block {self.block!r}"
-            found = f"joint_offset of {self.joint_offset:.4g} m with {block}"
-            raise ValueError(f"module {self.name}: {found}; a joint offset and its block go together")
+            found = "no block" if self.block is None else f"block {self.block!r}"
+            together = "a joint offset and its block go together"
+            raise self.wrong(f"joint_offset of {self.joint_offset:.4g} m with {found}; {together}")
         return self
 
     @property
@@ -90,10 +100,8 @@ class BattenActuated(ModuleKind):
             return
         ball, post = 2 * arm.hub.radius, arm.blocks[self.block].diameter
         if self.joint_offset <= ball:
-            raise ValueError(
-                f"module {self.name}: joint offset of {self.joint_offset:.4g} m keeps the balls at both ends of "
-                f"{self.block} apart only above their diameter, {ball:.4g} m"
-            )
+            keeps = f"keeps the balls at both ends of {self.block} apart only above their diameter, {ball:.4g} m"
+            raise self.wrong(f"joint offset of {self.joint_offset:.4g} m {keeps}")
         if post > ball:
             raise ValueError(f"block {self.block}: post of {post:.4g} m at most as thick as its balls, {ball:.4g} m")
 
@@ -113,15 +121,12 @@ class DoubleOctahedral(BattenActuated):
         super().check(arm)
         least = arm.face_side / 2
         if self.longeron <= least:
-            raise ValueError(
-                f"module {self.name}: longerons of {self.longeron:.4g} m do not close a triangle on a face "
-                f"side of {arm.face_side:.4g} m; longer than {least:.4g} m"
-            )
+            side = f"a face side of {arm.face_side:.4g} m; longer than {least:.4g} m"
+            raise self.wrong(f"longerons of {self.longeron:.4g} m do not close a triangle on {side}")
         height = 2 * sqrt(self.longeron**2 - least**2) + self.joint_offset
         if self.straight >= height:
-            raise ValueError(
-                f"module {self.name}: straight extension {self.straight:.4g} m below that of upright "
-                f"longerons, {height:.4g} m"
+            raise self.wrong(
+                f"straight extension {self.straight:.4g} m below that of upright longerons, {height:.4g} m"
             )
 
 
@@ -144,13 +149,13 @@ class GeneralDoubleOctahedral(FreeFaces, BattenActuated):
     def _lengths_are_lengths(self) -> GeneralDoubleOctahedral:
         for number, length in enumerate(self.longerons, 1):
             if length <= 0:
-                raise ValueError(f"module {self.name}: longeron L{number} of {length:.4g} m, must be longer than 0")
+                raise self.wrong(f"longeron L{number} of {length:.4g} m, must be longer than 0")
         return self
 
     def check(self, arm: Manipulator) -> None:
         """Check the joint block and that the stroke holds the straight pose."""
         super().check(arm)
-        _require_straight(self.name, self.straight, self.cylinder, arm)
+        self.require_straight(self.straight, self.cylinder, arm)
 
 
 class Tetrahedral(ModuleKind):
@@ -192,16 +197,11 @@ class Tetrahedral(ModuleKind):
         """Check that the stroke holds the straight pose and ends below the flat pose."""
         flat, cylinder = 2 * self.altitude(arm.face_side), arm.cylinders[self.cylinder]
         if cylinder.extended >= flat:
-            raise ValueError(
-                f"module {self.name}: the stroke of {self.cylinder} ends at {cylinder.extended:.4g} m and "
-                f"crosses the singular flat pose at l = 2 h = {flat:.4g} m"
-            )
+            end = f"the stroke of {self.cylinder} ends at {cylinder.extended:.4g} m"
+            raise self.wrong(f"{end} and crosses the singular flat pose at l = 2 h = {flat:.4g} m")
         straight = flat * sin(self.straight / 2)
         if not cylinder.retracted <= straight <= cylinder.extended:
-            raise ValueError(
-                f"module {self.name}: straight pose needs {straight:.4g} m of "
-                f"{self.cylinder}, which has {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
-            )
+            raise self.wrong(f"straight pose needs {straight:.4g} m of {self.cylinder}, which has {cylinder.span}")
 
 
 class Longeron(Description):
@@ -240,7 +240,7 @@ class Octahedral(FreeFaces):
     @model_validator(mode="after")
     def _something_moves(self) -> Octahedral:
         if not self.actuated:
-            raise ValueError(f"module {self.name}: one to six longerons with a cylinder; none has")
+            raise self.wrong("one to six longerons with a cylinder; none has")
         return self
 
     @property
@@ -262,7 +262,7 @@ class Octahedral(FreeFaces):
         for i in self.actuated:
             cylinder = self.longerons[i].cylinder
             assert cylinder is not None  # of an actuated longeron
-            _require_straight(self.name, self.straight, cylinder, arm)
+            self.require_straight(self.straight, cylinder, arm)
 
 
 class StaticKind(ModuleKind):
@@ -301,12 +301,12 @@ class SectionModule(FreeFaces, StaticKind):
     @model_validator(mode="after")
     def _one_shape(self) -> SectionModule:
         if (self.length is None) == (self.transform is None):
-            raise ValueError(f"module {self.name}: either a length or a measured transform")
+            raise self.wrong("either a length or a measured transform")
         if self.transform is not None:
             if self.tilt != (0.0, 0.0) or self.twist:
-                raise ValueError(f"module {self.name}: a measured transform leaves no tilt or twist to give")
+                raise self.wrong("a measured transform leaves no tilt or twist to give")
             if self.transform[3] != (0.0, 0.0, 0.0, 1.0):
-                raise ValueError(f"module {self.name}: the transform's last row must be 0, 0, 0, 1")
+                raise self.wrong("the transform's last row must be 0, 0, 0, 1")
         return self
 
     def faces(self, side: float) -> tuple[Sides, Sides]:
@@ -318,15 +318,6 @@ class SectionModule(FreeFaces, StaticKind):
 Actuated = DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral  # kinds with actuators
 Module = Annotated[Actuated | Prism | SectionModule, Field(discriminator="kind")]
 KINDS = ("double_octahedral", "double_octahedral_general", "tetrahedral", "octahedral", "prism", "section")
-
-
-def _require_straight(module: str, straight: float, name: str, arm: Manipulator) -> None:
-    cylinder = arm.cylinders[name]
-    if not cylinder.retracted <= straight <= cylinder.extended:
-        raise ValueError(
-            f"module {module}: straight length {straight:.4g} m outside the stroke of "
-            f"{name}, {cylinder.retracted:.4g} to {cylinder.extended:.4g} m"
-        )
 
 
 def joint_offset(module: Module) -> float:

@@ -12,7 +12,7 @@ from pydantic import Field, field_validator, model_validator
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.redundancy import Method, ObjectiveName, choose_coupling
-from vgtsim.description.schema import Description, Name, Provenance
+from vgtsim.description.schema import Description, Name, Provenance, require_distinct
 from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
@@ -22,11 +22,9 @@ Vector = tuple[Length, Length, Length]
 
 
 class Mast(Pipe):
-    """The pipe that carries the arm through the riser.
+    """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
 
-    Attributes:
-        pivot_depth: Depth of the arm's base face below the dome's crown.
-        riser_spare: Least gap between the stowed arm and the riser's bore; absent for 1.5 in.
+    `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent.
     """
 
     pivot_depth: Length = Field(gt=0)
@@ -42,10 +40,7 @@ class Payload(Description):
 
 
 class Goal(Description):
-    """A tool pose to reach and hold: the tool point in frame G, m, and the outward unit normal of the tip plate.
-
-    The direction is normalised on reading.
-    """
+    """A tool pose to reach and hold in frame G: tool point, m, and outward normal of the tip plate, a unit vector."""
 
     name: Name
     position: Vector
@@ -88,8 +83,7 @@ class Motion(Description):
         acceleration: Greatest acceleration of a cylinder.
         stroke_margin: Distance that the plan keeps from the ends of the strokes.
         clearance: Distance that the plan keeps from tank, riser, obstacles and the arm itself.
-        settle_speed: A hold is settled when no node is faster than this.
-        hold: Time for which a settled goal is held.
+        settle_speed: A goal is settled when no node is faster than this; it is then held for the time `hold`.
         patience: Longest wait for settling.
     """
 
@@ -110,9 +104,7 @@ class Motion(Description):
 
     @model_validator(mode="after")
     def _entries_fit(self) -> Motion:
-        names = [goal.name for goal in self.goals]
-        if len(set(names)) != len(names):
-            raise ValueError(f"goal names must differ: {names}")
+        require_distinct("goal", self.goals)
         if self.coupling is not None and self.method is not Method.COUPLED:
             raise ValueError(f'coupling with method = "coupled" only, not {self.method.value!r}')
         return self
@@ -209,9 +201,7 @@ class SceneFile(Description):
 
     @model_validator(mode="after")
     def _cases_differ(self) -> SceneFile:
-        names = [case.name for case in self.loads]
-        if len(set(names)) != len(names):
-            raise ValueError(f"load case names must differ: {names}")
+        require_distinct("load case", self.loads)
         return self
 
 

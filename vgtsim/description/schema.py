@@ -37,6 +37,13 @@ def closest(name: str, allowed: Iterable[object]) -> str:
     return f"{hint} (known: {', '.join(sorted(names)) or 'none'})"
 
 
+def require_distinct(kind: str, items: Iterable[Any]) -> None:
+    """Refuse items of a kind that share a `name`."""
+    names = [item.name for item in items]
+    if len(set(names)) != len(names):
+        raise ValueError(f"{kind} names must differ: {names}")
+
+
 class Provenance(Description):
     """The source of a figure, its derivation or the reason for it; a figure outside its `range` is refused."""
 

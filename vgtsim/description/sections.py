@@ -71,7 +71,7 @@ class Cylinder(Description):
     """A double-acting hydraulic cylinder used as an extensible member.
 
     Attributes:
-        bore: Diameter of the piston; `rod` is the diameter of the rod.
+        bore: Diameter of the piston; `rod` is that of the rod.
         head: Total thickness of steel at bore diameter in the two heads and the piston.
         eye: Distance from a pin to the barrel or to the full rod.
         retracted: Least length from pin to pin.
@@ -101,9 +101,8 @@ class Cylinder(Description):
             raise ValueError(f"rod of {self.rod:.4g} m thinner than the bore {self.bore:.4g} m")
         needed = self.stroke + self.head + 2 * self.eye
         if self.retracted < needed - 1e-9:  # m, rounding of inches
-            raise ValueError(
-                f"retracted length {self.retracted:.4g} m at least stroke, heads with piston, and two eyes: {needed:.4g} m"
-            )
+            parts = f"stroke, heads with piston, and two eyes: {needed:.4g} m"
+            raise ValueError(f"retracted length {self.retracted:.4g} m at least {parts}")
         return self
 
     @property
@@ -112,9 +111,9 @@ class Cylinder(Description):
         return self.retracted + self.stroke
 
     @property
-    def dead_length(self) -> float:
-        """Retracted length less the stroke, m: heads, piston and eyes."""
-        return self.retracted - self.stroke
+    def span(self) -> str:
+        """The two ends of the stroke as text."""
+        return f"{self.retracted:.4g} to {self.extended:.4g} m"
 
     @property
     def barrel_diameter(self) -> float:
@@ -129,7 +128,7 @@ class Cylinder(Description):
     @property
     def rod_length(self) -> float:
         """Distance from the rod pin to the piston, m: the piston stays in the barrel at full extension."""
-        return self.stroke + self.dead_length / 2
+        return self.stroke + (self.retracted - self.stroke) / 2  # half of heads, piston and eyes
 
     def barrel_mass(self, density: float) -> float:
         """Mass of barrel and heads, kg, for a density in kg/m³."""

@@ -41,10 +41,8 @@ class Shell(Description):
         if self.wall_top <= self.dish_depth + self.knuckle_radius:
             raise ValueError(f"wall_top above dish and knuckle, {self.dish_depth + self.knuckle_radius:.4g} m")
         if not self.haunch_radius < rise < radius:
-            raise ValueError(
-                f"dome rise crown - wall_top = {rise:.4g} m between the haunch radius {self.haunch_radius:.4g} m and "
-                f"the tank radius {radius:.4g} m"
-            )
+            between = f"between the haunch radius {self.haunch_radius:.4g} m and the tank radius {radius:.4g} m"
+            raise ValueError(f"dome rise crown - wall_top = {rise:.4g} m {between}")
         return self
 
 

@@ -65,13 +65,11 @@ SHAPES = ("line", "arc", "spline", "raster")
 
 
 class ToolPath(Description):
-    """A path as written; the arm rests at the end of each piece.
+    """A path as written, from a tool point and an outward normal of the tip plate; the arm rests after each piece.
 
     Attributes:
-        direction: Outward normal of the tip plate at the start.
         tolerance: Greatest distance of the tool from the path between two goals, m, and of its direction, rad.
-        rate_fraction: Part of the cylinders' rated speed that may be used.
-        acceleration: Greatest acceleration of a cylinder.
+        rate_fraction: Part of the cylinders' rated speed that may be used; `acceleration` is that of a cylinder.
         speed: Greatest speed of the tool point; absent for the speed that the cylinders allow.
     """
 

@@ -30,17 +30,13 @@ _SOLID = {
     "batten": (158, 158, 166),
     "actuator": (219, 115, 33),
 }
+_JOINT, _PLATE = (51, 56, 66), (89, 92, 102)
 
 
 def draw_arm(chain: Chain, poses: dict[str, Array]) -> Figure:
-    """Draw an arm in some poses side by side, in parallel projection.
+    """Draw an arm in some poses side by side, in parallel projection: inputs, shape (n,), by the name over the drawing.
 
-    Args:
-        chain: The arm, with z of frame G up.
-        poses: Inputs, shape (n,), by the name under the drawing.
-
-    Returns:
-        The figure: actuators as double lines, the mast flange and the tip plate as filled triangles.
+    Frame G has z up. Actuators are double lines, the mast flange and the tip plate filled triangles.
     """
     azimuth, height = _VIEW
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
@@ -84,11 +80,7 @@ def _draw(axes: Axes, chain: Chain, nodes: Array, view: Array, eye: Array, scale
 
 
 def write_drawing(figure: Figure, stem: Path) -> tuple[Path, Path]:
-    """Write a figure as PNG and as SVG.
-
-    Args:
-        stem: Path without suffix.
-    """
+    """Write a figure as PNG and as SVG; the stem is a path without suffix."""
     png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
     with styled(), replacing(png) as whole:
         figure.savefig(whole, format="png", dpi=_DPI, facecolor=_WHITE, metadata={"Software": ""})
@@ -98,46 +90,36 @@ def write_drawing(figure: Figure, stem: Path) -> tuple[Path, Path]:
 
 
 def make_solid(chain: Chain, nodes: Array) -> trimesh.Scene:
-    """Make an arm of cylinders and balls.
+    """Make an arm of cylinders and balls in a pose of nodes, shape (N, 3), m; z is up.
 
-    Args:
-        nodes: Of a pose, shape (N, 3), m.
-
-    Returns:
-        A scene with a coloured mesh for every member, named as in the truss; z up, m.
+    Every member is a coloured mesh with its name in the truss.
     """
     truss, arm = chain.truss, chain.manipulator
     scene = trimesh.Scene()
+
+    def add(mesh: trimesh.Trimesh, name: str, colour: tuple[int, int, int]) -> None:
+        mesh.visual = ColorVisuals(mesh, face_colors=(*colour, 255))
+        scene.add_geometry(mesh, geom_name=name, node_name=name)
+
     for member, radius in zip(truss.members, member_radii(arm, truss), strict=True):
-        mesh = trimesh.creation.cylinder(float(radius), segment=nodes[list(member.ends)], sections=16)
-        mesh.visual = ColorVisuals(mesh, face_colors=(*_SOLID[member.role], 255))
-        scene.add_geometry(mesh, geom_name=member.name, node_name=member.name)
+        bar = trimesh.creation.cylinder(float(radius), segment=nodes[list(member.ends)], sections=16)
+        add(bar, member.name, _SOLID[member.role])
     for node in np.flatnonzero(truss.hubs).tolist():
-        name, place = truss.nodes[node], nodes[node]
         ball = trimesh.creation.icosphere(subdivisions=1, radius=arm.hub.radius)
-        ball.visual = ColorVisuals(ball, face_colors=(51, 56, 66, 255))
-        scene.add_geometry(ball.apply_translation(place), geom_name=name, node_name=name)
+        add(ball.apply_translation(nodes[node]), truss.nodes[node], _JOINT)
     for foot, middle, head in truss.rings.reshape(-1, 3).tolist():
         radius = arm.block_of(int(truss.node_module[middle])).diameter / 2
         post = trimesh.creation.cylinder(radius, segment=nodes[[foot, head]], sections=16)
-        post.visual = ColorVisuals(post, face_colors=(51, 56, 66, 255))
-        scene.add_geometry(post, geom_name=truss.nodes[middle], node_name=truss.nodes[middle])
+        add(post, truss.nodes[middle], _JOINT)
     corners = nodes[truss.tip]
     normal = np.cross(corners[0] - corners[2], corners[1] - corners[2])
     half = arm.tip_plate.thickness / 2 * normal / np.linalg.norm(normal)
-    plate = trimesh.convex.convex_hull(np.concatenate([corners - half, corners + half]))
-    plate.visual = ColorVisuals(plate, face_colors=(89, 92, 102, 255))
-    scene.add_geometry(plate, geom_name="tip", node_name="tip")
+    add(trimesh.convex.convex_hull(np.concatenate([corners - half, corners + half])), "tip", _PLATE)
     return scene
 
 
 def write_solid(solid: trimesh.Scene, stem: Path) -> tuple[Path, Path]:
-    """Write an arm as GLB, with colours and names, and as STL, one mesh.
-
-    Args:
-        solid: From `make_solid`.
-        stem: Path without suffix.
-    """
+    """Write a solid of an arm as GLB, with colours and names, and as STL, one mesh; the stem is a path without suffix."""
     glb, stl = stem.with_suffix(".glb"), stem.with_suffix(".stl")
     with replacing(glb) as whole:
         solid.export(whole)

@@ -21,10 +21,10 @@ def write_capacity(found: CapacityMap, title: str, folder: Path) -> tuple[Path, 
         bends = [f"{what}_{i + 1}_deg" for i in range(found.bends.shape[1]) for what in ("bend", "azimuth")]
         sag = f"sag_with_{found.reference:.0f}_kg_m"
         writer.writerow(["radius_m", "depth_m", "payload_kg", "governing_member", "governing_limit", sag, *bends])
-        for i in range(len(found.radius)):
-            shape = np.degrees(np.stack([found.bends[i], found.azimuths[i]], axis=1)).ravel()
-            angles = [f"{value:.2f}" for value in shape]
+        shapes = np.degrees(np.stack([found.bends, found.azimuths], axis=-1)).reshape(len(found.radius), -1)
+        for i, shape in enumerate(shapes):
             place = [f"{found.radius[i]:.3f}", f"{found.depth[i]:.3f}", f"{found.payload[i]:.1f}"]
+            angles = [f"{value:.2f}" for value in shape]
             writer.writerow([*place, found.member[i], found.limit[i], f"{found.sag[i]:.4f}", *angles])
     with styled(), replacing(picture) as partial:
         plot_capacity(found, title).savefig(partial, dpi=150)
@@ -43,12 +43,10 @@ def plot_capacity(found: CapacityMap, title: str) -> Figure:
         # what hangs straight down carries ten times what reaches out
         norm = "log" if place is axes[0] and value.min() > 0 else "linear"
         top = float(np.quantile(value, 0.97))
-        dots = place.scatter(
-            found.radius, found.depth, c=np.minimum(value, top), marker="s", s=46, cmap=colours, norm=norm
-        )
+        shown = np.minimum(value, top)
+        dots = place.scatter(found.radius, found.depth, c=shown, marker="s", s=46, cmap=colours, norm=norm)
         figure.colorbar(dots, ax=place, label=label)
-        place.set_xlabel("radius, m")
-        place.set_aspect("equal")
+        place.set(xlabel="radius, m", aspect="equal")
     axes[0].set_ylabel("depth below the pivot, m")
     axes[0].invert_yaxis()
     figure.suptitle(title)

@@ -61,17 +61,10 @@ def styled() -> Iterator[None]:
         yield
 
 
-def panels(rows: int, columns: int, height: float, sharey: bool = False) -> tuple[Figure, list[Axes]]:
-    """Make a figure of equal panels over one time axis.
-
-    Args:
-        rows: Number of rows.
-        columns: Number of columns.
-        height: Of the figure, inches.
-        sharey: Whether the panels share their ordinate.
-    """
+def panels(rows: int, columns: int, height: float) -> tuple[Figure, list[Axes]]:
+    """Make a figure of equal panels over one time axis; its height is in inches."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
+    axes = figure.subplots(rows, columns, sharex=True, squeeze=False)
     return figure, list(axes.ravel())
 
 
@@ -85,8 +78,7 @@ _ANONYMOUS: dict[str, dict[str, Any]] = {
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as an image, whole or not at all; the same figure gives the same file.
 
-    Args:
-        path: Image file; its suffix tells the format, PNG if it has none.
+    The suffix of the path tells the format; without one it is PNG.
     """
     kind = path.suffix[1:].lower() or "png"
     with mpl.rc_context({"svg.hashsalt": _STYLE["svg.hashsalt"]}), replacing(path) as whole:
@@ -94,15 +86,10 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 
 def to_svg(figure: Figure, prefix: str, label: str) -> str:
-    """Write a figure as an SVG element for an HTML page.
+    """Write a figure made under `styled` as an `svg` element for an HTML page, whose text colour its text and axes take.
 
-    Args:
-        figure: A figure made under `styled`.
-        prefix: Put before its identifiers, so that those of several figures differ.
-        label: What the figure shows, for readers who do not see it.
-
-    Returns:
-        The `svg` element; its text and axes take the page's text colour.
+    The prefix stands before its identifiers, so that those of several figures differ. The label tells readers who do not
+    see the figure its content.
     """
     text = io.StringIO()
     with styled():
@@ -126,13 +113,7 @@ def draw_limit(axes: Axes, value: float, label: str) -> None:
 
 
 def finish_axes(axes: Axes, site: Site, log: RunLog, *, named: bool = False, abscissa: bool = True) -> None:
-    """Shade the settled stays and label the time axis.
-
-    Args:
-        axes: With time as abscissa.
-        named: Whether the goals' names stand over the stays.
-        abscissa: Whether the time axis is labelled.
-    """
+    """Shade the settled stays over time, with the goals' names if `named`; label the time axis if `abscissa`."""
     for hold in find_holds(log):
         axes.axvspan(hold.start, hold.end, color=HOLD, alpha=0.12, linewidth=0)
         if named:

@@ -12,18 +12,10 @@ from string import Template
 import numpy as np
 from matplotlib.figure import Figure
 
-from vgtsim.output import html_facts as facts
 from vgtsim.output import html_tables as tables
+from vgtsim.output import run_plots as runs
 from vgtsim.output.figure import styled, to_svg
-from vgtsim.output.html_loads import member_rows, reaction_rows
-from vgtsim.output.member_plots import (
-    plot_actuator_forces,
-    plot_actuator_lengths,
-    plot_axial_forces,
-    plot_utilisation,
-)
 from vgtsim.output.quantities import format_quantity
-from vgtsim.output.run_plots import plot_clearance, plot_closure, plot_reaction, plot_tool_error
 from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
@@ -33,15 +25,7 @@ from vgtsim.verification import Report, find_riser_reaction
 
 @dataclass(frozen=True)
 class ReportPlot:
-    """One plot of the report.
-
-    Attributes:
-        name: Short, for identifiers.
-        title: Its heading.
-        caption: What to look for.
-        needs: Series of the report that it cannot do without.
-        plot: Draws it.
-    """
+    """One plot of the report, drawn when called; it `needs` some series of the report."""
 
     name: str
     title: str
@@ -65,18 +49,19 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
     mast = "Force and moment of the mast on the arm at the pivot, in frame G."
     riser = "Force and moment of arm and mast on the riser at the crown, in frame G: what the dome must not carry."
     gap = "Greatest gap between a member's end and its hub."
+    carried = find_riser_reaction(site, log)
     errors, clear = ("tool_position_error", "tool_angle_error"), ("clearance", "clearance_time")
     rows: tuple[tuple[str, str, str, tuple[str, ...], Callable[[], Figure]], ...] = (
         ("truss", "The truss at its worst instant", coloured, (), lambda: plot_truss(site, log, report)),
-        ("tool", "Tool error", tool, errors, lambda: plot_tool_error(site, log, report)),
-        ("clearance", "Clearance along the run", near, clear, lambda: plot_clearance(site, log, report)),
-        ("utilisation", "Member utilisation", used, ("utilisation",), lambda: plot_utilisation(site, log, report)),
-        ("axial", "Axial force in the members", axial, (), lambda: plot_axial_forces(site, log)),
-        ("forces", "Actuator forces", drive, (), lambda: plot_actuator_forces(site, log)),
-        ("lengths", "Actuator lengths", length, (), lambda: plot_actuator_lengths(site, log)),
-        ("mast", "Mast reaction", mast, (), lambda: plot_reaction(site, log, log.mast_reaction)),
-        ("riser", "Load on the riser", riser, (), lambda: plot_reaction(site, log, find_riser_reaction(site, log))),
-        ("closure", "Closure", gap, ("closure",), lambda: plot_closure(site, log, report)),
+        ("tool", "Tool error", tool, errors, lambda: runs.plot_tool_error(site, log, report)),
+        ("clearance", "Clearance along the run", near, clear, lambda: runs.plot_clearance(site, log, report)),
+        ("utilisation", "Member utilisation", used, ("utilisation",), lambda: runs.plot_utilisation(site, log, report)),
+        ("axial", "Axial force in the members", axial, (), lambda: runs.plot_axial_forces(site, log)),
+        ("forces", "Actuator forces", drive, (), lambda: runs.plot_actuator_forces(site, log)),
+        ("lengths", "Actuator lengths", length, (), lambda: runs.plot_actuator_lengths(site, log)),
+        ("mast", "Mast reaction", mast, (), lambda: runs.plot_reaction(site, log, log.mast_reaction)),
+        ("riser", "Load on the riser", riser, (), lambda: runs.plot_reaction(site, log, carried)),
+        ("closure", "Closure", gap, ("closure",), lambda: runs.plot_closure(site, log, report)),
     )
     return [ReportPlot(*row) for row in rows]
 
@@ -95,12 +80,12 @@ def write_report_html(site: Site, log: RunLog, report: Report, path: str | Path)
         notices=tables.notices(log),
         checks=tables.check_rows(report),
         goals=tables.goal_rows(site, log, report),
-        members=member_rows(site, log, report),
-        reactions=reaction_rows(site, log),
+        members=tables.member_rows(site, log, report),
+        reactions=tables.reaction_rows(site, log),
         plots="\n".join(_draw(plot, report) for plot in list_plots(site, log, report)),
-        settings=facts.fact_rows(facts.list_settings(site)),
-        performance=facts.fact_rows(facts.list_costs(report)),
-        versions=facts.fact_rows(report.versions.items()),
+        settings=tables.fact_rows(tables.list_settings(site)),
+        performance=tables.fact_rows(tables.list_costs(report.performance)),
+        versions=tables.fact_rows(report.versions.items()),
     )
     with replacing(path) as partial:
         partial.write_text(page, encoding="utf-8")

@@ -25,14 +25,7 @@ _LEAST_FONT = 9  # pixels; smaller letters cannot be read
 
 @dataclass(frozen=True)
 class Mark:
-    """A name to write at a place in the picture.
-
-    Attributes:
-        text: The name.
-        column: Pixels.
-        row: Pixels.
-        active: Whether it is the one to look at.
-    """
+    """A name to write at a place in the picture, pixels; the active one is the one to look at."""
 
     text: str
     column: float
@@ -47,8 +40,7 @@ class Overlay:
     Attributes:
         pieces: Panel, scale bar and title, with opacity, and the column and row of their upper left corners.
         unit: Height of the letters, pixels; every other distance is a multiple.
-        font: For the panel.
-        small: For the goals' names.
+        font: For the panel; `small` is for the goals' names.
         values: Column and row of each value in the panel, pixels.
     """
 
@@ -60,18 +52,11 @@ class Overlay:
 
 
 def make_overlay(width: int, height: int, title: str, end: float) -> Overlay:
-    """Draw the static parts once.
-
-    Args:
-        width: Of the frames, pixels.
-        height: Of the frames, pixels.
-        end: Both ends of the scale of axial force, N.
-    """
+    """Draw the static parts once, for frames of a size in pixels; the scale of axial force ends at `end`, N."""
     unit = max(_LEAST_FONT, round(height / 36))
-    folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
-    font = ImageFont.truetype(folder / "DejaVuSans.ttf", unit)
-    small = ImageFont.truetype(folder / "DejaVuSans.ttf", max(_LEAST_FONT, round(0.8 * unit)))
-    bold = ImageFont.truetype(folder / "DejaVuSans-Bold.ttf", max(_LEAST_FONT, round(0.8 * unit)))
+    folder, less = Path(mpl.get_data_path()) / "fonts" / "ttf", max(_LEAST_FONT, round(0.8 * unit))
+    font, small = (ImageFont.truetype(folder / "DejaVuSans.ttf", size) for size in (unit, less))
+    bold = ImageFont.truetype(folder / "DejaVuSans-Bold.ttf", less)
     layer = Image.new("RGBA", (width, height), (0, 0, 0, 0))
     draw = ImageDraw.Draw(layer)
     left, top, step = unit, unit, round(1.45 * unit)
@@ -80,19 +65,12 @@ def make_overlay(width: int, height: int, title: str, end: float) -> Overlay:
     rows = [top + step * index for index in range(len(LABELS))]
     for label, row in zip(LABELS, rows, strict=True):
         draw.text((left + unit // 4, row), label, font=font, fill=_SOFT)
-    foot = (
-        left // 2,
-        height - round(2.2 * unit),
-        left + round(bold.getlength(title)) + unit // 2,
-        height - unit // 2,
-    )
+    long = round(bold.getlength(title))
+    foot = (left // 2, height - round(2.2 * unit), left + long + unit // 2, height - unit // 2)
     draw.rounded_rectangle(foot, unit // 2, fill=_GROUND)
     draw.text((left, (foot[1] + foot[3]) // 2), title, font=bold, fill=_INK, anchor="lm")
     scale = _draw_scale(layer, draw, small, unit, end)
-    pieces = tuple(
-        (layer.crop((left, top, right + 1, bottom + 1)), (left, top))
-        for left, top, right, bottom in (panel, scale, foot)
-    )
+    pieces = tuple((layer.crop((a, b, c + 1, d + 1)), (a, b)) for a, b, c, d in (panel, scale, foot))
     return Overlay(pieces, unit, font, small, tuple((left + round(8.3 * unit), row) for row in rows))
 
 
@@ -118,15 +96,9 @@ def _draw_scale(
 
 
 def draw_overlay(overlay: Overlay, frame: Picture, values: tuple[str, ...], marks: tuple[Mark, ...]) -> Picture:
-    """Put the overlay and the texts of one instant onto a frame.
+    """Put the overlay and the texts of one instant onto a frame, shape (height, width, 3), and give the result.
 
-    Args:
-        frame: Shape (height, width, 3).
-        values: One for each of `LABELS`.
-        marks: Names to write; those outside the picture are left out.
-
-    Returns:
-        The finished frame, shape (height, width, 3).
+    There is one value for each of `LABELS`. Marks outside the picture are left out.
     """
     image = Image.fromarray(frame)
     draw = ImageDraw.Draw(image)

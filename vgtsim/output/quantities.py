@@ -12,14 +12,10 @@ _PLAIN = ("", "1", "-", "dimensionless", "ratio")
 
 
 def format_quantity(value: float, unit: str) -> str:
-    """Write a figure with three digits and a fitting unit.
+    """Write a figure in an SI unit with three digits, such as `3.2 µm`, `417 kN`, `0.1°`.
 
-    Args:
-        value: In `unit`.
-        unit: SI unit; lengths, forces, moments and pressures get a prefix, angles become degrees.
-
-    Returns:
-        For example `3.2 µm`, `417 kN`, `0.1°`, or `not measured` when the figure is not finite.
+    Lengths, forces, moments and pressures get a prefix, angles become degrees. A figure that is not finite gives
+    `not measured`.
     """
     if not isfinite(value):
         return "not measured"
@@ -50,10 +46,6 @@ def _digits(value: float) -> str:
         text = f"{value:.{places}f}"
         return text.rstrip("0").rstrip(".") if "." in text else text
     mantissa, exponent = f"{value:.2e}".split("e")
-    power = f"10{_superscript(int(exponent))}"
+    power = "10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
     mantissa = mantissa.rstrip("0").rstrip(".")
     return power if mantissa == "1" else f"{mantissa}·{power}"
-
-
-def _superscript(number: int) -> str:
-    return str(number).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

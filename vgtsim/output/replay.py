@@ -19,12 +19,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Replay:
-    """A model that can be posed.
+    """A model whose positions and colours `pose_model` sets.
 
     Attributes:
-        model: Its geom colours are changed by `pose_model`.
-        data: Its positions are changed by `pose_model`.
-        truss: The arm's truss.
         pose: Addresses in qpos.
         geoms: Indices of the members' geoms, rods of cylinders included.
         owners: Member of each of those geoms.
@@ -41,28 +38,26 @@ class Replay:
 
 
 def make_replay(model: mujoco.MjModel, truss: Truss, end: float) -> Replay:
-    """Prepare a model for replay.
-
-    Args:
-        model: Compiled model of the truss.
-        end: Both ends of the colour scale, N.
-    """
+    """Prepare the compiled model of a truss for replay; the colour scale ends at this axial force, N."""
     pairs = []
     for index, member in enumerate(truss.members):
         pairs.append((model.geom(member.name).id, index))
         if member.role == "actuator":
             pairs.append((model.geom(names.rod(member.name)).id, index))
     geoms, owners = np.array(pairs, dtype=np.intp).T
-    return Replay(model, mujoco.MjData(model), truss, make_pose_map(model, truss), geoms, owners, end)
+    return Replay(
+        model=model,
+        data=mujoco.MjData(model),
+        truss=truss,
+        pose=make_pose_map(model, truss),
+        geoms=geoms,
+        owners=owners,
+        end=end,
+    )
 
 
 def pose_model(replay: Replay, nodes: Array, axial: Array) -> None:
-    """Pose the model and colour its members.
-
-    Args:
-        nodes: Hub positions in frame G, shape (N, 3), m.
-        axial: Tension positive, shape (M,), N.
-    """
+    """Pose the model by its nodes in frame G, shape (N, 3), m; colour its members by axial force, shape (M,), N."""
     fill_qpos(replay.pose, replay.truss, nodes, replay.data.qpos)
     mujoco.mj_kinematics(replay.model, replay.data)
     mujoco.mj_comPos(replay.model, replay.data)
@@ -71,29 +66,21 @@ def pose_model(replay: Replay, nodes: Array, axial: Array) -> None:
 
 
 def frame_times(log: RunLog, fps: int, speed: float) -> Array:
-    """Simulated times at which the film's frames are taken.
+    """Times of the film's frames, shape (F,), s: evenly from the first record on, none after the last.
 
-    Args:
-        fps: Frames a second of film.
-        speed: Simulated seconds in a second of film.
-
-    Returns:
-        From the first record on, evenly spaced, none after the last, shape (F,), s.
+    A second of film has `fps` frames and `speed` simulated seconds.
     """
     span = float(log.time[-1] - log.time[0])
     return float(log.time[0]) + np.arange(int(span * fps / speed + 1e-9) + 1) * speed / fps
 
 
 def interpolate(log: RunLog, axial: Array, time: float) -> tuple[int, Array, Array]:
-    """Find the state between two records.
+    """Find the state between two records: the record before, the nodes, (N, 3), m, and the axial forces, (M,), N.
 
-    Args:
-        axial: Axial forces at its records, shape (T, M), N.
-
-    Returns:
-        The record before, the nodes, shape (N, 3), m, and the axial forces, shape (M,), N.
+    `axial` holds the forces at all records, shape (T, M), N.
     """
-    before = int(np.clip(np.searchsorted(log.time, time + 1e-9, side="right") - 1, 0, max(len(log.time) - 2, 0)))
+    last = np.searchsorted(log.time, time + 1e-9, side="right") - 1  # the slack takes in rounding of frame times
+    before = int(np.clip(last, 0, max(len(log.time) - 2, 0)))
     after = min(before + 1, len(log.time) - 1)
     span = float(log.time[after] - log.time[before])
     part = min(max((time - float(log.time[before])) / span, 0.0), 1.0) if span else 0.0
@@ -102,25 +89,14 @@ def interpolate(log: RunLog, axial: Array, time: float) -> tuple[int, Array, Arr
 
 
 def camera_at(cuts: tuple[Cut, ...], time: float) -> str:
-    """Choose the camera of an instant.
-
-    Returns:
-        Camera of the first shot that has not ended; the last one when all have.
-    """
+    """Choose the camera of an instant: that of the first shot that has not ended, or of the last one."""
     return next((cut.camera for cut in cuts if cut.until is None or time < cut.until), cuts[-1].camera)
 
 
 def project(scene: mujoco.MjvScene, points: Array, width: int, height: int) -> Array:
-    """Where points stand in the picture.
+    """Column and row, shape (K, 2), pixels, of points in frame G, shape (K, 3), m; NaN for points behind the camera.
 
-    Args:
-        scene: After `Renderer.update_scene`.
-        points: In frame G, shape (K, 3), m.
-        width: Of the picture, pixels.
-        height: Of the picture, pixels.
-
-    Returns:
-        Column and row, shape (K, 2), pixels; NaN for points behind the camera.
+    The scene is that of `Renderer.update_scene`; width and height are those of the picture, pixels.
     """
     camera = scene.camera[0]
     forward, up = np.array(camera.forward), np.array(camera.up)

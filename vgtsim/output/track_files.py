@@ -17,16 +17,7 @@ Facts = dict[str, str | float | int]
 
 
 def write_track(chain: Chain, followed: Followed, facts: Facts, stem: Path) -> tuple[Path, ...]:
-    """Write a path.
-
-    Args:
-        followed: The path as it is run.
-        facts: Its figures, for the JSON file.
-        stem: Path of the files without their suffixes.
-
-    Returns:
-        The files: .csv, .json and .svg.
-    """
+    """Write a path as it is run: .csv, the facts as .json, and .svg; the stem is the files' path without suffix."""
     files = tuple(stem.with_suffix(suffix) for suffix in (".csv", ".json", ".svg"))
     _write_table(chain, followed, files[0])
     with replacing(files[1]) as whole:

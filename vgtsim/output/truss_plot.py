@@ -1,8 +1,6 @@
-"""The truss at one instant, in its tank, coloured by axial force."""
+"""The truss at one instant, coloured by axial force, in the outline of its tank."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import matplotlib as mpl
 import numpy as np
@@ -11,13 +9,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
 from numpy.typing import NDArray
 
-from vgtsim.kinematics import Truss
+from vgtsim.description import Tank
+from vgtsim.geometry.profile import make_profile
 from vgtsim.output.colours import HOLD, REST, force_colours, scale_end
 from vgtsim.output.figure import WIDTH
 from vgtsim.output.quantities import MINUS
-from vgtsim.output.tank_plot import draw_tank_side, draw_tank_top
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report
@@ -25,14 +24,8 @@ from vgtsim.verification import Report
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class _Pose:
-    """The arm at one record: nodes, shape (N, 3), m, axial forces, shape (M,), N, and the index of the worst member."""
-
-    truss: Truss
-    nodes: Array
-    axial: Array
-    worst: int
+_WASTE = "#a9803f"
+_SPACING = 0.05  # m between the points of the tank's outline
 
 
 def worst_instant(site: Site, log: RunLog, report: Report) -> tuple[int, int]:
@@ -49,20 +42,22 @@ def plot_truss(site: Site, log: RunLog, report: Report) -> Figure:
     """
     record, worst = worst_instant(site, log, report)
     axial = log.axial(site.truss.ends)[record]
-    now = _Pose(truss=site.truss, nodes=log.nodes[record], axial=axial, worst=worst)
+    nodes = log.nodes[record]
     x, y, _ = log.tool_position[record]
     azimuth = float(np.arctan2(y, x))
     side = np.array([[np.cos(azimuth), np.sin(azimuth), 0], [0, 0, 1]])
-    top = np.eye(3)[:2]
     figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.05))
     tall, left, right = (figure.add_subplot(cell) for cell in (grid[0, :], grid[1, 0], grid[1, 1]))
-    draw_tank_side(tall, site.tank, azimuth)
-    draw_tank_top(left, site.tank)
-    for axes, view in ((tall, side), (left, top)):
+    _draw_tank_side(tall, site.tank, azimuth)
+    _draw_tank_top(left, site.tank)
+    for axes, view in ((tall, side), (left, np.eye(3)[:2])):
         _draw_goals(axes, site, view)
-        _draw_arm(axes, now, view, 1.0)
-    _draw_arm(right, now, _best_plane(now.nodes), 1.7)
+        _draw_arm(axes, site, nodes, axial, view)
+        _point_out(axes, site, nodes, worst, view)
+    view = _best_plane(nodes)
+    _draw_arm(right, site, nodes, axial, view, 1.7)
+    _point_out(right, site, nodes, worst, view)
     tall.set(xlabel=f"along azimuth {np.degrees(azimuth):.0f}°, m", ylabel="z, m", title="side, in the tool's plane")
     left.set(xlabel="x, m", ylabel="y, m", title="top")
     right.margins(y=0.4)
@@ -81,24 +76,26 @@ def _best_plane(nodes: Array) -> Array:
     return axes * np.where(np.sum(axes * towards, axis=1, keepdims=True) < 0, -1.0, 1.0)
 
 
-def _draw_arm(axes: Axes, now: _Pose, view: Array, scale: float) -> None:
-    """Draw members far to near and point out the worst; view (2, 3) projects, scale widens the lines."""
-    truss = now.truss
-    ends = now.nodes[truss.ends]
-    order = np.argsort(ends.mean(axis=1) @ np.cross(view[0], view[1]))
+def _draw_arm(axes: Axes, site: Site, nodes: Array, axial: Array, view: Array, scale: float = 1.0) -> None:
+    """Draw members far to near; view (2, 3) projects, scale widens the lines."""
+    truss, flat = site.truss, nodes @ view.T
+    order = np.argsort(nodes[truss.ends].mean(axis=1) @ np.cross(view[0], view[1]))
     widths = scale * np.array([2.6 if member.role == "actuator" else 1.5 for member in truss.members])
-    colours = force_colours(now.axial, scale_end(now.axial))
-    lines = LineCollection(list((ends @ view.T)[order]), colors=list(colours[order]), linewidths=list(widths[order]))
+    colours = force_colours(axial, scale_end(axial))
+    lines = LineCollection(list(flat[truss.ends][order]), colors=list(colours[order]), linewidths=list(widths[order]))
     axes.add_collection(lines)
-    axes.fill(*(now.nodes[truss.tip] @ view.T).T, color=REST, linewidth=1.5)
-    axes.plot(*(now.nodes[truss.base] @ view.T)[[0, 1, 2, 0]].T, color=REST, linewidth=2.0)
-    worst = truss.members[now.worst]
-    middle = now.nodes[list(worst.ends)].mean(axis=0) @ view.T
-    line = {"arrowstyle": "-", "linewidth": 0.8, "color": mpl.rcParams["text.color"]}
-    axes.annotate(worst.name, middle, (22, 22), textcoords="offset points", fontsize=8, arrowprops=line)
+    axes.fill(*flat[truss.tip].T, color=REST, linewidth=1.5)
+    axes.plot(*flat[truss.base][[0, 1, 2, 0]].T, color=REST, linewidth=2.0)
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.grid(visible=False)
+
+
+def _point_out(axes: Axes, site: Site, nodes: Array, member: int, view: Array) -> None:
+    name, ends = site.truss.members[member].name, site.truss.ends[member]
+    line = {"arrowstyle": "-", "linewidth": 0.8, "color": mpl.rcParams["text.color"]}
+    middle = nodes[ends].mean(axis=0) @ view.T
+    axes.annotate(name, middle, (22, 22), textcoords="offset points", fontsize=8, arrowprops=line)
 
 
 def _draw_goals(axes: Axes, site: Site, view: Array) -> None:
@@ -114,3 +111,38 @@ def _draw_goals(axes: Axes, site: Site, view: Array) -> None:
 def _scale(end: float) -> ScalarMappable:
     colours = force_colours(np.linspace(-1, 1, 255), 1.0)
     return ScalarMappable(Normalize(-end / 1e3, end / 1e3), ListedColormap(list(colours)))
+
+
+def _draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
+    """Draw the tank cut by the vertical plane through its axis at an azimuth; equipment is projected onto it."""
+    profile = make_profile(tank.shell)
+    r, z = profile.points(_SPACING).T
+    bore, top, inner = tank.arm_riser.bore / 2, tank.grade, tank.shell.inner_diameter / 2
+    wet = z <= tank.waste.level
+    level = np.append(z[wet], tank.waste.level)
+    width = np.append(r[wet], np.interp(tank.waste.level, z, r))
+    axes.fill_betweenx(level, -width, width, color=_WASTE, alpha=0.45, linewidth=0)
+    outer = r >= bore
+    floor = ~outer & (z < tank.shell.crown / 2)
+    for side in (-1, 1):
+        axes.plot(side * r[floor], z[floor], color=REST)
+        axes.plot(side * r[outer], z[outer], color=REST, linewidth=1.4)
+        axes.plot([side * bore] * 2, [float(profile.ceiling_at(bore)), top], color=REST, linewidth=1.4)
+        axes.plot([side * bore, side * 1.15 * inner], [top, top], color=REST, linestyle=":")
+    axes.text(-inner, top + 0.1, "grade", color=REST, fontsize=7.5, va="bottom")
+    for item in tank.equipment:
+        across = item.radius * np.cos(item.azimuth - azimuth)
+        crown = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
+        corner, height = (across - item.diameter / 2, item.bottom), crown - item.bottom
+        axes.add_patch(Rectangle(corner, item.diameter, height, facecolor=REST, alpha=0.45, linewidth=0))
+
+
+def _draw_tank_top(axes: Axes, tank: Tank) -> None:
+    """Draw the wall, the arm's riser and the equipment from above."""
+    axes.add_patch(Circle((0, 0), tank.shell.inner_diameter / 2, fill=False, edgecolor=REST, linewidth=1.4))
+    axes.add_patch(Circle((0, 0), tank.arm_riser.bore / 2, fill=False, edgecolor=REST, linestyle=":"))
+    for item in tank.equipment:
+        place = item.radius * float(np.cos(item.azimuth)), item.radius * float(np.sin(item.azimuth))
+        axes.add_patch(Circle(place, max(item.diameter / 2, 0.08), facecolor=REST, alpha=0.7, linewidth=0))
+        name = item.name.replace("_", " ")
+        axes.annotate(name, place, (4, 4), textcoords="offset points", fontsize=7, color=REST)

@@ -16,7 +16,6 @@ from vgtsim.graphics import mujoco
 from vgtsim.kinematics.ties import first_greatest
 from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.colours import scale_end
-from vgtsim.output.encoder import open_film
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, pose_model, project
@@ -32,6 +31,8 @@ _DIM = 0.6
 _AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
 _SLICES, _STACKS = 14, 6  # of a round geom, a few pixels wide; finer ones take most of a frame's time
 _INSIDE = ("riser", "tool")
+_ENCODER = ["-preset", "veryfast", "-movflags", "+faststart"]
+_QUALITY = 6  # of ten; constant rate factor 20
 
 
 def render_video(
@@ -42,18 +43,14 @@ def render_video(
     progress: Callable[[int, int], None] | None = None,
     cuts: tuple[Cut, ...] | None = None,
 ) -> None:
-    """Film a run to MP4 (H.264) in the size and speed of the scene's `video` table.
+    """Film a run to an MP4 file (H.264), whole or not at all, in the size and speed of the scene's `video` table.
 
-    Args:
-        site: Where the run was.
-        report: With the series `tool_position_error`, if tracking was measured.
-        path: File to write, whole or not at all; its suffix is `.mp4`.
-        progress: Called with the frames drawn and their number.
-        cuts: Choose the cameras in place of the scene's.
+    The film shows the report's series `tool_position_error`, if tracking was measured. `progress` is called with the
+    frames drawn and their number; the cuts may take the place of the scene's.
 
     Raises:
         MissingLibraryError: There is no EGL or no encoder.
-        OSError: The folder cannot be written.
+        OSError: The folder cannot be written, or the encoder stopped.
     """
     video = site.task.video
     width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
@@ -61,7 +58,7 @@ def render_video(
     frames = draw_frames(site, log, report, times, (width, height), cuts or video.cuts)
     with closing(frames), replacing(path) as partial:
         first = next(frames)  # before the encoder starts: without EGL it would have nothing to do
-        with open_film(partial, width, height, video.fps) as add:
+        with _open_film(partial, width, height, video.fps) as add:
             for drawn, frame in enumerate(chain([first], frames), start=1):
                 add(frame)
                 if progress:
@@ -91,11 +88,10 @@ def draw_frames(
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
             renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
             values = _values(site, log, report, record, float(time), forces)
+            places = project(renderer.scene, goals, width, height).tolist()
             marks = tuple(
-                Mark(goal.name, float(column), float(row), index == log.goal[record])
-                for index, (goal, (column, row)) in enumerate(
-                    zip(site.task.motion.goals, project(renderer.scene, goals, width, height), strict=True)
-                )
+                Mark(text=goal.name, column=column, row=row, active=index == log.goal[record])
+                for index, (goal, (column, row)) in enumerate(zip(site.task.motion.goals, places, strict=True))
             )
             yield draw_overlay(overlay, renderer.render(), values, marks)
 
@@ -143,3 +139,30 @@ def _open_renderer(model: mujoco.MjModel, width: int, height: int) -> Iterator[m
         yield renderer
     finally:
         renderer.close()
+
+
+@contextmanager
+def _open_film(path: Path, width: int, height: int, fps: int) -> Iterator[Callable[[Picture], None]]:
+    """Open an MP4 file; give a function that appends a frame, shape (height, width, 3), of even sizes."""
+    try:
+        import imageio_ffmpeg
+
+        imageio_ffmpeg.get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        raise MissingLibraryError("the ffmpeg encoder", "pip install imageio[ffmpeg]") from None
+    pipe = imageio_ffmpeg.write_frames(
+        str(path),
+        (width, height),
+        fps=fps,
+        codec="libx264",
+        pix_fmt_out="yuv420p",
+        macro_block_size=2,
+        quality=_QUALITY,
+        ffmpeg_log_level="error",
+        output_params=_ENCODER,
+    )
+    pipe.send(None)
+    try:
+        yield lambda frame: pipe.send(np.ascontiguousarray(frame))
+    finally:
+        pipe.close()

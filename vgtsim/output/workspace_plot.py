@@ -14,32 +14,24 @@ _GRID = 45  # cells across a panel
 def plot_workspace(found: Workspace, title: str) -> Figure:
     """Draw a sample of the workspace in the frame of the base face.
 
-    Returns:
-        The figure: greatest tilt and greatest dexterity by distance from the axis and height, tool points from along
-        the axis with the least singular value, and the spread of tilt.
+    The panels show greatest tilt and greatest dexterity by distance from the axis and height, tool points from along the
+    axis with the least singular value, and the spread of tilt.
     """
     with styled():
         figure = Figure(figsize=(WIDTH, 8.4), layout="constrained", facecolor="#ffffff")
         axes = figure.subplots(2, 2)
-        radius, height = np.hypot(found.tool[:, 0], found.tool[:, 1]), found.tool[:, 2]
+        x, y, height = found.tool.T
+        radius = np.hypot(x, y)
         side = ("distance from the axis, m", "along the axis of the base, m")
         panels = (
             (axes[0, 0], radius, height, np.degrees(found.tilt), np.max, "greatest tilt of the tool, degrees", side),
             (axes[0, 1], radius, height, found.dexterity, np.max, "greatest dexterity", side),
-            (
-                axes[1, 0],
-                *found.tool[:, :2].T,
-                found.singular,
-                np.min,
-                "least singular value of a module",
-                ("x, m", "y, m"),
-            ),
+            (axes[1, 0], x, y, found.singular, np.min, "least singular value of a module", ("x, m", "y, m")),
         )
         for panel, across, up, value, pick, name, labels in panels:
             hexes = panel.hexbin(across, up, value, gridsize=_GRID, reduce_C_function=pick, mincnt=1, linewidths=0.1)
             figure.colorbar(hexes, ax=panel, label=name, shrink=0.85)
-            panel.set(xlabel=labels[0], ylabel=labels[1], aspect="equal")
-            panel.set_axisbelow(True)
+            panel.set(xlabel=labels[0], ylabel=labels[1], aspect="equal", axisbelow=True)
         axes[1, 1].hist(np.degrees(found.tilt), bins=60, color="#4573b0")
         axes[1, 1].set(xlabel="tilt of the tool, degrees", ylabel="configurations")
         figure.suptitle(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -13,7 +14,6 @@ from vgtsim.description.judging import CameraName, Cut
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.output.html_report import write_report_html
-from vgtsim.output.json_report import write_report_json
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog, save_run
 from vgtsim.site import Site
@@ -23,11 +23,7 @@ LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
 
 
 def prepare_folder(out_dir: str | Path) -> Path:
-    """Make a folder and its parents, and make sure that files can be written in it, before any long work.
-
-    Raises:
-        DescriptionError: It cannot be made or written; the error names it.
-    """
+    """Make a folder, and make sure that files can be written in it, before any long work; else a `DescriptionError`."""
     folder = Path(out_dir)
     with _naming(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -39,12 +35,8 @@ def prepare_folder(out_dir: str | Path) -> Path:
 def prepare_file(path: Path, suffixes: tuple[str, ...] = ()) -> Path:
     """Make sure that a file can be written, before any long work; its folder is made too.
 
-    Args:
-        path: The file.
-        suffixes: Endings that its name may have; any when there are none.
-
     Raises:
-        DescriptionError: It has another ending, is a folder, or its folder cannot be made or written.
+        DescriptionError: Its ending is none of the suffixes (if any), it is a folder, or its folder cannot be written.
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise DescriptionError(path, "", f"the ending {path.suffix!r}", " or ".join(suffixes))
@@ -72,11 +64,7 @@ def write_outputs(
 ) -> MissingLibraryError | None:
     """Write `run.npz`, `report.json`, `report.html` and, if asked for, `video.mp4`; the film comes last.
 
-    Returns:
-        The reason why the film could not be made, to be raised when all else is done; None without one.
-
-    Raises:
-        DescriptionError: The folder cannot be made or written; the error names it.
+    Give the reason why the film could not be made. Raise a `DescriptionError` if the folder cannot be made or written.
     """
     folder = prepare_folder(out_dir)
     save_log(site, log, folder)
@@ -96,6 +84,13 @@ def write_reports(site: Site, log: RunLog, report: Report, folder: Path) -> None
         write_report_html(site, log, report, folder / HTML)
 
 
+def write_report_json(report: Report, path: Path) -> None:
+    """Write `report.json`, whole or not at all: verdict, checks, performance, versions; null for figures not finite."""
+    text = json.dumps(report.to_dict(), indent=2, ensure_ascii=False, allow_nan=False)
+    with replacing(path) as partial:
+        partial.write_text(text + "\n", encoding="utf-8")
+
+
 def film(site: Site, log: RunLog, report: Report, out_dir: str | Path, camera: str | None = None) -> Path:
     """Write `video.mp4`, with a progress bar on a terminal; one camera may take the place of the scene's cuts.
 
@@ -105,18 +100,14 @@ def film(site: Site, log: RunLog, report: Report, out_dir: str | Path, camera: s
     """
     from vgtsim.output.video import render_video  # MuJoCo and OpenGL, which the reports do without
 
-    cuts = None if camera is None else (_choose_camera(camera),)
+    known = get_args(CameraName)
+    if camera is not None and camera not in known:
+        raise DescriptionError(None, "camera", repr(camera), f"a camera of the scene{closest(camera, known)}")
+    cuts = None if camera is None else (Cut.model_validate({"camera": camera}),)
     path = prepare_folder(out_dir) / VIDEO
     with _naming(path.parent), _progress_bar() as advance:
         render_video(site, log, report, path, advance, cuts)
     return path
-
-
-def _choose_camera(camera: str) -> Cut:
-    known = get_args(CameraName)
-    if camera not in known:
-        raise DescriptionError(None, "camera", repr(camera), f"a camera of the scene{closest(camera, known)}")
-    return Cut.model_validate({"camera": camera})
 
 
 @contextmanager
@@ -135,7 +126,7 @@ def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
 
 @contextmanager
 def _naming(folder: Path) -> Iterator[None]:
-    """Name the folder in whatever the file system complains of."""
+    """Name the folder in an error of the file system."""
     try:
         yield
     except OSError as error:

@@ -11,7 +11,7 @@ from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
 from vgtsim.description.scene import LoadCase
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, swing
-from vgtsim.planning.riser import RISER_SPARE, asked_spare, riser_fit
+from vgtsim.planning.checks import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.tour import Tour, plan_tour
 from vgtsim.site import Site
 from vgtsim.statics import Demand, NodeMotion, Sizing, size_arm
@@ -62,23 +62,16 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
     for count in range(1, _ROUNDS + 1):
         nodes, motion = sample_motion(now.chain, plan_tour(now))
         moving = NodeMotion(np.concatenate([motion.velocity, still]), np.concatenate([motion.acceleration, still]))
-        demand = Demand(
-            np.concatenate([nodes, beside]),
-            moving,
-            task.payload,
-            cases,
-            task.simulation.gravity,
-            task.limits.safety_factor,
-        )
+        every, gravity = np.concatenate([nodes, beside]), task.simulation.gravity
+        demand = Demand(every, moving, task.payload, cases, gravity, task.limits.safety_factor)
         found = size_arm(now.chain, catalogue, demand, target)
         mass = found.mass[0] if mass is None else mass
         if found.chosen == before:
             whole = replace(found, mass=(mass, found.mass[1]))
             return Design(whole, (len(nodes), len(beside)), tuple(case.name for case in cases), count)
         before, now = found.chosen, Site(replace(site.scene, manipulator=found.manipulator))
-    raise DescriptionError(
-        site.scene.file, "motion", f"a tour that changes sizes {_ROUNDS} times", "a tour with a fixed point"
-    )
+    changes = f"a tour that changes sizes {_ROUNDS} times"
+    raise DescriptionError(site.scene.file, "motion", changes, "a tour with a fixed point")
 
 
 def _require_sizable(chain: Chain, anywhere: bool) -> None:
@@ -91,9 +84,8 @@ def _require_sizable(chain: Chain, anywhere: bool) -> None:
     if anywhere and not chain.leans:
         others = [names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.leans]
         allowed = "symmetric double octahedra, all of them or none with a joint offset; any other arm with --tour-only"
-        raise DescriptionError(
-            None, "modules", f"{', '.join(others or names)} of {name}, to be bent into any posture", allowed
-        )
+        found = f"{', '.join(others or names)} of {name}, to be bent into any posture"
+        raise DescriptionError(None, "modules", found, allowed)
 
 
 def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float = RISER_SPARE) -> Catalogue:
@@ -107,14 +99,9 @@ def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float 
     tubes = tuple(size for size in catalogue.tubes if _spare(chain, size, slim, bore) >= spare)
     cylinders = tuple(size for size in catalogue.cylinders if _spare(chain, thin, size, bore) >= spare)
     if not tubes or not cylinders:
+        left, found = riser_fit(chain, bore).spare, f"none that leaves the stowed arm {spare:.4g} m"
         kind = "cylinders" if tubes else "tubes"
-        fit = riser_fit(chain, bore)
-        raise DescriptionError(
-            None,
-            kind,
-            f"none that leaves the stowed arm {spare:.4g} m",
-            f"smaller ones; the arm's own leave {fit.spare:.4g} m",
-        )
+        raise DescriptionError(None, kind, found, f"smaller ones; the arm's own leave {left:.4g} m")
     return catalogue.model_copy(update={"tubes": tubes, "cylinders": cylinders})
 
 

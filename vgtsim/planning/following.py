@@ -116,8 +116,7 @@ def follow(problem: Problem, path: ToolPath, start: Array, timestep: float) -> F
     """
     chain = problem.chain
     stretches, limits = make_stretches(path), make_limits(chain, path.rate_fraction, path.acceleration)
-    here = start
-    lengths, which, off, solved = [np.empty((0, chain.layout.actuators))], [], [], []
+    here, lengths, which, off, solved = start, [np.empty((0, chain.layout.actuators))], [], [], []
     for i, stretch in enumerate(stretches):
         curve, found = _solve(problem, stretch, here, path.tolerance, first=i == 0)
         off.append(_deviation(chain, stretch, curve, _BETWEEN * (len(found.q) - 1) + 1))
@@ -151,6 +150,7 @@ def report(place: Place, followed: Followed) -> dict[str, str | float | int]:
     chain = place.chain
     rate = float(np.max(np.abs(followed.rates) / followed.limits.rate))
     way = np.linalg.norm(np.diff(chain.tool(followed.q)[0], axis=0), axis=1)
+    spare = np.minimum(followed.lengths - chain.stroke[0], chain.stroke[1] - followed.lengths)
     found: dict[str, str | float | int] = {
         "duration, s": float(followed.time[-1]),
         "length of the tool's way, m": float(way.sum()),
@@ -160,9 +160,7 @@ def report(place: Place, followed: Followed) -> dict[str, str | float | int]:
         "limit of acceleration, m/s^2": followed.limits.acceleration,
         "greatest deviation of the tool, m": followed.deviation,
         "greatest deviation of its direction, rad": followed.turn,
-        "least distance to the end of a stroke, m": float(
-            np.min(np.minimum(followed.lengths - chain.stroke[0], chain.stroke[1] - followed.lengths))
-        ),
+        "least distance to the end of a stroke, m": float(spare.min()),
         "goals": followed.goals,
         "iterations": followed.iterations,
         "goals that are local optima, %": 100 * followed.optimal,

@@ -173,19 +173,18 @@ def _facts(place: Place, goal: GoalSpace, found: Solution, objectives: tuple[str
 
 def _require_alike(place: Place, pairs: tuple[tuple[int, int], ...]) -> None:
     """Refuse to couple modules turned to each other: equal inputs, each in its module's own frame, bend them apart."""
-    arm = place.chain.manipulator
     yaws, seats, named = straight_yaws(place.chain), place.chain.seats, place.chain.layout.names
     for follower, leader in pairs:
         if seats[follower][0].modules.turns_alike:
             continue
         turn = np.angle(np.exp(1j * (yaws[follower] - yaws[leader])))
         if abs(turn) > _TURNED:
-            names = f"{named[follower]} and {named[leader]} of {arm.name}"
+            names = f"{named[follower]} and {named[leader]} of {place.chain.manipulator.name}"
             found = f"{names}, turned by {np.degrees(turn):.4g} degrees to each other"
-            given = isinstance(place, Site) and place.task.motion.coupling is not None
             allowed = "coupled modules whose base frames are parallel in the straight arm"
-            file = place.scene.file if isinstance(place, Site) else None
-            raise DescriptionError(file, "motion.coupling" if given else "method", found, allowed)
+            site = place if isinstance(place, Site) else None
+            key = "motion.coupling" if site and site.task.motion.coupling is not None else "method"
+            raise DescriptionError(site.scene.file if site else None, key, found, allowed)
 
 
 def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Objective:

@@ -59,8 +59,7 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
     duration *= _stretch(chain, spline, parameter, limits, duration, fraction, reach[-1])
     count = max(2, int(np.ceil(duration / timestep)))
     travelled = _run(np.linspace(0.0, 1.0, count + 1), fraction) * reach[-1]
-    inputs = spline(np.clip(parameter(travelled), 0.0, 1.0))
-    return chain.lengths(inputs)
+    return chain.lengths(spline(np.clip(parameter(travelled), 0.0, 1.0)))
 
 
 def _scaled_speed(chain: Chain, spline: BSpline, limits: SpeedLimits, parameter: Array) -> Array:
@@ -97,8 +96,7 @@ def _stretch(
 ) -> float:
     """Factor on the duration that brings speeds and accelerations inside their limits, one of them to it."""
     time = np.linspace(0.0, 1.0, 4 * _GRID)
-    inputs = spline(np.clip(parameter(_run(time, fraction) * reach), 0.0, 1.0))
-    length = chain.lengths(inputs)
+    length = chain.lengths(spline(np.clip(parameter(_run(time, fraction) * reach), 0.0, 1.0)))
     step = (time[1] - time[0]) * duration
     rate = np.abs(np.diff(length, axis=0)) / step
     bend = np.abs(np.diff(length, n=2, axis=0)) / step**2

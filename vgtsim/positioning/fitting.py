@@ -56,37 +56,26 @@ def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
     chords = _lay_out(chain, curve)
     share = rotation([0.0, 0.0, twist / len(layout.names)])
     R, P = chain.mount[:3, :3], chain.mount[:3, 3]
-    for a in range(len(layout.names)):
-        place, m = chain.seats[a]
-        chord = Chord(
-            begin=R.T @ (chords.begin[a] - P),
-            direction=R.T @ chords.direction[a],
-            end=R.T @ (chords.end[a] - P),
-            length=float(layout.after[a, 2, 3]),
-        )
+    for a, (place, m) in enumerate(chain.seats):
+        begin, end = R.T @ (chords.begin[a] - P), R.T @ (chords.end[a] - P)
+        chord = Chord(begin, R.T @ chords.direction[a], end, float(layout.after[a, 2, 3]))
         row[place.columns[m]], top, end = place.modules.lay(m, chord, share)
         R, P = R @ top @ layout.after[a, :3, :3], P + R @ end
     return row
 
 
 def _require_fitting(chain: Chain) -> None:
-    layout = chain.layout
+    layout, found = chain.layout, f"shape control of {chain.manipulator.name}"
     for place in layout.places:
         for m, a in enumerate(place.active):
             whole = place.modules.lies(m)
             inclined = bool(np.any(np.abs(layout.after[a, :2, 3]) > _STRAIGHT) or layout.after[a, 2, 2] < 1 - _STRAIGHT)
             if not whole or inclined:
                 detail = "followed by a section with inclined faces" if whole else "a hinge or static longerons"
-                raise DescriptionError(
-                    None,
-                    "method",
-                    f"shape control of {chain.manipulator.name}: {layout.names[a]} has {detail}",
-                    "double octahedra, octahedra with six actuators and sections with parallel faces",
-                )
+                allowed = "double octahedra, octahedra with six actuators and sections with parallel faces"
+                raise DescriptionError(None, "method", f"{found}: {layout.names[a]} has {detail}", allowed)
     if np.any(layout.root != np.eye(4)):
-        raise DescriptionError(
-            None, "method", f"shape control of {chain.manipulator.name}", "an arm that begins with an active module"
-        )
+        raise DescriptionError(None, "method", found, "an arm that begins with an active module")
 
 
 def _lay_out(chain: Chain, curve: Directrix) -> _Chords:

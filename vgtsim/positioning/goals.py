@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
 from vgtsim.kinematics import Chain
-from vgtsim.kinematics.state import State, cross
+from vgtsim.kinematics.state import State
+from vgtsim.kinematics.vectors import cross
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -125,12 +126,13 @@ class Position(Rows):
         return tuple(f"{self.module or 'tool'} {axis}" for axis in self.axes)
 
     @property
-    def _columns(self) -> list[int]:
+    def columns(self) -> list[int]:
+        """Which coordinates of the point count."""
         return [_AXES.index(axis) for axis in self.axes]
 
     def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
         """Distance along each axis, m."""
-        point, rows = face.P + face.offset * face.R[..., 2], self._columns
+        point, rows = face.P + face.offset * face.R[..., 2], self.columns
         velocity = face.linear + cross(face.angular, point[:, None])
         return (point - target)[:, rows], np.swapaxes(velocity[..., rows], 1, 2)
 
@@ -138,7 +140,7 @@ class Position(Rows):
         """A force on the point."""
         del target
         force, none = np.zeros((2, len(multipliers), 3))
-        force[:, self._columns] = multipliers
+        force[:, self.columns] = multipliers
         return force, none, none
 
 
@@ -234,9 +236,8 @@ class GoalSpace:
 
     def repeat(self, count: int) -> GoalSpace:
         """A single goal several times."""
-        return GoalSpace(
-            tuple(replace(part, target=np.repeat(part.target[None], count, axis=0)) for part in self.parts)
-        )
+        targets = (np.repeat(part.target[None], count, axis=0) for part in self.parts)
+        return GoalSpace(tuple(replace(part, target=every) for part, every in zip(self.parts, targets, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -259,10 +260,9 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
     at, along = np.asarray(position, float), np.asarray(direction, float)
     size = np.linalg.norm(along, axis=-1, keepdims=True)
     if not (np.all(np.isfinite(at)) and np.all(np.isfinite(along)) and np.all(size > 1e-12)):
-        detail = f"goal at {np.array2string(at, threshold=6)} along {np.array2string(along, threshold=6)}"
-        raise GoalError(
-            ("tool x", "tool direction 1"), 0.0, f"{detail}: finite numbers and a direction that is not zero"
-        )
+        goal = f"goal at {np.array2string(at, threshold=6)} along {np.array2string(along, threshold=6)}"
+        detail = f"{goal}: finite numbers and a direction that is not zero"
+        raise GoalError(("tool x", "tool direction 1"), 0.0, detail)
     return GoalSpace((Position(at, tolerance=tolerance), Direction(along / size, tolerance=tolerance)))
 
 
@@ -289,10 +289,8 @@ def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tupl
     error = evaluate(chain, goal, chain.state(q[None]), one)[0][0]
     wanted: list[float | None] = []
     for part in goal.parts:
-        if isinstance(part, Position):
-            wanted += [float(part.targets(one)[0, _AXES.index(axis)]) for axis in part.axes]
-        else:
-            wanted += [None] * len(part.names)
+        places = isinstance(part, Position)
+        wanted += part.targets(one)[0, part.columns].tolist() if places else [None] * len(part.names)
     rows = zip(goal.names, wanted, error, goal.tolerance, strict=True)
     return tuple(
         RowReport(name, value, None if value is None else value + float(gap), float(gap), float(tolerance))

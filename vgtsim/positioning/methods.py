@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import GoalError
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, Position
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.reduction import anchor
 from vgtsim.positioning.shape import solve_shapes
 from vgtsim.positioning.solution import Notes, Solution, join_solutions
@@ -20,6 +19,8 @@ from vgtsim.positioning.solution import Notes, Solution, join_solutions
 Array = NDArray[np.float64]
 
 _FREE = 3  # modules free at a time in successive anchoring: nine inputs for five goal rows
+_FALL = 1e-9  # of the objective in a whole cycle, of 1 + |objective|, that is not worth another cycle
+_STAGES = 200  # at most, of one goal
 
 
 def solve_by(method: Method, problem: Problem, starts: Array, settings: NewtonSettings) -> Solution:
@@ -89,19 +90,11 @@ class Cycle:
     converged: bool
 
 
-def anchor_successively(
-    problem: Problem,
-    start: ArrayLike,
-    free: int,
-    settings: NewtonSettings | None = None,
-    fall: float = 1e-9,
-    most: int = 200,
-) -> Cycle:
+def anchor_successively(problem: Problem, start: ArrayLike, free: int, settings: NewtonSettings | None = None) -> Cycle:
     """Solve one goal from inputs of shape (n,) with a moving window of `free` modules until no window improves it.
 
     The end is stationary in every window, and in the whole arm when the windows' null spaces together span that of the
-    arm. Stages end when a whole cycle lowers the objective by less than `fall` of 1 + |objective|, or after `most`
-    stages.
+    arm.
 
     Raises:
         GoalError: The free inputs are not more than the goal rows, or the goal is not met even with all inputs free.
@@ -119,13 +112,13 @@ def anchor_successively(
     if not feasible.met[0]:
         raise GoalError(problem.goal.names, float(np.abs(feasible.error).max()), "not met even with all inputs free")
     q, values, converged = feasible.q[0], [float(feasible.value[0])], False
-    for stage in range(most):
+    for stage in range(_STAGES):
         fixed = ~np.isin(owner, (stage + np.arange(free)) % count)
         found = solve(replace(problem, reduction=anchor(q, fixed)), q, how)
         if found.met[0] and found.value[0] < values[-1]:
             q = found.q[0]
         values.append(min(values[-1], float(found.value[0])) if found.met[0] else values[-1])
-        converged = stage >= count and values[-1 - count] - values[-1] <= fall * (1 + abs(values[-1]))
+        converged = stage >= count and values[-1 - count] - values[-1] <= _FALL * (1 + abs(values[-1]))
         if converged:
             break
     return Cycle(solve(whole, q, replace(how, most=0)), tuple(values), len(values) - 1, converged)

@@ -136,12 +136,10 @@ class LengthVariation(Objective):
         size = np.hypot(away, self.softness)
         rate = away / size
         first = rate - rate.mean(axis=1, keepdims=True)
-        weight = np.sqrt(1 / size)
         full = at.state.leg_slopes[:, : away.shape[1]]
-        spread = weight[:, :, None] * (full - full.mean(axis=1, keepdims=True))
-        slope = at.state.pull(first)
-        curve = np.swapaxes(spread, 1, 2) @ spread
-        return Terms(np.sum(size - self.softness, axis=1), slope, dense=curve, by_length=first)
+        spread = np.sqrt(1 / size)[:, :, None] * (full - full.mean(axis=1, keepdims=True))
+        value, curve = np.sum(size - self.softness, axis=1), np.swapaxes(spread, 1, 2) @ spread
+        return Terms(value, at.state.pull(first), dense=curve, by_length=first)
 
 
 @dataclass(frozen=True)
@@ -227,9 +225,8 @@ def _sum_blocks(parts: list[Blocks]) -> Blocks | None:
 
 def _half_square(at: Configurations, away: Array) -> Terms:
     """Terms of half the sum of squares of distances in half strokes, shape (b, J)."""
-    half = at.box.half
-    value = 0.5 * np.sum(away**2, axis=1)
-    return _of_lengths(at, value, away / half, np.broadcast_to(1 / half**2, away.shape))
+    curve = np.broadcast_to(1 / at.box.half**2, away.shape)
+    return _of_lengths(at, 0.5 * np.sum(away**2, axis=1), away / at.box.half, curve)
 
 
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
@@ -261,8 +258,7 @@ def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
     For a position on the axis the objective is zero everywhere.
     """
     point = np.asarray(position, float)
-    local = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3]
-    angle = azimuth(chain, point)
+    local, angle = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3], azimuth(chain, point)
     yaws, known = straight_yaws(chain), float(np.hypot(local[0], local[1]) > _ON_AXIS)
     forms = []
     for place in chain.layout.places:

@@ -52,8 +52,8 @@ def couple(
     Raises:
         ValueError: A module follows twice, follows itself or leads and follows, or the two have unlike inputs.
 
-    Source: section 7.3 and equation 8.7. Differs: ratios are of the deviation from a reference, because a ratio of mid-
-    plane distances would change the arm's length. Free ratios are in the studies.
+    Source: section 7.3 and equation 8.7. Differs: ratios are of the deviation from a reference, because a ratio of
+    mid-plane distances would change the arm's length. Free ratios are in the studies.
     """
     zero = np.asarray(reference, float)
     module = np.repeat(np.arange(zero.size // 3), 3) if owner is None else owner

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError, GoalError
 from vgtsim.kinematics import Chain, azimuth, bend_all, can_swing, sample_inputs, swing
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.solution import Solution
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside, spare_strokes
 
@@ -27,7 +26,7 @@ _BENDS = (
     (40.0, 38.0, 25.0, -20.0, -35.0),
     (20.0, 30.0, 30.0, 30.0, 30.0),
 )
-_POSTURES = 8  # of the table, tried when all else has failed
+_POSTURES = 8  # of the table, tried for a goal when all else has failed
 _WAY = 21  # steps of the way to mid-stroke that are tried for coupled starts
 _SPARE = 0.02  # part of the shortest stroke that coupled starts keep from its ends
 _TURN = 4.0  # m²: weight of a squared difference of directions beside that of positions in the choice of postures
@@ -45,8 +44,7 @@ def likely_starts(chain: Chain, start: Array, target: Array) -> Array:
     First come the present ones swung to the target's azimuth, then the present ones, then bends in the plane of the
     target. Some may be outside the strokes.
     """
-    there = azimuth(chain, target)
-    count = len(chain.layout.names)
+    there, count = azimuth(chain, target), len(chain.layout.names)
     stations, marks = np.linspace(0, 1, count), np.linspace(0, 1, 5)
     part = min(1.0, len(marks) / count)  # more modules need less each
     patterns = [bend_all(chain, part * np.radians(np.interp(stations, marks, bends)), there) for bends in _BENDS]
@@ -55,8 +53,7 @@ def likely_starts(chain: Chain, start: Array, target: Array) -> Array:
 
 def start_groups(problem: Problem, start: Array) -> Iterator[Array]:
     """Starts for one goal inside the strokes, shape (S, n): the likely one, the others, postures near the goal."""
-    target = np.asarray(problem.goal.parts[0].target, float)
-    likely = likely_starts(problem.chain, start, target)
+    likely = likely_starts(problem.chain, start, np.asarray(problem.goal.parts[0].target, float))
     yield bring_starts_inside(problem, likely[:1])
     yield bring_starts_inside(problem, likely[1:])
     table, first = make_postures(problem.box), np.zeros(1, int)
@@ -78,16 +75,12 @@ def bring_starts_inside(problem: Problem, starts: Array) -> Array:
 
 
 def solve_anywhere(
-    problem: Problem,
-    start: ArrayLike,
-    settings: NewtonSettings | None = None,
-    postures: PostureTable | None = None,
-    tries: int = 8,
+    problem: Problem, start: ArrayLike, settings: NewtonSettings | None = None, postures: PostureTable | None = None
 ) -> Solution:
     """Solve goals from inputs of shape (n,) or (B, n), then unmet ones from the postures nearest to them.
 
-    Starts outside the strokes are moved inside. The table of postures is made when absent; a goal is restarted `tries`
-    times at most. Iterations count over all restarts.
+    Starts outside the strokes are moved inside. The table of postures is made when absent; a goal is restarted
+    eight times at most. Iterations count over all restarts.
 
     Raises:
         GoalError: Rows contradict each other wherever the arm is, or are more than the inputs.
@@ -101,7 +94,7 @@ def solve_anywhere(
         return found
     _refuse_contradictions(problem, found, left)
     table = postures or make_postures(problem.box)
-    for attempt in range(tries):
+    for attempt in range(_POSTURES):
         part = replace(problem, goal=problem.goal.choose(left))
         again = solve(part, _choose_postures(problem, table, left, attempt), settings)
         found.iterations[left] += again.iterations
@@ -119,8 +112,7 @@ def _choose_postures(problem: Problem, table: PostureTable, left: Index, attempt
     wanted = _tool_targets(problem.goal.choose(left), chain, len(left))
     if wanted is None:
         return table.q[(left + _STRIDE * attempt) % len(table.q)]
-    position, direction = wanted
-    out = []
+    (position, direction), out = wanted, []
     there, here = np.arctan2(position[:, 1], position[:, 0]), np.arctan2(table.position[:, 1], table.position[:, 0])
     follows = can_swing(chain)
     for p, d, angle in zip(position, direction, there, strict=True):
@@ -154,18 +146,15 @@ def _tool_targets(goal: GoalSpace, chain: Chain, count: int) -> tuple[Array, Arr
 
 def _refuse_contradictions(problem: Problem, found: Solution, left: Index) -> None:
     """Raise when unmet rows depend on each other at several unrelated configurations and disagree."""
-    chain, middle = problem.chain, problem.box.middle
-    rng = np.random.default_rng(_SEED)
-    q = middle + 0.05 * rng.standard_normal((3, *middle.shape))
-    J = evaluate(chain, problem.goal, problem.chain.state(q), np.full(3, left[0]))[1]
+    middle = problem.box.middle
+    q = middle + 0.05 * np.random.default_rng(_SEED).standard_normal((3, *middle.shape))
+    J = evaluate(problem.chain, problem.goal, problem.chain.state(q), np.full(3, left[0]))[1]
     U, values, _ = np.linalg.svd(J)
-    ratio = values / values[:, :1]
-    dependent = min(int(np.sum(row < _DEPENDENT)) for row in ratio)
+    dependent = int(np.min(np.sum(values / values[:, :1] < _DEPENDENT, axis=1)))
     if not dependent:
         return
-    error = found.error[left[0]]
     names = tuple(np.array(problem.goal.names)[np.abs(U[0, :, -dependent:]).max(axis=1) > 0.1].tolist())
-    gap = float(np.linalg.norm(U[0, :, -dependent:].T @ error))
+    gap = float(np.linalg.norm(U[0, :, -dependent:].T @ found.error[left[0]]))
     tolerance = float(np.max(problem.goal.tolerance))
     if gap > tolerance:
         detail = f"goal {int(left[0])}: rows depend on each other and disagree by {gap:.4g} (tolerance {tolerance:.1g})"
@@ -174,10 +163,8 @@ def _refuse_contradictions(problem: Problem, found: Solution, left: Index) -> No
 
 def _swung(vectors: Array, angle: Array) -> Array:
     """Vectors, shape (N, 3), turned about Z."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.stack(
-        [cos * vectors[:, 0] - sin * vectors[:, 1], sin * vectors[:, 0] + cos * vectors[:, 1], vectors[:, 2]], 1
-    )
+    (x, y, z), cos, sin = vectors.T, np.cos(angle), np.sin(angle)
+    return np.stack([cos * x - sin * y, sin * x + cos * y, z], 1)
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ReachError
 from vgtsim.kinematics.ties import order_down
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.fitting import cubic, fit
 from vgtsim.positioning.goals import tool_goal
-from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.solution import Solution
 from vgtsim.positioning.strokes import StrokeBox, bring_inside
 
@@ -49,7 +47,6 @@ def solve_shapes(
     direction: ArrayLike,
     objective: Objective | None = None,
     magnitudes: tuple[tuple[float, float], ...] | None = None,
-    settings: NewtonSettings | None = None,
 ) -> list[Shape]:
     """Solve a tool goal in frame G, shapes (3,), m, by all cubic directrices of a search: the least objective first.
 
@@ -74,7 +71,7 @@ def solve_shapes(
     # the end conditions exactly and the strokes kept, as near to each fit as may be
     near = bring_inside(box, fits)
     nearness = Nearness(box.lengths(box.chain.state(near).legs))
-    found = solve(Problem(box, goal.repeat(len(fits)), nearness, barrier=BARRIER), near, settings)
+    found = solve(Problem(box, goal.repeat(len(fits)), nearness, barrier=BARRIER), near)
     met = np.flatnonzero(found.met)
     if not len(met):
         best = int(np.argmin(np.linalg.norm(found.error, axis=1)))
@@ -83,13 +80,7 @@ def solve_shapes(
     value = (objective or MidStroke()).values(placed)
     order = order_down(-value)[: len(met)]
     return [
-        Shape(
-            fitted=fits[i],
-            overrun=float(overrun[i]),
-            solution=found.pick(slice(i, i + 1)),
-            magnitudes=pairs[i],
-            value=float(v),
-        )
+        Shape(fits[i], float(overrun[i]), found.pick(slice(i, i + 1)), pairs[i], float(v))
         for v, i in zip(value[order].tolist(), met[order].tolist(), strict=True)
     ]
 

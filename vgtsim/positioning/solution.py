@@ -48,13 +48,8 @@ class Solution:
 
     def pick(self, which: int | np.integer | slice | Index | Mask) -> Solution:
         """One solution, without the batch dimension, or some of them; copied."""
-        parts = {item.name: getattr(self, item.name) for item in fields(self)}
-        return Solution(
-            **{
-                name: np.array(part[which])[()] if isinstance(part, np.ndarray) else part
-                for name, part in parts.items()
-            }
-        )
+        parts = (getattr(self, item.name) for item in fields(self))
+        return Solution(*(np.array(part[which])[()] if isinstance(part, np.ndarray) else part for part in parts))
 
     def put(self, where: Index | Mask, source: Solution, which: Index | Mask | slice = slice(None)) -> None:
         """Overwrite some solutions by some of a source; the number of iterations stays."""
@@ -64,11 +59,5 @@ class Solution:
 
 def join_solutions(parts: Sequence[Solution]) -> Solution:
     """One batch of several."""
-    first = parts[0]
-    columns = {item.name: [getattr(part, item.name) for part in parts] for item in fields(Solution)}
-    return Solution(
-        **{
-            name: np.concatenate(column) if isinstance(column[0], np.ndarray) else getattr(first, name)
-            for name, column in columns.items()
-        }
-    )
+    columns = ([getattr(part, item.name) for part in parts] for item in fields(Solution))
+    return Solution(*(np.concatenate(same) if isinstance(same[0], np.ndarray) else same[0] for same in columns))

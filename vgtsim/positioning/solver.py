@@ -76,7 +76,9 @@ def solve_goal(
             count += steps
         clear = solved if keep is None else solved.pick(solved.clearance >= keep.clearance)
         if len(clear.q):
-            return _finished(clear, count)
+            best = clear.pick(int(np.argmin(clear.value)))
+            best.q.flags.writeable = best.error.flags.writeable = False
+            return replace(best, iterations=np.array(count))
         near.append(solved)
         missed.append(found.q[~found.met])
         if method is Method.SHAPE:  # it starts from its curves, whatever the group
@@ -90,12 +92,6 @@ def _measured(found: Solution, keep: Keep | None) -> Solution:
         return replace(found, clearance=np.full(len(found.q), np.inf), nearest=np.full(len(found.q), "", object))
     clearance, places = keep.surroundings.clearance(found.q)
     return replace(found, clearance=clearance, nearest=np.array(places, object))
-
-
-def _finished(clear: Solution, count: int) -> Solution:
-    best = clear.pick(int(np.argmin(clear.value)))
-    best.q.flags.writeable = best.error.flags.writeable = False
-    return replace(best, iterations=np.array(count))
 
 
 def _insist(

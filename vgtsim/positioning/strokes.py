@@ -14,9 +14,7 @@ from vgtsim.kinematics import Chain
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_BINDING = (
-    2e-3  # m: an actuator this near to the end of its box is called binding; the barrier keeps about a millimetre
-)
+_BINDING = 2e-3  # m from the end of its box: such an actuator is called binding; the barrier keeps about a millimetre
 _PARTS = 41  # steps of the way to mid-stroke that are tried: each is 2.5 % of it
 _SPARE = 0.02  # part of the shortest stroke that starts keep from its ends: at an end itself the barrier is infinite
 

@@ -110,11 +110,8 @@ class Surroundings:
         count = len(self.obstacles.radii)
         meets = np.ones((count + 1, len(self.capsules.ends)), bool)
         meets[-1] = self.capsules.module >= 1
-        return _Pillars(
-            np.concatenate([self.obstacles.axes, [[foot, head]]]),
-            np.append(self.obstacles.radii, self.mast_radius),
-            meets,
-        )
+        axes = np.concatenate([self.obstacles.axes, [[foot, head]]])
+        return _Pillars(axes, np.append(self.obstacles.radii, self.mast_radius), meets)
 
     def points(self, q: Array) -> Array:
         """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, n)."""
@@ -141,16 +138,11 @@ class Surroundings:
         if not slopes or not len(gap):
             return NearPairs(config, gap, np.zeros((len(gap), state.q.shape[1] if slopes else 0)))
         J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1)
-        if (
-            self.sag is not None
-        ):  # of the configurations that are near something alone: sag costs a solve for each input
+        if self.sag is not None:  # only of configurations that are near something: sag costs a solve for each input
             used = np.unique(config)
             J[used] += self._sag_slopes(self.sag, state.q[used])
-        gradient = [
-            np.einsum("rkx,rkxj->rj", part.slope, J[part.config[:, None], part.points])
-            for part in parts
-            if len(part.config)
-        ]
+        found = (part for part in parts if len(part.config))
+        gradient = [np.einsum("rkx,rkxj->rj", part.slope, J[part.config[:, None], part.points]) for part in found]
         return NearPairs(config, gap, np.concatenate(gradient))
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
@@ -202,10 +194,8 @@ class Surroundings:
         alone, own = keep[:split], keep[split:]
         both = np.concatenate([ends[one[own]], ends[second[own - len(config)]]], axis=1)
         slope = np.concatenate([by_first[split:], by_second[split:]], axis=1)
-        return (
-            _Gaps(whole[alone], gap[alone], ends[one[alone]], by_first[:split]),
-            _Gaps(whole[own], gap[own], both, slope),
-        )
+        standing = _Gaps(whole[alone], gap[alone], ends[one[alone]], by_first[:split])
+        return standing, _Gaps(whole[own], gap[own], both, slope)
 
     def clearance(self, q: Array) -> tuple[Array, list[str]]:
         """Least clearance, shape (W,), m, of inputs of shape (W, n), and the names of the nearest bodies.

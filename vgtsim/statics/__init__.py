@@ -10,10 +10,10 @@ from vgtsim.statics.elasticity import (
     require_no_offset,
 )
 from vgtsim.statics.equilibrium import MemberForces, solve_members
+from vgtsim.statics.framework import diagnose
 from vgtsim.statics.loads import LoadModel, make_load_model, tool_point, weigh
 from vgtsim.statics.modes import NaturalModes, damping_time, find_modes
 from vgtsim.statics.motion import NodeMotion, motion_from_log
-from vgtsim.statics.rank import diagnose
 from vgtsim.statics.rating import SLENDERNESS_ADVICE, MemberSections, Ratings, make_sections, rate
 from vgtsim.statics.settling import settle
 from vgtsim.statics.sizing import Demand, Sizing, size_arm

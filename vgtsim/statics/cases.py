@@ -24,10 +24,9 @@ _MOMENTS = ("near_moment", "far_moment")
 
 @dataclass(frozen=True)
 class Envelope:
-    """Worst over cases; C cases, ... poses, M members.
+    """Worst over C named cases and ... poses, for M members.
 
     Attributes:
-        cases: Names of the cases.
         tension: Greatest tension of each member over cases and poses, shape (M,), N; 0 when never pulled.
         compression: Greatest compression, positive, shape (M,), N; 0 when never pushed.
         strength: Utilisation of each member in each case, shape (C, ..., M).
@@ -39,11 +38,6 @@ class Envelope:
     compression: Array
     strength: Array
     pressure: Array
-
-
-def apply_case(model: LoadModel, case: LoadCase) -> LoadModel:
-    """Load model of a case, from that of plain gravity, without its wrench and without loads from any direction."""
-    return _factored(model, case, case.dead * (case.dynamic * model.gravity + _size(model) * np.array(case.seismic)))
 
 
 def _size(model: LoadModel) -> float:
@@ -65,9 +59,9 @@ def solve_case(model: LoadModel, nodes: ArrayLike, case: LoadCase, motion: NodeM
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
     """
-    n = np.asarray(nodes, float)
-    wrench = np.array([*case.force, *case.moment])
-    still = solve_members(apply_case(model, case), n, nodal_forces=tool_forces(model, n, wrench))
+    n, wrench = np.asarray(nodes, float), np.array([*case.force, *case.moment])
+    gravity = case.dead * (case.dynamic * model.gravity + _size(model) * np.array(case.seismic))
+    still = solve_members(_factored(model, case, gravity), n, nodal_forces=tool_forces(model, n, wrench))
     if motion is None:
         return still
     payload = model.payload.model_copy(update={"mass": case.payload * model.payload.mass})

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics import Truss
+from vgtsim.kinematics.vectors import cross, dot
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.vectors import cross, dot
 
 Array = NDArray[np.float64]
 
@@ -28,20 +28,19 @@ _CHUNK = 512  # instants solved at a time: keeps the work arrays in cache
 
 @dataclass(frozen=True)
 class MemberForces:
-    """Forces in an arm; tension positive, vectors in frame G.
+    """Forces in an arm; tension positive, vectors in frame G. Shapes (..., M), N, or (..., M, 3), N and N·m.
 
     Attributes:
-        bar: Axial force where a member's two segments meet, shape (..., M), N: the drive force of an
-            actuator, the force at the far end of a tube.
-        near_axial: Axial force at the near ball joint, shape (..., M), N.
-        far_axial: Axial force at the far hub, shape (..., M), N.
-        near_transverse: Shear on the near hub, shape (..., M, 3), N: that of the member's weight and inertia, and of
-            the bending of an actuator between joint blocks.
-        direction: Unit vector of each member from near to far hub, shape (..., M, 3).
-        near_moment: Moment of each member on its near hub, shape (..., M, 3), N·m: the bending of an actuator between
-            joint blocks, zero for any other.
+        bar: Axial force where a member's two segments meet: the drive force of an actuator, the force at the far end of
+            a tube.
+        near_axial: Axial force at the near ball joint.
+        far_axial: Axial force at the far hub.
+        near_transverse: Shear on the near hub: that of the member's weight and inertia, and of the bending of an actuator
+            between joint blocks.
+        direction: Unit vector from near to far hub.
+        near_moment: Moment on the near hub: the bending of an actuator between joint blocks, zero for any other member.
         far_moment: The same at the far hub.
-        reaction: Force and moment of the mast flange on the arm, flange hubs included, about the pivot, shape
+        reaction: Force and moment of the mast flange on the arm, flange hubs included, about its centroid, shape
             (..., 6), N and N·m.
     """
 
@@ -63,28 +62,13 @@ class MemberForces:
         """The forces of some instants."""
         return MemberForces(**{item.name: getattr(self, item.name)[instants] for item in fields(self)})
 
-    @property
-    def near(self) -> Array:
-        """Force of each member on its near hub, shape (..., M, 3), N, in frame G."""
-        return self.near_axial[..., None] * self.direction + self.near_transverse
-
 
 def solve_members(
-    model: LoadModel,
-    nodes: ArrayLike,
-    motion: NodeMotion | None = None,
-    nodal_forces: ArrayLike | None = None,
-    pivot: ArrayLike | None = None,
+    model: LoadModel, nodes: ArrayLike, motion: NodeMotion | None = None, nodal_forces: ArrayLike | None = None
 ) -> MemberForces:
     """Find the force in every member in poses of shape (..., N, 3), m, frame G; NaN at instants whose motion is NaN.
 
-    Args:
-        model: Masses, gravity and payload.
-        nodes: Shape (..., N, 3), m, in frame G.
-        motion: Of the nodes; absent at rest.
-        nodal_forces: Further loads on the hubs, broadcast to shape (..., N, 3), N, in frame G.
-        pivot: Point the reaction's moment is about, shape (3,) or (..., 3), m, in frame G; absent for the
-            centroid of the mast flange.
+    No motion is rest. Further forces on the hubs are broadcast to shape (..., N, 3), N, in frame G.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress at one of the instants; members are named.
@@ -94,14 +78,11 @@ def solve_members(
     n = np.asarray(nodes, float)
     batch, flat, moving = n.shape[:-2], n.reshape(-1, *n.shape[-2:]), None if motion is None else motion.flat
     extra = None if nodal_forces is None else np.broadcast_to(nodal_forces, n.shape).reshape(flat.shape)
-    about = flat[:, model.truss.base].mean(axis=1)
-    if pivot is not None:
-        about = np.broadcast_to(np.asarray(pivot, float), (*batch, 3)).reshape(-1, 3)
     parts = []
     for start in range(0, max(len(flat), 1), _CHUNK):
         part = slice(start, start + _CHUNK)
         more = None if extra is None else extra[part]
-        parts.append(_solve_chunk(model, flat[part], moving and moving.at(part), more, about[part], start))
+        parts.append(_solve_chunk(model, flat[part], moving and moving.at(part), more, start))
     whole = {}
     for item in fields(MemberForces):
         values = [getattr(part, item.name) for part in parts]
@@ -111,19 +92,16 @@ def solve_members(
 
 
 def _solve_chunk(
-    model: LoadModel, nodes: Array, motion: NodeMotion | None, extra: Array | None, pivot: Array, start: int
+    model: LoadModel, nodes: Array, motion: NodeMotion | None, extra: Array | None, start: int
 ) -> MemberForces:
     """As `solve_members` for a flat batch, whose first instant is `start` of all."""
-    truss = model.truss
-    loads = member_loads(model, nodes, motion)
+    truss, frame, loads = model.truss, framework_of(model.truss), member_loads(model, nodes, motion)
     force = hub_loads(model, nodes, motion) + add_up(truss, loads)
     if extra is not None:
         force += extra
     if len(truss.rings):
         _load_blocks(model, nodes, motion, force)
-    frame = framework_of(truss)
     tension, total = substitute_back(frame, frame.directions(nodes), force, nodes, start)
-    left = total[:, truss.base]
     near, far = (dot(share, loads.direction) for share in (loads.near, loads.far))
     bar, transverse = tension[:, : len(truss.members)].copy(), loads.near - near * loads.direction
     moments = np.zeros((2, *loads.near.shape))
@@ -131,7 +109,8 @@ def _solve_chunk(
         bent = truss.ring_actuators.ravel()
         bar[:, bent], shear, moments[:, :, bent] = _find_rings(truss, nodes, tension)
         transverse[:, bent] += shear
-    moment = cross(nodes[:, truss.base] - pivot[:, None], -left).sum(axis=1)
+    base, left = nodes[:, truss.base], total[:, truss.base]
+    moment = cross(base - base.mean(axis=1)[:, None], -left).sum(axis=1)
     return MemberForces(
         bar=bar,
         near_axial=bar + near[..., 0],
@@ -146,11 +125,11 @@ def _solve_chunk(
 
 def _load_blocks(model: LoadModel, nodes: Array, motion: NodeMotion | None, force: Array) -> None:
     """Put the posts' loads on feet and heads, and pass the loads at the middles on to these."""
-    rings = model.truss.rings.reshape(-1, 3)
+    foot, middle, head = model.truss.rings.reshape(-1, 3).T
     posts = block_loads(model, nodes, motion)
-    for end, share in ((0, posts.near), (2, posts.far)):
-        force[:, rings[:, end]] += share + force[:, rings[:, 1]] / 2
-    force[:, rings[:, 1]] = 0.0
+    force[:, foot] += posts.near + force[:, middle] / 2
+    force[:, head] += posts.far + force[:, middle] / 2
+    force[:, middle] = 0.0
 
 
 def _find_rings(truss: Truss, nodes: Array, tension: Array) -> tuple[Array, Array, Array]:

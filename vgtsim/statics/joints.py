@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, warn_poor
-from vgtsim.statics.framework import Framework, Group
-from vgtsim.statics.rank import diagnose
+from vgtsim.statics.framework import Framework, Group, diagnose
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

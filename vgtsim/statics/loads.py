@@ -24,8 +24,8 @@ from vgtsim.kinematics.inertia import (
     make_member_inertia,
     make_plate_inertia,
 )
+from vgtsim.kinematics.vectors import across, cross, dot
 from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.vectors import across, cross, dot
 
 Array = NDArray[np.float64]
 
@@ -94,12 +94,8 @@ def make_load_model(
 ) -> LoadModel:
     """Collect masses from the description; gravity is m/s² along -z of frame G.
 
-    Args:
-        chain: The arm.
-        payload: The ball that it carries.
-        gravity: m/s².
-        split: Whether each tube is two halves that move with their own hubs along it, as elastic members do.
-        lumped: Whether the members' mass sits in their hubs: then a member carries one axial force and nothing else.
+    `split` makes each tube two halves that move with their own hubs along it, as elastic members do. `lumped` puts the
+    members' mass into their hubs: then a member carries one axial force and nothing else.
     """
     arm = chain.manipulator
     down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(arm, chain.truss, lumped=lumped)
@@ -154,19 +150,15 @@ def _share(parts: _Parts, gravity: Array, nodes: Array, motion: NodeMotion | Non
     length = np.sqrt(dot(span, span))
     unit = span / length
     mass, first_moment, about_end = parts.mass, parts.first_moment, parts.about_end
-    if motion is None:
-        pull1 = pull2 = gravity
-        turning1 = turning2 = turned1 = turned2 = 0.0
-    else:
-        pull1 = gravity - motion.acceleration[..., first, :]
-        pull2 = gravity - motion.acceleration[..., second, :]
+    pulls, turn = [gravity, gravity], 0.0
+    if motion is not None:
+        pulls = [gravity - motion.acceleration[..., end, :] for end in (first, second)]
         turn = _direction_acceleration(parts.ends, unit, length, motion)
-        turning1, turning2 = first_moment[0] * turn, first_moment[1] * turn
-        turned1, turned2 = about_end[0] * turn, about_end[1] * turn
-    crossed1 = across(first_moment[0] * pull1 - turned1, unit) / length
-    crossed2 = across(first_moment[1] * pull2 + turned2, unit) / length
+    crossed1 = across(first_moment[0] * pulls[0] - about_end[0] * turn, unit) / length
+    crossed2 = across(first_moment[1] * pulls[1] + about_end[1] * turn, unit) / length
     exchange = crossed2 - crossed1
-    near, far = mass[0] * pull1 - turning1 + exchange, mass[1] * pull2 + turning2 - exchange
+    near = mass[0] * pulls[0] - first_moment[0] * turn + exchange
+    far = mass[1] * pulls[1] + first_moment[1] * turn - exchange
     return MemberLoads(unit, near, far)
 
 
@@ -182,12 +174,12 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
 
     Nodes have shape (..., N, 3), m; the wrench is force and moment about the tool point, shape (..., 6), N and N·m, frame G.
     """
-    x, y = axes = _face_axes(nodes[..., model.truss.tip, :], model.face_side)
+    x, y = _face_axes(nodes[..., model.truss.tip, :], model.face_side)
     z = cross(x, y)
     force = np.broadcast_to(wrench[..., :3], z.shape)
     moment = wrench[..., 3:] + cross(model.tool_offset * z, force)
     total = np.zeros(nodes.shape)
-    total[..., model.truss.tip, :] = _spread(force, moment, axes, z, model.face_side)
+    total[..., model.truss.tip, :] = _spread(force, moment, (x, y, z), model.face_side)
     return total
 
 
@@ -207,19 +199,16 @@ def hub_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) 
     Nodes have shape (..., N, 3), m; no motion is rest. The wrench of plate and payload stands at the last three nodes, as the
     least forces that are equivalent to it.
     """
-    if motion is None:
-        force = np.empty(nodes.shape)
-        force[...] = model.hub_mass[:, None] * model.gravity
-    else:
-        force = model.hub_mass[:, None] * (model.gravity - motion.acceleration)
+    force = np.empty(nodes.shape)
+    force[...] = model.hub_mass[:, None] * (model.gravity if motion is None else model.gravity - motion.acceleration)
     force[..., model.truss.tip, :] += _tip_forces(model, nodes, motion)
     return force
 
 
 def _tip_forces(model: LoadModel, nodes: Array, motion: NodeMotion | None) -> Array:
     """Forces at the three tip nodes, shape (..., 3, 3), N."""
-    tip, side = model.truss.tip, model.face_side
-    x, y = axes = _face_axes(nodes[..., tip, :], side)
+    tip, side, payload = model.truss.tip, model.face_side, model.payload
+    x, y = _face_axes(nodes[..., tip, :], side)
     z = cross(x, y)
     centre_pull = tool_pull = model.gravity
     rotary: Array | float = 0.0
@@ -229,18 +218,17 @@ def _tip_forces(model: LoadModel, nodes: Array, motion: NodeMotion | None) -> Ar
         ddx, ddy = _face_axes(motion.acceleration[..., tip, :], side)
         ddz = cross(ddx, y) + 2 * cross(dx, dy) + cross(x, ddy)
         tool_pull = centre_pull - model.tool_offset * ddz
-        ball = model.payload.mass * model.payload.radius**2 / 5  # second moment of a solid ball about its centre
-        rotary = np.zeros(z.shape)
+        ball = payload.mass * payload.radius**2 / 5  # second moment of a solid ball about its centre
         for axis, change, moment in zip((x, y, z), (ddx, ddy, ddz), model.plate.second_moments, strict=True):
             rotary = rotary - (moment + ball) * cross(axis, change)
-    load = model.payload.mass * tool_pull
+    load = payload.mass * tool_pull
     moment = model.tool_offset * cross(z, load) + rotary
-    return _spread(model.plate.mass * centre_pull + load, moment, axes, z, side)
+    return _spread(model.plate.mass * centre_pull + load, moment, (x, y, z), side)
 
 
-def _spread(force: Array, moment: Array, axes: tuple[Array, Array], z: Array, side: float) -> Array:
-    """Least forces at the corners of a triangle that make up a force and a moment about its centroid."""
-    x, y = axes
+def _spread(force: Array, moment: Array, axes: tuple[Array, Array, Array], side: float) -> Array:
+    """Least forces at the corners of a triangle that make up a force and a moment about its centroid, shape (..., 3, 3)."""
+    x, y, z = axes
     lever = (2 * moment - dot(moment, z) * z) / side**2
     low, high = side / (2 * np.sqrt(3)), side / np.sqrt(3)  # distances of a side and of a corner from the centroid
     corners = np.stack([x * side / 2 - y * low, y * high, -x * side / 2 - y * low], axis=-2)

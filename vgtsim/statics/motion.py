@@ -11,6 +11,7 @@ from scipy.signal import savgol_filter
 
 Array = NDArray[np.float64]
 
+_WINDOW, _ORDER = 5, 4  # records under one polynomial, and its degree: all four differences of five records
 _SPACING = 1e-6  # relative change of the record spacing that ends a run: far above rounding, far below one step
 
 
@@ -31,17 +32,10 @@ class NodeMotion:
         return NodeMotion(self.velocity[instants], self.acceleration[instants])
 
 
-def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: int = 4) -> NodeMotion:
-    """Differentiate recorded node positions twice by local polynomials (Savitzky and Golay).
+def motion_from_log(time: ArrayLike, nodes: ArrayLike) -> NodeMotion:
+    """Differentiate node positions, shape (T, N, 3), m, at increasing times, shape (T,), s, by local polynomials.
 
-    Args:
-        time: Shape (T,), s, increasing.
-        nodes: Shape (T, N, 3), m, in frame G.
-        window: Number of records under one polynomial, odd.
-        order: Degree of the polynomial, below `window`.
-
-    Returns:
-        Shapes (T, N, 3). Only records of constant spacing are differenced together; NaN where there are fewer than the window.
+    Only records of constant spacing are differenced together; NaN where there are fewer of these than a polynomial takes.
 
     Source: A. Savitzky and M. J. E. Golay, Analytical Chemistry 36 (1964), 1627-1639.
     """
@@ -50,12 +44,12 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5, order: i
     for run in uniform_runs(t):
         stretch = n[run]
         spacing = float(t[run.stop - 1] - t[run.start]) / max(len(stretch) - 1, 1)
-        if len(stretch) < window or spacing <= 0:
+        if len(stretch) < _WINDOW or spacing <= 0:
             continue
         # differences from the mean keep the digits that the distance from the tank's origin would cost
         offset = stretch - stretch.mean(axis=0)
-        velocity[run] = savgol_filter(offset, window, order, deriv=1, delta=spacing, axis=0)
-        acceleration[run] = savgol_filter(offset, window, order, deriv=2, delta=spacing, axis=0)
+        velocity[run] = savgol_filter(offset, _WINDOW, _ORDER, deriv=1, delta=spacing, axis=0)
+        acceleration[run] = savgol_filter(offset, _WINDOW, _ORDER, deriv=2, delta=spacing, axis=0)
     return NodeMotion(velocity, acceleration)
 
 

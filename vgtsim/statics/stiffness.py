@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics import Truss
+from vgtsim.kinematics.vectors import cross
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import add_up, hub_loads, member_loads, tool_point
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
-from vgtsim.statics.vectors import cross
 
 Array = NDArray[np.float64]
 
@@ -70,14 +70,10 @@ def deflect(
     *,
     weight: bool = True,
 ) -> Deflection:
-    """Find displacements and member forces under weight and further loads, linear about the given pose.
+    """Find displacements and member forces under weight and further loads, linear about an unloaded pose (..., N, 3), m.
 
-    Args:
-        model: The elastic arm.
-        nodes: Unloaded pose, shape (..., N, 3), m, in frame G.
-        nodal_forces: On the hubs, broadcast to shape (..., N, 3), N.
-        tool_wrench: Force on the tool point and moment about it, broadcast to shape (..., 6), N and N·m.
-        weight: Whether gravity acts.
+    Forces on the hubs are broadcast to shape (..., N, 3), N; a force on the tool point and a moment about it to shape
+    (..., 6), N and N·m, all in frame G. `weight` says whether gravity acts.
 
     Raises:
         TrussError: The truss is a mechanism at one of the poses; members are named.
@@ -123,19 +119,22 @@ def node_loads(model: ElasticModel, nodes: Array, motion: NodeMotion | None = No
 
 def gather(truss: Truss, nodes: Array, force: Array) -> Array:
     """Forces at the nodes, shape (T, N, 3), as loads on the unknowns, shape (T, n)."""
-    free = force[:, truss.base.stop : truss.tip.start].reshape(len(force), -1)
-    tip = force[:, truss.tip]
-    lever = nodes[:, truss.tip] - nodes[:, truss.tip].mean(axis=1, keepdims=True)
-    return np.concatenate([free, tip.sum(axis=1), np.cross(lever, tip).sum(axis=1)], axis=-1)
+    free, tip = force[:, truss.base.stop : truss.tip.start].reshape(len(force), -1), force[:, truss.tip]
+    moment = np.cross(_levers(truss, nodes), tip).sum(axis=1)
+    return np.concatenate([free, tip.sum(axis=1), moment], axis=-1)
 
 
 def scatter(truss: Truss, nodes: Array, moved: Array) -> Array:
     """Unknowns, shape (T, n), as displacements of the nodes, shape (T, N, 3)."""
     shift = np.zeros(nodes.shape)
     shift[:, truss.base.stop : truss.tip.start] = moved[:, :-6].reshape(len(moved), -1, 3)
-    lever = nodes[:, truss.tip] - nodes[:, truss.tip].mean(axis=1, keepdims=True)
-    shift[:, truss.tip] = moved[:, None, -6:-3] + cross(moved[:, None, -3:], lever)
+    shift[:, truss.tip] = moved[:, None, -6:-3] + cross(moved[:, None, -3:], _levers(truss, nodes))
     return shift
+
+
+def _levers(truss: Truss, nodes: Array) -> Array:
+    """Tip nodes from their centroid, shape (T, 3, 3), m."""
+    return nodes[:, truss.tip] - nodes[:, truss.tip].mean(axis=1, keepdims=True)
 
 
 def band_matrix(model: ElasticModel, nodes: Array, spring: Array | None = None) -> Stiffness:

@@ -17,10 +17,9 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Pattern:
-    """Where each bar's stiffness goes in the banded matrix; made once for a truss.
+    """Where each bar's stiffness goes in the banded matrix; made once for a truss of `size` unknowns.
 
     Attributes:
-        size: Number of unknowns.
         band: Number of diagonals above the main one.
         dof: Unknowns that the two ends of each bar depend on, shape (B, 2 w); -1 where there is none.
         pairs: Pairs of those that land in the upper triangle, rows bar, first and second, shape (3, P).
@@ -82,7 +81,8 @@ class Stiffness:
 
     def bar(self, moved: Array) -> Array:
         """Bar forces, shape (T, B, R), N, by unknowns, shape (T, n, R)."""
-        return self.spring[..., None] * elongate(self.pattern, self.grow, moved)
+        taken = np.where(self.pattern.dof[..., None] >= 0, moved[:, self.pattern.dof], 0.0)
+        return self.spring[..., None] * np.einsum("tmk,tmkr->tmr", self.grow, taken)
 
 
 def assemble(pattern: Pattern, grow: Array, spring: Array) -> Stiffness:
@@ -103,12 +103,6 @@ def unfold(upper: Array) -> Array:
         i = np.arange(size - above)
         full[i, i + above] = full[i + above, i] = upper[band - above, above:]
     return full
-
-
-def elongate(pattern: Pattern, grow: Array, moved: Array) -> Array:
-    """Elongations of the bars, shape (T, B, R), by unknowns, shape (T, n, R)."""
-    taken = np.where(pattern.dof[..., None] >= 0, moved[:, pattern.dof], 0.0)
-    return np.einsum("tmk,tmkr->tmr", grow, taken)
 
 
 def geometric_blocks(span: Array, bar: Array, difference: Array) -> Array:

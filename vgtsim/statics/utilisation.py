@@ -73,7 +73,8 @@ def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
     The axial force of a member runs between its values at the near hub, where its segments meet, and at the far hub; the
     greatest of the three counts in tension and in compression.
     """
-    pull, push = forces.along.max(axis=0), -forces.along.min(axis=0)
+    along = forces.along
+    pull, push = along.max(axis=0), -along.min(axis=0)
     use = use_axial(ratings, pull, push, forces.bar, -forces.bar)
     if not (forces.near_moment.any() or forces.far_moment.any()):  # an arm without joint blocks
         return use
