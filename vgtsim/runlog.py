@@ -5,13 +5,12 @@ It stands apart from the simulation so that verification can read it without MuJ
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, get_type_hints
 from zipfile import BadZipFile
 
 import numpy as np
@@ -27,55 +26,31 @@ _LEAST_RECORDS = 5  # for accelerations from positions
 _META: dict[str, type] = {"warnings": list, "performance": dict, "versions": dict, "stopped": str}
 _PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
 _KINDS = {"f": "floats", "i": "integers", "b": "truth values", "U": "text"}
-_ARRAYS = {  # kind and shape, in the letters of `RunLog`
-    "time": ("f", "T"),
-    "nodes": ("f", "TN3"),
-    "ends": ("f", "TM23"),
-    "commanded": ("f", "TJ"),
-    "actual": ("f", "TJ"),
-    "rates": ("f", "TJ"),
-    "member_force": ("f", "TM3"),
-    "member_moment": ("f", "TM3"),
-    "actuator_force": ("f", "TJ"),
-    "mast_reaction": ("f", "T6"),
-    "tool_position": ("f", "T3"),
-    "tool_direction": ("f", "T3"),
-    "goal": ("i", "T"),
-    "settled": ("b", "T"),
-    "contact_time": ("f", "C"),
-    "contact_pair": ("U", "C2"),
-    "contact_distance": ("f", "C"),
-    "saturation": ("i", "TJ"),
-    "pressure": ("f", "TJ2"),
-}
 _MAY_BE_EMPTY = ("saturation", "pressure")
 
 
 @dataclass(frozen=True)
 class RunLog:
-    """Records of one run; T records, N nodes, M members, J actuators, C contacts. Vectors are in frame G.
+    """Records of one run; T records, N nodes, M members, J actuators, C contacts.
+
+    Times have shape (T,) and (C,), s. Vectors are in frame G.
 
     Attributes:
-        time: Shape (T,), s.
         nodes: Hub positions, shape (T, N, 3), m.
         ends: Positions of the members' own ends, near end first, shape (T, M, 2, 3), m.
-        commanded: Actuator lengths asked for, shape (T, J), m.
-        actual: Actuator lengths reached, shape (T, J), m.
+        commanded, actual: Actuator lengths asked for and reached, shape (T, J), m.
         rates: Actuator speeds, shape (T, J), m/s.
-        member_force: Force of each member on the hub at its near end, shape (T, M, 3), N.
-        member_moment: Moment of each member on the hub at its near end, shape (T, M, 3), N·m.
+        member_force, member_moment: Force and moment of each member on the hub at its near end, shape (T, M, 3), N, N·m.
         actuator_force: Force of each drive on its rod, tension positive, shape (T, J), N.
         mast_reaction: Force and moment of the mast on the arm at the pivot, shape (T, 6), N and N·m.
-        tool_position: Shape (T, 3), m.
-        tool_direction: Shape (T, 3), unit.
+        tool_position, tool_direction: Tool point, m, and unit normal of the tip plate, shape (T, 3).
         goal: Goal being approached or held, shape (T,); -1 before the first.
         settled: True while a goal is held after settling, shape (T,).
-        contact_time: Shape (C,), s.
         contact_pair: Names of the two geoms, shape (C, 2).
         contact_distance: Gap, negative in penetration, shape (C,), m.
-        warnings: What MuJoCo warned of.
+        warnings: Warnings of MuJoCo.
         performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
-        versions: Version of each package that took part.
+        versions: Version of Python and of each package, by name.
         pressure: Above the tank's on the bore's and the rod's side of each hydraulic cylinder, shape (T, J, 2), Pa; empty
             under other drives.
         stopped: Why the run ended early, or an empty string.
@@ -83,36 +58,36 @@ class RunLog:
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
     """
 
-    time: Array
-    nodes: Array
-    ends: Array
-    commanded: Array
-    actual: Array
-    rates: Array
-    member_force: Array
-    member_moment: Array
-    actuator_force: Array
-    mast_reaction: Array
-    tool_position: Array
-    tool_direction: Array
-    goal: NDArray[np.int64]
-    settled: NDArray[np.bool_]
-    contact_time: Array
-    contact_pair: NDArray[np.str_]
-    contact_distance: Array
+    time: Annotated[Array, "f", "T"]
+    nodes: Annotated[Array, "f", "TN3"]
+    ends: Annotated[Array, "f", "TM23"]
+    commanded: Annotated[Array, "f", "TJ"]
+    actual: Annotated[Array, "f", "TJ"]
+    rates: Annotated[Array, "f", "TJ"]
+    member_force: Annotated[Array, "f", "TM3"]
+    member_moment: Annotated[Array, "f", "TM3"]
+    actuator_force: Annotated[Array, "f", "TJ"]
+    mast_reaction: Annotated[Array, "f", "T6"]
+    tool_position: Annotated[Array, "f", "T3"]
+    tool_direction: Annotated[Array, "f", "T3"]
+    goal: Annotated[NDArray[np.int64], "i", "T"]
+    settled: Annotated[NDArray[np.bool_], "b", "T"]
+    contact_time: Annotated[Array, "f", "C"]
+    contact_pair: Annotated[NDArray[np.str_], "U", "C2"]
+    contact_distance: Annotated[Array, "f", "C"]
     warnings: tuple[str, ...]
     performance: dict[str, float]
     versions: dict[str, str]
     stopped: str = ""
-    saturation: NDArray[np.int64] = dataclasses.field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
-    pressure: Array = dataclasses.field(default_factory=lambda: np.zeros((0, 0, 2)))
+    saturation: Annotated[NDArray[np.int64], "i", "TJ"] = field(
+        default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
+    )
+    pressure: Annotated[Array, "f", "TJ2"] = field(default_factory=lambda: np.zeros((0, 0, 2)))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for item in dataclasses.fields(self):
-            value = getattr(self, item.name)
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
+        for name in _ARRAYS:
+            getattr(self, name).flags.writeable = False
 
     def find_fault(self) -> str:
         """Say which quantity is not finite or has another number of records, or that records are too few or not evenly spaced.
@@ -120,22 +95,18 @@ class RunLog:
         Empty when nothing is wrong.
         """
         count = len(self.time)
-        for item in dataclasses.fields(self):
-            value = getattr(self, item.name)
-            if not isinstance(value, np.ndarray) or item.name.startswith("contact"):
-                continue
-            if item.name in _MAY_BE_EMPTY and not value.size:
+        for name, (_, sizes) in _ARRAYS.items():
+            value = getattr(self, name)
+            if sizes[0] != "T" or (name in _MAY_BE_EMPTY and not value.size):
                 continue
             if len(value) != count:
-                return f"{item.name} has {len(value)} records, time has {count}"
-            if not np.isfinite(value).all():
-                return (
-                    f"{item.name} is not finite in {np.sum(~np.isfinite(value.reshape(count, -1)).all(axis=1))} records"
-                )
+                return f"{name} has {len(value)} records, time has {count}"
+            if wrong := int(np.sum(~np.isfinite(value.reshape(count, -1)).all(axis=1))):
+                return f"{name} is not finite in {wrong} records"
         step = np.diff(self.time)
         if count < _LEAST_RECORDS:
             return f"{count} records; at least {_LEAST_RECORDS}"
-        if step.min() <= 0 or np.ptp(step) > 1e-6 * step.max():
+        if step.min() <= 0 or np.ptp(step) > 1e-6 * step.max():  # rounding of times apart
             return f"records are {step.min():.6g} to {step.max():.6g} s apart; evenly spaced ones can be differenced"
         return ""
 
@@ -143,8 +114,7 @@ class RunLog:
         """Say which array does not fit the counts of an arm, or that a goal is none of the scene's; empty when all fits."""
         counts = {"T": len(self.time), "N": nodes, "M": members, "J": actuators, "C": len(self.contact_time)}
         for name, (_, sizes) in _ARRAYS.items():
-            value = getattr(self, name)
-            wanted = tuple(counts[size] if size in counts else int(size) for size in sizes)
+            value, wanted = getattr(self, name), _read_shape(sizes, counts)
             if value.shape != wanted and not (name in _MAY_BE_EMPTY and not value.size):
                 return f"{name} has shape {value.shape}, that of the scene's arm is {wanted}"
         low, high = (self.goal.min(), self.goal.max()) if len(self.goal) else (-1, -1)
@@ -172,20 +142,28 @@ class RunLog:
         return self.member_force - np.sum(self.member_force * axis, axis=-1, keepdims=True) * axis
 
 
+# kind and shape of each array, the latter in the letters of `RunLog`
+_ARRAYS: dict[str, tuple[str, str]] = {
+    name: hint.__metadata__
+    for name, hint in get_type_hints(RunLog, include_extras=True).items()
+    if hasattr(hint, "__metadata__")
+}
+
+
+def _read_shape(sizes: str, counts: Mapping[str, int]) -> tuple[int, ...]:
+    return tuple(counts[size] if size in counts else int(size) for size in sizes)
+
+
 def empty_records(nodes: int, members: int, actuators: int) -> dict[str, NDArray[Any]]:
     """Arrays of a log without any record, by name, contacts apart."""
-    counts = {"T": 0, "N": nodes, "M": members, "J": actuators}
-    types = {"f": float, "i": np.int64, "b": bool}
-    return {
-        name: np.zeros([counts[size] if size in counts else int(size) for size in sizes], dtype=types[kind])
-        for name, (kind, sizes) in _ARRAYS.items()
-        if not name.startswith("contact")
-    }
+    counts, types = {"T": 0, "N": nodes, "M": members, "J": actuators}, {"f": float, "i": np.int64, "b": bool}
+    records = {name: form for name, form in _ARRAYS.items() if form[1][0] == "T"}
+    return {name: np.zeros(_read_shape(sizes, counts), dtype=types[kind]) for name, (kind, sizes) in records.items()}
 
 
 def save_run(path: str | Path, scene: Scene, log: RunLog) -> None:
     """Write a log as compressed npz, with its scene, arm and tank: the file can be verified and filmed alone."""
-    fields: dict[str, Any] = {f.name: getattr(log, f.name) for f in dataclasses.fields(log) if f.name not in _META}
+    fields: dict[str, Any] = {name: getattr(log, name) for name in _ARRAYS}
     meta = json.dumps({name: getattr(log, name) for name in _META})
     np.savez_compressed(path, scene=np.array(dump_scene(scene)), meta=np.array(meta), **fields)
 

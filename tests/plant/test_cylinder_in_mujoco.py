@@ -42,7 +42,16 @@ def lift(command, seconds, timestep, gravity=G, leakage=0.0, lock_band=0.0):
     data = mujoco.MjData(model)
     parts = Cylinders(np.array([[BORE], [ANNULUS]]), *(one(x) for x in (MODULUS, ROD, 0.8, 0.6, SUPPLY, 0.05, leakage)))
     hydraulics = Hydraulics(parts, GAIN, lock_band, timestep)
-    springs = Springs(model, cast(ElasticModel, None), np.array([0]), one(0.8), BETA - timestep, 1.0)
+    springs = Springs(
+        model=model,
+        elastic=cast(ElasticModel, None),
+        joints=np.array([0]),
+        position=model.jnt_qposadr,
+        slide=model.jnt_dofadr,
+        retracted=one(0.8),
+        excess=BETA - timestep,
+        period=1.0,
+    )
     data.qpos[0] = START - 0.8
     oil = fill(parts, one(START), one(MASS * gravity))
     drive = HydraulicDrive(data, springs, hydraulics, oil, find_state(parts, oil, one(START)))

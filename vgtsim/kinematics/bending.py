@@ -21,14 +21,9 @@ _PARALLEL = 1 - 1e-12  # cosine of the angle between a section's end faces
 
 
 def azimuth(chain: Chain, point: Array) -> float:
-    """Direction of a point from the mast's axis.
+    """Direction of a point, shape (3,), m, in frame G from the mast's axis, rad.
 
-    Args:
-        chain: The arm.
-        point: In frame G, shape (3,), m.
-
-    Returns:
-        Angle about Z of B_1 from X of B_1, rad; zero for a point on the axis.
+    It is the angle about Z of B_1 from X of B_1; zero for a point on the axis.
     """
     local = chain.mount[:3, :3].T @ (point - chain.mount[:3, 3])
     return float(np.arctan2(local[1], local[0])) if np.hypot(local[0], local[1]) > 1e-6 else 0.0
@@ -42,19 +37,11 @@ def can_swing(chain: Chain) -> bool:
 
 
 def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
-    """Swing the arm's centre line about the mast's axis.
+    """Inputs, shape (..., n), with the arm's centre line swung about Z of B_1 by angles, scalar or shape (...), rad.
 
-    Turning every module's transform about Z turns the arm, because sections with parallel faces commute with it: a
-    mid-plane's normal turns, and so do the position and the axis of the turn of an octahedron's top. Static longerons
-    and the hinges of tetrahedra do not follow: of an arm that has them the swing is only a first guess.
-
-    Args:
-        chain: The arm.
-        q: Inputs, shape (..., n).
-        angle: About Z of B_1, scalar or shape (...), rad.
-
-    Returns:
-        Inputs, shape (..., n).
+    Turning every module's transform about Z turns the arm, because sections with parallel faces commute with it.
+    Static longerons and the hinges of tetrahedra do not follow: of an arm that has them the swing is only a first
+    guess.
     """
     cos, sin = np.broadcast_arrays(np.cos(angle), np.sin(angle))
     shape = np.broadcast_shapes(q.shape[:-1], cos.shape)
@@ -79,16 +66,13 @@ def straight_yaws(chain: Chain) -> Array:
 
 
 def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
-    """Bend the modules, each symmetrically, at their straight extension.
+    """Inputs, shape (..., n), of the modules bent symmetrically at their straight extension.
+
+    Static longerons are left aside, and a tetrahedron's hinge opens by its angle.
 
     Args:
-        chain: The arm.
         angles: Between the end faces of each active module, shape (..., A), rad; positive away from the mast.
-        directions: Azimuth that each bends to, from X of B_1 in the straight arm, shape (..., A) or what broadcasts to
-            it, rad.
-
-    Returns:
-        Inputs, shape (..., n). Static longerons are left aside, and a tetrahedron's hinge opens by its angle.
+        directions: Azimuth that each bends to, from X of B_1 in the straight arm, rad; broadcast to shape (..., A).
     """
     angle, direction = np.broadcast_arrays(np.asarray(angles, float), np.asarray(directions, float))
     direction = direction - straight_yaws(chain)
@@ -101,11 +85,9 @@ def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
 
 
 def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
-    """Inputs of the posture that a scene starts from, shape (n,): every module is bent symmetrically.
+    """Inputs of the posture that a scene starts from, shape (n,): a symmetric bend for each active module.
 
-    Args:
-        chain: The arm.
-        bends: One for each active module; an extension that is absent is that of the straight pose.
+    An extension that is absent is that of the straight pose.
     """
     row = bend_all(chain, [bend.angle for bend in bends], [bend.azimuth for bend in bends])
     for place in chain.layout.places:

@@ -35,7 +35,6 @@ class Chain:
     """Kinematics of one arm on its mount.
 
     Attributes:
-        manipulator: The arm.
         mount: T_G_B1, shape (4, 4): frame B of the first module in frame G.
     """
 
@@ -71,10 +70,9 @@ class Chain:
         return len(places) == 1 and places[0].modules.leans
 
     @cached_property
-    def steps(self) -> tuple[Array, Array, bool]:
-        """Rotations, (A, 3, 3), and shifts, (A, 3), m, from each active module's top to the next base; if any rotates."""
-        after = self.layout.after
-        return after[:, :3, :3], after[:, :3, 3], bool(np.any(after[:, :3, :3] != np.eye(3)))
+    def root(self) -> Array:
+        """Rotation beside centroid of the base of the first active module, in G, shape (3, 4)."""
+        return (self.mount @ self.layout.root)[:3]
 
     @cached_property
     def straight(self) -> Array:
@@ -107,9 +105,10 @@ class Chain:
     def _state(self, q: ArrayLike) -> tuple[State, tuple[int, ...]]:
         """State of inputs of any batch shape (..., n), and that shape."""
         x = np.asarray(q, float)
-        if x.shape[-1:] != (self.layout.inputs,):
-            raise ValueError(f"inputs of shape {x.shape}; {self.manipulator.name} takes (..., {self.layout.inputs})")
-        return State(self, x.reshape(math.prod(x.shape[:-1]), self.layout.inputs)), x.shape[:-1]
+        batch, inputs = x.shape[:-1], self.layout.inputs
+        if x.shape[-1:] != (inputs,):
+            raise ValueError(f"inputs of shape {x.shape}; {self.manipulator.name} takes (..., {inputs})")
+        return State(self, x if len(batch) == 1 else x.reshape(math.prod(batch), inputs)), batch
 
     def _require(self, state: State, what: Literal["placed", "closed", "kept"]) -> State:
         """The state, if its modules have what is asked for."""
@@ -119,27 +118,16 @@ class Chain:
         return state
 
     def frames(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Frames of all faces (equations 4.3 and 4.7).
+        """Frames of all faces at inputs (..., n): the mast flange and then the top of each module (4.3 and 4.7).
 
-        Args:
-            q: Inputs, shape (..., n).
-
-        Returns:
-            R, shape (..., K + 1, 3, 3), and P, shape (..., K + 1, 3), m, in frame G, for the mast flange and then the
-            top face of each of the K modules.
+        R has shape (..., K + 1, 3, 3), P (..., K + 1, 3), m, in frame G.
         """
         state, batch = self._state(q)
         faces = self._require(state, "placed").faces
         return _shaped(faces[..., :3], batch), _shaped(faces[..., 3], batch)
 
     def nodes(self, q: ArrayLike) -> Array:
-        """Positions of all nodes.
-
-        Args:
-            q: Inputs, shape (..., n).
-
-        Returns:
-            In frame G, in the order of the truss, shape (..., N, 3), m.
+        """Positions of all nodes in G, in the order of the truss, shape (..., N, 3), m, at inputs (..., n).
 
         Raises:
             AssemblyError: A mid-plane misses a longeron circle; the module is named.
@@ -148,26 +136,13 @@ class Chain:
         return _shaped(self._require(state, "closed").nodes, batch)
 
     def tool(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Tool point and tool direction.
-
-        Args:
-            q: Inputs, shape (..., n).
-
-        Returns:
-            Position, shape (..., 3), m, and outward unit normal of the tip plate, shape (..., 3), in frame G.
-        """
+        """Tool point, shape (..., 3), m, and outward unit normal of the tip plate, (..., 3), in G, at inputs (..., n)."""
         state, batch = self._state(q)
         position, direction = self._require(state, "placed").tool
         return _shaped(position, batch), _shaped(direction, batch)
 
     def lengths(self, q: ArrayLike) -> Array:
-        """Actuator lengths.
-
-        Args:
-            q: Inputs, shape (..., n).
-
-        Returns:
-            Shape (..., J), m.
+        """Actuator lengths, shape (..., J), m, at inputs (..., n).
 
         Raises:
             AssemblyError: A mid-plane misses a longeron circle, or a pose is outside the subspace that an octahedron's
@@ -200,14 +175,9 @@ class Chain:
         return _shaped(row, batch)
 
     def input_rates(self, q: ArrayLike, only: Collection[str] | None = None) -> Array:
-        """Rates of the inputs q per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
+        """Rates of the inputs per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 
-        Args:
-            q: Inputs, shape (..., n).
-            only: Names of the modules whose actuators move; absent for all.
-
-        Returns:
-            dq/dl, shape (..., n, J), zero for the other modules.
+        dq/dl, shape (..., n, J), at inputs (..., n); zero for modules that are not among `only`, if it is given.
 
         Raises:
             AssemblyError: As `lengths`.
@@ -234,16 +204,10 @@ class Chain:
         return rates
 
     def inputs_from_lengths(self, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:
-        """Conventional forward solution: inputs of given actuator lengths (section 4.3).
+        """Conventional forward solution: inputs, shape (..., n), of actuator lengths, shape (..., J), m (section 4.3).
 
-        Every module stays on the assembly mode of its start, with proof; see `mode_following`.
-
-        Args:
-            actuators: Shape (..., J), m.
-            start: Inputs on the wanted modes, shape (..., n); absent for those of the straight pose.
-
-        Returns:
-            q, shape (..., n).
+        Every module stays on the assembly mode of its start, with proof; see `mode_following`. The start is inputs,
+        shape (..., n), or absent for the straight pose.
 
         Raises:
             AssemblyError: A module does not assemble; it is named.
@@ -267,14 +231,11 @@ class Chain:
         return self.tool_jacobian(q)[2]
 
     def tool_jacobian(self, q: ArrayLike) -> tuple[Array, Array, Array]:
-        """Tool and its geometric Jacobian in closed form (section 6.1.2).
-
-        Args:
-            q: Inputs, shape (..., n).
+        """Tool, and its geometric Jacobian in closed form (section 6.1.2), at inputs (..., n).
 
         Returns:
-            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, n):
-            velocity of the tool point over angular velocity of the tip plate; all in frame G.
+            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, n): velocity of the
+            tool point over angular velocity of the tip plate; all in frame G.
         """
         state, batch = self._state(q)
         position, direction = self._require(state, "placed").tool
@@ -292,14 +253,7 @@ class Chain:
         return _shaped(state.tool_jacobian @ self._input_rates(state), batch)
 
     def node_jacobian(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Positions of all nodes and their derivatives, in closed form.
-
-        Args:
-            q: Inputs, shape (..., n).
-
-        Returns:
-            Nodes, shape (..., N, 3), m, and dn/dq, shape (..., N, 3, n), in frame G.
-        """
+        """Nodes, shape (..., N, 3), m, and dn/dq, shape (..., N, 3, n), in G, at inputs (..., n)."""
         state, batch = self._state(q)
         nodes = self._require(state, "closed").nodes
         return _shaped(nodes, batch), _shaped(state.node_jacobian, batch)
@@ -311,14 +265,7 @@ def _shaped(rows: Array, batch: tuple[int, ...]) -> Array:
 
 
 def hanging_mount(height: float) -> Array:
-    """Mount of an arm that hangs from a mast on the tank axis.
-
-    Args:
-        height: Of the arm's base face above the origin of G, m.
-
-    Returns:
-        T_G_B1, shape (4, 4): a half turn about X, so that Z of B_1 points down.
-    """
-    mount = np.diag([1.0, -1.0, -1.0, 1.0])
+    """Mount T_G_B1, shape (4, 4), of an arm on the tank axis with its base face at a height in G, m; Z of B_1 points down."""
+    mount = np.diag([1.0, -1.0, -1.0, 1.0])  # a half turn about X: Z of B_1 points down
     mount[2, 3] = height
     return mount

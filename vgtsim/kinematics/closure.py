@@ -1,13 +1,13 @@
 """The closure of an octahedral cell: three nodes on circles about the edges of a triangle.
 
-The equivalent mechanism of section 3.4.1 puts each upper node on a circle about a base edge, at an angle phi.
-With the base triangle in a plane of normal w, the squared distance of the nodes of circles i and j is
+The equivalent mechanism of section 3.4.1 puts each upper node on a circle about a base edge, at an angle phi. With the
+base triangle in a plane of normal w, the squared distance of the nodes of circles i and j is
 
     D² = a + b cos(phi_i) + g cos(phi_j) + e cos(phi_i) cos(phi_j) + f sin(phi_i) sin(phi_j),
 
-so a cell is fifteen numbers: a, b, g, e, f for each of the three pairs. F = D² - edge² is what has to vanish
-(3.13, 3.33, 3.46). Here the closure is one array C of shape (5, 3, ...), with the squared edges already taken
-from a and the batch dimensions last; angles inside this file have shape (3, ...) for the same reason.
+so a cell is fifteen numbers, m²: a, b, g, e, f for each of three pairs. F = D² - edge² has to vanish (3.13, 3.33,
+3.46). The closure is one array C of shape (5, 3, ...), with the squared edges already taken from a and the batch
+dimensions last. Unless a function says otherwise, angles in this file have shape (3, ...), rad, for the same reason.
 """
 
 from __future__ import annotations
@@ -43,17 +43,10 @@ class Circles:
 
 
 def make_circles(base: ArrayLike, longerons: ArrayLike, edges: NDArray[np.intp], module: str) -> Circles:
-    """Circles of the equivalent mechanism.
+    """Circles of the equivalent mechanism over a base triangle, corners of shape (..., 3, 3), m, in its frame.
 
-    Args:
-        base: Corners of the base triangle in its own frame, shape (..., 3, 3), m.
-        longerons: Three lengths to the ends of the edges, then three to their starts, shape (..., 6), m: l1
-            to l6 with `LOWER`, L7 to L12 with `UPPER`.
-        edges: `LOWER` or `UPPER`.
-        module: Name for the error.
-
-    Returns:
-        The circles.
+    Longerons are three lengths to the ends of the edges, then three to their starts, shape (..., 6), m: l1 to l6 with
+    edges `LOWER`, L7 to L12 with `UPPER`. The error is of the module's name.
 
     Raises:
         AssemblyError: Two longerons do not meet over their edge; they are named.
@@ -75,16 +68,7 @@ def make_circles(base: ArrayLike, longerons: ArrayLike, edges: NDArray[np.intp],
 
 
 def place_circles(base: Array, longerons: Array, edges: NDArray[np.intp]) -> Circles:
-    """As `make_circles`, but with radii that are not numbers where two longerons do not meet.
-
-    Args:
-        base: Corners of the base triangle in its own frame, shape (..., 3, 3), m.
-        longerons: Lengths to the ends, then to the starts of the edges, shape (..., 6), m.
-        edges: `LOWER` or `UPPER`.
-
-    Returns:
-        The circles.
-    """
+    """As `make_circles`, but with radii that are not numbers where two longerons do not meet."""
     start, end = base[..., edges[:, 0], :], base[..., edges[:, 1], :]
     far, near = longerons[..., :3], longerons[..., 3:]
     span = end - start
@@ -97,16 +81,9 @@ def place_circles(base: Array, longerons: Array, edges: NDArray[np.intp]) -> Cir
 
 
 def circle_nodes(circles: Circles, phi: ArrayLike) -> Array:
-    """Upper nodes at given angles.
+    """Upper nodes in the frame of the base triangle, shape (..., 3, 3), m, at angles of shape (..., 3), rad (3.9, 3.28, 3.41).
 
-    Args:
-        circles: Circles of the cell.
-        phi: Angles, shape (..., 3), rad: zero points inward, a quarter turn along the normal of the base.
-
-    Returns:
-        Nodes in the frame of the base triangle, shape (..., 3, 3), m.
-
-    Source: equations 3.9, 3.28 and 3.41.
+    An angle of zero points inward, a quarter turn along the normal of the base.
     """
     angle = np.asarray(phi, float)[..., None]
     lift = np.array([0.0, 0.0, 1.0])
@@ -114,44 +91,22 @@ def circle_nodes(circles: Circles, phi: ArrayLike) -> Array:
 
 
 def circle_angles(circles: Circles, nodes: ArrayLike) -> Array:
-    """Angles at which nodes sit on their circles.
-
-    Args:
-        circles: Circles of the cell.
-        nodes: Upper nodes in the frame of the base triangle, shape (..., 3, 3), m.
-
-    Returns:
-        phi, shape (..., 3), rad.
-    """
+    """Angles, shape (..., 3), rad, of upper nodes on their circles, shape (..., 3, 3), m, in the frame of the base."""
     arm = np.asarray(nodes, float) - circles.centre
     return np.arctan2(arm[..., 2], np.sum(arm * circles.inward, axis=-1))
 
 
 def circle_tangents(circles: Circles, phi: ArrayLike) -> Array:
-    """Derivative of the upper nodes with respect to their angles.
-
-    Args:
-        circles: Circles of the cell.
-        phi: Angles, shape (..., 3), rad.
-
-    Returns:
-        dn_i/dphi_i, shape (..., 3, 3), m/rad.
-    """
+    """Derivatives dn_i/dphi_i of the upper nodes, shape (..., 3, 3), m/rad, at angles of shape (..., 3)."""
     angle = np.asarray(phi, float)[..., None]
     lift = np.array([0.0, 0.0, 1.0])
     return circles.radius[..., None] * (np.cos(angle) * lift - np.sin(angle) * circles.inward)
 
 
 def closure_coefficients(circles: Circles, edges: ArrayLike) -> Array:
-    """The fifteen numbers of a cell's closure.
+    """The fifteen numbers of a cell's closure, C of shape (5, 3, ...), m².
 
-    Args:
-        circles: Circles of the cell.
-        edges: Lengths between the first and second, second and third, third and first upper node, shape (...,
-            3), m.
-
-    Returns:
-        C, shape (5, 3, ...), m².
+    Edges are the lengths between first and second, second and third, third and first upper node, shape (..., 3), m.
     """
     edges = np.asarray(edges, float)
     shape = np.broadcast_shapes(circles.radius.shape, edges.shape)
@@ -169,31 +124,16 @@ def closure_coefficients(circles: Circles, edges: ArrayLike) -> Array:
 
 
 def closure_values(C: NDArray, cosine: NDArray, sine: NDArray) -> NDArray:
-    """F of the three pairs; also for complex angles.
-
-    Args:
-        C: Closure, shape (5, 3, ...).
-        cosine: Of phi, shape (3, ...).
-        sine: Of phi, shape (3, ...).
-
-    Returns:
-        D² - edge², shape (3, ...), m².
-    """
+    """F = D² - edge² of the three pairs, shape (3, ...), m², of cosines and sines of phi; also of complex angles."""
     a, b, g, e, f = C
     c2, s2 = cosine[_NEXT], sine[_NEXT]
     return a + b * cosine + c2 * (g + e * cosine) + f * sine * s2
 
 
 def closure_slopes(C: NDArray, cosine: NDArray, sine: NDArray) -> tuple[NDArray, NDArray]:
-    """Derivatives of F: row k of equation 3.14 has only the entries of phi_k and of the next angle.
+    """dF_k/dphi_k and dF_k/dphi_(k+1), each shape (3, ...), m²/rad, of cosines and sines of phi.
 
-    Args:
-        C: Closure, shape (5, 3, ...).
-        cosine: Of phi, shape (3, ...).
-        sine: Of phi, shape (3, ...).
-
-    Returns:
-        dF_k/dphi_k and dF_k/dphi_(k+1), each shape (3, ...), m²/rad.
+    Row k of equation 3.14 has only these two entries.
     """
     _, b, g, e, f = C
     c2, s2 = cosine[_NEXT], sine[_NEXT]
@@ -201,30 +141,13 @@ def closure_slopes(C: NDArray, cosine: NDArray, sine: NDArray) -> tuple[NDArray,
 
 
 def solve_cyclic(p: NDArray, q: NDArray, right: NDArray, determinant: NDArray) -> NDArray:
-    """Solution of the cyclic system p_k x_k + q_k x_(k+1) = right_k.
-
-    Args:
-        p: Diagonal, shape (3, ...).
-        q: Beside it, shape (3, ...).
-        right: Right-hand side, shape (3, ...).
-        determinant: p1 p2 p3 + q1 q2 q3, shape (...).
-
-    Returns:
-        x, shape (3, ...).
-    """
+    """Solution of p_k x_k + q_k x_(k+1) = right_k, shape (3, ...); the determinant is p1 p2 p3 + q1 q2 q3."""
     p1, p2 = p[_NEXT], p[_AFTER]
     return (right * p1 * p2 - q * right[_NEXT] * p2 + q * q[_NEXT] * right[_AFTER]) / determinant
 
 
 def newton_step(C: Array, phi: Array) -> tuple[Array, Array]:
-    """One undamped Newton step.
-
-    Args:
-        C: Closure, shape (5, 3, ...).
-        phi: Angles, shape (3, ...), rad.
-
-    Returns:
-        The step, shape (3, ...), rad, and F before it, shape (3, ...), m².
+    """One undamped Newton step, rad, and F before it, m², each shape (3, ...).
 
     Source: equation 3.14. Differs: on D² rather than D, which has no square root and the same solutions.
     """
@@ -235,16 +158,7 @@ def newton_step(C: Array, phi: Array) -> tuple[Array, Array]:
 
 
 def edge_jacobian(C: ArrayLike, edges: ArrayLike, phi: ArrayLike) -> Array:
-    """Derivative of the distances D with respect to the angles: the matrix of equation 3.14.
-
-    Args:
-        C: Closure, shape (5, 3, ...).
-        edges: Distances, shape (..., 3), m.
-        phi: Angles, shape (..., 3), rad.
-
-    Returns:
-        dD/dphi, shape (..., 3, 3), m/rad.
-    """
+    """dD/dphi, the matrix of equation 3.14, shape (..., 3, 3), m/rad, at distances and angles of shape (..., 3)."""
     angle, edge = np.moveaxis(np.asarray(phi, float), -1, 0), np.asarray(edges, float)
     p, q = closure_slopes(np.asarray(C, float), np.cos(angle), np.sin(angle))
     J = np.zeros((*angle.shape[1:], 3, 3))

@@ -24,16 +24,14 @@ POOR = 1e-7  # smallest sine that is not warned of: nine digits are left, a rand
 
 
 def invert(matrix: Array, usual: ArrayLike) -> tuple[Array, Array | None]:
-    """Invert small matrices, and tell how near each is to a singular one where it may be near.
+    """Invert small matrices, shape (..., n, n), and tell how near each is to a singular one where it may be near.
 
-    Args:
-        matrix: Shape (..., n, n).
-        usual: Size of the columns where all is well, in their units, broadcast to shape (..., n).
+    `usual` is the size of the columns where all is well, in their units, broadcast to shape (..., n).
 
     Returns:
-        Inverses, shape (..., n, n), and the smallest sine of each matrix between one column and the span of the others,
-        shape (...): 1 where all are square to one another, 0 where there is no inverse or an entry is no number. None
-        where the largest entries show that no sine is below `POOR`, which is the usual case and cheap.
+        Inverses, and the smallest sine of each matrix between one column and the span of the others, shape (...): 1
+        where all are square to one another, 0 where there is no inverse or an entry is no number. None where the
+        largest entries show that no sine is below `POOR`, which is the usual case and cheap.
 
     Source: G. W. Stewart, Collinearity and least squares regression, Statistical Science 2 (1987): the product of the
         norms of a column and of the row of the inverse is one over that sine.
@@ -54,15 +52,9 @@ def invert(matrix: Array, usual: ArrayLike) -> tuple[Array, Array | None]:
 
 
 def invert_sound(matrix: Array, usual: ArrayLike, name: Callable[[tuple[int, ...]], str]) -> Array:
-    """Invert small matrices of which none may be singular.
+    """Inverses of small matrices, shape (..., n, n), of which none may be singular; `usual` is as for `invert`.
 
-    Args:
-        matrix: Shape (..., n, n).
-        usual: As for `invert`.
-        name: Gives the module that a matrix is of, by its index among the leading dimensions.
-
-    Returns:
-        Inverses, shape (..., n, n).
+    `name` gives the module of a matrix by its index among the leading dimensions.
 
     Raises:
         SingularPoseError: A matrix is singular; its module is named.
@@ -77,13 +69,7 @@ def invert_sound(matrix: Array, usual: ArrayLike, name: Callable[[tuple[int, ...
 
 
 def warn_poor(what: str, value: float, bound: float) -> None:
-    """Warn of a case that is sound, with few digits left.
-
-    Args:
-        what: Begins the message: what is poor, and by which figure.
-        value: The figure.
-        bound: Below which it is warned of.
-    """
+    """Warn of a case that is sound, with few digits left: the value of `what` is below a bound."""
     message = f"{what} {value:.2g}, sound from {bound:.0e}: results have few digits"
     warnings.warn(message, NearSingularWarning, stacklevel=3)
 

@@ -20,19 +20,15 @@ _SAME = 1e-6  # m: between the nodes of one pose by its inputs and by its length
 
 
 def read_pose(chain: Chain, lengths: Sequence[str], inputs: Sequence[str]) -> Array:
-    """Pose of modules given by name; those that are not named stay straight.
+    """Canonical inputs, shape (n,), of modules given by name; those that are not named stay straight.
 
     Args:
-        chain: The arm.
         lengths: `MODULE=l1,l2,...`: actuator lengths, bare numbers in m or quantities such as `36 in`.
         inputs: `MODULE=x1,...`: canonical inputs, see `chain`; bare numbers in m and rad or quantities.
 
-    Returns:
-        Canonical inputs, shape (n,).
-
     Raises:
-        DescriptionError: A name, a number of inputs, a unit, inputs that no pose has, a length outside its stroke, or a
-            pose that the arm cannot come to from its straight one.
+        DescriptionError: A name, a number of inputs, a unit, inputs that no pose has, a length outside its stroke, or
+            a pose that the arm cannot come to from its straight one.
         AssemblyError: The lengths do not assemble, or inputs ask other lengths of static longerons.
     """
     written = {"--lengths": _split(lengths, "--lengths"), "--inputs": _split(inputs, "--inputs")}

@@ -78,18 +78,11 @@ class PlateInertia:
 def make_member_inertia(
     manipulator: Manipulator, truss: Truss, *, split: bool = False, lumped: bool = False
 ) -> MemberInertia:
-    """Work out the segments of every member.
+    """Segments of every member of the truss.
 
-    Args:
-        manipulator: The arm.
-        truss: Its truss.
-        split: Whether a tube is cut in the middle into a near and a far half, as an elastic one is.
-        lumped: Whether the members' mass sits in the hubs, see `make_hub_masses`: then they have none.
-
-    Returns:
-        Arrays over the members of the truss. A tube runs from hub to hub. A barrel is uniform between its eye
-        and its mouth with the heads smeared over it; a rod is uniform and solid with the piston smeared over
-        it.
+    A tube runs from hub to hub. A barrel is uniform between its eye and its mouth, the heads smeared over it; a rod is
+    uniform and solid, the piston smeared over it. `split` cuts a tube in the middle into a near and a far half, as an
+    elastic one is. `lumped` puts all mass in the hubs, see `make_hub_masses`.
     """
     segments = np.zeros((len(truss.members), 2, 4))
     if lumped:
@@ -107,13 +100,8 @@ def make_member_inertia(
 def make_block_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia:
     """Work out the posts of the joint blocks, which run from the middle of one ball to that of the other.
 
-    Args:
-        manipulator: The arm.
-        truss: Its truss.
-
-    Returns:
-        One near segment each, in the order of `Truss.rings`, shapes (3 R, 2): the balls' masses stand at the nodes,
-        their moments of inertia about themselves are the post's.
+    One near segment each, in the order of `Truss.rings`, shapes (3 R, 2): the balls' masses stand at the nodes, their
+    moments of inertia about themselves are the post's.
     """
     segments = np.zeros((truss.rings.shape[0] * 3, 2, 4))
     owners = truss.node_module[truss.rings[:, :, 1].ravel()].tolist()
@@ -127,16 +115,10 @@ def make_block_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia:
 
 
 def make_hub_masses(manipulator: Manipulator, truss: Truss, *, lumped: bool = False) -> Array:
-    """Work out what every node weighs.
+    """Mass of every node, shape (N,), kg; zero at feet and heads of joint blocks, whose balls are the blocks'.
 
-    Args:
-        manipulator: The arm.
-        truss: Its truss.
-        lumped: Whether the members' mass sits in their hubs: half of each tube in either, a barrel in the near one, a
-            rod in the far one.
-
-    Returns:
-        Shape (N,), kg; nothing at feet and heads of joint blocks, whose balls are the blocks'.
+    `lumped` puts the members' mass in their hubs: half of each tube in either, a barrel in the near one, a rod in the
+    far one.
 
     Raises:
         DescriptionError: Mass is lumped in an arm with joint blocks.
@@ -154,29 +136,14 @@ def make_hub_masses(manipulator: Manipulator, truss: Truss, *, lumped: bool = Fa
 
 
 def make_plate_inertia(manipulator: Manipulator) -> PlateInertia:
-    """Work out the tip plate: a uniform, thin equilateral triangle of the face side.
-
-    Args:
-        manipulator: The arm.
-
-    Returns:
-        Mass and second moments about the centroid, which lies on the last face.
-    """
+    """The tip plate: a uniform, thin equilateral triangle of the face side."""
     mass, side = manipulator.tip_plate_mass, manipulator.face_side
     plane = mass * side**2 / 24
     return PlateInertia(mass, (plane, plane, 0.0))
 
 
 def member_radii(manipulator: Manipulator, truss: Truss) -> Array:
-    """Outer radius of every member.
-
-    Args:
-        manipulator: The arm.
-        truss: Its truss.
-
-    Returns:
-        Half the outer diameter of the tube, or of the barrel for an actuator, shape (M,), m.
-    """
+    """Outer radius of every member, shape (M,), m: of the tube, or of the barrel of an actuator."""
     return np.array(
         [
             manipulator.cylinders[member.section].barrel_diameter / 2

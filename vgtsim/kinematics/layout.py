@@ -68,8 +68,9 @@ class Layout:
         face_from: For the mast flange and each module's top face: 0 for the mount, a + 1 for the top of active module
             a, shape (K + 1,).
         face_offset: The face's frame in that frame, shape (K + 1, 4, 4).
-        corners: Of each face in its own frame, shape (K + 1, 3, 3), m.
+        corners: Of each face in its own frame, shape (K + 1, 3, 4), m; the fourth coordinate is 1.
         order: Of each node among the corners of all faces and then the inner nodes of all places, shape (N,).
+        in_order: Whether the nodes are the corners of all faces, one after the other.
         moves: Whether a node moves as a point of the body beyond the module of an input, shape (N, n), 0 or 1.
     """
 
@@ -86,6 +87,7 @@ class Layout:
     face_offset: Array
     corners: Array
     order: Index
+    in_order: bool
     moves: Array
 
 
@@ -108,6 +110,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
     moves = (truss.node_module[:, None] >= active[owner]).astype(float)
     for place in places:
         moves[place.nodes[:, :, None], place.columns[:, None, :]] = 0.0
+    order = _node_order(manipulator, truss, places)
     static = [place.modules.straight_legs[0][~place.modules.actuated] for place in places]
     return Layout(
         places=tuple(places),
@@ -121,8 +124,9 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
         after=after,
         face_from=face_from,
         face_offset=offset,
-        corners=np.array([triangle_nodes(sides) for sides in faces]),
-        order=_node_order(manipulator, truss, places),
+        corners=np.concatenate([[triangle_nodes(sides) for sides in faces], np.ones((len(faces), 3, 1))], axis=2),
+        order=order,
+        in_order=np.array_equal(order, np.arange(3 * len(faces))),
         moves=moves,
     )
 

@@ -27,7 +27,6 @@ class Share:
     """What one active module has of the rows that a chain works with.
 
     Attributes:
-        name: Of the module.
         inputs: Its canonical inputs among the chain's n.
         actuators: Its actuators among the chain's J, in the order of its legs.
         own: Its inputs in the mixed row y.
@@ -46,7 +45,6 @@ class MixedInputs:
     """Kinematics of a chain by inputs of either kind; w inputs in all. Made by `mix_inputs`.
 
     Attributes:
-        chain: The arm.
         conventional: Names of the modules whose inputs are actuator lengths.
     """
 
@@ -75,13 +73,7 @@ class MixedInputs:
         return self.shares[-1].own.stop if self.shares else 0
 
     def from_canonical(self, q: ArrayLike) -> Array:
-        """Row y of canonical inputs.
-
-        Args:
-            q: Shape (..., n) of the chain.
-
-        Returns:
-            Shape (..., w).
+        """Row y, shape (..., w), of canonical inputs, shape (..., n).
 
         Raises:
             AssemblyError: As `Chain.lengths`.
@@ -96,17 +88,10 @@ class MixedInputs:
         return y
 
     def canonical(self, y: ArrayLike, start: ArrayLike | None = None) -> Array:
-        """Canonical inputs of a row y.
+        """Canonical inputs, shape (..., n), of a row y, shape (..., w).
 
-        Conventional modules stay on the assembly mode of their start, with proof; canonical ones have none to leave.
-
-        Args:
-            y: Shape (..., w).
-            start: Canonical inputs on the wanted modes, shape (..., n); absent for those of the straight pose. What it
-                says of canonical modules is not looked at.
-
-        Returns:
-            q, shape (..., n).
+        Conventional modules stay on the assembly mode of their start, with proof. The start is canonical inputs on the
+        wanted modes, shape (..., n), or absent for the straight pose; entries of canonical modules are ignored.
 
         Raises:
             AssemblyError: A module does not assemble; it is named.
@@ -130,13 +115,7 @@ class MixedInputs:
         return q
 
     def rates(self, q: ArrayLike) -> Array:
-        """Rates of the canonical inputs per unit rate of each mixed one.
-
-        Args:
-            q: Canonical inputs, shape (..., n).
-
-        Returns:
-            dq/dy, shape (..., n, w).
+        """Rates of the canonical inputs per unit rate of each mixed one, dq/dy, shape (..., n, w), at q of shape (..., n).
 
         Raises:
             AssemblyError: As `Chain.lengths`.
@@ -154,11 +133,7 @@ class MixedInputs:
         return rates
 
     def tool(self, y: ArrayLike, start: ArrayLike | None = None) -> tuple[Array, Array, Array]:
-        """Tool and its geometric Jacobian by the mixed inputs.
-
-        Args:
-            y: Shape (..., w).
-            start: As in `canonical`.
+        """Tool and its geometric Jacobian by the mixed inputs y, shape (..., w), on the modes of a start as in `canonical`.
 
         Returns:
             Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, w): velocity of the
@@ -173,33 +148,14 @@ class MixedInputs:
         return position, direction, J @ self.rates(q)
 
     def nodes(self, y: ArrayLike, start: ArrayLike | None = None) -> tuple[Array, Array]:
-        """Positions of all nodes and their derivatives by the mixed inputs.
-
-        Args:
-            y: Shape (..., w).
-            start: As in `canonical`.
-
-        Returns:
-            Nodes, shape (..., N, 3), m, and dn/dy, shape (..., N, 3, w), in frame G.
-
-        Raises:
-            AssemblyError: As `canonical`.
-            SingularPoseError: A conventional module is singular; it is named.
-        """
+        """Nodes, shape (..., N, 3), m, and their derivatives dn/dy, shape (..., N, 3, w), in frame G; see `tool`."""
         q = self.canonical(y, start)
         nodes, J = self.chain.node_jacobian(q)
         return nodes, J @ self.rates(q)[..., None, :, :]
 
 
 def mix_inputs(chain: Chain, conventional: Collection[str]) -> MixedInputs:
-    """Say which modules of a chain take actuator lengths.
-
-    Args:
-        chain: The arm.
-        conventional: Names of active modules; all others take canonical inputs.
-
-    Returns:
-        The chain with mixed inputs.
+    """A chain of which the named active modules take actuator lengths, and all others canonical inputs.
 
     Raises:
         DescriptionError: A name is of no active module.

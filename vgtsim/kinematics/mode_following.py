@@ -1,14 +1,13 @@
 """Forward solutions that stay on the assembly mode of their start, with proof.
 
-A plain Newton iteration may land on any of a cell's sixteen assemblies. Here the lengths run from those of
-the start to those wanted, t from 0 to 1, and every step is cut until the theorem of Newton and Kantorovich
-holds from the present angles for every t of the step: beta K eta <= 1/2, with beta = |J^-1|, K a bound of the
-change of J per radian, and eta = |J^-1 F|. Then a ball about the angles holds exactly one assembly at every
-t, with a regular Jacobian, so it moves continuously, and Newton started at the angles ends on it: the mode
-of the start. Where no step passes, the path meets a singularity.
+A plain Newton iteration may land on any of a cell's sixteen assemblies. Here the lengths run from those of the start
+to the goal, t from 0 to 1. Every step is cut until the theorem of Newton and Kantorovich holds from the present angles
+for every t of the step: beta K eta <= 1/2, with beta = |J^-1|, K a bound of the change of J per radian, and eta =
+|J^-1 F|. Then a ball about the angles holds exactly one assembly at every t, with a regular Jacobian. So the assembly
+moves continuously, and Newton started at the angles ends on it. Where no step passes, the path meets a singularity.
 
-The bounds of the closure's change within a step come from its middle and its end; they are exact for closures
-that are quadratic in t, and of third order in the step otherwise.
+The bounds of the closure's change within a step come from its middle and its end; they are exact for closures that are
+quadratic in t, and of third order in the step otherwise.
 """
 
 from __future__ import annotations
@@ -49,15 +48,9 @@ class Followed:
 
 
 def follow(path: Path, start: ArrayLike) -> Followed:
-    """Carry assemblies along closures that change from t = 0 to t = 1.
+    """Carry assemblies, angles of shape (N, 3), rad, along closures that change from t = 0 to t = 1.
 
-    Args:
-        path: Gives the closures C, shape (5, 3, n), at t, shape (n,), of the members of the batch with
-            indices, shape (n,).
-        start: Angles that close at t = 0, shape (N, 3), rad.
-
-    Returns:
-        Angles at the end of the path, or where it met a singularity.
+    The path gives closures C, shape (5, 3, n), at t, shape (n,), of the members of the batch with indices, shape (n,).
     """
     # impossible lengths on the way give closures that are not numbers, which certify nothing: it ends there
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -109,16 +102,9 @@ def _polish(path: Path, phi: Array, reached: Array) -> Followed:
 
 
 def _certify(C: Array, middle: Array, end: Array, phi: Array) -> tuple[Array, Array]:
-    """Radius of the ball that holds the assembly, and beta K eta, over a step; infinite where J is singular.
+    """Radius of the ball that holds the assembly, rad, and beta K eta, over a step, shapes (n,); infinite where J is singular.
 
-    Args:
-        C: Closure at the beginning, shape (5, 3, n).
-        middle: Its change to the middle of the step, same shape.
-        end: Its change to the end.
-        phi: Angles, shape (3, n).
-
-    Returns:
-        Radius, rad, and beta K eta, each shape (n,).
+    C is the closure at the beginning, shape (5, 3, n); `middle` and `end` are its changes to there.
     """
     cosine, sine = np.cos(phi), np.sin(phi)
     p, q = closure_slopes(C, cosine, sine)
@@ -139,12 +125,10 @@ def _certify(C: Array, middle: Array, end: Array, phi: Array) -> tuple[Array, Ar
 
 
 def certify_box(C: Array, half: ArrayLike, phi: Array) -> tuple[Array, Array]:
-    """As for a step, over all squared edges within a box: the Jacobian does not depend on them.
+    """As for a step, over all squared edges within boxes: the Jacobian does not depend on them.
 
-    Args:
-        C: Closures at the boxes' centres, shape (5, 3, n), m².
-        half: Half edges of the boxes, shape (3,), m².
-        phi: Angles that close there, shape (n, 3), rad.
+    C are closures at the boxes' centres, shape (5, 3, n), m², `half` the half edges of the boxes, shape (3,), m², and
+    phi angles that close there, shape (n, 3), rad.
 
     Returns:
         Radius of the ball (in the greatest angle) that holds one assembly for each point of the box, rad, and eta
@@ -195,28 +179,19 @@ def _second_derivatives(
 
 
 def worst_row(left: Array, value: Array) -> NDArray[np.intp]:
-    """Row with most of what is lost at the smallest singular value.
+    """Row with most of what is lost at the smallest singular value, shape (...), the first of equals.
 
-    Args:
-        left: Left singular vectors, shape (..., n, n).
-        value: Singular values, falling, shape (..., n).
-
-    Returns:
-        Shape (...): the first of equals. All directions of one value count, because which of them come out is chance.
+    Left singular vectors have shape (..., n, n), falling singular values (..., n). All directions of one value count,
+    because which of them come out is chance.
     """
     same = value <= value[..., -1:] + _SAME_VALUE * value[..., :1]
     return first_greatest(np.sum(left**2 * same[..., None, :], axis=-1), axis=-1)
 
 
 def worst_direction(J: ArrayLike, scale: ArrayLike = 1.0) -> tuple[float, int]:
-    """How near a Jacobian of lengths is to losing rank, and by which length.
+    """Smallest singular value of J / scale, and the index of the row with most of its left singular vector.
 
-    Args:
-        J: Derivative of lengths, one row each, shape (n, n).
-        scale: Units of the columns, shape (n,).
-
-    Returns:
-        Smallest singular value of J / scale, and the index of the row with most of its left singular vector.
+    J are derivatives of lengths, one row each, shape (n, n); the scale has the units of the columns, shape (n,).
     """
     left, value, _ = np.linalg.svd(np.asarray(J, float) / np.asarray(scale, float))
     return float(value[-1]), int(worst_row(left, value))

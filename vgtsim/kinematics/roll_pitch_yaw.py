@@ -15,37 +15,25 @@ _UPRIGHT = 1e-12  # X axis this near to vertical, as cos(beta): roll and yaw tur
 
 
 def rotation(rpy: ArrayLike) -> Array:
-    """Rotation matrix of roll, pitch, yaw.
-
-    Args:
-        rpy: gamma, beta, alpha, shape (..., 3), rad.
-
-    Returns:
-        R, shape (..., 3, 3).
-
-    Source: equations 3.20 and 3.24.
-    """
+    """Rotation matrix, shape (..., 3, 3), of gamma, beta, alpha, shape (..., 3), rad (3.20 and 3.24)."""
     angle = np.asarray(rpy, float)
-    (cg, cb, ca), (sg, sb, sa) = (np.moveaxis(f(angle), -1, 0) for f in (np.cos, np.sin))
+    cos, sin = np.cos(angle), np.sin(angle)
+    cg, cb, ca = cos[..., 0], cos[..., 1], cos[..., 2]
+    sg, sb, sa = sin[..., 0], sin[..., 1], sin[..., 2]
+    along, across = ca * sb, sa * sb
     R = np.empty((*angle.shape, 3))
-    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = ca * cb, ca * sb * sg - sa * cg, ca * sb * cg + sa * sg
-    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = sa * cb, sa * sb * sg + ca * cg, sa * sb * cg - ca * sg
+    R[..., 0, 0], R[..., 0, 1], R[..., 0, 2] = ca * cb, along * sg - sa * cg, along * cg + sa * sg
+    R[..., 1, 0], R[..., 1, 1], R[..., 1, 2] = sa * cb, across * sg + ca * cg, across * cg - ca * sg
     R[..., 2, 0], R[..., 2, 1], R[..., 2, 2] = -sb, cb * sg, cb * cg
     return R
 
 
 def roll_pitch_yaw(R: ArrayLike) -> Array:
-    """Roll, pitch, yaw of a rotation matrix, in all three cases.
+    """gamma, beta, alpha, shape (..., 3), rad, of rotations, shape (..., 3, 3), in all three cases (3.21 to 3.23).
 
-    Args:
-        R: Rotations, shape (..., 3, 3).
-
-    Returns:
-        gamma, beta, alpha, shape (..., 3), rad; beta in [-pi/2, pi/2], alpha zero where X is vertical.
-
-    Source: equations 3.21 to 3.23.
-    Differs: X_Tz = -sin(beta), so X_Tz = +1 means beta = -90 degrees and X_Tz = -1 means +90 degrees; as
-    printed, 3.22 and 3.23 are exchanged.
+    beta is in [-pi/2, pi/2]; alpha is zero where X is vertical.
+    Differs: X_Tz = -sin(beta), so X_Tz = +1 means beta = -90 degrees and X_Tz = -1 means +90 degrees; as printed, 3.22
+    and 3.23 are exchanged.
     """
     R = np.asarray(R, float)
     level = np.hypot(R[..., 0, 0], R[..., 1, 0])
@@ -57,13 +45,9 @@ def roll_pitch_yaw(R: ArrayLike) -> Array:
 
 
 def angular_velocity_matrix(rpy: ArrayLike) -> Array:
-    """Angular velocity per unit rate of roll, pitch and yaw.
+    """E, shape (..., 3, 3), with omega = E d(rpy)/dt in the fixed frame, at gamma, beta, alpha, shape (..., 3), rad.
 
-    Args:
-        rpy: gamma, beta, alpha, shape (..., 3), rad.
-
-    Returns:
-        E with omega = E d(rpy)/dt in the fixed frame, shape (..., 3, 3); its determinant is cos(beta).
+    The determinant of E is cos(beta).
     """
     angle = np.asarray(rpy, float)
     beta, alpha = angle[..., 1], angle[..., 2]
@@ -79,32 +63,16 @@ def angular_velocity_matrix(rpy: ArrayLike) -> Array:
 
 
 def pose_transform(pose: ArrayLike) -> tuple[Array, Array]:
-    """Rotation and origin of a six-parameter pose.
+    """R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, of a pose, shape (..., 6) (3.24 and 3.25).
 
-    Args:
-        pose: x, y, z, m, then gamma, beta, alpha, rad, of frame T in frame B, shape (..., 6).
-
-    Returns:
-        R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
-
-    Source: equations 3.24 and 3.25.
+    A pose is x, y, z, m, then gamma, beta, alpha, rad, of frame T in frame B.
     """
     six = np.asarray(pose, float)
     return rotation(six[..., 3:]), six[..., :3]
 
 
 def pose_parameters(R: ArrayLike, P: ArrayLike) -> Array:
-    """Six parameters of a pose.
-
-    Args:
-        R: R_BT, shape (..., 3, 3).
-        P: P_BT, shape (..., 3), m.
-
-    Returns:
-        x, y, z, m, then gamma, beta, alpha, rad, shape (..., 6).
-
-    Source: equations 3.15 and 3.21 to 3.23.
-    """
+    """Pose, shape (..., 6), see `pose_transform`, of R_BT and P_BT (3.15 and 3.21 to 3.23)."""
     return np.concatenate([np.asarray(P, float), roll_pitch_yaw(R)], axis=-1)
 
 

@@ -13,16 +13,10 @@ Array = NDArray[np.float64]
 
 
 def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Array:
-    """Configurations with lengths evenly spread over the strokes, each on the assembly mode of the straight pose.
+    """Configurations q, shape (count, n), with lengths evenly spread over a part of the strokes about their middle.
 
-    Args:
-        chain: The arm.
-        count: Number of configurations.
-        seed: Of the random numbers.
-        part: Of each stroke that is used, about its middle.
-
-    Returns:
-        q, shape (count, n). Lengths that can only be come to through a singularity are drawn again.
+    Each is on the assembly mode of the straight pose. Lengths that only a way through a singularity reaches are drawn
+    again.
 
     Raises:
         SingularityError: Hardly any lengths can be reached.
@@ -50,15 +44,7 @@ def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Arr
 
 
 def singular_values(chain: Chain, q: Array) -> tuple[Array, Array]:
-    """How near each active module is to a singularity.
-
-    Args:
-        chain: The arm.
-        q: Inputs, shape (N, n).
-
-    Returns:
-        Smallest singular value of each module, a pure number, and the leg worst of it, shapes (N, A).
-    """
+    """Smallest singular value of each module, a pure number, and the leg worst of it, shapes (N, A), at q of shape (N, n)."""
     value, worst = np.empty((2, len(q), len(chain.layout.names)))
     for place in chain.layout.places:
         value[:, place.active], worst[:, place.active] = find_singular(place.modules, place.take(q))

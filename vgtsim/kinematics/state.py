@@ -62,79 +62,70 @@ class State:
 
     @cached_property
     def _local(self) -> Array:
-        """R_BT beside P_BT of every active module, shape (b, A, 3, 4)."""
+        """T_BT of every active module, shape (b, A, 4, 4)."""
         layout = self._layout
-        local = np.empty((len(self.q), len(layout.names), 3, 4))
+        local = np.zeros((len(self.q), len(layout.names), 4, 4))
+        local[..., 3, 3] = 1.0
         for place, part in zip(layout.places, self.parts, strict=True):
             R, P = part.transform
             if place.whole:
-                local[..., :3], local[..., 3] = R, P
+                local[..., :3, :3], local[..., :3, 3] = R, P
             else:
-                local[..., :3][:, place.active], local[..., 3][:, place.active] = R, P
+                local[..., :3, :3][:, place.active], local[..., :3, 3][:, place.active] = R, P
         return local
 
     @cached_property
     def base(self) -> Array:
         """Rotation beside centroid of the base of every active module and of the last face, in G, (b, A + 1, 3, 4)."""
-        layout, local = self._layout, self._local
-        turn, shift, turns = self.chain.steps
-        step = np.empty(local.shape)
-        step[..., :3] = local[..., :3] @ turn if turns else local[..., :3]
-        step[..., 3] = (local[..., :3] @ shift[..., None])[..., 0] + local[..., 3]
+        layout = self._layout
         base = np.empty((len(self.q), len(layout.names) + 1, 3, 4))
-        base[:, 0] = (self.chain.mount @ layout.root)[:3]
-        for a in range(len(layout.names)):
-            np.matmul(base[:, a, :, :3], step[:, a], out=base[:, a + 1])
-            base[:, a + 1, :, 3] += base[:, a, :, 3]
+        base[:, 0] = self.chain.root
+        along, steps = base.swapaxes(0, 1), (self._local @ layout.after).swapaxes(0, 1)
+        for own, step, following in zip(along[:-1], steps, along[1:], strict=True):
+            np.matmul(own, step, out=following)
         return base
 
     @cached_property
     def top(self) -> Array:
         """The same of the top of every active module, shape (b, A, 3, 4)."""
-        top = self.base[:, :-1, :, :3] @ self._local
-        top[..., 3] += self.base[:, :-1, :, 3]
-        return top
+        return self.base[:, :-1] @ self._local
 
     @cached_property
     def faces(self) -> Array:
         """Rotation beside origin of all K + 1 faces, the mast flange first, in G, shape (b, K + 1, 3, 4)."""
         layout = self._layout
         known = np.empty((len(self.q), len(layout.names) + 1, 3, 4))
-        known[:, 0], known[:, 1:] = self.chain.mount[:3], self.top
-        source, offset = np.take(known, layout.face_from, axis=1), layout.face_offset[:, :3]
-        if np.all(offset[:, :, :3] == np.eye(3)):  # sections without tilt or twist: faces are only shifted
-            source[..., 3] = place_points(offset[:, None, :, 3], source)[..., 0, :]
-            return source
-        faces = source[..., :3] @ offset
-        faces[..., 3] += source[..., 3]
-        return faces
+        known[:, 0] = self.chain.mount[:3]
+        np.matmul(self.base[:, :-1], self._local, out=known[:, 1:])
+        return known.take(layout.face_from, axis=1) @ layout.face_offset
 
     def face(self, face: int) -> tuple[Array, Array]:
-        """Frame of one face: 0 for the mast flange, k for the top of module k.
-
-        Returns:
-            R, shape (b, 3, 3), and P, shape (b, 3), m, in frame G.
-        """
+        """Frame of one face in G: 0 for the mast flange, k for the top of module k: R, (b, 3, 3), and P, (b, 3), m."""
         layout = self._layout
-        if face == len(layout.face_from) - 1:
-            return self.base[:, -1, :, :3], self.base[:, -1, :, 3]
         source, offset = int(layout.face_from[face]), layout.face_offset[face]
-        if source == 0:
-            T, count = self.chain.mount @ offset, len(self.q)
-            return np.broadcast_to(T[:3, :3], (count, 3, 3)), np.broadcast_to(T[:3, 3], (count, 3))
-        from_top = self.top[:, source - 1]
-        return from_top[..., :3] @ offset[:3, :3], from_top[..., :3] @ offset[:3, 3] + from_top[..., 3]
+        if face == len(layout.face_from) - 1:
+            frame = self.base[:, -1]
+        elif source == 0:
+            frame = np.broadcast_to((self.chain.mount @ offset)[:3], (len(self.q), 3, 4))
+        else:
+            frame = self.top[:, source - 1] @ offset
+        return frame[..., :3], frame[..., 3]
 
     @cached_property
     def nodes(self) -> Array:
         """Positions of all nodes in G, in the order of the truss, shape (b, N, 3), m."""
         layout, count = self._layout, len(self.q)
-        found = [place_points(layout.corners, self.faces).reshape(count, -1, 3)]
+        corners = layout.corners @ self.faces.swapaxes(-1, -2)
+        found = [corners.reshape(count, -1, 3)]
         for place, part in zip(layout.places, self.parts, strict=True):
             if place.modules.inner_count:
                 base = self.base[:, :-1] if place.whole else self.base[:, place.active]
-                found.append(place_points(part.inner, base).reshape(count, -1, 3))
-        return np.take(np.concatenate(found, axis=1), layout.order, axis=1)
+                inner = part.inner @ base[..., :3].swapaxes(-1, -2)
+                inner += base[..., None, :, 3]
+                found.append(inner.reshape(count, -1, 3))
+        if len(found) == 1 and layout.in_order:
+            return found[0]
+        return np.concatenate(found, axis=1).take(layout.order, axis=1)
 
     @cached_property
     def tool(self) -> tuple[Array, Array]:
@@ -145,32 +136,45 @@ class State:
     @cached_property
     def angular(self) -> Array:
         """Angular velocity of all beyond a module per input, shape (b, n, 3), in G."""
-        return self._turn(tuple(part.twist[0] for part in self.parts))
+        return self._spin.swapaxes(1, 2)
 
     @cached_property
     def linear(self) -> Array:
         """Velocity of that body's point at the origin of G per input, shape (b, n, 3), m."""
-        return self._slide - cross(self.angular, self._top_origins)
+        return self._move(-self.top[..., 3]).swapaxes(1, 2)
+
+    @cached_property
+    def _spin(self) -> Array:
+        """`angular` coordinate by coordinate, shape (b, 3, n)."""
+        return self._turn(tuple(part.twist[0] for part in self.parts))
 
     @cached_property
     def _slide(self) -> Array:
-        """Velocity of the origin of the module's top per input, shape (b, n, 3), m."""
+        """Velocity of the origin of the module's top per input, shape (b, 3, n), m."""
         return self._turn(tuple(part.twist[1] for part in self.parts))
 
-    @property
-    def _top_origins(self) -> Array:
-        """Origin of the top of each input's module, shape (b, n, 3), m."""
-        return np.take(self.top[..., 3], self._layout.owner, axis=1)
-
     def _turn(self, vectors: tuple[Array, ...]) -> Array:
-        """Vectors of all places' inputs, shape (b, M, inputs, 3), turned into G, in the chain's order, (b, n, 3)."""
-        turn, count = self.base[:, :-1], len(self.q)
-        if len(vectors) == 1:
-            return turn_vectors(vectors[0], turn).reshape(count, -1, 3)
-        whole = np.empty((count, self._layout.inputs, 3))
+        """Vectors of all places' inputs, shape (b, M, inputs, 3), turned into G, in the chain's order, (b, 3, n)."""
+        turn, count = self.base[:, :-1, :, :3], len(self.q)
+        whole = np.empty((count, 3, self._layout.inputs))
         for place, own in zip(self._layout.places, vectors, strict=True):
-            whole[:, place.columns] = turn_vectors(own, turn[:, place.active])
+            if place.whole:
+                into = whole.reshape(count, 3, *place.columns.shape).swapaxes(1, 2)
+                np.matmul(turn, own.swapaxes(2, 3), out=into)
+            else:
+                whole[:, :, place.columns] = (turn[:, place.active] @ own.swapaxes(2, 3)).swapaxes(1, 2)
         return whole
+
+    def _move(self, arm: Array, out: Array | None = None) -> Array:
+        """Velocity per input, shape (b, 3, n), m, of points an arm, shape (b, A, 3), from the tops of the modules."""
+        spin, slide = self._spin, self._slide
+        arm = arm.swapaxes(1, 2).take(self._layout.owner, axis=2)
+        J = np.empty(spin.shape) if out is None else out
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            own = np.multiply(spin[:, j], arm[:, k], out=J[:, i])
+            own -= spin[:, k] * arm[:, j]
+            own += slide[:, i]
+        return J
 
     @cached_property
     def legs(self) -> Array:
@@ -241,17 +245,15 @@ class State:
     def tool_jacobian(self) -> Array:
         """Velocity of the tool point over angular velocity of the tip plate per input, shape (b, 6, n), in G."""
         J = np.empty((len(self.q), 6, self._layout.inputs))
-        arm, angular, slide = self.tool[0][:, None] - self._top_origins, self.angular, self._slide
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            J[:, i] = slide[..., i] + angular[..., j] * arm[..., k] - angular[..., k] * arm[..., j]
-            J[:, 3 + i] = angular[..., i]
+        self._move(self.tool[0][:, None] - self.top[..., 3], J[:, :3])
+        J[:, 3:] = self._spin
         return J
 
     @cached_property
     def node_jacobian(self) -> Array:
         """Derivatives of all nodes by the inputs, shape (b, N, 3, n), in G."""
         layout = self._layout
-        spin, slide = (np.swapaxes(item, -1, -2)[:, None] for item in (self.angular, self.linear))
+        spin, slide = self._spin[:, None], self.linear.swapaxes(1, 2)[:, None]
         arm = [self.nodes[..., axis, None] for axis in range(3)]
         J = np.empty((*self.nodes.shape, layout.inputs))
         for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -263,26 +265,3 @@ class State:
                 rows, columns = place.nodes[:, :, None], place.columns[:, None, :]
                 np.swapaxes(J, -1, -2)[:, rows, columns] = np.swapaxes(turned, -1, -2)
         return J
-
-
-def turn_vectors(vectors: Array, frames: Array) -> Array:
-    """Vectors, shape (..., k, 3), turned by frames, shape (..., 3, 4): much faster than products of 3 by 3 matrices."""
-    turned = vectors[..., :1] * frames[..., None, :, 0]
-    turned += vectors[..., 1:2] * frames[..., None, :, 1]
-    turned += vectors[..., 2:] * frames[..., None, :, 2]
-    return turned
-
-
-def place_points(points: Array, frames: Array) -> Array:
-    """Points, shape (..., k, 3), m, of frames, shape (..., 3, 4): a rotation beside an origin."""
-    placed = turn_vectors(points, frames)
-    placed += frames[..., None, :, 3]
-    return placed
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Cross product along the last axis; several times faster than NumPy's on small arrays."""
-    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        result[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
-    return result

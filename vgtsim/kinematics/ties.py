@@ -13,14 +13,9 @@ _EQUAL = 1e-9  # of the largest size: rounding leaves 1e-12 of a force, and no r
 
 
 def first_greatest(values: ArrayLike, axis: int | None = None) -> NDArray[np.intp]:
-    """Index of the first value that is the greatest but for rounding.
+    """Index of the first value that is the greatest but for rounding, along an axis or of the flattened values.
 
-    Args:
-        values: Any shape; not a number counts as greater than any, as in NumPy.
-        axis: As for `numpy.argmax`; absent for an index into the flattened values.
-
-    Returns:
-        The index, or indices along the axis.
+    A value that is not a number counts as greater than any, as in NumPy.
     """
     size = np.asarray(values, float)
     size = np.where(np.isnan(size), np.inf, size)

@@ -16,16 +16,12 @@ Array = NDArray[np.float64]
 
 
 def triangle_nodes(sides: ArrayLike) -> Array:
-    """Corners of a triangle in its own frame.
+    """Corners of a triangle in its own frame, shape (..., 3 corners, 3), m; all z are zero.
 
-    Args:
-        sides: First-second, second-third, third-first, shape (..., 3), m.
-
-    Returns:
-        Corners, shape (..., 3 corners, 3), m; all z are zero.
+    Sides are first-second, second-third, third-first, shape (..., 3), m.
 
     Raises:
-        AssemblyError: The sides do not form a triangle; the residual is what the longest has too much.
+        AssemblyError: The sides do not form a triangle; the residual is the excess of the longest side.
     """
     s = np.asarray(sides, float)
     excess = 2 * np.max(s, axis=-1) - np.sum(s, axis=-1)
@@ -36,14 +32,7 @@ def triangle_nodes(sides: ArrayLike) -> Array:
 
 
 def place_triangle(sides: Array) -> Array:
-    """As `triangle_nodes`, but with corners that are not numbers where the sides do not close.
-
-    Args:
-        sides: First-second, second-third, third-first, shape (..., 3), m.
-
-    Returns:
-        Corners, shape (..., 3 corners, 3), m.
-    """
+    """As `triangle_nodes`, but with corners that are not numbers where the sides do not close."""
     s = sides
     first, foot = s[..., 2], (s[..., 2] ** 2 + s[..., 1] ** 2 - s[..., 0] ** 2) / (2 * s[..., 2])
     nodes = np.zeros((*s.shape, 3))
@@ -54,15 +43,9 @@ def place_triangle(sides: Array) -> Array:
 
 
 def triangle_frame(nodes: ArrayLike) -> tuple[Array, Array]:
-    """Frame of a face from its corners.
+    """Rotation, shape (..., 3, 3), and origin, shape (..., 3), m, of the frame on three corners, shape (..., 3, 3), m.
 
-    Args:
-        nodes: First, second, third corner, shape (..., 3, 3), m, in any frame F.
-
-    Returns:
-        Rotation to F, shape (..., 3, 3), and origin in F, shape (..., 3), m.
-
-    Source: equations 3.15 to 3.19, and 3.47 to 3.50 with the top nodes numbered 7 to 9.
+    Both are in the frame of the corners. Source: equations 3.15 to 3.19, and 3.47 to 3.50 with the top nodes 7 to 9.
     """
     n = np.asarray(nodes, float)
     along, other = n[..., 0, :] - n[..., 2, :], n[..., 1, :] - n[..., 2, :]

@@ -29,10 +29,9 @@ Index = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Member:
-    """One bar or cylinder.
+    """One bar or cylinder, for example `m2/longeron/1`.
 
     Attributes:
-        name: For example `m2/longeron/1`.
         role: `longeron`, `cross_longeron`, `batten` or `actuator`.
         ends: Indices of its two nodes; the ball joint is at the first, the closure at the second.
         module: Index of its module.
@@ -150,12 +149,6 @@ def make_truss(manipulator: Manipulator) -> Truss:
 
     A face's battens belong to the module below it, so neighbours share them; the mast flange and the tip plate are
     rigid and take the place of the first and the last three.
-
-    Args:
-        manipulator: The arm.
-
-    Returns:
-        Its truss.
     """
     nodes = [f"base/{corner + 1}" for corner in range(3)]
     owner, group = [-1] * 3, [0] * 3

@@ -61,14 +61,6 @@ def sample_workspace(chain: Chain, count: int, seed: int) -> Workspace:
 
     Collisions of the arm with itself are not looked at.
 
-    Args:
-        chain: The arm.
-        count: Number of configurations.
-        seed: Of the random numbers.
-
-    Returns:
-        The sample.
-
     Raises:
         SingularityError: Hardly any lengths can be reached.
     """

@@ -12,10 +12,9 @@ from vgtsim.graphics import mujoco
 from vgtsim.mjcf import build_model, fill_qpos, make_pose_map, retime
 from vgtsim.plant.addresses import find_addresses
 from vgtsim.plant.drives import Drive, find_drive
-from vgtsim.plant.recorder import Contact, Recorder
+from vgtsim.plant.recorder import Recorder
 from vgtsim.plant.springs import fit_springs
-from vgtsim.plant.state import PlantState
-from vgtsim.plant.watch import check_state, list_contacts, list_warnings, name_collision
+from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import settle
@@ -34,7 +33,7 @@ class Plant:
     Under rigid and hydraulic drives a contact is a collision, not a load: the first one stops the plant for good.
     Between two steps the plant holds the last command.
 
-    The drives change `model`; `data` is to be read only; `timestep` is in s.
+    The drives change `model`; `data` is to be read only; `timestep` is in s; `stopped` says why the plant cannot be stepped.
     """
 
     def __init__(
@@ -67,7 +66,7 @@ class Plant:
         self._recorder = Recorder(self._at)
         self._steps, self._wall = 0, 0.0
         self.record_rate = simulation.log_rate if record_rate is None else record_rate
-        self._stopped = _NEVER_RESET
+        self.stopped = _NEVER_RESET
 
     @property
     def record_rate(self) -> float:
@@ -91,11 +90,6 @@ class Plant:
         """Simulated time since the reset, s."""
         return self._steps * self.timestep
 
-    @property
-    def stopped(self) -> str:
-        """Why the plant cannot be stepped, or an empty string."""
-        return self._stopped
-
     def reset(self, lengths: ArrayLike | None = None, inputs: ArrayLike | None = None) -> PlantState:
         """Stand the arm in a posture, at rest and in equilibrium under its weight; time, log and goal start anew.
 
@@ -116,13 +110,13 @@ class Plant:
         else:
             q = _read_row("inputs", inputs, chain.straight.size)
         wanted, nodes = chain.lengths(q) if wanted is None else wanted, chain.nodes(q)
-        self._stopped = _NEVER_RESET  # until the arm stands
+        self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
         self._stand(nodes)
         self._find_equilibrium()
         self._recorder = Recorder(self._at)
-        self._steps, self._wall, self._stopped = 0, 0.0, ""
+        self._steps, self._wall, self.stopped = 0, 0.0, ""
         self.record_rate = self._record_rate
         self._goal, self._settled = -1, False
         self._touched: list[Contact] = []
@@ -164,7 +158,7 @@ class Plant:
         self._state, self._touched = None, []
         for _ in range(count):
             self._advance()
-            if self._stopped:
+            if self.stopped:
                 break
 
     @property
@@ -175,28 +169,38 @@ class Plant:
     @property
     def state(self) -> PlantState:
         """The state now; raises `StoppedError` before the first reset."""
-        if self._stopped == _NEVER_RESET:
+        if self.stopped == _NEVER_RESET:
             self._require_going()
         if self._state is None:
-            self._state = self._look()
+            data, at = self.data, self._at
+            mujoco.mj_kinematics(self.model, data)  # a step leaves the places of its begin
+            self._state = PlantState(
+                time=self.time,
+                commanded=np.array(self._commanded),
+                lengths=at.retracted + data.qpos[at.position],
+                rates=data.qvel[at.slide],
+                nodes=data.site_xpos[at.nodes],
+                tool_position=data.site_xpos[at.tool].copy(),
+                tool_rotation=data.xmat[at.tip].reshape(3, 3).copy(),
+                drive_force=self._drive.force(),
+                speed=self._speed(),
+                calm=self.calm,
+                contacts=tuple(self._touched),
+                stopped=self.stopped,
+            )
         return self._state
 
     @property
     def log(self) -> RunLog:
         """All records since the reset."""
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
-        performance = {
-            "simulated_s": simulated,
-            "wall_s": wall,
-            "real_time_factor": simulated / wall,
-            "steps": float(self._steps),
-            "nv": float(self.model.nv),
-        }
-        return self._recorder.make_log(list_warnings(self.data), performance, self._stopped)
+        performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
+        performance |= {"steps": float(self._steps), "nv": float(self.model.nv)}
+        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped)
 
     def _require_going(self) -> None:
-        if self._stopped:
-            raise StoppedError(self._stopped)
+        if self.stopped:
+            raise StoppedError(self.stopped)
 
     def _stand(self, nodes: Array) -> None:
         """Put the hubs at nodes, of the unloaded arm, shape (N, 3), m; an elastic arm sags to where it settles."""
@@ -247,7 +251,7 @@ class Plant:
         try:
             check_state(model, data)
         except DivergenceError as error:
-            self._stopped = str(error)
+            self.stopped = str(error)
             self._wall += time.perf_counter() - begin
             raise DivergenceError(error.time, error.row, error.value, self.log) from None
         if recorded:
@@ -286,25 +290,7 @@ class Plant:
         self._recorder.note_contacts(contacts)
         self._touched += contacts
         if contacts:
-            self._stopped = name_collision(contacts[0], self.site.task.simulation.drive)
-
-    def _look(self) -> PlantState:
-        data, at = self.data, self._at
-        mujoco.mj_kinematics(self.model, data)  # a step leaves the places of its begin
-        return PlantState(
-            time=self.time,
-            commanded=np.array(self._commanded),
-            lengths=at.retracted + data.qpos[at.position],
-            rates=data.qvel[at.slide],
-            nodes=data.site_xpos[at.nodes],
-            tool_position=data.site_xpos[at.tool].copy(),
-            tool_rotation=data.xmat[at.tip].reshape(3, 3).copy(),
-            drive_force=self._drive.force(),
-            speed=self._speed(),
-            calm=self.calm,
-            contacts=tuple(self._touched),
-            stopped=self._stopped,
-        )
+            self.stopped = name_collision(contacts[0], self.site.task.simulation.drive)
 
 
 def _read_row(what: str, values: ArrayLike | None, size: int) -> Array:

@@ -6,28 +6,20 @@ import importlib.metadata
 import platform
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
 from vgtsim.plant.addresses import Addresses
+from vgtsim.plant.watch import Contact
 from vgtsim.runlog import RunLog, empty_records
 
 Array = NDArray[np.float64]
 
 PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")  # whose versions a log tells
 _MAX_CONTACTS = 1000  # of one run; a collision under rigid drives ends it long before
-
-
-class Contact(NamedTuple):
-    """Two geoms that touch: when, s, which, and their gap, negative in penetration, m."""
-
-    time: float
-    first: str
-    second: str
-    gap: float
 
 
 @dataclass

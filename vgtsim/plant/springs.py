@@ -8,7 +8,6 @@ what is left may be negative, and the whole is stable at any step from beta = dt
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,9 @@ class Springs:
 
     Attributes:
         joints: Slides of the actuators, shape (J,).
-        retracted: Their lengths at zero slide, shape (J,), m.
+        position: Coordinates of the slides in qpos, shape (J,).
+        slide: Degrees of freedom of the slides, shape (J,).
+        retracted: Lengths at zero slide, shape (J,), m.
         excess: Damper over stiffness beyond what the integrator brings, s.
         period: Period of the slowest mode in the start posture, s.
     """
@@ -35,19 +36,11 @@ class Springs:
     model: mujoco.MjModel
     elastic: ElasticModel
     joints: NDArray[np.intp]
+    position: NDArray[np.intp]
+    slide: NDArray[np.intp]
     retracted: Array
     excess: float
     period: float
-
-    @cached_property
-    def position(self) -> NDArray[np.intp]:
-        """Coordinates of the slides in qpos, shape (J,)."""
-        return self.model.jnt_qposadr[self.joints]
-
-    @cached_property
-    def slide(self) -> NDArray[np.intp]:
-        """Degrees of freedom of the slides, shape (J,)."""
-        return self.model.jnt_dofadr[self.joints]
 
     def command(self, lengths: Array, rate: Array) -> None:
         """Set the unloaded lengths of the cylinders, shape (J,), m, and their rates, m/s."""
@@ -93,10 +86,13 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, site: Site, nodes: A
     actuators = [truss.members[i].name for i in truss.actuated]
     if not servo:
         data.eq_active[[model.equality(names.drive(name)).id for name in actuators]] = 0
+    joints = np.array([model.joint(names.slide(name)).id for name in actuators])
     return Springs(
         model=model,
         elastic=site.elastic_model,
-        joints=np.array([model.joint(names.slide(name)).id for name in actuators]),
+        joints=joints,
+        position=model.jnt_qposadr[joints],
+        slide=model.jnt_dofadr[joints],
         retracted=np.array([model.numeric(names.retracted(name)).data[0] for name in actuators]),
         excess=excess,
         period=1 / slowest,

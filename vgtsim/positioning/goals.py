@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
 from vgtsim.kinematics import Chain
-from vgtsim.kinematics.state import State, cross
+from vgtsim.kinematics.state import State
+from vgtsim.kinematics.vectors import cross
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

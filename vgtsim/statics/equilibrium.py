@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics import Truss
+from vgtsim.kinematics.vectors import cross, dot
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.vectors import cross, dot
 
 Array = NDArray[np.float64]
 

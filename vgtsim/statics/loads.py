@@ -24,8 +24,8 @@ from vgtsim.kinematics.inertia import (
     make_member_inertia,
     make_plate_inertia,
 )
+from vgtsim.kinematics.vectors import across, cross, dot
 from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.vectors import across, cross, dot
 
 Array = NDArray[np.float64]
 

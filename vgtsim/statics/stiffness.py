@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics import Truss
+from vgtsim.kinematics.vectors import cross
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import add_up, hub_loads, member_loads, tool_point
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
-from vgtsim.statics.vectors import cross
 
 Array = NDArray[np.float64]
 

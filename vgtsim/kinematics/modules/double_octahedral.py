@@ -28,6 +28,9 @@ _FLAT = 1 - 1e-12  # u_x² + u_y² of the normal from which u_z, by which is div
 _LOW = 0.98  # the same from which a mid-plane counts as lying flat: the inputs change their meaning at one
 _TOUCHING = 1e-12  # least square of the sine at a circle, where a plane only touches it and rates grow without bound
 
+_MIRROR = np.diag([1.0, 1.0, -1.0])  # the top is the base seen in the mid-plane: Z of T points away from the module
+_TWICE = np.array([2.0, 2.0, -2.0])  # the diagonal of the mirror, doubled
+
 # ends as (base | foot | head | top, corner); L1 to L12 of figure 3.10; without a joint offset foot and head are one
 _LONGERONS = (
     (("base", 0), ("foot", 0)),
@@ -57,7 +60,8 @@ class MidPlanes(ModuleState):
 
     @cached_property
     def _leaning(self) -> Array:
-        return self.x[..., 0] ** 2 + self.x[..., 1] ** 2
+        a, b = self.x[..., 0], self.x[..., 1]
+        return a * a + b * b
 
     @cached_property
     def placed(self) -> Mask:
@@ -73,14 +77,16 @@ class MidPlanes(ModuleState):
         else:
             g = np.where(placed[..., None], self.x, self.modules.straight)
             leaning = np.where(placed, self._leaning, 0.0)
-        return g, np.concatenate([g[..., :2], np.sqrt(1 - leaning)[..., None]], axis=-1)
+        U = np.empty(g.shape)
+        U[..., :2] = g[..., :2]
+        U[..., 2] = np.sqrt(1 - leaning)
+        return g, U
 
     @cached_property
     def transform(self) -> tuple[Array, Array]:
         """R_BT = (I - 2 U Uᵀ) diag(1, 1, -1) and P_BT = (2 d + Ljo) U: equations 3.52 to 3.54 in closed form."""
         g, U = self._sound
-        turn = np.eye(3) - 2 * U[..., :, None] * U[..., None, :]
-        turn[..., 2] *= -1
+        turn = _MIRROR - (U[..., None] * (U * _TWICE)[..., None, :])
         return turn, (2 * g[..., 2] + self.modules.geometry.joint_offset)[..., None] * U
 
     @cached_property
@@ -88,18 +94,19 @@ class MidPlanes(ModuleState):
         """[omega]x = dR Rᵀ with omega = 2 U x dU."""
         g, U = self._sound
         a, b, c = U[..., 0], U[..., 1], U[..., 2]
-        way = 2 * g[..., 2] + self.modules.geometry.joint_offset
+        way, twice = 2 * g[..., 2] + self.modules.geometry.joint_offset, 2 * U
         p, q = a / c, b / c  # -dU_z by u_x and u_y
+        across = twice[..., 0] * q
         spin, slide = np.zeros((2, *g.shape, 3))
-        spin[..., 0, 0] = -2 * a * q
+        spin[..., 0, 0] = -across
         spin[..., 0, 1] = 2 * (c + a * p)
-        spin[..., 0, 2] = -2 * b
+        spin[..., 0, 2] = -twice[..., 1]
         spin[..., 1, 0] = -2 * (b * q + c)
-        spin[..., 1, 1] = 2 * a * q
-        spin[..., 1, 2] = 2 * a
+        spin[..., 1, 1] = across
+        spin[..., 1, 2] = twice[..., 0]
         slide[..., 0, 0] = slide[..., 1, 1] = way
         slide[..., 0, 2], slide[..., 1, 2] = -way * p, -way * q
-        slide[..., 2, :] = 2 * U
+        slide[..., 2, :] = twice
         return spin, slide
 
     @cached_property
@@ -256,14 +263,10 @@ class DoubleOctahedra(ModuleSet):
         return (*own.face_side, *own.longeron, *own.joint_offset)
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """Conventional forward solution, each step proved to stay on the mode of the start.
+        """Conventional forward solution of lengths, shape (..., M, 3), m; each step is proved to stay on the mode of the start.
 
-        Args:
-            lengths: Shape (..., M, 3), m.
-            start: Shape (..., M, 3); absent for the straight modules with three equal actuators of the mean length.
-
-        Returns:
-            Mid-planes, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
+        The start has shape (..., M, 3); absent for the straight modules with three equal actuators of the mean length.
+        Returns mid-planes, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
         """
         phi, reached = self._follow(lengths, start)
         x = double.midplane_from_angles(self.geometry, phi)

@@ -186,14 +186,9 @@ class GeneralDoubleOctahedra(ModuleSet):
         return rows.states.reshape(*x.shape[:-1], 6)
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """As `two_cells.advance_lengths`, module by module.
+        """As `two_cells.advance_lengths`: inputs, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
 
-        Args:
-            lengths: Shape (..., M, 3), m.
-            start: Inputs on the wanted mode, shape (..., M, 3); absent for the straight poses.
-
-        Returns:
-            Inputs, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
+        Lengths have shape (..., M, 3), m; starts are inputs, absent for the straight poses.
         """
         x, reached = np.empty(lengths.shape), np.empty(lengths.shape[:-1])
         begin = self.begins if start is None else self._states(start)

@@ -63,13 +63,7 @@ class DoubleOctahedronGeometry:
 
 
 def normal(midplane: ArrayLike) -> Array:
-    """Unit normal of the mid-plane.
-
-    Args:
-        midplane: (u_x, u_y, d), shape (..., 3).
-
-    Returns:
-        U in frame B, shape (..., 3); u_z is positive.
+    """Unit normal U of mid-planes, shape (..., 3), in frame B; u_z is positive.
 
     Raises:
         ValueError: u_x² + u_y² is not below 1.
@@ -93,14 +87,9 @@ def find_misses(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
 
 
 def angles(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
-    """Canonical angles phi of mid-planes that meet the circles of the mid nodes, outward branch.
+    """Canonical angles phi, shape (..., M, 3), rad, of mid-planes that meet the circles of the mid nodes, outward branch.
 
-    Args:
-        geometry: Fixed dimensions.
-        midplane: (u_x, u_y, d), shape (..., M, 3).
-
-    Returns:
-        phi_1 to phi_3, shape (..., M, 3), rad; a quarter turn is an upright longeron triangle, more leans outward.
+    A quarter turn is an upright longeron triangle, more leans outward.
     """
     U = normal(midplane)
     lean, height = U @ INWARD.T, _column(geometry.height)
@@ -110,15 +99,7 @@ def angles(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
 
 
 def mid_nodes(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> Array:
-    """Nodes n4, n5, n6 from the canonical angles (equation 3.28).
-
-    Args:
-        geometry: Fixed dimensions.
-        phi: Angles, shape (..., 3), rad.
-
-    Returns:
-        Nodes in frame B, shape (..., 3, 3), node by node, m.
-    """
+    """Nodes n4, n5, n6 in frame B, shape (..., 3, 3), node by node, m, of angles phi, shape (..., 3), rad (3.28)."""
     phi = np.asarray(phi, float)
     height = _column(geometry.height)
     nodes = (height * np.cos(phi) - _column(geometry.apothem))[..., None] * INWARD
@@ -135,15 +116,7 @@ def tangents(geometry: DoubleOctahedronGeometry, phi: Array) -> Array:
 
 
 def midplane_from_angles(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> Array:
-    """Canonical forward solution: the plane through n4, n5, n6 (equations 3.28, 3.52, 3.53).
-
-    Args:
-        geometry: Fixed dimensions.
-        phi: Angles, shape (..., 3), rad.
-
-    Returns:
-        (u_x, u_y, d), shape (..., 3).
-    """
+    """Canonical forward solution: the plane (u_x, u_y, d) through n4, n5, n6, of angles phi (3.28, 3.52, 3.53)."""
     n = mid_nodes(geometry, phi)
     cross = _area(n)
     U = cross / np.linalg.norm(cross, axis=-1, keepdims=True)

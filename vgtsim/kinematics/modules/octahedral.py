@@ -19,7 +19,6 @@ from vgtsim.kinematics.modules.kind import Groups, Kind, PlannedMember
 from vgtsim.kinematics.modules.sets import Chord, Mask, ModuleSet, ModuleState, find_short
 from vgtsim.kinematics.modules.stroke_search import search_strokes
 from vgtsim.kinematics.roll_pitch_yaw import (
-    angular_velocity_matrix,
     pose_parameters,
     pose_transform,
     smallest_turn,
@@ -43,7 +42,7 @@ class Poses(ModuleState):
     @cached_property
     def placed(self) -> Mask:
         """Poses that are numbers."""
-        return np.all(np.isfinite(self.x), axis=-1)
+        return np.isfinite(self.x).all(axis=-1)
 
     @cached_property
     def _pose(self) -> Array:
@@ -68,23 +67,20 @@ class Poses(ModuleState):
         return pose_transform(self._pose)
 
     @cached_property
-    def _turning(self) -> Array:
-        """Angular velocity per rate of roll, pitch, yaw, shape (b, M, 3, 3)."""
-        return angular_velocity_matrix(self._pose[..., 3:])
-
-    @cached_property
     def twist(self) -> tuple[Array, Array]:
-        """The first three inputs move the origin, the others turn."""
+        """The first three inputs move the origin; roll turns about X of T, yaw about Z of B, pitch square to Z and X."""
+        yaw = self._pose[..., 5]
         spin, slide = np.zeros((2, *self.x.shape, 3))
-        spin[..., 3:, :] = np.swapaxes(self._turning, -1, -2)
-        slide[..., :3, :] = np.eye(3)
+        spin[..., 3, :] = self.transform[0][..., 0]
+        spin[..., 4, 0], spin[..., 4, 1] = -np.sin(yaw), np.cos(yaw)
+        spin[..., 5, 2] = slide[..., 0, 0] = slide[..., 1, 1] = slide[..., 2, 2] = 1.0
         return spin, slide
 
     @cached_property
     def legs(self) -> tuple[Array, Array]:
         """Lengths of all six longerons by 3.27, static ones too as the pose has them."""
         length, J = self.modules.leg_slopes(*self.transform)
-        return length, np.concatenate([J[..., :3], J[..., 3:] @ self._turning], axis=-1)
+        return length, np.concatenate([J[..., :3], J[..., 3:] @ self.twist[0][..., 3:, :].swapaxes(-1, -2)], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,14 +161,9 @@ class Octahedra(ModuleSet):
         return tuple(groups.items())
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """As `octahedron.advance`.
+        """As `octahedron.advance`: poses, shape (..., M, 6), and the fraction of the way covered, shape (..., M).
 
-        Args:
-            lengths: Of all longerons, shape (..., M, 6), m.
-            start: Poses on the wanted mode, shape (..., M, 6); absent for the straight ones.
-
-        Returns:
-            Poses, shape (..., M, 6), and the fraction of the way covered, shape (..., M).
+        Lengths are of all longerons, shape (..., M, 6), m; starts are poses, absent for the straight ones.
         """
         x, reached = np.empty(lengths.shape), np.empty(lengths.shape[:-1])
         near = np.broadcast_to(self.straight if start is None else start, lengths.shape)

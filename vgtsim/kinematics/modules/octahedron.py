@@ -1,13 +1,10 @@
 """The longeron-actuated octahedral module, a Stewart platform (section 3.4); all its lengths may differ.
 
-Frame B sits on the base triangle n1 n2 n3 and frame T on the top triangle n4 n5 n6, each as in `triangle`.
-Its canonical input is the pose: rotation R_BT and origin P_BT of frame T in frame B, from which everything
-follows in closed form. `roll_pitch_yaw` turns the rotation into three angles. The conventional input is the
-six longeron lengths
+Frame B sits on the base triangle n1 n2 n3 and frame T on the top triangle n4 n5 n6, each as in `triangle`. The
+canonical input is the pose: R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, the rotation and the origin of T in
+B. In this file R and P are this pose. The conventional input is the six longeron lengths, shape (..., 6), m:
 
     l1 = n1 n4, l2 = n2 n5, l3 = n3 n6, l4 = n3 n4, l5 = n1 n5, l6 = n2 n6.
-
-Arrays carry any leading batch dimensions, written `...`.
 """
 
 from __future__ import annotations
@@ -32,6 +29,7 @@ from vgtsim.kinematics.closure import (
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
+from vgtsim.kinematics.vectors import cross
 
 Array = NDArray[np.float64]
 
@@ -76,56 +74,22 @@ class OctahedronGeometry:
 
 
 def top_nodes(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
-    """Nodes of the top triangle in frame B.
-
-    Args:
-        geometry: Fixed dimensions.
-        R: R_BT, shape (..., 3, 3).
-        P: P_BT, shape (..., 3), m.
-
-    Returns:
-        n4, n5, n6, shape (..., 3, 3), m.
-
-    Source: equations 3.25 and 3.26.
-    """
+    """n4, n5, n6 in frame B, shape (..., 3, 3), m, of a pose (3.25 and 3.26)."""
     return geometry.top_nodes @ np.swapaxes(np.asarray(R, float), -1, -2) + np.asarray(P, float)[..., None, :]
 
 
 def lengths(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
-    """All six longeron lengths of a pose, whatever the static ones should be.
-
-    Args:
-        geometry: Fixed dimensions.
-        R: R_BT, shape (..., 3, 3).
-        P: P_BT, shape (..., 3), m.
-
-    Returns:
-        l1 to l6, shape (..., 6), m.
-
-    Source: equation 3.27.
-    """
+    """l1 to l6, shape (..., 6), m, of a pose, whatever the static ones should be (3.27)."""
     top = top_nodes(geometry, R, P)
     return np.linalg.norm(top[..., LEGS[:, 1], :] - geometry.base_nodes[LEGS[:, 0]], axis=-1)
 
 
 def inverse(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike, tolerance: float = STATIC_TOLERANCE) -> Array:
-    """Inverse solution: the longeron lengths of a pose that the module can take.
-
-    Args:
-        geometry: Fixed dimensions.
-        R: R_BT, shape (..., 3, 3).
-        P: P_BT, shape (..., 3), m.
-        tolerance: Greatest error of a static longeron's length, m.
-
-    Returns:
-        l1 to l6, shape (..., 6), m.
+    """Inverse solution (section 3.4.2): l1 to l6, shape (..., 6), m, of a pose that the module can take.
 
     Raises:
-        AssemblyError: A static longeron would need another length: the pose lies outside the (6 -
-            k)-dimensional subspace of the module. The residual is the greatest such error; the longeron is
-            named.
-
-    Source: section 3.4.2.
+        AssemblyError: A static longeron, which is named, would need another length by more than the tolerance, m: the
+            pose is outside the (6 - k)-dimensional subspace of the module. The residual is the greatest such error.
     """
     result = lengths(geometry, R, P)
     fixed = np.array([np.nan if item is None else item for item in geometry.static])
@@ -158,14 +122,9 @@ def all_lengths(geometry: OctahedronGeometry, actuated: ArrayLike) -> Array:
 
 
 def home(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Array, Array]:
-    """A pose on the working mode for about these lengths: top parallel to base, top nodes over base edges.
+    """A pose on the working mode: the top parallel to the base, its nodes over the base edges.
 
-    Args:
-        geometry: Fixed dimensions.
-        longerons: l1 to l6, shape (..., 6), m.
-
-    Returns:
-        R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m; its own lengths are only near the given ones.
+    The lengths of the pose are only near the given ones, l1 to l6, shape (..., 6), m.
     """
     base, top = geometry.base_nodes[:, :2], geometry.top_nodes[:, :2]
     middle = (base[LOWER[:, 0]] + base[LOWER[:, 1]]) / 2
@@ -182,28 +141,17 @@ def home(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Array, Arr
 def forward(
     geometry: OctahedronGeometry, longerons: ArrayLike, start: tuple[ArrayLike, ArrayLike] | None = None
 ) -> tuple[Array, Array]:
-    """Forward solution on the assembly mode of its start.
+    """Forward solution: pose of longerons l1 to l6, shape (..., 6), m, on the assembly mode of its start.
 
-    The path from the lengths of the start to those wanted is straight in the foot points and altitudes of the
-    equivalent mechanism (3.6 and 3.7), so every longeron pair on it assembles.
-
-    Args:
-        geometry: Fixed dimensions.
-        longerons: l1 to l6, shape (..., 6), m.
-        start: R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, of a pose on the wanted mode; absent for
-            `home`.
-
-    Returns:
-        R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
+    The path from the lengths of the start (`home` if there is none) to the given lengths is straight in the foot
+    points and altitudes of the equivalent mechanism (3.6 and 3.7), so every longeron pair on it assembles.
 
     Raises:
-        AssemblyError: A longeron pair does not assemble, or a singularity lies between the start and the
-            given lengths: a solution beyond it would be on another mode. The detail has the smallest singular
-            value and the member.
+        AssemblyError: A longeron pair does not assemble, or a singularity lies between. The detail has the smallest
+            singular value and the member.
 
     Source: equations 3.5 to 3.18.
-    Differs: undamped steps, each proved to stay on the mode; the dissertation limits the range of phi
-    instead.
+    Differs: undamped steps, each proved to stay on the mode; the dissertation limits the range of phi instead.
     """
     wanted = np.asarray(longerons, float)
     R, P = home(geometry, wanted) if start is None else start
@@ -219,15 +167,11 @@ def forward(
 
 
 def advance(geometry: OctahedronGeometry, longerons: Array, start: tuple[Array, Array]) -> tuple[Array, Array, Array]:
-    """As `forward`, but reports how far it got where it met a singularity or impossible lengths.
-
-    Args:
-        geometry: Fixed dimensions.
-        longerons: l1 to l6, shape (N, 6), m.
-        start: R_BT, shape (N, 3, 3), and P_BT, shape (N, 3), m, on the wanted mode.
+    """As `forward`, from lengths and starts of N modules, but no error.
 
     Returns:
-        R_BT and P_BT where it ended, and the fraction of the way covered, shape (N,).
+        R_BT and P_BT where each ended, and the fraction of the way covered, shape (N,): below one where it met a
+        singularity or impossible lengths.
     """
     with np.errstate(invalid="ignore"):
         goal = place_circles(geometry.base_nodes, longerons, LOWER)
@@ -285,39 +229,26 @@ def _singular(
 
 
 def length_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
-    """Longeron lengths and their derivative with respect to the motion of the top.
+    """l1 to l6, shape (..., 6), m, of a pose, and dl/dtwist, shape (..., 6, 6).
 
-    Args:
-        geometry: Fixed dimensions.
-        R: R_BT, shape (..., 3, 3).
-        P: P_BT, shape (..., 3), m.
-
-    Returns:
-        l1 to l6, shape (..., 6), m, and dl/dtwist, shape (..., 6, 6): per velocity of T's origin, then per
-        angular velocity of T, both in frame B.
+    The twist is the velocity of the origin of T, then the angular velocity of T, in frame B.
     """
     top = top_nodes(geometry, R, P)[..., LEGS[:, 1], :]
     return leg_jacobian(geometry.base_nodes[LEGS[:, 0]], top, P)
 
 
 def leg_jacobian(lower: ArrayLike, upper: ArrayLike, origin: ArrayLike) -> tuple[Array, Array]:
-    """Lengths of legs and their derivative with respect to the motion of the body at their upper ends.
+    """Lengths of legs, shape (..., 6), m, and their derivative by the motion of the body at the upper ends, (..., 6, 6).
 
-    Args:
-        lower: Lower ends, shape (..., 6, 3), m.
-        upper: Upper ends, shape (..., 6, 3), m.
-        origin: Reference point of the body, shape (..., 3), m, in the same frame.
-
-    Returns:
-        Lengths, shape (..., 6), m, and their derivative per velocity of the reference point, then per angular
-        velocity, shape (..., 6, 6).
+    The motion is the velocity of a reference point of the body, then its angular velocity. Ends have shape (..., 6,
+    3), the reference point, `origin`, (..., 3), m, in one frame.
     """
     upper = np.asarray(upper, float)
     span = upper - np.asarray(lower, float)
-    length = np.linalg.norm(span, axis=-1)
+    length = np.sqrt(np.einsum("...i,...i->...", span, span))
     unit = span / length[..., None]
     arm = upper - np.asarray(origin, float)[..., None, :]
-    return length, np.concatenate([unit, np.cross(arm, unit)], axis=-1)
+    return length, np.concatenate([unit, cross(arm, unit)], axis=-1)
 
 
 def twist_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
@@ -339,27 +270,16 @@ def twist_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> 
 
 
 def singularity(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[float, int]:
-    """How near a pose is to a singularity, and which longeron is the worst of it.
+    """Smallest singular value of dl/dtwist of one pose, and the index of the longeron with most of the lost length change.
 
-    Args:
-        geometry: Fixed dimensions.
-        R: R_BT, shape (3, 3).
-        P: P_BT, shape (3,), m.
-
-    Returns:
-        Smallest singular value of dl/dtwist with rotations in units of `OctahedronGeometry.radius` (a pure number), and
-        the index of the longeron that has most of the length change lost there.
+    The value is a pure number: rotations are in units of `OctahedronGeometry.radius`.
     """
     _, J = length_jacobian(geometry, R, P)
     return worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
 
 
 def angles(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
-    """Angles of the equivalent mechanism of a pose R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
-
-    Returns:
-        phi_1 to phi_3, shape (..., 3), rad.
-    """
+    """Angles phi_1 to phi_3 of the equivalent mechanism of a pose, shape (..., 3), rad."""
     nodes = top_nodes(geometry, R, P)
     return circle_angles(_circles(geometry, _leg_lengths(geometry, nodes)), nodes)
 

@@ -227,15 +227,10 @@ class ModuleSet(ABC):
         return False
 
     def lay(self, m: int, chord: Chord, share: Array) -> tuple[Array, Array, Array]:
-        """Inputs of module m, shape (inputs,), that bring what follows onto a chord.
+        """Inputs of module m, shape (inputs,), that bring what follows onto a chord; the module `lies`.
 
-        Args:
-            m: The module; it `lies`.
-            chord: Where the static sections that follow it are to lie.
-            share: Turn of its top about the top's own normal, shape (3, 3), where that can be chosen.
-
-        Returns:
-            Inputs, R_BT, shape (3, 3), and where the chord then ends, shape (3,), m.
+        `share` is the turn of its top about the top's normal, shape (3, 3), where that can be chosen. Returns the
+        inputs, R_BT, shape (3, 3), and where the chord then ends, shape (3,), m.
         """
         raise NotImplementedError
 

@@ -1,9 +1,9 @@
 """Static sections: two face triangles held together by longerons and diagonals (section 3.6).
 
-All that the chain needs of a section is the transform from its top face to its base; it comes from dimensions
-or from a measurement. The members follow from the nodes: longerons 1 to 3 join corners 1 to 3 of the base to
-those of the top, cross-longerons 1 to 3 join corners 1 to 3 of the base to corners 2, 3, 1 of the top,
-battens 1 to 3 are the edges 12, 23, 31 of the top. The base battens belong to the module below.
+All that the chain needs of a section is the transform from its top face to its base; it comes from dimensions or from
+a measurement. Longerons 1 to 3 join corners 1 to 3 of the base to those of the top, cross-longerons 1 to 3 join
+corners 1 to 3 of the base to corners 2, 3, 1 of the top, battens 1 to 3 are the edges 12, 23, 31 of the top. The base
+battens belong to the module below.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def make_section(
     tilt: tuple[float, float] = (0.0, 0.0),
     twist: float = 0.0,
 ) -> StaticSection:
-    """Section from its dimensions.
+    """Section from its dimensions (section 3.6 and figure 3.14).
 
     Args:
         base: Sides 12, 23, 31 of the base triangle, m.
@@ -115,29 +115,16 @@ def make_section(
         tilt: Roll about X_B and pitch about Y_B of the top face, rad: end faces that are not parallel.
         twist: Turn of the top face about its own normal, rad.
 
-    Returns:
-        The section.
-
     Raises:
         AssemblyError: Sides that form no triangle.
         TrussError: The members do not hold the faces; the member is named.
-
-    Source: section 3.6 and figure 3.14.
     """
     R = rotation([tilt[0], tilt[1], 0.0]) @ rotation([0.0, 0.0, twist])
     return StaticSection(base, base if top is None else top, R, np.array([0.0, 0.0, length]))
 
 
 def section_from_transform(base: Sides, top: Sides, T_BT: ArrayLike) -> StaticSection:
-    """Section from a measured transform.
-
-    Args:
-        base: Sides 12, 23, 31 of the base triangle, m.
-        top: Sides 12, 23, 31 of the top triangle, m.
-        T_BT: Frame T in frame B, shape (4, 4).
-
-    Returns:
-        The section.
+    """Section from a measured transform T_BT, shape (4, 4), and sides 12, 23, 31 of its triangles, m.
 
     Raises:
         AssemblyError: The upper left block is not a rotation, by more than a measurement's rounding.

@@ -33,12 +33,7 @@ _CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 def prove_strokes(own: DoubleOctahedra, low: Array, high: Array) -> int:
-    """Prove that the strokes of a double octahedron are clear of singularities.
-
-    Args:
-        own: A set of this module alone.
-        low: Least actuator lengths, shape (3,), m.
-        high: Greatest, shape (3,), m.
+    """Prove that a double octahedron, a set of one, has no singularity within actuator lengths low to high, shape (3,), m.
 
     Returns:
         Number of boxes that the proof took.

@@ -22,19 +22,13 @@ _SHRINK = 0.6  # of the search's radius from round to round
 
 
 def search_strokes(own: ModuleSet, low: Array, high: Array, seed: int = 0) -> float:
-    """Search the strokes of one module for a singularity.
-
-    Args:
-        own: A set of this module alone.
-        low: Least lengths of its k actuators, shape (k,), m.
-        high: Greatest, shape (k,), m.
-        seed: Of the random numbers.
+    """Search the strokes of one module, a set of one, for a singularity; k actuators of lengths low to high, shape (k,), m.
 
     Returns:
         The least of the smallest singular values that were met, a pure number.
 
     Raises:
-        AssemblyError: Two longerons do not meet over their edge, or three actuators make no triangle, within their strokes.
+        AssemblyError: Two longerons do not meet over their edge, or three actuators make no triangle within the strokes.
         SingularityError: One was met on the way to somewhere within the strokes.
     """
     rng, size = np.random.default_rng(seed), len(low)

@@ -50,7 +50,8 @@ class HingeState(ModuleState):
     @cached_property
     def _theta(self) -> Array:
         """Shape (b, M), rad; straight where the input is no number."""
-        return np.where(self.placed, self.x[..., 0], self.modules.straight[:, 0])
+        angle, placed = self.x[..., 0], self.placed
+        return angle if placed.all() else np.where(placed, angle, self.modules.straight[:, 0])
 
     @cached_property
     def kept(self) -> Mask:
@@ -67,21 +68,21 @@ class HingeState(ModuleState):
         """Equation 3.4."""
         angle = self._theta
         cosine, sine = np.cos(angle), np.sin(angle)
-        R = np.zeros((*angle.shape, 3, 3))
+        R, P = np.zeros((*angle.shape, 3, 3)), np.zeros((*angle.shape, 3))
         R[..., 0, 0] = 1.0
         R[..., 1, 1], R[..., 1, 2], R[..., 2, 1], R[..., 2, 2] = cosine, -sine, sine, cosine
         third = self.modules.height / 3
-        return R, np.stack([np.zeros_like(angle), -third * (1 - cosine), third * sine], axis=-1)
+        P[..., 1], P[..., 2] = third * (cosine - 1), third * sine
+        return R, P
 
     @cached_property
     def twist(self) -> tuple[Array, Array]:
         """A turn about X through the hinge line."""
-        angle = self._theta
-        third = self.modules.height / 3
-        spin = np.zeros((*angle.shape, 1, 3))
+        R, third = self.transform[0], self.modules.height / 3
+        spin, slide = np.zeros((2, *self.x.shape, 3))
         spin[..., 0] = 1.0
-        slide = np.stack([np.zeros_like(angle), -third * np.sin(angle), third * np.cos(angle)], axis=-1)
-        return spin, slide[..., None, :]
+        slide[..., 0, 1], slide[..., 0, 2] = third * R[..., 1, 2], third * R[..., 1, 1]
+        return spin, slide
 
     @cached_property
     def legs(self) -> tuple[Array, Array]:
@@ -142,16 +143,10 @@ class Hinges(ModuleSet):
         return tuple(self.sides[m].tolist())
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """Closed form, on the side of the flat pose on which the start is.
+        """Hinge angles, shape (..., M, 1), rad, in closed form, on the side of the flat pose on which the start is.
 
-        Args:
-            lengths: Shape (..., M, 1), m.
-            start: Shape (..., M, 1), rad; absent for the working branch.
-
-        Returns:
-            Hinge angles, shape (..., M, 1), rad, and one where the length is below the flat pose's, shape (..., M).
-
-        Source: equation 3.2. Differs: as twice an arcsine, which is exact near theta = 0.
+        The second result, shape (..., M), is one where the length is below the flat pose's. A start that is absent
+        means the working branch. Source: equation 3.2. Differs: as twice an arcsine, which is exact near theta = 0.
         """
         ratio = lengths / (2 * self.height[:, None])
         theta = 2 * np.arcsin(np.clip(ratio, 0.0, 1.0))

@@ -27,14 +27,9 @@ Array = NDArray[np.float64]
 
 
 def jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
-    """Motion of the top per unit rate of the canonical input, in closed form.
+    """Motion of the top per unit rate of phi_1 to phi_3 at a state, shape (..., 6, 3), in closed form.
 
-    Args:
-        geometry: Fixed dimensions.
-        state: phi_1 to phi_6, shape (..., 6), rad.
-
-    Returns:
-        Velocity of T's origin over angular velocity of T in frame B, shape (..., 6, 3).
+    The motion is the velocity of the origin of T, then the angular velocity of T, in frame B.
 
     Raises:
         SingularPoseError: The upper cell is singular.
@@ -51,27 +46,15 @@ def jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
 
 
 def upper_jacobian(points: Array) -> tuple[Array, Array]:
-    """Upper longerons and their derivative with respect to the motion of the top.
-
-    Args:
-        points: All moving nodes in frame B, shape (..., 9, 3), m.
-
-    Returns:
-        L7 to L12, shape (..., 6), m, and dL/dtwist, shape (..., 6, 6).
-    """
+    """L7 to L12, shape (..., 6), m, of all moving nodes, shape (..., 9, 3), m, and dL/dtwist, shape (..., 6, 6)."""
     origin = np.mean(points[..., 6:, :], axis=-2)
     return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)
 
 
 def mid_velocities(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
-    """Derivative of the mid-plane's nodes with respect to the canonical input.
+    """Derivatives of n4, n5, n6, n4', n5', n6' in frame B by phi_1 to phi_3, shape (..., 6 nodes, 3, 3 inputs), m/rad.
 
-    Args:
-        geometry: Fixed dimensions.
-        phi: phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
-
-    Returns:
-        Of n4, n5, n6, n4', n5', n6' in frame B, shape (..., 6 nodes, 3 coordinates, 3 inputs), m/rad.
+    Angles are phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
     """
     angles = np.asarray(phi, float)
     points = mid_nodes(geometry, angles)
@@ -88,19 +71,10 @@ def mid_velocities(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
 
 
 def length_jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[Array, Array]:
-    """Actuator lengths, and the motion of the top per unit rate of each by the chain rule.
-
-    Args:
-        geometry: Fixed dimensions.
-        state: phi_1 to phi_6, shape (..., 6), rad.
-
-    Returns:
-        l1, l2, l3, shape (..., 3), m, and dtwist/dl, shape (..., 6, 3).
+    """l1, l2, l3, shape (..., 3), m, of a state, and dtwist/dl of the top, shape (..., 6, 3), by the chain rule (section 3.2).
 
     Raises:
         SingularPoseError: Either cell is singular.
-
-    Source: section 3.2.
     """
     angles = np.asarray(state, float)
     usual = float(np.mean(geometry.circles.radius))
@@ -109,16 +83,12 @@ def length_jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[Array,
 
 
 def singularity(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[float, str]:
-    """How near a state is to a singularity of either cell, and by which member.
-
-    Args:
-        geometry: Fixed dimensions.
-        state: phi_1 to phi_6, shape (6,), rad.
+    """How near one state is to a singularity of either cell, and the member with most of the lost length change.
 
     Returns:
-        The smaller of two pure numbers, and the member that has most of the length change lost there: the
-        smallest singular values of dl/dphi over the mean radius of the circles, and of dL/dtwist of the upper
-        longerons with rotations in units of `TwoCellGeometry.radius`.
+        The smaller of two pure numbers, and the member. The numbers are the smallest singular values of dl/dphi over
+        the mean radius of the circles, and of dL/dtwist of the upper longerons with rotations in units of
+        `TwoCellGeometry.radius`.
     """
     angles = np.asarray(state, float)
     value, row = worst_direction(angle_jacobian(geometry, angles), float(np.mean(geometry.circles.radius)))

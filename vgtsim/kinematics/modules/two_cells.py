@@ -82,14 +82,7 @@ class TwoCellGeometry:
 
 
 def upper_circles(geometry: TwoCellGeometry, actuators: ArrayLike) -> Circles:
-    """Circles of n7, n8, n9 in the frame of the mid-plane triangle n4' n5' n6'.
-
-    Args:
-        geometry: Fixed dimensions.
-        actuators: l1, l2, l3, shape (..., 3), m.
-
-    Returns:
-        The circles.
+    """Circles of n7, n8, n9 in the frame of the mid-plane triangle n4' n5' n6', of l1 to l3, shape (..., 3), m.
 
     Raises:
         AssemblyError: The actuators do not form a triangle, or two longerons do not meet over one.
@@ -100,47 +93,20 @@ def upper_circles(geometry: TwoCellGeometry, actuators: ArrayLike) -> Circles:
 
 
 def actuator_lengths(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
-    """Actuator lengths of the canonical input, in closed form.
-
-    Args:
-        geometry: Fixed dimensions.
-        phi: phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
-
-    Returns:
-        l1, l2, l3, shape (..., 3), m.
-
-    Source: equations 3.28 and 3.32.
-    """
+    """l1, l2, l3, shape (..., 3), m, of phi_1 to phi_3 or of a state, shape (..., 3) or (..., 6) (3.28, 3.32)."""
     return _distances(mid_nodes(geometry, phi))
 
 
 def mid_nodes(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
-    """Nodes of the mid-plane from the canonical input.
+    """n4, n5, n6 in frame B, shape (..., 3, 3), m, of phi_1 to phi_3 or of a state, shape (..., 3) or (..., 6) (3.28).
 
-    Args:
-        geometry: Fixed dimensions.
-        phi: phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
-
-    Returns:
-        n4, n5, n6 in frame B, shape (..., 3, 3), m; the primed ones lie Ljo along the normal from them.
-
-    Source: equation 3.28.
+    The primed nodes lie Ljo along the normal from them.
     """
     return circle_nodes(geometry.circles, np.asarray(phi, float)[..., :3])
 
 
 def nodes(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
-    """All moving nodes of a state.
-
-    Args:
-        geometry: Fixed dimensions.
-        state: phi_1 to phi_6, shape (..., 6), rad.
-
-    Returns:
-        n4, n5, n6, n4', n5', n6', n7, n8, n9 in frame B, shape (..., 9, 3), m.
-
-    Source: equations 3.28 and 3.41.
-    """
+    """n4, n5, n6, n4', n5', n6', n7, n8, n9 in frame B, shape (..., 9, 3), m, of a state (3.28 and 3.41)."""
     angles = np.asarray(state, float)
     mid = mid_nodes(geometry, angles)
     R, P = triangle_frame(mid)
@@ -151,29 +117,14 @@ def nodes(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
 
 
 def transform(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[Array, Array]:
-    """Rotation and origin of frame T in frame B.
-
-    Args:
-        geometry: Fixed dimensions.
-        state: phi_1 to phi_6, shape (..., 6), rad.
-
-    Returns:
-        R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m.
-
-    Source: equations 3.47 to 3.51, with the top nodes numbered 7 to 9.
-    """
+    """R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, of a state: 3.47 to 3.51 with the top nodes 7 to 9."""
     return triangle_frame(nodes(geometry, state)[..., 6:, :])
 
 
 def home(geometry: TwoCellGeometry, actuators: ArrayLike) -> Array:
-    """A state on the working mode, near the one with these lengths: mid-plane nodes out, top above.
+    """A state on the working mode: mid-plane nodes out, top above.
 
-    Args:
-        geometry: Fixed dimensions.
-        actuators: l1, l2, l3, shape (..., 3), m.
-
-    Returns:
-        State, shape (..., 6), rad; its lengths are only near the given ones.
+    The lengths of the state are only near the given ones, l1 to l3, shape (..., 3), m.
 
     Raises:
         AssemblyError: The upper cell cannot be assembled there.
@@ -193,15 +144,9 @@ def home(geometry: TwoCellGeometry, actuators: ArrayLike) -> Array:
 
 
 def forward(geometry: TwoCellGeometry, phi: ArrayLike, start: ArrayLike | None = None) -> Array:
-    """Canonical forward solution: lower cell in closed form, upper by its closure on the mode of the start.
+    """Canonical forward solution: the state of phi_1 to phi_3, shape (..., 3), rad, on the mode of the start.
 
-    Args:
-        geometry: Fixed dimensions.
-        phi: phi_1 to phi_3, shape (..., 3), rad.
-        start: State on the wanted mode, shape (..., 6); absent for `home` at the same lengths.
-
-    Returns:
-        State, shape (..., 6), rad.
+    The lower cell is in closed form, the upper one by its closure. The start is a state, or absent for `home`.
 
     Raises:
         AssemblyError: Impossible lengths, or a singularity of the upper cell lies between.
@@ -222,15 +167,9 @@ def forward(geometry: TwoCellGeometry, phi: ArrayLike, start: ArrayLike | None =
 
 
 def advance(geometry: TwoCellGeometry, start: Array, phi: Array) -> tuple[Array, Array]:
-    """As `forward`, but reports how far it got where it met a singularity or impossible lengths.
+    """As `forward`, but no error: states, and the fractions of the way covered, shape (...).
 
-    Args:
-        geometry: Fixed dimensions.
-        start: States, shape (..., 6), rad.
-        phi: phi_1 to phi_3 wanted, shape (..., 3), rad.
-
-    Returns:
-        States, shape (..., 6), rad, and fractions of the way covered, shape (...).
+    A fraction is below one where a singularity or impossible lengths were met.
     """
     begin = actuator_lengths(geometry, start).reshape(-1, 3)
     goal = actuator_lengths(geometry, phi).reshape(-1, 3)
@@ -240,19 +179,13 @@ def advance(geometry: TwoCellGeometry, start: Array, phi: Array) -> tuple[Array,
 
 
 def forward_lengths(geometry: TwoCellGeometry, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:
-    """Conventional forward solution by two closures, on the mode of the start.
+    """Conventional forward solution: the state of l1 to l3, shape (..., 3), m, by two closures, on the mode of the start.
 
-    Args:
-        geometry: Fixed dimensions.
-        actuators: l1, l2, l3, shape (..., 3), m.
-        start: State on the wanted mode, shape (..., 6); absent for `home`.
-
-    Returns:
-        State, shape (..., 6), rad.
+    The start is a state, or absent for `home`.
 
     Raises:
-        AssemblyError: Impossible lengths, or a singularity of either cell lies between; the detail has the
-            smallest singular value and the member.
+        AssemblyError: Impossible lengths, or a singularity of either cell lies between; the detail has the smallest
+            singular value and the member.
 
     Source: equations 3.28 to 3.46. Differs: undamped steps, each proved to stay on the mode.
     """
@@ -273,15 +206,9 @@ def forward_lengths(geometry: TwoCellGeometry, actuators: ArrayLike, start: Arra
 
 
 def advance_lengths(geometry: TwoCellGeometry, actuators: ArrayLike, start: ArrayLike) -> tuple[Array, Array]:
-    """As `forward_lengths`, but reports how far it got where it met a singularity or impossible lengths.
+    """As `forward_lengths`, but no error: states, and the fractions of the way covered, shape (...).
 
-    Args:
-        geometry: Fixed dimensions.
-        actuators: l1, l2, l3, shape (..., 3), m.
-        start: States, broadcast to shape (..., 6), rad.
-
-    Returns:
-        States, shape (..., 6), rad, and fractions of the way covered, shape (...).
+    A fraction is below one where a singularity or impossible lengths were met.
     """
     goal = np.asarray(actuators, float)
     state = np.broadcast_to(np.asarray(start, float), (*goal.shape[:-1], 6)).reshape(-1, 6)
@@ -353,17 +280,7 @@ def _ended(cell: str, wanted: Array, t: float, gap: float, value: float, member:
 
 
 def angle_jacobian(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
-    """Derivative of the actuator lengths with respect to the canonical input.
-
-    Args:
-        geometry: Fixed dimensions.
-        phi: phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
-
-    Returns:
-        dl/dphi, shape (..., 3, 3), m/rad.
-
-    Source: equation 3.14 with 3.33.
-    """
+    """dl/dphi, shape (..., 3, 3), m/rad, at phi_1 to phi_3 or at a state: 3.14 with 3.33."""
     angles = np.asarray(phi, float)[..., :3]
     length = actuator_lengths(geometry, angles)
     return edge_jacobian(closure_coefficients(geometry.circles, length), length, angles)
