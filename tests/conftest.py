@@ -41,7 +41,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     groups, weight = {}, {}
     for item in items:
         file, slow = item.path.relative_to(ROOT).as_posix(), item.get_closest_marker("slow") is not None
-        alone = any(mark.name == "long" for mark in item.own_markers)
+        alone = not slow and any(mark.name == "long" for mark in item.own_markers)  # a whole scene is run once
         call = getattr(item, "callspec", None)
         group = item.nodeid if alone else f"{file}[{call.id}]" if slow and call else file
         item.add_marker(pytest.mark.xdist_group(group))

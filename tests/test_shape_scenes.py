@@ -48,7 +48,7 @@ def test_the_way_to_a_goal_keeps_all_limits_and_the_assembly_mode(tour):
     assert np.max(np.abs(np.diff(leg.lengths, axis=0)) / limits.rate) < step
     assert np.max(np.abs(np.diff(leg.lengths, n=2, axis=0))) / step**2 < motion.acceleration + ROUNDING
     sampled = leg.lengths[:: len(leg.lengths) // 40]
-    assert np.min(make_box(chain, motion.stroke_margin).row.spare(sampled)) > 0
+    assert np.min(make_box(chain, motion.stroke_margin).spare(sampled)) > 0
     # lengths alone lead from the start to the plan's end: no module leaves its assembly mode on the way
     q = program.start
     for lengths in (*sampled, leg.lengths[-1]):

@@ -11,8 +11,8 @@ from vgtsim.description.catalogue import INCH, load_catalogue
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
 from vgtsim.planning import Leg, Tour
+from vgtsim.planning.checks import RISER_SPARE, riser_fit
 from vgtsim.planning.design import passing_sizes, sample_motion, sample_postures
-from vgtsim.planning.riser import RISER_SPARE, riser_fit
 from vgtsim.statics import motion_from_log
 
 STEP = 0.005  # of the programme, s

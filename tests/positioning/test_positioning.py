@@ -5,7 +5,6 @@ import pytest
 
 from studies.planar import PlanarArm
 from vgtsim.errors import GoalError, ObjectiveError
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, report_rows, tool_goal
 from vgtsim.positioning.kkt import Quadratic, condition_numbers
 from vgtsim.positioning.newton import NewtonSettings, minimise
@@ -19,7 +18,7 @@ from vgtsim.positioning.objectives import (
     StrokeBarrier,
     WeightedSum,
 )
-from vgtsim.positioning.problem import Problem, lagrangian_curvature
+from vgtsim.positioning.problem import Problem, lagrangian_curvature, solve
 from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.strokes import make_box
 from vgtsim.positioning.surroundings import Surroundings

@@ -10,7 +10,6 @@ import pytest
 from vgtsim.description import load_manipulator
 from vgtsim.errors import GoalError
 from vgtsim.kinematics import Chain, azimuth, bend_all, hanging_mount, sample_inputs, swing
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate, tool_goal
 from vgtsim.positioning.methods import anchor_successively
 from vgtsim.positioning.newton import NewtonSettings
@@ -23,7 +22,7 @@ from vgtsim.positioning.objectives import (
     WeightedSum,
     goal_plane,
 )
-from vgtsim.positioning.problem import Problem, lagrangian_curvature
+from vgtsim.positioning.problem import Problem, lagrangian_curvature, solve
 from vgtsim.positioning.reduction import couple
 from vgtsim.positioning.restarts import make_postures, solve_anywhere
 from vgtsim.positioning.strokes import bring_inside, inside, make_box

@@ -5,12 +5,11 @@ import pytest
 
 from studies.free_ratios import couple_freely
 from vgtsim.errors import GoalError
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import GoalSpace, Position, tool_goal
 from vgtsim.positioning.methods import anchor_successively
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import LengthVariation, MidStroke
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.reduction import Reduction, anchor, couple
 from vgtsim.positioning.strokes import make_box
 

@@ -6,10 +6,9 @@ import pytest
 from studies.tracking import resolve_globally, sheets, track
 from vgtsim.errors import RateError
 from vgtsim.planning.stretches import line
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import MidStroke
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.restarts import make_postures, solve_anywhere
 from vgtsim.positioning.strokes import make_box
 

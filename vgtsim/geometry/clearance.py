@@ -74,12 +74,8 @@ def obstacles(tank: Tank) -> Obstacles:
         x, y = item.radius * np.cos(item.azimuth), item.radius * np.sin(item.azimuth)
         top = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
         axes.append([[x, y, item.bottom], [x, y, top]])
-    return Obstacles(
-        tuple(item.name for item in tank.equipment),
-        np.reshape(np.array(axes, float), (-1, 2, 3)),
-        np.array([item.diameter / 2 for item in tank.equipment], float),
-        tank.waste.level,
-    )
+    names, radii = tuple(item.name for item in tank.equipment), [item.diameter / 2 for item in tank.equipment]
+    return Obstacles(names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level)
 
 
 def arm_clearance(

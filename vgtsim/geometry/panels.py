@@ -1,9 +1,8 @@
 """The tank for contact: boxes that lie against it from outside.
 
-Each box touches the inner surface with the middle of its inner face, in the tangent plane of that point. As
-the tank is convex, such a box, however large, never comes inside; so neighbours may overlap and need no
-mitred ends. Where two boxes meet, the surface they offer stands back from the tank by at most the tolerance
-once for the angle between sectors and once for the angle between rings.
+Each box touches the inner surface with the middle of its inner face, in the tangent plane of that point. The tank is
+convex, so such a box never comes inside, and neighbours may overlap. Where two boxes meet, they stand back from the
+tank by at most the tolerance, once for the angle between sectors and once for the angle between rings.
 """
 
 from __future__ import annotations
@@ -20,10 +19,9 @@ from vgtsim.geometry.profile import Piece, Profile
 
 Array = NDArray[np.float64]
 
-# m; standing back of the boxes for each of the two angles, and their depth away from the tank
-TOLERANCE = 0.02
+TOLERANCE = 0.02  # m, that the boxes stand back for each of the two angles
+DEPTH = 0.4  # m, of the boxes away from the tank
 _ONE_LINE = 1e-9  # rad between tangent lines: shipped tanks have 0.05 or more, rounding leaves 1e-16
-DEPTH = 0.4
 
 
 @dataclass(frozen=True)
@@ -89,10 +87,8 @@ def _tangents(piece: Piece, tolerance: float) -> list[_Tangent]:
     if piece.turn:
         steps = max(1, ceil(piece.turn / (2 * acos(piece.radius / (piece.radius + tolerance)))))
     first, last = (1, steps - 1) if piece.name in ("knuckle", "haunch") else (0, steps if piece.turn else 0)
-    return [
-        _Tangent(piece.name, piece.at(piece.length * i / steps), piece.heading + piece.turn * i / steps)
-        for i in range(first, last + 1)
-    ]
+    parts = [i / steps for i in range(first, last + 1)]
+    return [_Tangent(piece.name, piece.at(piece.length * part), piece.heading + piece.turn * part) for part in parts]
 
 
 def _meet(a: _Tangent, b: _Tangent) -> Array:
@@ -107,9 +103,8 @@ def _meet(a: _Tangent, b: _Tangent) -> Array:
 def _slab(line: _Tangent, corner: Array) -> Panel:
     """The middle of the floor: one square plate."""
     size = float(corner[0])
-    return Panel(
-        f"{line.name}/0/0", np.array([0, 0, line.point[1] - DEPTH / 2]), np.eye(3), np.array([size, size, DEPTH / 2])
-    )
+    centre, half = np.array([0, 0, line.point[1] - DEPTH / 2]), np.array([size, size, DEPTH / 2])
+    return Panel(f"{line.name}/0/0", centre, np.eye(3), half)
 
 
 def _sectors(radius: float, tolerance: float) -> int:

@@ -31,9 +31,8 @@ def revolve_strip(near: Array, far: Array, front: bool, sections: int = _SECTORS
     """
     outline = np.concatenate([near, far[::-1], near[:1]])
     mesh = trimesh.creation.revolve(outline, angle=pi, sections=sections, process=False)
-    count = len(near)
-    i = np.arange(count - 1)
-    j = 2 * count - 1 - i
+    i = np.arange(len(near) - 1)
+    j = 2 * len(near) - 1 - i
     cap = np.concatenate([np.stack([i, i + 1, j - 1], -1), np.stack([i, j - 1, j], -1)])
     faces = np.concatenate([mesh.faces, cap, cap[:, ::-1] + len(mesh.vertices) - len(outline)])
     mesh = trimesh.Trimesh(mesh.vertices, faces, process=True)
@@ -75,18 +74,16 @@ def make_arm_riser(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh
     """Half of the arm riser's pipe, from the dome's underside to its flange."""
     riser = tank.arm_riser
     span = np.array([float(profile.ceiling_at(riser.bore / 2)), tank.grade + riser.above_grade])
-    inner, outer = (
-        np.stack([np.full(2, radius), span], -1) for radius in (riser.bore / 2, riser.bore / 2 + riser.wall)
-    )
+    radii = riser.bore / 2, riser.bore / 2 + riser.wall
+    inner, outer = (np.stack([np.full(2, radius), span], -1) for radius in radii)
     return revolve_strip(inner, outer, front)
 
 
 def make_riser(tank: Tank, profile: Profile, riser: Riser) -> trimesh.Trimesh:
     """The pipe of one of the other risers, whole and in its place."""
     bottom, top = float(profile.ceiling_at(riser.radius)), tank.grade + riser.above_grade
-    pipe = trimesh.creation.annulus(
-        riser.bore / 2, riser.bore / 2 + riser.wall, height=top - bottom, sections=_PIPE_SECTORS
-    )
+    inner, outer = riser.bore / 2, riser.bore / 2 + riser.wall
+    pipe = trimesh.creation.annulus(inner, outer, height=top - bottom, sections=_PIPE_SECTORS)
     x, y = riser.radius * np.cos(riser.azimuth), riser.radius * np.sin(riser.azimuth)
     pipe.apply_translation([x, y, (top + bottom) / 2])
     return pipe

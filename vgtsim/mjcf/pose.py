@@ -33,8 +33,7 @@ class PoseMap:
         sliding: Indices of the S members with slides: the actuators, then the elastic tubes, shape (S,).
         members: Slide of each of those, shape (S,).
         at_zero: Length of each of those at zero slide, shape (S,), m.
-        feed: Coordinate of the mast's feed.
-        feed_reference: Height of the mast flange at zero feed, m.
+        feed, feed_reference: Coordinate of the mast's feed, and height of the mast flange at zero feed, m.
         tip: First of the seven coordinates of the tip plate.
     """
 

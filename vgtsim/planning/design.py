@@ -11,7 +11,7 @@ from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
 from vgtsim.description.scene import LoadCase
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, swing
-from vgtsim.planning.riser import RISER_SPARE, asked_spare, riser_fit
+from vgtsim.planning.checks import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.tour import Tour, plan_tour
 from vgtsim.site import Site
 from vgtsim.statics import Demand, NodeMotion, Sizing, size_arm

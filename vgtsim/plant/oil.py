@@ -31,8 +31,7 @@ class Cylinders:
         area: Area of the piston on either side, shape (2, J), m².
         modulus: Bulk modulus of the oil, Pa.
         rod: Stiffness of the rod, N/m.
-        retracted: Least length, m.
-        stroke: m.
+        retracted, stroke: Least length and what the cylinder adds to it, m.
         supply: Supply pressure, Pa.
         rate: Speed at the valve's flow limit without load, m/s.
         leakage: Flow across the piston per pressure, m³/(s·Pa).

@@ -194,13 +194,8 @@ class Plant:
     def log(self) -> RunLog:
         """All records since the reset."""
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
-        performance = {
-            "simulated_s": simulated,
-            "wall_s": wall,
-            "real_time_factor": simulated / wall,
-            "steps": float(self._steps),
-            "nv": float(self.model.nv),
-        }
+        performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
+        performance |= {"steps": float(self._steps), "nv": float(self.model.nv)}
         return self._recorder.make_log(list_warnings(self.data), performance, self.stopped)
 
     def _require_going(self) -> None:

@@ -5,7 +5,6 @@ Newton's method in the null space (`newton`, `kkt`). The solution: `solve` takes
 configurations; `solve_goal` takes one goal by any method of the dissertation, with restarts and clearance.
 """
 
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import GoalSpace, Position, RowReport, evaluate, report_rows, tool_goal
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
@@ -20,7 +19,7 @@ from vgtsim.positioning.objectives import (
     WeightedSum,
     goal_plane,
 )
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.reduction import couple
 from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.solution import Solution, join_solutions

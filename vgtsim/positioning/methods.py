@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.redundancy import Method
 from vgtsim.errors import GoalError
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, Position
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.reduction import anchor
 from vgtsim.positioning.shape import solve_shapes
 from vgtsim.positioning.solution import Notes, Solution, join_solutions

@@ -103,9 +103,8 @@ def minimise(
     for count in range(how.most + 1):
         now = batch.at.take(active)
         equations, penalty = _equations(batch, now, active)
-        step, multipliers, batch.promise[active] = solve_equations(
-            equations, np.arange(len(active)), now.slope, now.error
-        )
+        every = np.arange(len(active))
+        step, multipliers, batch.promise[active] = solve_equations(equations, every, now.slope, now.error)
         batch.y[active] = multipliers - penalty[:, None] * now.error
         done = _settle(batch, active, now)
         if count == how.most:

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError, GoalError
 from vgtsim.kinematics import Chain, azimuth, bend_all, can_swing, sample_inputs, swing
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate
 from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.solution import Solution
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside, spare_strokes
 

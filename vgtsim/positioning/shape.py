@@ -9,11 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ReachError
 from vgtsim.kinematics.ties import order_down
-from vgtsim.positioning.batch import solve
 from vgtsim.positioning.fitting import cubic, fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.solution import Solution
 from vgtsim.positioning.strokes import StrokeBox, bring_inside
 

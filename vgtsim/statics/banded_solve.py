@@ -1,9 +1,8 @@
 """Displacements from stiffness matrices in band storage, by Cholesky, and whether a matrix may be solved with at all.
 
-A singular matrix is told by its smallest eigenvalue with every node scaled to one: a pure number, whatever the units of
-the unknowns, and the same on every processor. One for every pose would cost more than the solve. So every solve has one
-more right side, of drawn signs, whose response is never softer than the smallest eigenvalue allows. Only where that
-response is suspiciously soft is the eigenvalue found.
+A singular matrix is told by its smallest eigenvalue with every node scaled to one: a pure number, the same on every
+processor. One for every pose would cost more than the solve. So every solve has one more right side, of drawn signs, whose
+response is never softer than that eigenvalue allows; only where it is suspiciously soft is the eigenvalue found.
 """
 
 from __future__ import annotations

@@ -27,13 +27,10 @@ _ROUND = 2000  # shapes solved at a time
 
 @dataclass(frozen=True)
 class Allowance:
-    """Allowable payload of a batch of poses.
+    """Allowable payload of a batch of poses, shape (...), kg: the greatest mass at the tool with every utilisation at most 1.
 
-    Attributes:
-        payload: Greatest mass at the tool with every utilisation at most 1, shape (...), kg; negative where the arm
-            cannot hold its own weight.
-        member: Index of the member that governs, shape (...).
-        limit: Index into `LIMITS`, shape (...).
+    It is negative where the arm cannot hold its own weight. `member` and `limit` index the member and the one of `LIMITS`
+    that govern, shape (...).
     """
 
     payload: Array
@@ -43,7 +40,7 @@ class Allowance:
 
 @dataclass(frozen=True)
 class CapacityMap:
-    """One posture in each cell of the vertical plane; C cells that can be reached.
+    """One posture in each of C cells of the vertical plane that can be reached, with inputs q of shape (C, n).
 
     Attributes:
         radius: Of the cell's middle from the mast's axis, shape (C,), m.
@@ -52,7 +49,6 @@ class CapacityMap:
         sag: Displacement of the tool under the reference payload, shape (C,), m.
         member: Name of the governing member of each cell.
         limit: The limit of it that governs.
-        q: Inputs of the posture, shape (C, n).
         reference: Payload of the sag, kg.
     """
 

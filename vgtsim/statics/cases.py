@@ -24,10 +24,9 @@ _MOMENTS = ("near_moment", "far_moment")
 
 @dataclass(frozen=True)
 class Envelope:
-    """Worst over cases; C cases, ... poses, M members.
+    """Worst over C named cases and ... poses, for M members.
 
     Attributes:
-        cases: Names of the cases.
         tension: Greatest tension of each member over cases and poses, shape (M,), N; 0 when never pulled.
         compression: Greatest compression, positive, shape (M,), N; 0 when never pushed.
         strength: Utilisation of each member in each case, shape (C, ..., M).

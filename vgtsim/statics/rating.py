@@ -28,15 +28,13 @@ LIMITS = (
 
 @dataclass(frozen=True)
 class MemberSections:
-    """The properties that strength follows from, shapes (M,); an actuator counts with its solid rod. SI units.
+    """The properties that strength follows from, shapes (M,), SI; an actuator counts with its solid rod.
 
     Attributes:
-        push: Compression that the supply pressure holds, N; infinite for tubes.
-        pull: Tension that the supply pressure holds, N; infinite for tubes.
+        push: Compression that the supply pressure holds, N, as `pull` is the tension; infinite for tubes.
         pin: Nominal shear strength of the pins at the ends, N; infinite where none is given.
         barrel_length: From the near end to the barrel's mouth, m; zero for tubes.
-        barrel_moment: Nominal strength of the barrel in bending, N·m; infinite for tubes.
-        rod_moment: Nominal strength of the rod in bending, N·m; infinite for tubes.
+        barrel_moment: Nominal strength of the barrel in bending, N·m, as `rod_moment` is the rod's; infinite for tubes.
     """
 
     area: Array
@@ -54,19 +52,17 @@ class MemberSections:
 
 @dataclass(frozen=True)
 class Ratings:
-    """Allowable forces of every member, positive, shapes (..., M), N; `...` are the instants.
+    """Allowable forces of every member, positive, shapes (..., M), N; `...` are the instants. Infinite without a limit.
 
     Attributes:
         tension: Yielding of the gross section.
         compression: Column strength; of an actuator, that of its rod over the whole length.
-        rod: Euler load of an actuator's rod over `ROD_FACTOR`; infinite for tubes.
-        push: Compression that the cylinder's supply pressure holds; infinite for tubes.
-        pull: Tension that the cylinder's supply pressure holds; infinite for tubes.
+        rod: Euler load of an actuator's rod over `ROD_FACTOR`.
+        push: Compression that the cylinder's supply pressure holds; `pull` is the tension.
         slenderness: KL/r with K = 1; at most `SLENDERNESS_ADVICE` is advised.
-        pin: Shear of the pins at the ends; infinite where none is given.
+        pin: Shear of the pins at the ends.
         mouth: Of an actuator's barrel, in parts of the length; zero for tubes.
-        barrel_moment: Bending of the barrel, N·m; infinite for tubes.
-        rod_moment: Bending of the rod, N·m; infinite for tubes.
+        barrel_moment: Bending of the barrel, N·m; `rod_moment` is that of the rod.
     """
 
     tension: Array

@@ -30,15 +30,10 @@ _FIELDS = {"longeron": "longeron_tube", "cross_longeron": "cross_longeron_tube",
 
 @dataclass(frozen=True)
 class Demand:
-    """What an arm must stand.
+    """The poses, shape (K, N, 3), m, in frame G, and loads that an arm must stand: each of the cases, at least one, in each pose.
 
-    Attributes:
-        nodes: Poses, shape (K, N, 3), m, in frame G.
-        motion: Of the nodes in those poses; absent where all are at rest.
-        payload: The load at the tool.
-        cases: Load cases, at least one, each in every pose.
-        gravity: m/s².
-        safety_factor: Omega of AISC 360.
+    `motion` is that of the nodes in those poses, absent where all are at rest; gravity is in m/s²; `safety_factor` is Omega of
+    AISC 360.
     """
 
     nodes: Array

@@ -20,7 +20,6 @@ class Instant:
     """A truss of N nodes and B bars: the M members, then the edges of the tip plate. Frame G, tension positive.
 
     Attributes:
-        record: Index of the record.
         nodes: Shape (N, 3), m.
         load: Weight and inertia shared between the nodes, shape (N, 3), N.
         ends: Node indices of the bars, shape (B, 2).
@@ -53,8 +52,8 @@ def find_instant(site: Site, log: RunLog, time: float | None = None) -> Instant:
     record = int(np.argmax(np.abs(run.axial).max(axis=1)) if time is None else np.argmin(np.abs(log.time - time)))
     nodes, motion = log.nodes[record], NodeMotion(run.motion.velocity[record], run.motion.acceleration[record])
     now = motion if np.isfinite(motion.acceleration).all() else None
-    edges = np.zeros(len(truss.tip_edges))
-    ends, spring = np.concatenate([truss.ends, truss.tip_edges]), model.stiffness_at(nodes)
+    edges, spring = np.zeros(len(truss.tip_edges)), model.stiffness_at(nodes)
+    ends = np.concatenate([truss.ends, truss.tip_edges])
     return Instant(
         record=record,
         nodes=nodes,

@@ -33,16 +33,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Measure:
-    """One row of the report: a figure, held against the limit of a key in the scene.
+    """One row of the report: a figure, in words and with its unit, held against the limit of a key in the scene's `limits`.
 
-    Attributes:
-        check: Name of the check that the row belongs to.
-        quantity: The measured quantity in words.
-        unit: Of figure and limit.
-        limit: Key in the scene's `limits`.
-        sense: Whether the figure must be at most or at least the limit.
-        applies: Whether the row is in the report of a site.
-        find: Measures the figure.
+    `applies` says whether the row is in the report of a site; `find` measures the figure.
     """
 
     check: str

@@ -14,14 +14,12 @@ from vgtsim.verification.checks import CHECK_NAMES
 
 @dataclass(frozen=True)
 class Check:
-    """One figure against its limit.
+    """One figure against its limit: measured, and NaN when the check could not be made.
 
     Attributes:
         name: One of `CHECK_NAMES`; a check with two figures stands in two rows.
         quantity: The measured quantity in words.
-        measured: The worst figure; NaN when the check could not be made.
-        limit: The figure that it is held against.
-        unit: Of both.
+        unit: Of the figure and its limit.
         where: Worst member or place.
         when: Time of the worst figure, s; NaN when there is none.
         source: Where the limit comes from.

@@ -22,8 +22,7 @@ def check_utilisation(run: Evidence) -> Finding:
     record, member = np.unravel_index(np.nanargmax(used), used.shape)
     mode = MODES[int(first_greatest(run.use.by_mode[:, record, member]))]
     text = f"governed by {mode}, KL/r {slender[record, member]:.0f}, margin {_margin(found.value):.3g}"
-    most = float(np.nanmax(slender))
-    if most > SLENDERNESS_ADVICE:
+    if (most := float(np.nanmax(slender))) > SLENDERNESS_ADVICE:
         name = run.names[int(np.nanargmax(np.nanmax(slender, axis=0)))]
         text += f"; {name} has KL/r {most:.0f}, more than the {SLENDERNESS_ADVICE:.0f} that AISC 360 E2 advises"
     return replace(found, detail=text)

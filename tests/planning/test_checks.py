@@ -7,7 +7,7 @@ import pytest
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.planning.riser import RISER_SPARE, check_riser, riser_fit
+from vgtsim.planning.checks import RISER_SPARE, check_riser, riser_fit
 from vgtsim.site import Site
 
 INCH = 0.0254
