@@ -38,7 +38,7 @@ class Poses(ModuleState):
     @cached_property
     def placed(self) -> Mask:
         """Poses that are numbers."""
-        return np.logical_and.reduce(np.isfinite(self.x), axis=-1)
+        return np.asarray(np.logical_and.reduce(np.isfinite(self.x), axis=-1))
 
     @cached_property
     def _pose(self) -> Array:
