@@ -92,7 +92,7 @@ def bases_by_svd(jacobian: ArrayLike, limit: float = CONDITION_LIMIT) -> Bases:
     J = np.asarray(jacobian, float)
     U, values, Vt = np.linalg.svd(J)
     rank = int(np.sum(values > values[0] / limit)) if values[0] > 0 else 0
-    return Bases(rank, U[:, :rank], Vt[rank:].T, U, Vt.T, values)
+    return Bases(rank=rank, range=U[:, :rank], null=Vt[rank:].T, left=U, right=Vt.T, values=values)
 
 
 def bases_by_qr(jacobian: ArrayLike, limit: float = CONDITION_LIMIT) -> Bases:
@@ -114,7 +114,7 @@ def bases_by_qr(jacobian: ArrayLike, limit: float = CONDITION_LIMIT) -> Bases:
     first, second = np.abs(np.diag(R1)), np.abs(np.diag(R2))
     rank = int(np.sum(second > second[0] / limit)) if second[0] > 0 else 0
     same = int(np.sum(first > first[0] / limit)) if first[0] > 0 else 0
-    return Bases(rank, Q1[:, :same], Q2[:, rank:], Q1, Q2, second)
+    return Bases(rank=rank, range=Q1[:, :same], null=Q2[:, rank:], left=Q1, right=Q2, values=second)
 
 
 def analyse(jacobian: ArrayLike, names: tuple[str, ...] | None = None, limit: float = CONDITION_LIMIT) -> Analysis:
@@ -146,10 +146,10 @@ def analyse(jacobian: ArrayLike, names: tuple[str, ...] | None = None, limit: fl
     inverse = bases.right[:, :rank] / kept @ bases.left[:, :rank].T
     lost = bases.left[:, rank:]
     return Analysis(
-        bases,
-        float(values[0] / least) if least > 0 else inf,
-        float(kept[0] / kept[-1]) if rank else inf,
-        inverse,
-        lost,
-        lost_directions(J, labels, limit),
+        bases=bases,
+        condition=float(values[0] / least) if least > 0 else inf,
+        kept_condition=float(kept[0] / kept[-1]) if rank else inf,
+        inverse=inverse,
+        lost=lost,
+        lost_names=lost_directions(J, labels, limit),
     )

@@ -69,4 +69,11 @@ def count(n: int, m: int = 6) -> Count:
     decomposition = svd_operations(m, n)
     iteration = ITERATION * decomposition
     four = SUSTAINED * iteration
-    return Count(n, decomposition, iteration, four, newton_operations(m, n, -(-n // 3)), BENCHMARK / four)
+    return Count(
+        inputs=n,
+        decomposition=decomposition,
+        iteration=iteration,
+        four=four,
+        ours=newton_operations(m, n, -(-n // 3)),
+        rate=BENCHMARK / four,
+    )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from vgtsim.output import write_outputs as write
     from vgtsim.planning import plan_tour as plan
     from vgtsim.plant import Plant, run
-    from vgtsim.posture import Posture, forward_kinematics, jacobian, member_forces, solve_goal
+    from vgtsim.posture import forward_kinematics, jacobian, member_forces, solve_goal
     from vgtsim.site import Site, load_arm
     from vgtsim.site import load_site as load
     from vgtsim.verification import verify
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 __version__ = "0.2.0"
 __all__ = [
     "Plant",
-    "Posture",
     "Site",
     "__version__",
     "build_model",
@@ -46,7 +45,7 @@ _ROOMS = {
     "output": ("render", "write"),
     "planning": ("plan",),
     "plant": ("Plant", "run"),
-    "posture": ("Posture", "forward_kinematics", "jacobian", "member_forces", "solve_goal"),
+    "posture": ("forward_kinematics", "jacobian", "member_forces", "solve_goal"),
     "site": ("Site", "load", "load_arm"),
     "verification": ("verify",),
 }

@@ -87,7 +87,15 @@ def _enclose(tank: Tank, profile: Profile, points: Array) -> _Enclosed:
     piece = feet.argmin(axis=0)
     others = feet.min(axis=0)
     distance = np.where(above, bore - rho, np.where(below, np.minimum(reach, others), closed))
-    return _Enclosed(distance, rho, piece, reach, below & (reach < others), above, (bore, rim))
+    return _Enclosed(
+        distance=distance,
+        rho=rho,
+        piece=piece,
+        reach=reach,
+        at_rim=below & (reach < others),
+        in_bore=above,
+        mouth_circle=(bore, rim),
+    )
 
 
 def segment_distance(a0: ArrayLike, a1: ArrayLike, b0: ArrayLike, b1: ArrayLike) -> tuple[Array, Array, Array]:

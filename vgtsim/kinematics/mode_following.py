@@ -35,14 +35,14 @@ _POLISH = 2  # Newton steps after the last, which leave rounding only
 
 
 @dataclass(frozen=True)
-class Followed:
+class FollowedMode:
     """Angles at which a batch of followed solutions ended, shape (N, 3), rad, and the part of the path covered, (N,)."""
 
     phi: Array
     reached: Array
 
 
-def follow(path: Path, start: ArrayLike) -> Followed:
+def follow(path: Path, start: ArrayLike) -> FollowedMode:
     """Carry assemblies, angles of shape (N, 3), rad, along closures that change from t = 0 to t = 1.
 
     The path gives closures C, shape (5, 3, n), at t, shape (n,), of the members of the batch with indices, shape (n,).
@@ -52,7 +52,7 @@ def follow(path: Path, start: ArrayLike) -> Followed:
         return _follow(path, np.array(np.asarray(start, float).T))
 
 
-def _follow(path: Path, phi: Array) -> Followed:
+def _follow(path: Path, phi: Array) -> FollowedMode:
     count = phi.shape[1]
     reached = np.zeros(count)
     stride = np.ones(count)
@@ -86,14 +86,14 @@ def _solve(C: Array, phi: Array) -> tuple[Array, Array]:
     return new, np.sqrt(np.sum((new - phi) ** 2, axis=0))
 
 
-def _polish(path: Path, phi: Array, reached: Array) -> Followed:
+def _polish(path: Path, phi: Array, reached: Array) -> FollowedMode:
     whole = np.flatnonzero(reached == 1.0)
     C = path(np.ones(whole.size), whole)
     new = phi[:, whole]
     for _ in range(_POLISH):
         new = new + newton_step(C, new)[0]
     phi[:, whole] = new
-    return Followed(phi.T.copy(), reached)
+    return FollowedMode(phi.T.copy(), reached)
 
 
 def _certify(C: Array, middle: Array, end: Array, phi: Array) -> tuple[Array, Array]:

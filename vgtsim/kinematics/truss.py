@@ -183,7 +183,9 @@ def make_truss(manipulator: Manipulator) -> Truss:
             rings.append([[groups[name][corner] for name in ("foot", "mid", "head")] for corner in range(3)])
         face = top
     blocks = np.array(rings, dtype=int).reshape(-1, 3, 3)
-    return Truss(tuple(nodes), np.array(owner), tuple(members), np.array(group), blocks)
+    return Truss(
+        nodes=tuple(nodes), node_module=np.array(owner), members=tuple(members), group=np.array(group), rings=blocks
+    )
 
 
 def _equivalent_bars(ends: Index, tip_edges: Index, rings: Index, actuators: Index) -> Index:

@@ -76,11 +76,11 @@ def sample_workspace(chain: Chain, count: int, seed: int) -> Workspace:
     value = np.linalg.svd(motion, compute_uv=False)
     mobility = int(np.sum(np.median(value / value[:, :1], axis=0) > _DIGITS))
     return Workspace(
-        tool,
-        direction @ turn,
-        tilt,
-        value[:, mobility - 1] / value[:, 0],
-        singular_values(chain, q)[0].min(axis=-1),
-        mobility,
-        reach / _CELLS,
+        tool=tool,
+        direction=direction @ turn,
+        tilt=tilt,
+        dexterity=value[:, mobility - 1] / value[:, 0],
+        singular=singular_values(chain, q)[0].min(axis=-1),
+        mobility=mobility,
+        cell=reach / _CELLS,
     )

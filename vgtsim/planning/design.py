@@ -63,7 +63,14 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
         nodes, motion = sample_motion(now.chain, plan_tour(now))
         moving = NodeMotion(np.concatenate([motion.velocity, still]), np.concatenate([motion.acceleration, still]))
         every, gravity = np.concatenate([nodes, beside]), task.simulation.gravity
-        demand = Demand(every, moving, task.payload, cases, gravity, task.limits.safety_factor)
+        demand = Demand(
+            nodes=every,
+            motion=moving,
+            payload=task.payload,
+            cases=cases,
+            gravity=gravity,
+            safety_factor=task.limits.safety_factor,
+        )
         found = size_arm(now.chain, catalogue, demand, target)
         mass = found.mass[0] if mass is None else mass
         if found.chosen == before:

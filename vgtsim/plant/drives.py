@@ -176,7 +176,7 @@ def find_drive(
         )
     if springs is None:
         rows = np.array([model.equality(names.drive(member.name)).id for member in actuators])
-        return RigidDrive(model, data, rows, zero)
+        return RigidDrive(model=model, data=data, rows=rows, zero=zero)
     timestep = model.opt.timestep
     if simulation.drive == "rigid":
         return SpringDrive(data, springs, timestep)
@@ -184,4 +184,6 @@ def find_drive(
     length = truss.lengths(nodes)[truss.actuated]
     oil = fill(parts, length, solve_members(springs.elastic.loads, nodes).bar[truss.actuated])
     hydraulics = Hydraulics(parts, simulation.valve_gain, simulation.lock_band, timestep)
-    return HydraulicDrive(data, springs, hydraulics, oil, find_state(parts, oil, length))
+    return HydraulicDrive(
+        data=data, springs=springs, hydraulics=hydraulics, oil=oil, state=find_state(parts, oil, length)
+    )

@@ -165,7 +165,7 @@ def find_state(cylinders: Cylinders, oil: Oil, length: Array) -> ChamberState:
     if stopped.any():
         x = np.minimum(np.maximum(x, 0.0), stroke)
         force, stiffness = np.where(stopped, rod * (reach - x), force), np.where(stopped, rod, stiffness)
-    return ChamberState(x, pressure, columns, force, stiffness, stopped)
+    return ChamberState(piston=x, pressure=pressure, columns=columns, force=force, stiffness=stiffness, stopped=stopped)
 
 
 def _squeeze(cylinders: Cylinders, oil: Oil, piston: Array) -> tuple[Array, Array, Array]:

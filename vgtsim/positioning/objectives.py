@@ -139,7 +139,7 @@ class LengthVariation(Objective):
         full = at.state.leg_slopes[:, : away.shape[1]]
         spread = np.sqrt(1 / size)[:, :, None] * (full - full.mean(axis=1, keepdims=True))
         value, curve = np.sum(size - self.softness, axis=1), np.swapaxes(spread, 1, 2) @ spread
-        return Terms(value, at.state.pull(first), dense=curve, by_length=first)
+        return Terms(value=value, slope=at.state.pull(first), dense=curve, by_length=first)
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class Differences(Objective):
             raise ObjectiveError(self.name, bad, f"values of shape {value.shape} for inputs of shape {near.shape}")
         value = value.reshape(len(q), -1)
         slope = (value[:, 1 : count + 1] - value[:, count + 1 :]) / (2 * self.step)
-        return Terms(value[:, 0], slope, rough=slope)
+        return Terms(value=value[:, 0], slope=slope, rough=slope)
 
     def values(self, at: Configurations) -> Array:
         """One value for each configuration."""
@@ -231,7 +231,7 @@ def _half_square(at: Configurations, away: Array) -> Terms:
 
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
     """Terms of a sum of functions of one length each."""
-    return Terms(value, at.state.pull(first), at.state.curve(second), by_length=first)
+    return Terms(value=value, slope=at.state.pull(first), blocks=at.state.curve(second), by_length=first)
 
 
 @dataclass(frozen=True)
@@ -249,7 +249,7 @@ class InPlane(Objective):
         q = at.state.q
         parts = q @ self.across.T
         curve = np.broadcast_to(self.across.T @ self.across, (len(q), q.shape[1], q.shape[1]))
-        return Terms(0.5 * np.sum(parts**2, axis=1), parts @ self.across, dense=curve)
+        return Terms(value=0.5 * np.sum(parts**2, axis=1), slope=parts @ self.across, dense=curve)
 
 
 def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
@@ -300,7 +300,7 @@ class ClearanceHinges(Objective):
             mine = rows.config == b
             gradient = rows.gradient[mine] / self.softness
             slope[b], dense[b] = -rise[mine] @ gradient, gradient.T @ gradient
-        return Terms(value, slope, dense=dense)
+        return Terms(value=value, slope=slope, dense=dense)
 
     def values(self, at: Configurations) -> Array:
         """Without gradients."""

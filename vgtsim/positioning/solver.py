@@ -147,7 +147,14 @@ def come_nearest(problem: Problem, start: Array, most: int = 80) -> tuple[Array,
             Jt = np.swapaxes(J, 1, 2) / kappa
             value = at.value + np.sum(e**2, axis=1) / (2 * kappa)
             slope = at.slope + (Jt @ e[..., None])[..., 0]
-            return Quadratic(at.inside, at.error[:, rows:], at.J[:, rows:], value, slope, at.curve + Jt @ J)
+            return Quadratic(
+                inside=at.inside,
+                error=at.error[:, rows:],
+                J=at.J[:, rows:],
+                value=value,
+                slope=slope,
+                curve=at.curve + Jt @ J,
+            )
 
         z = minimise(pulled, z, NewtonSettings(optimality=_SETTLED, most=most)).q
     return problem.inputs(z), plain.model(z, every).error[:, :rows]

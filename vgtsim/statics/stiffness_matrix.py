@@ -61,7 +61,7 @@ def make_pattern(unknowns: tuple[tuple[int, ...], ...], ends: tuple[tuple[int, i
     for triple in of_node.reshape(-1, 3):
         own = triple[triple >= 0]
         alike[own] = own.min(initial=size)
-    return Pattern(size, band, dof, pairs, (band + i - j) * size + j, alike)
+    return Pattern(size=size, band=band, dof=dof, pairs=pairs, place=(band + i - j) * size + j, alike=alike)
 
 
 @dataclass(frozen=True)

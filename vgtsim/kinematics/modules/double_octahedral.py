@@ -377,4 +377,4 @@ def plan_members(module: DoubleOctahedral | GeneralDoubleOctahedral, groups: Gro
     return plan
 
 
-KIND = Kind(plan_members, node_groups, make_set=make_double_octahedra)
+KIND = Kind(plan=plan_members, groups=node_groups, make_set=make_double_octahedra)

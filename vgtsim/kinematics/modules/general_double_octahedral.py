@@ -263,4 +263,4 @@ def make_general_double_octahedra(modules: Sequence[GeneralDoubleOctahedral], si
     return GeneralDoubleOctahedra(names, np.array(begins)[:, :3], tuple(geometries), np.array(begins))
 
 
-KIND = Kind(plan_members, node_groups, make_set=make_general_double_octahedra)
+KIND = Kind(plan=plan_members, groups=node_groups, make_set=make_general_double_octahedra)

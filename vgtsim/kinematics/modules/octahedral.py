@@ -279,4 +279,4 @@ def plan_members(module: Octahedral, groups: Groups) -> list[PlannedMember]:
     ]
 
 
-KIND = Kind(plan_members, make_set=make_octahedra)
+KIND = Kind(plan=plan_members, make_set=make_octahedra)

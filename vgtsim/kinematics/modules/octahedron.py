@@ -26,7 +26,7 @@ from vgtsim.kinematics.closure import (
     make_circles,
     place_circles,
 )
-from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
+from vgtsim.kinematics.mode_following import FollowedMode, follow, worst_direction
 from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 from vgtsim.kinematics.vectors import cross
 
@@ -167,7 +167,7 @@ def advance(geometry: OctahedronGeometry, longerons: Array, start: tuple[Array, 
     return R, P, result.reached
 
 
-def _follow(geometry: OctahedronGeometry, goal: Circles, nodes: Array) -> tuple[Circles, Followed]:
+def _follow(geometry: OctahedronGeometry, goal: Circles, nodes: Array) -> tuple[Circles, FollowedMode]:
     """Follow from top nodes, shape (N, 3, 3), to the circles of the goal; returns the circles of the start too."""
     begin = _circles(geometry, _leg_lengths(geometry, nodes))
     first, last = closure_coefficients(begin, geometry.top), closure_coefficients(goal, geometry.top)

@@ -34,4 +34,4 @@ def plan_members(module: Prism | SectionModule, groups: Groups) -> list[PlannedM
     return plan + [PlannedMember("cross_longeron", tube, base[i], top[j], i + 1) for i, j in TRIANGLE]
 
 
-KIND = Kind(plan_members, make_static=make_static)
+KIND = Kind(plan=plan_members, make_static=make_static)

@@ -185,4 +185,4 @@ def plan_members(module: Tetrahedral, groups: Groups) -> list[PlannedMember]:
     return [PlannedMember("actuator", module.cylinder, groups["base"][1], groups["top"][1], 1)]
 
 
-KIND = Kind(plan_members, top=(1,), battens=TRIANGLE[:2], make_set=make_hinges)
+KIND = Kind(plan=plan_members, top=(1,), battens=TRIANGLE[:2], make_set=make_hinges)

@@ -32,7 +32,7 @@ from vgtsim.kinematics.closure import (
     make_circles,
     place_circles,
 )
-from vgtsim.kinematics.mode_following import Followed, follow, worst_direction
+from vgtsim.kinematics.mode_following import FollowedMode, follow, worst_direction
 from vgtsim.kinematics.modules.octahedron import leg_jacobian
 from vgtsim.kinematics.triangle import place_triangle, triangle_frame, triangle_nodes
 
@@ -157,7 +157,7 @@ def forward(geometry: TwoCellGeometry, phi: ArrayLike, start: ArrayLike | None =
     batch = np.broadcast_shapes(wanted.shape[:-1], begin.shape[:-1])
     state, reached = advance(geometry, np.broadcast_to(begin, (*batch, 6)), np.broadcast_to(wanted, (*batch, 3)))
     if reached.min(initial=1.0) < 1.0:
-        upper = Followed(state[..., 3:].reshape(-1, 3), reached.reshape(-1))
+        upper = FollowedMode(state[..., 3:].reshape(-1, 3), reached.reshape(-1))
         lengths = (
             actuator_lengths(geometry, np.broadcast_to(item, (*batch, item.shape[-1]))) for item in (begin, wanted)
         )
@@ -222,7 +222,7 @@ def _distances(triangle: Array) -> Array:
     return np.linalg.norm(triangle[..., [1, 2, 0], :] - triangle, axis=-1)
 
 
-def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> Followed:
+def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> FollowedMode:
     """Follow a cell with fixed circles while its upper edges change, straight in their squares."""
     first = closure_coefficients(circles, begin).reshape(5, 3, -1)
     change = (begin**2 - goal**2).reshape(-1, 3).T
@@ -235,7 +235,7 @@ def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> Fol
     return follow(path, phi.reshape(-1, 3))
 
 
-def _upper(geometry: TwoCellGeometry, begin: Array, goal: Array, phi: Array) -> Followed:
+def _upper(geometry: TwoCellGeometry, begin: Array, goal: Array, phi: Array) -> FollowedMode:
     """Follow the upper cell while the actuators change, straight in their lengths."""
     longerons = np.asarray(geometry.longerons[6:])
 
@@ -247,7 +247,7 @@ def _upper(geometry: TwoCellGeometry, begin: Array, goal: Array, phi: Array) -> 
     return follow(path, phi)
 
 
-def _ended_lower(geometry: TwoCellGeometry, result: Followed, goal: Array) -> AssemblyError:
+def _ended_lower(geometry: TwoCellGeometry, result: FollowedMode, goal: Array) -> AssemblyError:
     """The error of the member of the batch whose lower cell got least far."""
     worst = int(np.argmin(result.reached))
     phi, t = result.phi[worst], result.reached[worst]
@@ -256,7 +256,7 @@ def _ended_lower(geometry: TwoCellGeometry, result: Followed, goal: Array) -> As
     return _ended("lower cell", goal[worst], t, float(np.max(gap)), value, f"actuator l{row + 1}")
 
 
-def _ended_upper(geometry: TwoCellGeometry, result: Followed, begin: Array, goal: Array) -> AssemblyError:
+def _ended_upper(geometry: TwoCellGeometry, result: FollowedMode, begin: Array, goal: Array) -> AssemblyError:
     """The error of the member of the batch whose upper cell got least far."""
     worst = int(np.argmin(result.reached))
     phi, t = result.phi[worst], result.reached[worst]

@@ -1,0 +1,44 @@
+"""Records with many fields are built by keyword, and no two public classes of the package share a name."""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1] / "vgtsim"
+TREES = {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in ROOT.rglob("*.py")}
+CLASSES = [node for tree in TREES.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+MOST = 5  # fields that a reader can still tell by their order
+
+
+def is_record(node):
+    return any("dataclass" in ast.unparse(item) for item in node.decorator_list)
+
+
+def test_records_with_many_fields_are_built_by_keyword():
+    fields = {c.name: sum(isinstance(item, ast.AnnAssign) for item in c.body) for c in CLASSES if is_record(c)}
+    assert max(fields.values()) > MOST
+    wrong = [
+        f"{file}:{call.lineno} {call.func.id}"
+        for file, tree in TREES.items()
+        for call in ast.walk(tree)
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and fields.get(call.func.id, 0) > MOST
+        if any(not isinstance(item, ast.Starred) for item in call.args)
+    ]
+    assert wrong == []
+
+
+def test_names_of_classes_have_one_meaning():
+    count = Counter(node.name for node in CLASSES if not node.name.startswith("_"))
+    assert [name for name, times in count.items() if times > 1] == []
+
+
+def test_nothing_returns_a_long_tuple():
+    long = [
+        f"{file}:{node.lineno}"
+        for file, tree in TREES.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple) and len(node.value.elts) > MOST
+    ]
+    assert long == []
