@@ -304,7 +304,9 @@ def pulls(chain: Chain, goal: GoalSpace, which: Index, multipliers: Array) -> tu
     for part in goal.parts:
         mine = multipliers[:, row : row + len(part.names)]
         row += len(part.names)
-        found.append(Pull(*part.place(chain), part.offset(chain), *part.forms(part.targets(which), mine)))
+        (face, inputs), (point, direction, turn) = part.place(chain), part.forms(part.targets(which), mine)
+        pull = Pull(face=face, inputs=inputs, offset=part.offset(chain), point=point, direction=direction, turn=turn)
+        found.append(pull)
     return tuple(found)
 
 
