@@ -90,6 +90,12 @@ class State:
         return self.base[:, :-1] @ self._local
 
     @cached_property
+    def _origins(self) -> Array:
+        """Origins of the tops of the active modules, shape (b, A, 3), m: less work than the whole of `top`."""
+        base = self.base[:, :-1]
+        return (base[..., :3] @ self._local[..., :3, 3:])[..., 0] + base[..., 3]
+
+    @cached_property
     def faces(self) -> Array:
         """Rotation beside origin of all K + 1 faces, the mast flange first, in G, shape (b, K + 1, 3, 4)."""
         layout = self._layout
@@ -140,7 +146,7 @@ class State:
     @cached_property
     def linear(self) -> Array:
         """Velocity of that body's point at the origin of G per input, shape (b, n, 3), m."""
-        return self._move(-self.top[..., 3]).swapaxes(1, 2)
+        return self._move(-self._origins).swapaxes(1, 2)
 
     @cached_property
     def _spin(self) -> Array:
@@ -244,7 +250,7 @@ class State:
     def tool_jacobian(self) -> Array:
         """Velocity of the tool point over angular velocity of the tip plate per input, shape (b, 6, n), in G."""
         J = np.empty((len(self.q), 6, self._layout.inputs))
-        self._move(self.tool[0][:, None] - self.top[..., 3], J[:, :3])
+        self._move(self.tool[0][:, None] - self._origins, J[:, :3])
         J[:, 3:] = self._spin
         return J
 
