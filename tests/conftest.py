@@ -33,6 +33,7 @@ def hanging_arm(arm15: Manipulator) -> Chain:
     return Chain(arm15, hanging_mount(7.32))
 
 
+@pytest.hookimpl(tryfirst=True)  # the plugin that spreads tests over cores reads the groups in the same hook
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep the tests of a file on one core, so that its fixtures are made once, and start the longest groups first.
 
