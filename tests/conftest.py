@@ -33,19 +33,10 @@ def hanging_arm(arm15: Manipulator) -> Chain:
     return Chain(arm15, hanging_mount(7.32))
 
 
-@pytest.hookimpl(tryfirst=True)  # the plugin that spreads tests over cores reads the groups in the same hook
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep the tests of a file on one core, so that its fixtures are made once, and start the longest groups first.
-
-    A test that is marked `long` itself goes alone, and so does each parameter of a file of whole scenes.
-    """
-    groups, weight = {}, {}
+    """Start with the files that run whole scenes, then those with long tests: files are spread over the cores as a whole."""
+    weight: dict[Path, int] = {}
     for item in items:
-        file, slow = item.path.relative_to(ROOT).as_posix(), item.get_closest_marker("slow") is not None
-        alone = not slow and any(mark.name == "long" for mark in item.own_markers)  # a whole scene is run once
-        call = getattr(item, "callspec", None)
-        group = item.nodeid if alone else f"{file}[{call.id}]" if slow and call else file
-        item.add_marker(pytest.mark.xdist_group(group))
-        groups[item] = group
-        weight[group] = max(weight.get(group, 0), 2 * slow + (item.get_closest_marker("long") is not None))
-    items.sort(key=lambda item: -weight[groups[item]])  # a stable sort: groups and tests stay in order
+        slow, long = (item.get_closest_marker(name) is not None for name in ("slow", "long"))
+        weight[item.path] = max(weight.get(item.path, 0), 2 * slow + long)
+    items.sort(key=lambda item: -weight[item.path])  # a stable sort: files and tests stay in order
