@@ -1,8 +1,8 @@
 """The site of a scene: its arm on its mast in its tank, and every model that is made of them, each made once.
 
 A `Site` is made from a scene and handed down the spine in its place. Its properties are worked out on first use and kept,
-so no function needs to build a chain, a stiffness model or the surroundings again. A site changes nothing and refuses
-nothing: refusals are in `planning.checks`.
+so no function needs to build a chain, a stiffness model or the surroundings again. Whether a scene can work is checked
+in `planning.checks`; a property here raises only where it cannot be made at all.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Site:
 
     @cached_property
     def start(self) -> Array:
-        """Inputs of the posture in which the scene starts."""
+        """Inputs of the posture in which the scene starts, shape (n,)."""
         start = bend_start(self.chain, self.task.motion.start)
         start.flags.writeable = False
         return start

@@ -79,6 +79,7 @@ class Plant:
 
     @record_rate.setter
     def record_rate(self, rate: float) -> None:
+        """Set the rate from the coming step on, Hz."""
         most = 1 / self.timestep
         if not 0 <= rate <= most * (1 + _SAME_STEP):
             raise CommandError("record_rate", f"{rate:g} Hz", f"0 to {most:g} Hz, the rate of steps")
