@@ -160,6 +160,14 @@ class MissingLibraryError(VgtError):
         super().__init__(f"{library} is missing; install it with: {package}")
 
 
+class ClusterError(VgtError):
+    """The scheduler or a worker of a cluster cannot serve: its address, and the reason."""
+
+    def __init__(self, address: str, reason: str) -> None:
+        self.address, self.reason = address, reason
+        super().__init__(f"cluster {address}: {reason}")
+
+
 class CommandError(VgtError):
     """A plant was given a value that it cannot take."""
 
