@@ -161,11 +161,11 @@ class MissingLibraryError(VgtError):
 
 
 class ClusterError(VgtError):
-    """The scheduler or a worker of a cluster cannot serve: its address, and the reason."""
+    """Workers cannot serve: the address of their cluster, and the reason; what they have finished is kept."""
 
-    def __init__(self, address: str, reason: str) -> None:
-        self.address, self.reason = address, reason
-        super().__init__(f"cluster {address}: {reason}")
+    def __init__(self, place: str, reason: str) -> None:
+        self.place, self.reason = place, reason
+        super().__init__(f"cluster {place}: {reason}")
 
 
 class CommandError(VgtError):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib.metadata import version
 from itertools import product
 from math import prod
@@ -40,6 +40,7 @@ class Order:
     Attributes:
         scene: Text of the scene, as `dump_scene` writes it.
         steps: Way to the entry of each key.
+        figures: Whether the entries of each key are figures.
         columns: Names of what is kept of each case.
         folder: Of the study; runs may leave their own folders there.
         versions: Version of each package that figures may hang on.
@@ -49,6 +50,7 @@ class Order:
     work: Description
     keys: tuple[str, ...]
     steps: tuple[Steps, ...]
+    figures: tuple[bool, ...]
     columns: tuple[str, ...]
     folder: Path
     versions: tuple[tuple[str, str], ...]
@@ -62,6 +64,11 @@ class Order:
         """The case of these entries; its digest is that of all that its figures follow from."""
         own = json.dumps(sorted(zip(self.keys, entries, strict=True)), default=str)
         return Case(hashlib.sha256((self._common + own).encode()).hexdigest()[:32], entries)
+
+    def list_keys(self, case: Case) -> dict[str, Any]:
+        """Keys and entries of a case as they stand in the table: figures in SI base units, the rest as text."""
+        pairs = zip(self.keys, case.entries, self.figures, strict=True)
+        return {key: _as_figure(entry) if figure else str(entry) for key, entry, figure in pairs}
 
 
 def list_versions() -> tuple[tuple[str, str], ...]:
@@ -91,7 +98,9 @@ def plan_study(study: Study, folder: Path) -> tuple[Order, list[Case]]:
     """
     task, file = study.task, study.file
     axes = task.sample.over if task.sample else task.grid
-    keys = tuple(axes or task.cases[0])
+    choices = {key: _choices(axis) for key, axis in axes.items()}
+    choices = choices or {key: [case[key] for case in task.cases] for key in task.cases[0]}
+    keys = tuple(choices)
     scene = replace(study.scene, file=Path(study.scene.file.name))  # the same table in every folder
     parts = split_scene(scene, task.work)
     steps = tuple(locate(parts, key, file) for key in keys)
@@ -108,21 +117,24 @@ def plan_study(study: Study, folder: Path) -> tuple[Order, list[Case]]:
         work=task.work,
         keys=keys,
         steps=steps,
+        figures=tuple(_is_column(entries) for entries in choices.values()),
         columns=VERBS[task.work.verb].choose(task.keep, file),
         folder=folder,
         versions=list_versions(),
     )
-    for i, key in enumerate(keys):
-        ends = [task.cases[0][key], task.cases[-1][key]] if task.cases else _ends(axes[key])
-        _refuse_hopeless(parts, key, steps[i], ends, file)
+    for (key, entries), way in zip(choices.items(), steps, strict=True):
+        _refuse_hopeless(parts, key, way, (entries[0], entries[-1]), file)
     return order, [order.make_case(entries) for entries in _list_entries(study, keys)]
 
 
-def _ends(axis: Axis) -> list[Any]:
-    return [axis.least, axis.greatest] if isinstance(axis, Span) else [axis[0], axis[-1]]
+def _choices(axis: Axis) -> list[Any]:
+    """The entries of an axis, or the ends of a span."""
+    return [axis.least, axis.greatest] if isinstance(axis, Span) else list(axis)
 
 
-def _refuse_hopeless(parts: Mapping[str, Description], key: str, steps: Steps, ends: list[Any], file: Path) -> None:
+def _refuse_hopeless(
+    parts: Mapping[str, Description], key: str, steps: Steps, ends: tuple[Any, Any], file: Path
+) -> None:
     """Refuse a key if neither its first nor its last entry can stand there: a wrong unit, or no such choice."""
     place, faults = ".".join(map(str, steps)), []
     for entry in ends:
@@ -182,15 +194,20 @@ def _place(axis: Axis, part: NDArray[np.float64], key: str, file: Path) -> list[
     return (least + part * (greatest - least)).tolist()
 
 
-def as_number(entry: Any) -> Any:
-    """An entry as it stands in the table: a quantity in SI base units, what is no figure as text."""
-    if isinstance(entry, bool):
-        return entry
-    if isinstance(entry, int | float):
-        return float(entry)
-    if isinstance(entry, str) and entry[:1] in "+-.0123456789":
-        try:
-            return to_base(entry)[0]
-        except ValueError:
-            return entry
-    return entry if isinstance(entry, str) else json.dumps(entry, default=str)
+@lru_cache(maxsize=4096)
+def _read(text: str) -> float | str:
+    """A quantity in SI base units; other text as it is."""
+    try:
+        return to_base(text)[0] if text[:1] in "+-.0123456789" else text
+    except ValueError:
+        return text
+
+
+def _as_figure(entry: Any) -> Any:
+    return _read(entry) if isinstance(entry, str) else float(entry) if type(entry) is int else entry
+
+
+def _is_column(entries: Iterable[Any]) -> bool:
+    """Whether entries are all numbers, or all truth values, and so a column of the table; others stand there as text."""
+    kinds = {type(_as_figure(entry)) for entry in entries}
+    return kinds in ({float}, {bool})

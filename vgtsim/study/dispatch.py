@@ -86,7 +86,7 @@ class _Loop:
         if self.breaks is not None:
             self.breaks += 1
             if self.breaks > _BREAKS:
-                raise ClusterError("of this machine", "its processes end before the first case does")
+                raise ClusterError(self.engine.place, "its processes end before the first case does")
         self.pool = self.engine.open()
 
     def collect(self, patience: float) -> list[Row]:
@@ -100,7 +100,9 @@ class _Loop:
                 self._reopen()
             return self._resend(batch)
         except CancelledError:
-            raise ClusterError("", "the scheduler is gone") from None
+            raise ClusterError(self.engine.place, "the scheduler is gone") from None
+        except ImportError as error:
+            raise ClusterError(self.engine.place, str(error)) from None
         self.breaks = None
         spent = sum(row["processor_s"] for row in rows) / len(rows)
         self.mean_s = max(0.9 * self.mean_s + 0.1 * spent, 1e-4)

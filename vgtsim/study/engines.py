@@ -27,11 +27,12 @@ _AHEAD = (
 
 @dataclass(frozen=True)
 class Engine:
-    """Gives executors; `width` batches are under way at a time.
+    """Gives executors of a place; `width` batches are under way at a time.
 
     `lost` are the errors of a batch whose worker was lost. After a `BrokenExecutor` a new executor is opened.
     """
 
+    place: str
     open: Callable[[], Executor]
     width: int
     lost: tuple[type[BaseException], ...]
@@ -55,7 +56,7 @@ def use_processes(workers: int) -> Iterator[Engine]:
         return opened[-1]
 
     try:
-        yield Engine(start, 2 * workers, (BrokenExecutor,))
+        yield Engine("of this machine", start, 2 * workers, (BrokenExecutor,))
     finally:
         for pool in opened:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -92,4 +93,4 @@ def use_cluster(address: str) -> Iterator[Engine]:
     except (OSError, ValueError) as error:
         raise ClusterError(address, f"no scheduler answers: {error}") from None
     with client:
-        yield Engine(lambda: client.get_executor(pure=False), _AHEAD, (KilledWorker,))
+        yield Engine(address, lambda: client.get_executor(pure=False), _AHEAD, (KilledWorker,))

@@ -116,5 +116,6 @@ def _lock(folder: Path) -> Any:
     except ImportError:
         pass
     except OSError:
+        stream.close()
         raise DescriptionError(folder, "", "a study at work", "one study at a time in a folder") from None
     return stream

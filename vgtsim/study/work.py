@@ -7,9 +7,8 @@ from functools import lru_cache
 from typing import Any
 
 from vgtsim.description import Scene, change_entries, parse_scene
-from vgtsim.errors import ClusterError
 from vgtsim.site import Site
-from vgtsim.study.cases import Case, Order, as_number, join_scene, list_versions, split_scene
+from vgtsim.study.cases import Case, Order, join_scene, list_versions, split_scene
 from vgtsim.study.verbs import VERBS, Found
 
 Row = dict[str, Any]
@@ -19,11 +18,12 @@ def work_off(order: Order, cases: tuple[Case, ...]) -> list[Row]:
     """Do some cases, one after the other; each is a row, that of a case which failed too.
 
     Raises:
-        ClusterError: This worker has other versions of the packages than the study was begun with.
+        ImportError: This worker has other versions of the packages than the study was begun with.
     """
     if (here := list_versions()) != order.versions:
-        differing = [f"{name} {own}, not {other}" for (name, own), (_, other) in zip(here, order.versions, strict=True)]
-        raise ClusterError("", f"a worker has {'; '.join(differing)}: figures of different versions do not mix")
+        pairs = zip(here, order.versions, strict=True)
+        differing = "; ".join(f"{name} {own}, not {other}" for (name, own), (_, other) in pairs if own != other)
+        raise ImportError(f"a worker has {differing}: figures of different versions do not mix")
     return [_do_case(order, case) for case in cases]
 
 
@@ -40,8 +40,7 @@ def _do_case(order: Order, case: Case) -> Row:
 
 def make_row(order: Order, case: Case, kept: Row, error: str | None, seconds: float) -> Row:
     """The row of a case: digest, keys, what is kept, the error if any, and seconds of processor time."""
-    keys = zip(order.keys, map(as_number, case.entries), strict=True)
-    return {"digest": case.digest, **dict(keys), **kept, "error": error, "processor_s": seconds}
+    return {"digest": case.digest, **order.list_keys(case), **kept, "error": error, "processor_s": seconds}
 
 
 def _find(order: Order, case: Case) -> Found:
