@@ -27,6 +27,7 @@ from vgtsim.kinematics.roll_pitch_yaw import (
 
 Array = NDArray[np.float64]
 
+_KEPT = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 _PITCH = np.radians(80.0)  # from which roll and yaw are too nearly the same turn
 
 
@@ -65,7 +66,7 @@ def fill_poses(
             if length.size:
                 off = _reach(own, turn, figures[m], length[i, m], slope[i, m])
                 J[:] = slope[i, m]
-                marks[i, m, 2] = placed and off <= single.STATIC_TOLERANCE
+                marks[i, m, 2] = placed and off <= _KEPT
                 marks[i, m, 3] = placed and abs(pose[4]) < _PITCH and _determinant(J) * figures[m, 42] > 0
 
 
