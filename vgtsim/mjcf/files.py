@@ -18,7 +18,10 @@ from vgtsim.replacing import replacing
 from vgtsim.site import Site
 
 _SETTLE = 0.5  # in which a model gives way as far as it does, s
-_TOLERANCE, _ITERATIONS = 1e-20, 20  # of the solver while it does: ten digits of both figures; none at all costs 7 times more
+_TOLERANCE, _ITERATIONS = (
+    1e-20,
+    20,
+)  # of the solver while it does: ten digits of both figures; none at all costs 7 times more
 
 _HEADER = """
 {title}
