@@ -23,8 +23,7 @@ Array = NDArray[np.float64]
 
 _AXIAL = ("near_axial", "bar", "far_axial")
 _MOMENTS = ("near_moment", "far_moment")
-_OTHERS = (*_MOMENTS, "near_transverse", "reaction")
-_CHUNK = 256  # poses held against the cases at a time: bounds the memory that the effects of the unit loads take
+_CHUNK = 64  # poses held against the cases at a time: keeps the effects of the unit loads in cache
 
 
 @dataclass(frozen=True)
@@ -75,8 +74,8 @@ class Effects:
         So has the moment at each of its ends, which is about one line whatever the load (see `_find_rings` in `equilibrium`).
 
         The most pulled and the most pushed state of every member are returned, with the ends of the range of the moments
-        at its hubs; which end goes with which force or with which end at the other hub is not said. Transverse forces and
-        reactions are those without loads from any direction.
+        at its hubs; which end goes with which force or with which end at the other hub is not said. Reactions are those
+        without loads from any direction; shears are not worked out and NaN.
         """
         high = low = self.solve(case)
         sets = []
@@ -103,8 +102,10 @@ class Effects:
 
     def _add_up(self, weights: Array) -> MemberForces:
         """Weighted sum of the effects, or several for weights of shape (k, 9 or 11)."""
-        parts = {name: np.tensordot(weights, getattr(self.units, name), 1) for name in (*_AXIAL, *_OTHERS)}
-        return replace(self.units, direction=self.units.direction[0], **parts)
+        bent = _MOMENTS if len(self.model.truss.rings) else ()
+        parts = {name: np.tensordot(weights, getattr(self.units, name), 1) for name in (*_AXIAL, *bent, "reaction")}
+        first = self.units.at(0)
+        return replace(first, near_transverse=np.broadcast_to(np.nan, first.near_transverse.shape), **parts)
 
 
 def find_effects(model: LoadModel, nodes: ArrayLike, motion: NodeMotion | None = None) -> Effects:

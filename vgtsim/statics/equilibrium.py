@@ -24,7 +24,7 @@ from vgtsim.statics.motion import NodeMotion
 
 Array = NDArray[np.float64]
 
-_CHUNK = 512  # instants times loads solved at a time: keeps the work arrays in cache
+_CHUNK, _LEAST = 512, 64  # instants times loads solved at a time, and instants: keeps the work arrays in cache
 
 
 @dataclass(frozen=True)
@@ -106,12 +106,15 @@ def solve_loadings(truss: Truss, nodes: ArrayLike, loadings: Sequence[Loading]) 
         )
         for item in loadings
     ]
-    step = max(_CHUNK // len(each), 1)
+    step = max(_CHUNK // len(each), _LEAST)
     parts = [_solve_chunk(truss, flat, slice(i, i + step), each) for i in range(0, max(len(flat), 1), step)]
     whole = {}
     for item in fields(MemberForces):
         values = [getattr(part, item.name) for part in parts]
-        value = np.concatenate(values, axis=1) if len(values) > 1 else values[0]
+        if len(values) > 1 and "moment" in item.name and not len(truss.rings):
+            value = np.broadcast_to(0.0, (len(each), len(flat), *values[0].shape[2:]))
+        else:
+            value = np.concatenate(values, axis=1) if len(values) > 1 else values[0]
         whole[item.name] = value.reshape(len(value), *batch, *value.shape[2:])
     return MemberForces(**whole)
 
@@ -127,9 +130,9 @@ def _solve_chunk(truss: Truss, every: Array, part: slice, loadings: Sequence[Loa
     direction = units[None, :, :count]
     near_part, far_part = (dot(share, direction) for share in (near, far))
     bar, transverse = tension[..., :count].copy(), near - near_part * direction
-    moments = np.zeros((2, *near.shape))
+    moments = np.broadcast_to(0.0, (2, *near.shape))  # takes no memory where nothing is bent
     if len(truss.rings):
-        bent = truss.ring_actuators.ravel()
+        bent, moments = truss.ring_actuators.ravel(), moments.copy()
         bar[..., bent], shear, moments[..., bent, :] = _find_rings(truss, nodes, tension)
         transverse[..., bent, :] += shear
     base, left = nodes[:, truss.base], total[:, :, truss.base]
