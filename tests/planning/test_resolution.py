@@ -8,8 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from vgtsim.cli import app
-from vgtsim.description import load_manipulator, load_scene
-from vgtsim.description.redundancy import Method
+from vgtsim.description import Method, load_manipulator, load_scene
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning import solve_first_goal

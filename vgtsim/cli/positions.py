@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from vgtsim.cli.application import ERR, OUT, OutFolder, SceneOrArm, app, finish, list_files
-from vgtsim.description import Method, find_file, is_scene
+from vgtsim.constants import Method
 
 if TYPE_CHECKING:
     from vgtsim.planning.arm_alone import Place
@@ -89,6 +89,7 @@ def track(
 
 def _load(description: Path) -> Place:
     """A scene's site, or an arm alone, which hangs with its base face at the origin."""
+    from vgtsim.description import find_file, is_scene
     from vgtsim.planning.arm_alone import ArmAlone
     from vgtsim.site import load_arm, load_site
 

@@ -9,10 +9,10 @@ from rest to rest, so a corner of the path asks no infinite acceleration.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import DescriptionError, FollowError, ReachError
@@ -33,6 +33,9 @@ from vgtsim.positioning import (
     tool_goal,
 )
 from vgtsim.site import Site
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 Array = NDArray[np.float64]
 
@@ -176,6 +179,8 @@ def _solve(
     problem: Problem, stretch: Stretch, start: Array, tolerance: float, *, first: bool
 ) -> tuple[BSpline, Solution]:
     """Inputs over the parameter 0 to 1, and the goals they go through, in order."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
+
     points, directions = stretch.points(_FIRST), stretch.directions(_FIRST)
     parts, here = [], start
     for k in range(_FIRST):

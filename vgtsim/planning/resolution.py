@@ -9,7 +9,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.redundancy import OBJECTIVES, Method, choose_coupling, split_objective
+from vgtsim.constants import Method
+from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, straight_yaws
 from vgtsim.planning.arm_alone import Place, safety_factor_of
