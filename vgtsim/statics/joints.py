@@ -7,7 +7,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.compilation import compiled
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, warn_poor
 from vgtsim.statics.framework import Framework, diagnose
@@ -35,7 +35,7 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
         raise TrussError(len(frame.ends), (), "isostatic, but not group by group of nodes")
     total, found = np.array(force, float, order="C"), np.empty((len(force), *unit.shape[:-1]))
     sine = np.empty((len(unit), len(order.begin) - 1))
-    _substitute(unit, order.ends, order.bars, order.node, order.axis, order.begin, total, found, sine)
+    _substitute(by_rows(unit), order.ends, order.bars, order.node, order.axis, order.begin, total, found, sine)
     if sine.size and sine.min() < POOR:
         least = sine.min(axis=1)
         worst = int(np.argmax(least < SINGULAR) if least.min() < SINGULAR else np.argmin(least))
