@@ -354,6 +354,7 @@ def _become(case: Case, folder: Path, output: Path) -> None:
         printed = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         for stream in (0, 1, 2):
             os.dup2(os.open(os.devnull, os.O_RDONLY) if stream == 0 else printed, stream)
+        sys.stdout, sys.stderr = (os.fdopen(stream, "w") for stream in (1, 2))  # not those of pytest
         os.chdir(folder)
         os.environ["TMPDIR"] = str(folder)
         sys.argv = ["vgtsim", *case.words]

@@ -8,6 +8,7 @@ import tempfile
 import traceback
 import warnings
 from enum import IntEnum
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -81,7 +82,7 @@ def show_report(report: Report, folder: Path) -> None:
             f"{sign} {check.limit:.3g}",
             check.unit,
             check.where,
-            f"{check.when:.2f}",
+            "" if isnan(check.when) else f"{check.when:.2f}",
         )
     OUT.print(table)
     factor = report.performance["real_time_factor"]
