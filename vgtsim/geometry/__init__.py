@@ -1,9 +1,10 @@
 """Geometry of the tank: its profile, and how far the arm is from it and from itself."""
 
 from vgtsim.geometry.clearance import Clearance, Obstacles, arm_clearance, nearest_pair, obstacles, self_clearance
-from vgtsim.geometry.distance import enclosure_depth, enclosure_distance, segment_distance
+from vgtsim.geometry.distance import enclosure_distance, find_mouth, segment_distance
+from vgtsim.geometry.gaps import carry, find_near
 from vgtsim.geometry.mast import MastPipe, make_mast
-from vgtsim.geometry.pairs import MemberPairs, member_balls, near_members, pair_members
+from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
@@ -13,12 +14,12 @@ __all__ = [
     "Obstacles",
     "Profile",
     "arm_clearance",
-    "enclosure_depth",
+    "carry",
     "enclosure_distance",
+    "find_mouth",
+    "find_near",
     "make_mast",
     "make_profile",
-    "member_balls",
-    "near_members",
     "nearest_pair",
     "obstacles",
     "pair_members",
