@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from vgtsim.description.redundancy import Method
+from vgtsim.description import Method
 from vgtsim.errors import ReachError
 from vgtsim.geometry import segment_distance
 from vgtsim.kinematics import bend_all, swing

@@ -1,8 +1,16 @@
 """Geometry of the tank: its profile, and how far the arm is from it and from itself."""
 
-from vgtsim.geometry.clearance import Clearance, Obstacles, arm_clearance, nearest_pair, obstacles, self_clearance
-from vgtsim.geometry.distance import enclosure_distance, find_mouth, segment_distance
-from vgtsim.geometry.gaps import carry, find_near
+from vgtsim.geometry.clearance import (
+    Clearance,
+    Obstacles,
+    arm_clearance,
+    make_walls,
+    nearest_pair,
+    obstacles,
+    self_clearance,
+)
+from vgtsim.geometry.distance import enclosure_distance, segment_distance
+from vgtsim.geometry.gaps import Walls, carry, find_near
 from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
@@ -13,13 +21,14 @@ __all__ = [
     "MemberPairs",
     "Obstacles",
     "Profile",
+    "Walls",
     "arm_clearance",
     "carry",
     "enclosure_distance",
-    "find_mouth",
     "find_near",
     "make_mast",
     "make_profile",
+    "make_walls",
     "nearest_pair",
     "obstacles",
     "pair_members",

@@ -74,6 +74,11 @@ def obstacles(tank: Tank) -> Obstacles:
     return Obstacles(names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level)
 
 
+def make_walls(tank: Tank, profile: Profile, around: Obstacles) -> gaps.Walls:
+    """The tank, its obstacles and its waste, for compiled functions."""
+    return profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii), around.waste_level
+
+
 def arm_clearance(
     nodes: ArrayLike,
     ends: NDArray[np.integer],
@@ -100,18 +105,9 @@ def arm_clearance(
     places = (SHELL, RISER, *around.names, WASTE)
     distance = np.empty((len(flat), len(places)))
     body = np.empty((len(flat), len(places)), np.intp)
-    gaps.measure_arm(
-        profile.figures,
-        find_mouth(tank, profile),
-        np.array(around.axes),
-        np.array(around.radii),
-        around.waste_level,
-        np.array(flat, order="C"),
-        np.array(ends, np.intp),
-        np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii]),
-        distance,
-        body,
-    )
+    thick = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
+    walls = make_walls(tank, profile, around)
+    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body)
     return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
 
 
@@ -132,5 +128,5 @@ def nearest_pair(pairs: MemberPairs, nodes: ArrayLike) -> tuple[Array, Index]:
     nodes = np.asarray(nodes, float)
     batch, flat = nodes.shape[:-2], np.array(nodes.reshape(-1, *nodes.shape[-2:]), order="C")
     distance, pair = np.empty(len(flat)), np.empty((len(flat), 2), np.intp)
-    gaps.measure_pairs(pairs.ends, pairs.radii, *pairs.table, flat, distance, pair)
+    gaps.measure_pairs(pairs.table, flat, distance, pair)
     return distance.reshape(batch), pair.reshape(*batch, 2)

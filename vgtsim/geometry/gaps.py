@@ -1,7 +1,8 @@
 """Distances, compiled: to the tank's inner surface, between segments, and of an arm from all that it must keep clear of.
 
 All positions are in frame G, m. A curve is the tank's profile as `Profile.figures`; a mouth is (bore, rim, dome): radius and
-height of the circle where the arm riser's bore meets the dome, and the height of the dome's centre.
+height of the circle where the arm riser's bore meets the dome, and the height of the dome's centre. `Walls` are curve, mouth,
+axes of K obstacles, shape (K, 2, 3), their radii and the level of the waste. `Pairs` are as `MemberPairs.table`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from vgtsim.compilation import compiled
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
+Walls = tuple[Array, Array, Array, Array, float]
+Pairs = tuple[Index, Array, Index, Array, Index, Index, Index]
 
 _SECTOR_SLACK = 1e-9  # m; a point on the border of two sectors must not fall between them; the error is its square
 _TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
@@ -115,27 +118,13 @@ def measure_segments(a0: Array, a1: Array, b0: Array, b1: Array, found: Array) -
 
 
 @compiled
-def measure_arm(
-    curve: Array,
-    mouth: Array,
-    axes: Array,
-    thick: Array,
-    level: float,
-    balls: Array,
-    ends: Index,
-    radii: Array,
-    least: Array,
-    body: Index,
-) -> None:
+def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Array, body: Index) -> None:
     """Least distances, shape (B, P), and bodies, see `arm_clearance`; P are shell, riser, obstacles and waste.
 
-    Args:
-        axes: Of K obstacles, shape (K, 2, 3), and their radii `thick`, shape (K,).
-        level: Of the waste.
-        balls: Nodes and payload, shape (B, N, 3).
-        ends: Balls of each member, shape (M, 2).
-        radii: Of members and then of balls, shape (M + N,).
+    Balls are nodes and payload, shape (B, N, 3); members have two of them, shape (M, 2). Radii are of members and then of
+    balls, shape (M + N,).
     """
+    curve, mouth, axes, thick, level = tank
     count, places = len(ends), least.shape[1]
     depth, at_mouth = np.empty(balls.shape[1]), np.empty(balls.shape[1], np.bool_)
     for i in range(len(balls)):
@@ -152,7 +141,7 @@ def measure_arm(
                 gap = _between(points[a], points[b], axes[k, 0], axes[k, 1])[0] - thick[k] - radii[m]
                 _offer(least[i], body[i], 2 + k, gap, m)
             _offer(least[i], body[i], places - 1, min(points[a, 2], points[b, 2]) - level - radii[m], m)
-        _search_mouth(curve, mouth, points, ends, radii, at_mouth, least[i], body[i])
+        _search_mouth(curve, mouth, points, ends, radii, depth, at_mouth, least[i], body[i])
 
 
 @compiled
@@ -164,7 +153,15 @@ def _offer(least: Array, body: Index, place: int, gap: float, m: int) -> None:
 
 @compiled
 def _search_mouth(
-    curve: Array, mouth: Array, points: Array, ends: Index, radii: Array, at_mouth: Mask, least: Array, body: Index
+    curve: Array,
+    mouth: Array,
+    points: Array,
+    ends: Index,
+    radii: Array,
+    depths: Array,
+    at_mouth: Mask,
+    least: Array,
+    body: Index,
 ) -> None:
     """Search members that begin or end where the riser's mouth is nearest along their length.
 
@@ -172,6 +169,13 @@ def _search_mouth(
     come as near to the riser as another one is given up.
     """
     some = np.flatnonzero(at_mouth[ends[:, 0]] | at_mouth[ends[:, 1]])
+    for j in range(len(some)):  # a member that can come nearer to neither than another one is already needs no search
+        a, b = points[ends[some[j], 0]], points[ends[some[j], 1]]
+        middle = _enclose(curve, mouth, np.hypot(a[0] + b[0], a[1] + b[1]) / 2, (a[2] + b[2]) / 2)[0]
+        end = min(depths[ends[some[j], 0]], depths[ends[some[j], 1]])
+        if (end + middle - _apart(a, b) / 2) / 2 - radii[some[j]] >= max(least[0], least[1]):
+            some[j] = -1
+    some = some[some >= 0]
     if not len(some):
         return
     low, high, bound = np.zeros(len(some)), np.ones(len(some)), np.empty(len(some))
@@ -194,8 +198,7 @@ def _search_mouth(
             before, after = max(best - 1, 0), min(best + 1, _SAMPLES - 1)
             gap[j], in_mouth[j] = depth[best] - radii[some[j]], mark[best]
             only[j] = mark[best] and mark[before] and mark[after]
-            way = np.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
-            bound[j] = gap[j] - step * way / 2
+            bound[j] = gap[j] - step * _apart(a, b) / 2
             low[j], high[j] = low[j] + step * before, low[j] + step * after
             if in_mouth[j]:
                 found = min(found, gap[j])
@@ -240,22 +243,12 @@ def _ball_gap(points: Array, ends: Index, radii: Array, first: int, second: int)
 
 
 @compiled
-def measure_pairs(
-    ends: Index,
-    radii: Array,
-    corners: Index,
-    thick: Array,
-    modules: Index,
-    members: Index,
-    begin: Index,
-    points: Array,
-    least: Array,
-    pair: Index,
-) -> None:
-    """Least distance between members of each configuration, shape (W,), and the two members, (W, 2); see `MemberPairs`.
+def measure_pairs(pairs: Pairs, points: Array, least: Array, pair: Index) -> None:
+    """Least distance between members of each configuration, shape (W,), and the two members, shape (W, 2).
 
     Balls about modules and members tell which of them need not be measured.
     """
+    ends, radii, corners, thick, modules, members, begin = pairs
     balls, lower = np.empty((len(corners), 4)), np.empty(modules.shape[1])
     for i in range(len(points)):
         least[i], pair[i] = np.inf, -1
@@ -287,20 +280,10 @@ def measure_pairs(
 
 @compiled
 def find_near(
-    curve: Array,
-    mouth: Array,
-    axes: Array,
-    thick: Array,
+    tank: Walls,
+    pairs: Pairs,
     meets: Mask,
-    level: float,
-    ends: Index,
-    radii: Array,
     point_radii: Array,
-    corners: Index,
-    bulk: Array,
-    modules: Index,
-    members: Index,
-    begin: Index,
     points: Array,
     reach: float,
     payload: bool,
@@ -312,16 +295,15 @@ def find_near(
     """Pairs of bodies nearer than a reach, configuration by configuration; returns their number, however few fit in.
 
     Args:
-        axes: Of C upright cylinders, shape (C, 2, 3), and their radii `thick`, shape (C,).
-        meets: Which capsules may meet which cylinder, shape (C, M).
-        ends: Points of each capsule, shape (M, 2); the last one is the payload.
+        meets: Which members may meet which obstacle, shape (K, M); obstacles stand upright. The last member is the payload.
         point_radii: Of a ball about each point, shape (N + 1,).
-        corners: With `bulk`, `modules`, `members` and `begin` the pairs of capsules, see `MemberPairs`.
         points: Shape (W, N + 1, 3); the first three do not move.
         payload: Whether the payload's distance from all but the arm counts.
         config: Configuration of each pair, shape (R,), and its gap, shape (R,).
         held: Points on which the gap depends, shape (R, 4), -1 for none, and its slopes by them, shape (R, 4, 3).
     """
+    curve, mouth, axes, thick, level = tank
+    ends, radii, corners, bulk, modules, members, begin = pairs
     balls, count = np.empty((len(corners), 4)), 0
     fixed, capsules = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1)
     for i in range(len(points)):

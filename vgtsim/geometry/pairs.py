@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.geometry.gaps import Pairs
+
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
@@ -38,9 +40,9 @@ class MemberPairs:
     begin: Index
 
     @property
-    def table(self) -> tuple[Index, Array, Index, Index, Index]:
-        """Corners, thickness, pairs of modules and of members, and where these begin."""
-        return self.corners, self.thick, self.modules, self.members, self.begin
+    def table(self) -> Pairs:
+        """All of it, for compiled functions."""
+        return self.ends, self.radii, self.corners, self.thick, self.modules, self.members, self.begin
 
 
 def pair_members(ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np.integer], apart: int) -> MemberPairs:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,11 +14,12 @@ from vgtsim.geometry import (
     MemberPairs,
     Obstacles,
     Profile,
+    Walls,
     arm_clearance,
     carry,
-    find_mouth,
     find_near,
     make_profile,
+    make_walls,
     nearest_pair,
     obstacles,
     pair_members,
@@ -88,13 +89,20 @@ class Surroundings:
         return obstacles(self.tank)
 
     @cached_property
-    def _mouth(self) -> Array:
-        return find_mouth(self.tank, self.profile)
+    def _walls(self) -> Walls:
+        """Those of the tank, with the mast as one more obstacle."""
+        around, pillars = self.obstacles, self._pillars
+        return make_walls(self.tank, self.profile, replace(around, axes=pillars.axes, radii=pillars.radii))
 
     @cached_property
     def capsules(self) -> Capsules:
         """The arm with its payload."""
         return make_capsules(self.chain, self.payload_radius)
+
+    @cached_property
+    def unloaded(self) -> Surroundings:
+        """The same for the shape that the arm has without load."""
+        return self if self.sag is None else replace(self, sag=None)
 
     @cached_property
     def _pillars(self) -> _Pillars:
@@ -142,16 +150,10 @@ class Surroundings:
             config, gap = np.empty(room, np.intp), np.empty(room)
             held, slope = np.empty((room, 4), np.intp), np.empty((room, 4, 3))
             count = find_near(
-                self.profile.figures,
-                self._mouth,
-                pillars.axes,
-                pillars.radii,
+                self._walls,
+                capsules.far_pairs.table,
                 pillars.meets,
-                self.obstacles.waste_level,
-                capsules.ends,
-                capsules.radii,
                 capsules.point_radii,
-                *capsules.far_pairs.table,
                 points,
                 reach,
                 payload,
