@@ -121,13 +121,20 @@ def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile,
     shell, riser = np.where(mouth, inf, depth), np.where(mouth, depth, inf)
     member_shell = np.minimum(shell[:, ends[:, 0]], shell[:, ends[:, 1]])
     member_riser = np.minimum(riser[:, ends[:, 0]], riser[:, ends[:, 1]])
-    near = mouth[:, ends[:, 0]] | mouth[:, ends[:, 1]]
-    if near.any():
-        least = np.min(np.concatenate([member_riser, riser], 1) - radii, axis=1)
-        config, member = np.nonzero(near)
-        along, at_riser = _along(a[near], b[near], radii[member], (config, least), tank, profile)
-        member_shell[near] = np.minimum(member_shell[near], np.where(at_riser, inf, along))
-        member_riser[near] = np.minimum(member_riser[near], np.where(at_riser, along, inf))
+    config, member = np.nonzero(mouth[:, ends[:, 0]] | mouth[:, ends[:, 1]])
+    if len(config):
+        shell_gap, riser_gap = (
+            np.min(np.concatenate([at_members, at_balls], 1) - radii, axis=1)
+            for at_members, at_balls in ((member_shell, shell), (member_riser, riser))
+        )
+        # a member that can come nearer to neither than another one is already needs no search
+        first, last = a[config, member], b[config, member]
+        lower = _bound(first, last, depth[config[:, None], ends[member]], tank, profile) - radii[member]
+        left = np.flatnonzero(lower < np.maximum(shell_gap, riser_gap)[config])
+        config, member = config[left], member[left]
+        along, at_riser = _along(first[left], last[left], radii[member], (config, riser_gap), tank, profile)
+        member_shell[config, member] = np.minimum(member_shell[config, member], np.where(at_riser, inf, along))
+        member_riser[config, member] = np.minimum(member_riser[config, member], np.where(at_riser, along, inf))
     columns = [np.concatenate([member_shell, shell], 1), np.concatenate([member_riser, riser], 1)]
     starts, stops = np.concatenate([a, balls], 1), np.concatenate([b, balls], 1)
     for (low, high), radius in zip(around.axes, around.radii, strict=True):
@@ -135,6 +142,15 @@ def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile,
         columns.append(np.concatenate(gaps, axis=1))
     columns.append(np.minimum(starts[..., 2], stops[..., 2]) - around.waste_level)
     return np.stack(columns, -1) - radii[:, None]
+
+
+def _bound(a: Array, b: Array, depth: Array, tank: Tank, profile: Profile) -> Array:
+    """Lower bound of the enclosure distance along segments, shape (n,), m, by those at their ends, shape (n, 2), and middles.
+
+    The distance changes by no more than the way along the segment.
+    """
+    middle, _ = enclosure_depth(tank, profile, (a + b) / 2)
+    return (depth.min(axis=1) + middle - np.linalg.norm(b - a, axis=1) / 2) / 2
 
 
 def _along(

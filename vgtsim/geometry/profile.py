@@ -8,11 +8,10 @@ the wall are pieces of no curvature and need no case of their own.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import acos, ceil, cos, inf, pi, sin, tan
+from math import acos, atan, ceil, cos, inf, pi, sin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 from vgtsim.description.tank import Shell
 
@@ -213,5 +212,6 @@ def _dish_angle(R: float, rk: float, depth: float) -> float:
     """Half-angle of the dish, rad; zero for a flat floor."""
     if not depth:
         return 0.0
-    angle = brentq(lambda theta: tan(theta / 2) * (R - rk + rk * sin(theta)) - depth, 0.0, pi / 2, xtol=1e-15)
-    return float(angle)  # pyright: ignore[reportArgumentType]
+    # tan(theta / 2) (R - rk + rk sin theta) = depth, a cubic in t = tan(theta / 2) that rises from 0 to 1
+    roots = np.roots([R - rk, 2 * rk - depth, R - rk, -depth])
+    return 2 * atan(next(float(root.real) for root in roots if not root.imag and 0 < root.real < 1))

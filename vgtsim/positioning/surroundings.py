@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -102,6 +102,11 @@ class Surroundings:
     def capsules(self) -> Capsules:
         """The arm with its payload."""
         return make_capsules(self.chain, self.payload_radius)
+
+    @cached_property
+    def unloaded(self) -> Surroundings:
+        """The same for the shape that the arm has without load."""
+        return self if self.sag is None else replace(self, sag=None)
 
     @cached_property
     def _pillars(self) -> _Pillars:
