@@ -9,9 +9,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from vgtsim.constants import Method
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.redundancy import Method, ObjectiveName, choose_coupling
+from vgtsim.description.redundancy import ObjectiveName, choose_coupling
 from vgtsim.description.schema import Description, Name, Provenance, Title, require_distinct
 from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank

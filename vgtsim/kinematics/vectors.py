@@ -21,7 +21,7 @@ def cross(a: Array, b: Array) -> Array:
 
 def dot(a: Array, b: Array) -> Array:
     """Scalar products, shape (..., 1), of vectors whose shapes broadcast."""
-    return np.sum(a * b, axis=-1, keepdims=True)
+    return (a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])[..., None]
 
 
 def across(vector: Array, unit: Array) -> Array:

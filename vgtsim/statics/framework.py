@@ -76,6 +76,16 @@ class Framework:
             )
         return tuple(found) if len(last) == len(node) else None
 
+    @cached_property
+    def blocks(self) -> tuple[Blocks, ...]:
+        """The groups by their size: those of one size are inverted together."""
+        groups, found = self.groups or (), []
+        for size in {len(group.bars) for group in groups}:
+            places = [place for place, group in enumerate(groups) if len(group.bars) == size]
+            columns = (np.array([getattr(groups[i], name) for i in places]) for name in ("bars", "axis", "sign"))
+            found.append(Blocks(places, *columns))
+        return tuple(found)
+
 
 @dataclass(frozen=True)
 class Group:
@@ -96,6 +106,16 @@ class Group:
     sign: Array
     touched: Indices | slice
     pulls: Array
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """G groups of one size k by their places: bars and axes, shape (G, k), and signs, shape (G, k, k), as in `Group`."""
+
+    places: list[int]
+    bars: Indices
+    axis: Indices
+    sign: Array
 
 
 def _shorten(indices: Indices) -> Indices | slice:

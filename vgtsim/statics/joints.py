@@ -20,11 +20,11 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
 
     Args:
         unit: Directions of the bars, shape (T, B, 3).
-        force: Loads on the nodes, shape (T, N, 3), N.
+        force: L loads on the nodes, shape (L, T, N, 3), N; each pose is inverted once for all of them.
         nodes: Shape (T, N, 3), m, to name what is wrong.
 
     Returns:
-        Bar forces, shape (T, B), N, and what is left at the nodes, shape (T, N, 3), N: for the supports.
+        Bar forces, shape (L, T, B), N, and what is left at the nodes, shape (L, T, N, 3), N: for the supports.
 
     Raises:
         TrussError: A mechanism, or a self-stress; bars are named.
@@ -34,24 +34,24 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
         diagnose(frame, nodes[0])
         raise TrussError(len(frame.ends), (), "isostatic, but not group by group of nodes")
     inverse = _invert(frame, groups, unit, nodes, start)
-    total, found = np.array(force, order="C"), np.empty(unit.shape[:-1])
-    left = total.reshape(len(total), 3 * total.shape[1], 1)  # a view
+    loads, poses, count = force.shape[:3]
+    total, found = np.array(force.transpose(1, 2, 3, 0), order="C"), np.empty((*unit.shape[:-1], loads))
+    rows, at_node = total.reshape(poses, 3 * count, loads), total.reshape(poses, count, 3 * loads)  # views
+    wide = unit[..., None]
     for group, block in zip(groups, inverse, strict=True):
-        pull = -(block @ left[:, group.rows])
-        found[:, group.bars] = pull[..., 0]
-        total[:, group.touched] += group.pulls @ (pull * unit[:, group.bars])
-    return found, total
+        found[:, group.bars] = pull = -(block @ rows[:, group.rows])
+        along = pull[:, :, None] * wide[:, group.bars]
+        at_node[:, group.touched] += group.pulls @ along.reshape(poses, len(group.bars), 3 * loads)
+    return found.transpose(2, 0, 1), total.transpose(3, 0, 1, 2)
 
 
 def _invert(frame: Framework, groups: tuple[Group, ...], unit: Array, nodes: Array, start: int) -> list[Array]:
-    """Inverses of the groups' equilibrium matrices, each shape (T, k, k); those of one size are inverted together."""
+    """Inverses of the groups' equilibrium matrices, each shape (T, k, k)."""
     inverse = [np.empty(0)] * len(groups)
-    for size in {len(group.bars) for group in groups}:
-        alike = [place for place, group in enumerate(groups) if len(group.bars) == size]
-        bars, axes, sign = (np.array([getattr(groups[i], name) for i in alike]) for name in ("bars", "axis", "sign"))
-        matrix = sign * unit[:, bars[:, None, :], axes[:, :, None]]
-        blocks = _invert_blocks(frame, matrix, bars, nodes, start)
-        for place, which in enumerate(alike):
+    for alike in frame.blocks:
+        matrix = alike.sign * unit[:, alike.bars[:, None, :], alike.axis[:, :, None]]
+        blocks = _invert_blocks(frame, matrix, alike.bars, nodes, start)
+        for place, which in enumerate(alike.places):
             inverse[which] = blocks[:, place]
     return inverse
 
