@@ -57,8 +57,8 @@ def test_rows_are_the_hand_calculation(hanging):
     lean = np.sqrt(module.longeron**2 - arm.face_side**2 / 4 - half**2)
     tube, cylinder = arm.tubes[module.longeron_tube], arm.cylinders[module.cylinder]
     steel = arm.materials[tube.material]
-    wall = tube.model_copy(update={"wall": steel.design_wall * tube.wall})
-    strong = steel.yield_strength * wall.area / scene.task.limits.safety_factor
+    drawn = tube.model_copy(update={"wall": steel.design_wall * tube.wall})
+    strong = steel.yield_strength * drawn.area / scene.task.limits.safety_factor
     rows = case_rows(verify(Site(scene), log))
     strength, drive = rows["member_utilisation"], rows["actuator_force"]
     assert strength.measured == pytest.approx(pull * module.longeron / (6 * half) / strong, rel=CLOSED_FORM)
