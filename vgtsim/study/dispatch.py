@@ -13,7 +13,6 @@ from vgtsim.study.cases import Case, Order
 from vgtsim.study.engines import Engine
 from vgtsim.study.work import Row, make_row, work_off
 
-_BATCH_S = 1.0  # seconds of work in a batch of short cases: a scheduler takes milliseconds for each batch
 _LARGEST = 1000  # cases of a batch
 _ALONE = 2  # losses of a worker after which a case goes alone
 _BREAKS = 3  # of a pool of processes that has not given one row: it cannot work at all
@@ -61,13 +60,13 @@ class _Loop:
         self.losses: Counter[str] = Counter()
         self.alone: Counter[str] = Counter()
         self.breaks: int | None = 0  # of the pool before its first row
-        self.mean_s = _BATCH_S  # of a case, so that the first batches have one each
+        self.mean_s = engine.batch_s  # of a case, so that the first batches have one each
 
     def fill(self) -> bool:
         """Send batches until enough are under way; False when all is done."""
         while self.waiting and len(self.running) < self.engine.width:
             share = len(self.waiting) // (2 * self.engine.width)  # the last batches are small, so that all end together
-            size = max(min(int(_BATCH_S / self.mean_s), _LARGEST, share), 1)
+            size = max(min(int(self.engine.batch_s / self.mean_s), _LARGEST, share), 1)
             self._send(tuple(self.waiting.popleft() for _ in range(size)))
         if self.suspects and not self.running:
             self._send((self.suspects.popleft(),), alone=True)
