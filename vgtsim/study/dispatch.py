@@ -14,6 +14,7 @@ from vgtsim.study.engines import Engine
 from vgtsim.study.work import Row, make_row, work_off
 
 _LARGEST = 1000  # cases of a batch
+_BROKEN = "its processes end before the first case does; a program that calls this needs `if __name__ == '__main__':`"
 _ALONE = 2  # losses of a worker after which a case goes alone
 _BREAKS = 3  # of a pool of processes that has not given one row: it cannot work at all
 _CONDEMNED = 2  # losses of a worker by a case that was alone, after which it is the cause
@@ -28,7 +29,7 @@ def dispatch(
     case is blamed for what another did, and none is lost; one that loses its worker alone, too, is a row with that error.
 
     Raises:
-        ClusterError: The cluster is gone, or a worker has other versions.
+        ClusterError: The cluster is gone, or a worker cannot begin: it has not the same versions of the packages.
     """
     loop = _Loop(order, engine, deque(cases))
     while loop.fill():
@@ -85,7 +86,7 @@ class _Loop:
         if self.breaks is not None:
             self.breaks += 1
             if self.breaks > _BREAKS:
-                raise ClusterError(self.engine.place, "its processes end before the first case does")
+                raise ClusterError(self.engine.place, _BROKEN)
         self.pool = self.engine.open()
 
     def collect(self, patience: float) -> list[Row]:
@@ -100,8 +101,8 @@ class _Loop:
             return self._resend(batch)
         except CancelledError:
             raise ClusterError(self.engine.place, "the scheduler is gone") from None
-        except ImportError as error:
-            raise ClusterError(self.engine.place, str(error)) from None
+        except Exception as error:  # not of a case: those are rows
+            raise ClusterError(self.engine.place, f"a worker cannot begin: {str(error).strip()}") from error
         self.breaks = None
         spent = sum(row["processor_s"] for row in rows) / len(rows)
         self.mean_s = max(0.9 * self.mean_s + 0.1 * spent, 1e-4)
