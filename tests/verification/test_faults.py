@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ def program(site):
     stations = [bend(site.scene, *pose) for pose in POSES]
     s = np.linspace(0, 1, round(WAY / step) + 1)[:, None]
     s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
-    for goal, (first, last) in enumerate(zip(stations[:-1], stations[1:], strict=True)):
+    for goal, (first, last) in enumerate(pairwise(stations)):
         lengths = site.chain.lengths(first + s * (last - first))
         legs.append(Leg(name=f"goal_{goal}", goal=goal, lengths=lengths, q=last, clearance=1.0, place="nothing"))
     return Tour(stations[0], tuple(legs), step)
@@ -45,7 +46,9 @@ def site():
         position, direction = chain.tool(bend(scene, *pose))
         new = {"name": f"goal_{index}", "position": tuple(position), "direction": tuple(direction)}
         goals.append(motion.goals[0].model_copy(update=new))
-    motion = motion.model_copy(update={"goals": tuple(goals), "hold": HOLD, "acceleration": 0.1, "settle_speed": 1e-8})
+    motion = motion.model_copy(
+        update={"goals": tuple(goals), "hold": HOLD, "acceleration": 0.1, "settle_speed": 1e-8, "patience": 1.0}
+    )
     return Site(dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion})))
 
 
