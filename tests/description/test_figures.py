@@ -38,7 +38,7 @@ def load_with(tmp_path, file, key, value):
         ),
         ("scene", "timestep", "5e-324", "a time step makes no sense"),
         ("scene", "log_rate", '"1e-300 1/s"', "a rate of records"),
-        ("scene", "mass", '"1e9 kg"', "payload.mass: .*0.001 to 100000 kg, beyond which a load at the tool"),
+        ("scene", "mass", '"1e9 kg"', "payload.mass: .*0.001 to .* kg, beyond which a load at the tool"),
         ("scene", "azimuth", "-170", "motion.start.0.azimuth: .*degrees are written"),
         ("scene", "settle_speed", '"1e-300 m/s"', "a speed in a tank"),
         ("tank", "inner_diameter", '"75e9 ft"', "shell.inner_diameter: .*the size of a part"),
@@ -49,7 +49,7 @@ def load_with(tmp_path, file, key, value):
         ("arm", "bore", "1e200", "cylinders.*bore: .*the size of a part"),
         ("arm", "bore", '"40 in"', "cylinders.*bore and walls of .* thinner than the barrel is long"),
         ("arm", "pressure", '"1e300 Pa"', "cylinders.*pressure"),
-        ("arm", "yield_strength", '"5 Pa"', "a strength makes no sense"),
+        ("arm", "yield_strength", '"1e-9 Pa"', "a strength makes no sense"),
     ],
 )
 def test_an_absurd_figure_is_refused_with_the_reason(tmp_path, file, key, value, words):

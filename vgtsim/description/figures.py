@@ -49,7 +49,7 @@ SizeOrZero = Annotated[float, Figure("m", 1e-4, 1e3, (5e-4, 60.0), "the size of 
 Size = Annotated[SizeOrZero, Field(gt=0)]
 Gap = Annotated[float, Field(ge=0), Figure("m", 1e-12, 1e3, (0.0, 60.0), "a distance")]
 Tolerance = Annotated[float, Field(gt=0), Figure("m", 1e-12, 1.0, (1e-9, 0.1), "a tolerance of length")]
-Mass = Annotated[float, Field(ge=0), Figure("kg", 1e-3, 1e5, (0.0, 5e3), "a load at the tool")]
+Mass = Annotated[float, Field(ge=0), Figure("kg", 1e-3, 1e6, (0.0, 5e3), "a load at the tool")]
 Time = Annotated[float, Figure("s", 1e-6, 1e5, kind="a time in a run")]
 Wait = Annotated[float, Field(gt=0), Figure("s", 1e-3, 1e4, (0.01, 1e3), "a wait in a run")]
 Step = Annotated[float, Field(gt=0, le=0.1), Figure("s", 1e-5, 0.1, (1e-4, 0.02), "a time step")]
@@ -59,8 +59,8 @@ Acceleration = Annotated[float, Figure("m/s**2", 1e-5, 1e3, (0.0, 100.0), "an ac
 Force = Annotated[float, Figure("N", 1e-12, 1e9, (-1e7, 1e7), "a force on an arm")]
 Moment = Annotated[float, Figure("N*m", 1e-12, 1e9, (-1e7, 1e7), "a moment on an arm")]
 Pressure = Annotated[float, Figure("Pa", 1e-3, 1e9, (-1e8, 1e8), "the pressure of an oil")]
-Stiffness = Annotated[float, Field(gt=0), Figure("Pa", 1e6, 1e13, (1e9, 1e12), "a modulus")]
-Strength = Annotated[float, Field(gt=0), Figure("Pa", 1e5, 1e11, (2e7, 3e9), "a strength")]
+Stiffness = Annotated[float, Field(gt=0), Figure("Pa", 1e3, 1e13, (1e9, 1e12), "a modulus")]
+Strength = Annotated[float, Field(gt=0), Figure("Pa", 1.0, 1e11, (2e7, 3e9), "a strength")]
 Density = Annotated[float, Field(gt=0), Figure("kg/m**3", 1.0, 3e4, (500.0, 2e4), "the density of a solid or a sludge")]
 Angle = Annotated[
     float, Figure("rad", most=4 * pi, usual=(-2 * pi, 2 * pi), kind='an angle (degrees are written "30 deg")')
