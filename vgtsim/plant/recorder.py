@@ -90,7 +90,9 @@ class Recorder:
             return empty_records(len(self.at.nodes), len(self.at.near), len(self.at.slide))
         return {name: np.array(values) for name, values in self.records.items()}
 
-    def make_log(self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str) -> RunLog:
+    def make_log(
+        self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str, digests: dict[str, str]
+    ) -> RunLog:
         """Make the log of all records so far."""
         touched = self.contacts
         return RunLog(
@@ -102,6 +104,7 @@ class Recorder:
             performance=performance,
             versions=dict(_list_versions()),
             stopped=stopped,
+            digests=digests,
         )
 
 
