@@ -1,0 +1,122 @@
+"""The arm in MJCF with rigid sections: each static section one body, each member of an active module one length row.
+
+The members' mass sits in their hubs, and no geom meets another: forces of members follow from statics, contact from the
+distances between the arm's capsules. A model has a sixth of the unknowns and of the rows of the model of `arm`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.errors import DescriptionError
+from vgtsim.graphics import mujoco
+from vgtsim.kinematics import Chain, kind_of
+from vgtsim.kinematics.inertia import make_hub_masses
+from vgtsim.mjcf import names
+from vgtsim.mjcf.arm import ROLE_COLOURS, add_defaults
+from vgtsim.mjcf.fittings import set_point_masses
+from vgtsim.mjcf.hubs import add_ball, add_hubs
+from vgtsim.mjcf.rigging import Rigging
+from vgtsim.mjcf.rows import SOLIMP, SOLREF_RATIO, SOLREF_STEPS
+from vgtsim.mjcf.tip import add_tip
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+_DRAWN = 0.02  # half the width of a drawn length row, m
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Nodes that are one rigid body, and members that are length rows; N nodes, L rows.
+
+    Attributes:
+        of_node: Section of each node, shape (N,): 0 is fixed to the flange, the last one holds the tip plate, -1 are free
+            hubs.
+        count: Number of sections with that of the flange.
+        rows: Indices of the members whose lengths are rows, shape (L,).
+    """
+
+    of_node: Index
+    count: int
+    rows: Index
+
+    def nodes(self, section: int) -> list[int]:
+        """Nodes of a section, or of -1 the free hubs."""
+        return np.flatnonzero(self.of_node == section).tolist()
+
+
+def find_sections(chain: Chain) -> Sections:
+    """Join the nodes of static modules to bodies; modules that share a face are one.
+
+    Raises:
+        DescriptionError: Two sections share a hinge, or the arm has joint blocks.
+    """
+    truss = chain.truss
+    if len(truss.rings):
+        raise DescriptionError(None, "simulation.members", "sections in an arm with joint offsets", "rigid or elastic")
+    groups = [set(range(len(truss.nodes))[part]) for part in (truss.base, truss.tip)]
+    for index, module in enumerate(chain.manipulator.modules):
+        if kind_of(module).make_static is None:
+            continue
+        joined = set(truss.ends[truss.module == index].ravel().tolist())
+        for other in [group for group in groups if len(group & joined) >= 3]:
+            groups.remove(other)
+            joined |= other
+        groups.append(joined)
+    of_node = np.full(len(truss.nodes), -1)
+    for number, group in enumerate(sorted(groups, key=min)):
+        taken = [node for node in sorted(group) if of_node[node] >= 0]
+        if taken:
+            found = f"sections in an arm with a hinge at {truss.nodes[taken[0]]}"
+            raise DescriptionError(None, "simulation.members", found, "rigid or elastic")
+        of_node[list(group)] = number
+    near, far = of_node[truss.ends].T
+    return Sections(of_node, len(groups), np.flatnonzero((near != far) | (near < 0)))
+
+
+def add_sections(spec: mujoco.MjSpec, rigging: Rigging) -> None:
+    """Add mast, feed, free hubs, rigid sections with the tip plate in the last, and length rows.
+
+    Lengths are commanded from the reference pose, as those of the full model.
+    """
+    truss, sections = rigging.chain.truss, find_sections(rigging.chain)
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    add_defaults(spec)
+    add_hubs(spec, rigging, sections.nodes(0), sections.nodes(-1))
+    for number in range(1, sections.count - 1):
+        _add_section(spec, rigging, sections.nodes(number))
+    add_tip(spec, rigging, sections.nodes(sections.count - 1))
+    for index in sections.rows.tolist():
+        member = truss.members[index]
+        name = names.row(member.name)
+        tendon = spec.add_tendon(name=name, rgba=ROLE_COLOURS[member.role], width=_DRAWN)
+        for node in member.ends:
+            tendon.wrap_site(truss.nodes[node])
+        spec.add_equality(
+            name=name,
+            type=mujoco.mjtEq.mjEQ_TENDON,
+            objtype=mujoco.mjtObj.mjOBJ_TENDON,
+            name1=name,
+            solref=[SOLREF_STEPS * rigging.timestep, SOLREF_RATIO],
+            solimp=SOLIMP,
+            data=[0.0] * 12,
+            info=member.name,
+        )
+
+
+def _add_section(spec: mujoco.MjSpec, rigging: Rigging, nodes: list[int]) -> None:
+    """Add a free section: its nodes' masses about their middle."""
+    arm, truss = rigging.chain.manipulator, rigging.chain.truss
+    middle, name = rigging.nodes[nodes].mean(axis=0), names.section(truss.nodes[nodes[-1]])
+    body = spec.worldbody.add_body(name=name, pos=middle, info=name)
+    body.add_freejoint(name=name)
+    places = rigging.nodes[nodes] - middle
+    for node, place in zip(nodes, places, strict=True):
+        body.add_site(name=truss.nodes[node], pos=place)
+        add_ball(spec, body, rigging, node, tuple(place))
+    balls = 0.4 * len(nodes) * arm.hub_mass * arm.hub.radius**2 * np.eye(3)
+    set_point_masses(body, make_hub_masses(arm, truss, lumped=True)[nodes], places, balls)
