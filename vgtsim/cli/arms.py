@@ -11,8 +11,6 @@ from rich.table import Table
 
 from vgtsim.cli.application import ERR, OUT, ArmName, OutFolder, app, list_files
 from vgtsim.constants import GRAVITY, PAYLOAD, SAFETY_FACTOR
-from vgtsim.description import MODELS, find_file, load_manipulator, load_scene
-from vgtsim.errors import DescriptionError
 
 _LISTED_SAMPLE = 500  # configurations behind the listed reach: a tenth of a second for each arm
 
@@ -24,6 +22,8 @@ def models(
     ] = None,
 ) -> None:
     """List the shipped arms with degrees of freedom, reach and mass."""
+    from vgtsim.description import MODELS
+    from vgtsim.errors import DescriptionError
     from vgtsim.kinematics.workspace import sample_workspace
     from vgtsim.site import load_arm
     from vgtsim.statics import weigh
@@ -160,7 +160,7 @@ def size(
     """Choose tubes and cylinders from a catalogue so that no member is overloaded by a scene's tour and load cases."""
     import dataclasses
 
-    from vgtsim.description import load_catalogue, write_sized_arm
+    from vgtsim.description import find_file, load_catalogue, load_manipulator, load_scene, write_sized_arm
     from vgtsim.output import prepare_file
     from vgtsim.planning.design import design_arm
     from vgtsim.site import Site

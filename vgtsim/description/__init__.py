@@ -1,5 +1,6 @@
 """The files that a user writes: arms, tanks, scenes, paths and catalogues as frozen, validated data."""
 
+from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.files import (
     dump_scene,
@@ -23,7 +24,7 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
-from vgtsim.description.redundancy import OBJECTIVES, Method, choose_coupling, split_objective
+from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.description.scene import Bend, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
 from vgtsim.description.schema import closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube

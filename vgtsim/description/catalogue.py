@@ -14,8 +14,9 @@ from pydantic import Field, model_validator
 
 from vgtsim.description.files import load_description
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.schema import Description, Name, closest
+from vgtsim.description.schema import Description, Name, Note, closest
 from vgtsim.description.sections import Cylinder, Material, Tube
+from vgtsim.description.toml_file import read_text
 from vgtsim.replacing import replacing
 from vgtsim.units import Length, Pressure
 
@@ -52,10 +53,10 @@ class Catalogue(Description):
     and pins.
     """
 
-    tube_standard: str
-    cylinder_standard: str
-    cylinder_parts: str
-    material_standard: str
+    tube_standard: Note
+    cylinder_standard: Note
+    cylinder_parts: Note
+    material_standard: Note
     materials: dict[Name, Material]
     tube_material: Name
     cylinder_material: Name
@@ -89,7 +90,7 @@ def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Cat
     Raises:
         OSError: The file cannot be written.
     """
-    text = source.read_text(encoding="utf-8")
+    text = read_text(source)
     data = tomllib.loads(text)
     olds = list(data["cylinders"].values())
     alike = {key: value for key, value in olds[0].items() if all(other.get(key) == value for other in olds)}

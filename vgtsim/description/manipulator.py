@@ -8,7 +8,7 @@ from math import pi, sqrt
 from pydantic import Field, model_validator
 
 from vgtsim.description.modules import Actuated, BattenActuated, DoubleOctahedral, Module, Sides, Tetrahedral
-from vgtsim.description.schema import Description, Name, Provenance, closest, require_distinct
+from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.units import Length
 
@@ -48,7 +48,7 @@ class Manipulator(Description):
     """
 
     name: Name
-    title: str
+    title: Title
     face_side: Length = Field(gt=0)
     hub: Hub
     tip_plate: TipPlate

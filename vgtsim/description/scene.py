@@ -9,10 +9,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from vgtsim.constants import Method
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.redundancy import Method, ObjectiveName, choose_coupling
-from vgtsim.description.schema import Description, Name, Provenance, require_distinct
+from vgtsim.description.redundancy import ObjectiveName, choose_coupling
+from vgtsim.description.schema import Description, Name, Provenance, Title, require_distinct
 from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
@@ -187,7 +188,7 @@ class SceneFile(Description):
     """
 
     name: Name
-    title: str
+    title: Title
     manipulator: str
     tank: str
     mast: Mast

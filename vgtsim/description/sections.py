@@ -8,15 +8,20 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from vgtsim.description.schema import Description, Name
-from vgtsim.units import Density, Length, Pressure, Speed
+from vgtsim.units import Density, Length, Number, Pressure, Speed
 
 
 class Material(Description):
-    """An isotropic structural material: density, E and Fy."""
+    """An isotropic structural material: density, E and Fy.
+
+    `design_wall` is the part of a tube's nominal wall that counts for its strength: AISC 360-22 B4.2 takes 0.93, but 1 for
+    ASTM A1065 and A1085, whose walls are closer to nominal. Mass and stiffness take the nominal wall.
+    """
 
     density: Density = Field(gt=0)
     youngs_modulus: Pressure = Field(gt=0)
     yield_strength: Pressure = Field(gt=0)
+    design_wall: Number = Field(default=0.93, gt=0, le=1)
 
 
 class Pipe(Description):

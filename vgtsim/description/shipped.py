@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Literal
 
@@ -35,10 +36,12 @@ def find_file(name: str | Path, *kinds: Kind, beside: Path | None = None) -> Pat
     A name may stand for a shipped description of any of the `kinds`.
 
     Raises:
-        DescriptionError: There is no such name; the error gives the nearest one and the list.
+        DescriptionError: There is no such name; the error gives the nearest one and the list. Or no path can be so.
     """
+    if "\0" in str(name):
+        raise DescriptionError(None, " or ".join(kinds), repr(str(name)), "a path without a zero byte")
     path = (beside or Path()) / name
-    if path.is_file() or Path(name).name != str(name) or Path(name).suffix:
+    if os.path.isfile(path) or Path(name).name != str(name) or Path(name).suffix:
         return path
     known = {key: file for kind in kinds for key, file in list_shipped(kind).items()}
     if str(name) not in known:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from vgtsim.description.schema import Description, Name, Provenance
+from vgtsim.description.schema import Description, Name, Provenance, Title
 from vgtsim.units import Angle, Density, Length
 
 
@@ -78,7 +78,7 @@ class Equipment(Description):
 class Waste(Description):
     """The waste left in the tank (sludge, saltcake), with a level surface at the height `level`."""
 
-    kind: str
+    kind: Title
     level: Length = Field(ge=0)
     density: Density = Field(gt=0)
 
@@ -90,7 +90,7 @@ class Tank(Description):
     """
 
     name: Name
-    title: str
+    title: Title
     shell: Shell
     arm_riser: Riser
     risers: tuple[Riser, ...] = ()

@@ -8,16 +8,17 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 from vgtsim.description.judging import CameraName, Cut
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
-from vgtsim.output.html_report import write_report_html
 from vgtsim.replacing import replacing
-from vgtsim.runlog import RunLog, save_run
-from vgtsim.site import Site
-from vgtsim.verification import Report
+
+if TYPE_CHECKING:  # plots, MuJoCo and the checks are loaded where a file needs them
+    from vgtsim.runlog import RunLog
+    from vgtsim.site import Site
+    from vgtsim.verification import Report
 
 LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
 
@@ -55,6 +56,8 @@ def clear_folder(folder: Path) -> None:
 
 def save_log(site: Site, log: RunLog, folder: Path) -> None:
     """Write `run.npz` of a run, finished or not, into an existing folder, whole or not at all."""
+    from vgtsim.runlog import save_run
+
     with _naming(folder), replacing(folder / LOG) as partial:
         save_run(partial, site.scene, log)
 
@@ -79,6 +82,8 @@ def write_outputs(
 
 def write_reports(site: Site, log: RunLog, report: Report, folder: Path) -> None:
     """Write `report.json` and `report.html` into an existing folder."""
+    from vgtsim.output.html_report import write_report_html
+
     with _naming(folder):
         write_report_json(report, folder / JSON)
         write_report_html(site, log, report, folder / HTML)
@@ -98,7 +103,7 @@ def film(site: Site, log: RunLog, report: Report, out_dir: str | Path, camera: s
         DescriptionError: The folder cannot be written, or there is no such camera.
         MissingLibraryError: There is no EGL or no encoder.
     """
-    from vgtsim.output.video import render_video  # MuJoCo and OpenGL, which the reports do without
+    from vgtsim.output.video import render_video
 
     known = get_args(CameraName)
     if camera is not None and camera not in known:
