@@ -14,6 +14,7 @@ from vgtsim.plant.correction import Correction
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
 from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
+from vgtsim.plant.lookout import Lookout
 from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder
 from vgtsim.plant.section_turns import SectionTurns
@@ -220,9 +221,10 @@ class Plant:
             self._calm_steps = round(springs.period / self.timestep)  # a ringing arm stands still twice a period
         model, chain, gauges = self.model, self.site.chain, self._gauges
         gauges.stand(self.data, nodes)
-        foresight = None
+        self._lookout, foresight = None, None
         if isinstance(gauges, SectionGauges):
             self._drive: Drive = find_row_drive(model, self.data, self.site)
+            self._lookout = Lookout(self.site)
             foresight = Foresight(SectionTurns(model, gauges.pose), chain, q, self._target)
         else:
             self._drive = find_drive(model, self.data, self.site, gauges.at, springs, nodes)
@@ -237,7 +239,7 @@ class Plant:
         for _ in range(round(motion.patience / self.timestep)):
             self._drive.command(self._target)
             gaps = self._correction.step(self._target)
-            touched = touched or list_contacts(self.model, self.data)
+            touched = touched or self._list_contacts()
             try:
                 check_state(self.model, self.data, gaps)
             except DivergenceError:
@@ -281,8 +283,7 @@ class Plant:
                 pressure=self._drive.pressure,
             )
         self._note_rest()
-        if data.ncon:
-            self._note_contacts()
+        self._note_contacts(self._list_contacts())
         self._wall += time.perf_counter() - begin
 
     def _start_step(self) -> bool:
@@ -301,8 +302,17 @@ class Plant:
         self._slow = self._slow + 1 if self._speed() < self.site.task.motion.settle_speed else 0
         self._commanded = self._target
 
-    def _note_contacts(self) -> None:
-        contacts = list_contacts(self.model, self.data)
+    def _list_contacts(self) -> list[Contact]:
+        """What touches at the begin of the last step."""
+        data = self.data
+        if self._lookout is None:
+            return list_contacts(self.model, data) if data.ncon else []
+        places = data.site_xpos
+        return self._lookout.look(
+            data.time - self.timestep, places[self._gauges.nodes], places[self._gauges.tool], self._speed()
+        )
+
+    def _note_contacts(self, contacts: list[Contact]) -> None:
         self._recorder.note_contacts(contacts)
         self._touched += contacts
         if contacts:
