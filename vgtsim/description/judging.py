@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from vgtsim.description.schema import Description
-from vgtsim.units import Angle, Force, Length, Moment, Number, Pressure, Time
+from vgtsim.units import Angle, Force, Length, Moment, Number, Pressure, Speed, Time
 
 CameraName = Literal["overview", "cutaway", "riser", "tool"]
 
@@ -18,6 +18,11 @@ class Limits(Description):
     Attributes:
         closure: Greatest gap between a member's end and its hub.
         kinematics_agreement: Greatest distance of a node from forward kinematics.
+        record_time: Greatest distance of a record from its instant; `missing_records` is the number of records or stages
+            of the tour that may be missing.
+        command: Greatest distance of a cylinder, or of its command, from what was planned for it.
+        actuator_speed: Speed of a cylinder over its rated one; `actuator_acceleration` is that over the scene's.
+        logged_speed: Difference of a logged speed from that of the lengths.
         tracking_position: Distance of the tool from a settled goal; `tracking_angle` is that of its direction.
         end_moment: Moment at a member's end.
         excess_shear: Shear beyond that of the member's weight and inertia.
@@ -34,6 +39,12 @@ class Limits(Description):
 
     closure: Length = Field(gt=0)
     kinematics_agreement: Length = Field(gt=0)
+    record_time: Time = Field(default=1e-6, gt=0)  # a thousandth of a short step
+    missing_records: int = Field(default=0, ge=0)
+    command: Length = Field(default=1e-5, gt=0)
+    actuator_speed: Number = Field(default=1.0, gt=0)
+    actuator_acceleration: Number = Field(default=1.0, gt=0)
+    logged_speed: Speed = Field(default=1e-4, gt=0)  # a hundredth of a slow cylinder's speed
     tracking_position: Length = Field(gt=0)
     tracking_angle: Angle = Field(gt=0)
     end_moment: Moment = Field(gt=0)
