@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import Clearance, arm_clearance, make_profile, obstacles, self_clearance
+from vgtsim.description.tank import Tank
+from vgtsim.geometry import (
+    Clearance,
+    MemberPairs,
+    Obstacles,
+    Profile,
+    arm_clearance,
+    make_profile,
+    nearest_pair,
+    obstacles,
+    pair_members,
+)
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.site import Site
 
@@ -13,36 +27,53 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-def find_around(site: Site, nodes: Array, tool: Array) -> Clearance:
-    """Distances of the arm from tank, riser, equipment and waste.
+@dataclass(frozen=True, eq=False)
+class Nearness:
+    """Measures distances of a site's arm; nodes have shape (..., N, 3) and tool points shape (..., 3), m, in frame G."""
 
-    Nodes have shape (..., N, 3) and tool points shape (..., 3), m, in frame G.
-    """
-    tank, payload = site.tank, site.task.payload
-    ball, radii = (tool, payload.radius) if payload.mass else None, member_radii(site.arm, site.truss)
-    around = (tank, make_profile(tank.shell), obstacles(tank), ball)
-    return arm_clearance(nodes, site.truss.ends, radii, site.arm.hub.radius, *around)
+    site: Site
 
+    @cached_property
+    def _radii(self) -> Array:
+        return member_radii(self.site.arm, self.site.truss)
 
-def find_among(site: Site, nodes: Array, tool: Array) -> tuple[Array, Index]:
-    """Least distance of the arm from itself and the mast, shape (...), m, and the pair of parts, shape (..., 2).
+    @cached_property
+    def _tank(self) -> tuple[Tank, Profile, Obstacles]:
+        tank = self.site.tank
+        return tank, make_profile(tank.shell), obstacles(tank)
 
-    Arguments are those of `find_around`. Parts are members, then the mast, then the payload: `part_names` has their names.
-    """
-    radius, pivot, count = site.mast.outer_diameter / 2, site.chain.mount[:3, 3], nodes.shape[-2]
-    axis = [np.broadcast_to(pivot + [0, 0, up], (*nodes.shape[:-2], 1, 3)) for up in (radius, site.mast.length)]
-    points = np.concatenate([nodes, *axis, tool[..., None, :]], axis=-2)
-    ends = np.concatenate([site.truss.ends, [[count, count + 1], [count + 2, count + 2]]])
-    radii = np.append(member_radii(site.arm, site.truss), [radius, site.task.payload.radius])
-    module = np.append(site.truss.module, [-1, len(site.arm.modules) - 1])  # the mast is before the first module
-    return self_clearance(points, ends, radii, module)
+    @cached_property
+    def _pairs(self) -> MemberPairs:
+        """Pairs of members of the arm, of the mast, which is before the first module, and of the payload in the last one."""
+        site, count = self.site, len(self.site.truss.nodes)
+        ends = np.concatenate([site.truss.ends, [[count, count + 1], [count + 2, count + 2]]])
+        radii = np.append(self._radii, [site.mast.outer_diameter / 2, site.task.payload.radius])
+        return pair_members(ends, radii, np.append(site.truss.module, [-1, len(site.arm.modules) - 1]), 2)
 
+    @cached_property
+    def _mast(self) -> Array:
+        """Ends of the mast's capsule, shape (2, 3), m."""
+        site = self.site
+        return site.chain.mount[:3, 3] + np.outer([site.mast.outer_diameter / 2, site.mast.length], [0, 0, 1])
 
-def name_around(site: Site, part: int) -> str:
-    """Name of a part in `Clearance.body`: members, then nodes, then the payload."""
-    return [*site.truss.member_names, *site.truss.nodes, "payload"][part]
+    def around(self, nodes: Array, tool: Array) -> Clearance:
+        """Distances of the arm from tank, riser, equipment and waste."""
+        site, payload = self.site, self.site.task.payload
+        ball = (tool, payload.radius) if payload.mass else None
+        return arm_clearance(nodes, site.truss.ends, self._radii, site.arm.hub.radius, *self._tank, ball)
 
+    def among(self, nodes: Array, tool: Array) -> tuple[Array, Index]:
+        """Least distance of the arm from itself and the mast, shape (...), m, and the pair of parts, shape (..., 2).
 
-def name_among(site: Site, part: int) -> str:
-    """Name of a part in the pairs of `find_among`."""
-    return [*site.truss.member_names, "mast", "payload"][part]
+        Parts are members, then the mast, then the payload.
+        """
+        mast = np.broadcast_to(self._mast, (*nodes.shape[:-2], 2, 3))
+        return nearest_pair(self._pairs, np.concatenate([nodes, mast, tool[..., None, :]], axis=-2))
+
+    def name_around(self, part: int) -> str:
+        """Name of a part in `Clearance.body`: members, then nodes, then the payload."""
+        return [*self.site.truss.member_names, *self.site.truss.nodes, "payload"][part]
+
+    def name_among(self, part: int) -> str:
+        """Name of a part in the pairs of `among`."""
+        return [*self.site.truss.member_names, "mast", "payload"][part]

@@ -6,7 +6,7 @@ from vgtsim.mjcf.files import write_arm_files, write_scene_files
 from vgtsim.mjcf.keyframes import reach_pose
 from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map, qpos_from_nodes
 from vgtsim.mjcf.rows import load_model, retime, select_drive, stiffen
-from vgtsim.mjcf.sections import SectionPose, find_sections, make_section_pose
+from vgtsim.mjcf.sections import SectionPose, make_section_pose
 
 __all__ = [
     "PoseMap",
@@ -15,7 +15,6 @@ __all__ = [
     "build_model",
     "build_spec",
     "fill_qpos",
-    "find_sections",
     "finish_model",
     "load_model",
     "make_pose_map",

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import DescriptionError
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Chain, kind_of
+from vgtsim.kinematics import Chain, find_rigid_sections
 from vgtsim.kinematics.inertia import make_hub_masses
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import ROLE_COLOURS, add_defaults
@@ -29,61 +28,12 @@ Index = NDArray[np.intp]
 _DRAWN = 0.02  # half the width of a drawn length row, m
 
 
-@dataclass(frozen=True)
-class Sections:
-    """Nodes that are one rigid body, and members that are length rows; N nodes, L rows.
-
-    Attributes:
-        of_node: Section of each node, shape (N,): 0 is fixed to the flange, the last one holds the tip plate, -1 are free
-            hubs.
-        count: Number of sections with that of the flange.
-        rows: Indices of the members whose lengths are rows, shape (L,).
-    """
-
-    of_node: Index
-    count: int
-    rows: Index
-
-    def nodes(self, section: int) -> list[int]:
-        """Nodes of a section, or of -1 the free hubs."""
-        return np.flatnonzero(self.of_node == section).tolist()
-
-
-def find_sections(chain: Chain) -> Sections:
-    """Join the nodes of static modules to bodies; modules that share a face are one.
-
-    Raises:
-        DescriptionError: Two sections share a hinge, or the arm has joint blocks.
-    """
-    truss = chain.truss
-    if len(truss.rings):
-        raise DescriptionError(None, "simulation.members", "sections in an arm with joint offsets", "rigid or elastic")
-    groups = [set(range(len(truss.nodes))[part]) for part in (truss.base, truss.tip)]
-    for index, module in enumerate(chain.manipulator.modules):
-        if kind_of(module).make_static is None:
-            continue
-        joined = set(truss.ends[truss.module == index].ravel().tolist())
-        for other in [group for group in groups if len(group & joined) >= 3]:
-            groups.remove(other)
-            joined |= other
-        groups.append(joined)
-    of_node = np.full(len(truss.nodes), -1)
-    for number, group in enumerate(sorted(groups, key=min)):
-        taken = [node for node in sorted(group) if of_node[node] >= 0]
-        if taken:
-            found = f"sections in an arm with a hinge at {truss.nodes[taken[0]]}"
-            raise DescriptionError(None, "simulation.members", found, "rigid or elastic")
-        of_node[list(group)] = number
-    near, far = of_node[truss.ends].T
-    return Sections(of_node, len(groups), np.flatnonzero((near != far) | (near < 0)))
-
-
 def add_sections(spec: mujoco.MjSpec, rigging: Rigging) -> None:
     """Add mast, feed, free hubs, rigid sections with the tip plate in the last, and length rows.
 
     Lengths are commanded from the reference pose, as those of the full model.
     """
-    truss, sections = rigging.chain.truss, find_sections(rigging.chain)
+    truss, sections = rigging.chain.truss, find_rigid_sections(rigging.chain)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     add_defaults(spec)
     add_hubs(spec, rigging, sections.nodes(0), sections.nodes(-1))
@@ -174,7 +124,7 @@ class SectionPose:
 
 def make_section_pose(model: mujoco.MjModel, chain: Chain) -> SectionPose:
     """Look up the parts of an arm with rigid sections in its compiled model."""
-    truss, sections = chain.truss, find_sections(chain)
+    truss, sections = chain.truss, find_rigid_sections(chain)
     hubs = np.array(sections.nodes(-1), dtype=int)
     groups = [sections.nodes(number) for number in range(1, sections.count)]
     bodies = [names.section(truss.nodes[group[-1]]) for group in groups[:-1]] + [names.TIP]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.mjcf import fill_qpos, find_sections, make_pose_map, make_section_pose, names
+from vgtsim.kinematics import find_rigid_sections
+from vgtsim.mjcf import fill_qpos, make_pose_map, make_section_pose, names
 from vgtsim.plant.addresses import find_addresses
 from vgtsim.site import Site
 from vgtsim.statics import make_load_model, motion_from_log, solve_members
@@ -117,7 +118,7 @@ class SectionGauges:
     def __init__(self, model: mujoco.MjModel, site: Site) -> None:
         """Look everything up."""
         self._model, self._site, truss = model, site, site.truss
-        self.pose, self.rows = make_section_pose(model, site.chain), find_sections(site.chain).rows
+        self.pose, self.rows = make_section_pose(model, site.chain), find_rigid_sections(site.chain).rows
         self.nodes = np.array([model.site(node).id for node in truss.nodes])
         self.tool, self.tip = model.site(names.TOOL).id, model.body(names.TIP).id
         self.hub_speeds = np.concatenate(
@@ -166,10 +167,8 @@ class SectionGauges:
         motion = motion_from_log(records["time"], nodes)
         known = motion if np.isfinite(motion.acceleration).all() else None
         task = site.task
-        weighed = [
-            make_load_model(site.chain, task.payload, task.simulation.gravity, lumped=it) for it in (False, True)
-        ]
-        described, simulated = (solve_members(model, nodes, known) for model in weighed)
+        lumped = make_load_model(site.chain, task.payload, task.simulation.gravity, lumped=True)
+        described, simulated = (solve_members(model, nodes, known) for model in (site.load_model, lumped))
         off = np.zeros(described.bar.shape)
         off[:, self.rows] = records["row_force"] - simulated.bar[:, self.rows]
         force = described.near_axial + off

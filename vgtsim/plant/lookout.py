@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.nearness import find_among, find_around, name_among, name_around
+from vgtsim.nearness import Nearness
 from vgtsim.plant.watch import Contact
 from vgtsim.site import Site
 
@@ -21,7 +21,7 @@ class Lookout:
 
     def __init__(self, site: Site) -> None:
         """Look at the first step."""
-        self._site, self._next = site, -np.inf
+        self._nearness, self._next = Nearness(site), -np.inf
 
     def look(self, time: float, nodes: Array, tool: Array, speed: float) -> list[Contact]:
         """List what touches at a time, s.
@@ -30,16 +30,16 @@ class Lookout:
         """
         if time < self._next:
             return []
-        site = self._site
-        around, (among, pair) = find_around(site, nodes, tool), find_among(site, nodes, tool)
+        near = self._nearness
+        around, (among, pair) = near.around(nodes, tool), near.among(nodes, tool)
         least = min(float(around.least), float(among))
         self._next = time + min(_SHARE * max(least, 0.0) / max(speed, _SLOWEST), _LONGEST)
         found = [
-            Contact(time, name_around(site, int(part)), place, float(gap))
+            Contact(time, near.name_around(int(part)), place, float(gap))
             for place, gap, part in zip(around.places, around.distance, around.body, strict=True)
             if gap <= 0
         ]
         if among <= 0:
-            first, second = (name_among(site, int(part)) for part in pair)
+            first, second = (near.name_among(int(part)) for part in pair)
             found.append(Contact(time, first, second, float(among)))
         return found
