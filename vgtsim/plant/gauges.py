@@ -13,7 +13,7 @@ from vgtsim.kinematics import find_rigid_sections
 from vgtsim.mjcf import fill_qpos, make_pose_map, make_section_pose, names
 from vgtsim.plant.addresses import find_addresses
 from vgtsim.site import Site
-from vgtsim.statics import make_load_model, motion_from_log, solve_members
+from vgtsim.statics import NodeMotion, make_load_model, motion_from_log, solve_members
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -165,7 +165,9 @@ class SectionGauges:
         """See `Gauges.complete`: forces, and ends of members, which are off their hubs by what their rows are off."""
         site, truss, nodes = self._site, self._site.truss, records["nodes"]
         motion = motion_from_log(records["time"], nodes)
-        known = motion if np.isfinite(motion.acceleration).all() else None
+        still = (records["settled"] | ~np.isfinite(motion.acceleration).all(axis=(1, 2)))[:, None, None]
+        # at rest differences of records from before the rest say nothing
+        known = NodeMotion(*(np.where(still, 0.0, item) for item in (motion.velocity, motion.acceleration)))
         task = site.task
         lumped = make_load_model(site.chain, task.payload, task.simulation.gravity, lumped=True)
         described, simulated = (solve_members(model, nodes, known) for model in (site.load_model, lumped))
