@@ -160,6 +160,14 @@ class MissingLibraryError(VgtError):
         super().__init__(f"{library} is missing; install it with: {package}")
 
 
+class ClusterError(VgtError):
+    """Workers cannot serve: the address of their cluster, and the reason; what they have finished is kept."""
+
+    def __init__(self, place: str, reason: str) -> None:
+        self.place, self.reason = place, reason
+        super().__init__(f"cluster {place}: {reason}")
+
+
 class CommandError(VgtError):
     """A plant was given a value that it cannot take."""
 
