@@ -23,8 +23,8 @@ def check_site(site: Site) -> None:
 
     Raises:
         DescriptionError: Rigid sections are asked for that the arm does not have. A module has static longerons, or does
-            not assemble over its strokes; the stowed arm does not pass the riser; the start is outside a stroke or too near something; a goal is outside the tank or too near
-            something.
+            not assemble over its strokes; the stowed arm does not pass the riser; the start is outside a stroke or too near
+            something; a goal is outside the tank or too near something.
     """
     _check_kinds(site)
     check_assembly(site)
