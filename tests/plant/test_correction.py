@@ -180,7 +180,7 @@ def test_turns_are_foreseen_where_accelerations_jump(sites, name, left, monkeypa
     errors = []
 
     def watch(plant):
-        joints = plant._correction._foresight._joints
+        joints = plant._correction._foresight._turns._joints
         turned = np.concatenate([joints.balls[:, :2].ravel(), joints.tip, joints.turns[:, :2].ravel(), joints.pins])
         errors.append([np.abs(speeds - plant.data.qvel)[turned].max() for speeds in seen[-1]])
 
