@@ -141,6 +141,10 @@ class NearSingularWarning(UserWarning):
     """A truss or pose is sound, but so near a singular one that results have few digits; the figure is in the message."""
 
 
+class UnusualWarning(UserWarning):
+    """A figure in a file is possible but unusual; the message names file, key, figure and usual range."""
+
+
 class DivergenceError(VgtError):
     """The simulated state stopped being physical at a time, s.
 

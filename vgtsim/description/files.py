@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
 from vgtsim.description.scene import Scene, SceneFile
@@ -156,6 +157,7 @@ def _validate(file: Path, kind: type[_Model], data: dict[str, Any]) -> _Model:
     for key, label in provenance.items():
         if label.range is not None:
             _require_range(file, key, _find(plain, key), label.range)
+    warn_of_unusual(file, model)
     return model
 
 
