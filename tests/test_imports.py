@@ -20,7 +20,7 @@ ROOMS = (
     ("statics",),
     ("positioning",),
     ("site",),
-    ("nearness",),
+    ("proximity",),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
     ("posture", "study"),

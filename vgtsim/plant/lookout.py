@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.nearness import Nearness
 from vgtsim.plant.watch import Contact
+from vgtsim.proximity import Proximity
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ class Lookout:
 
     def __init__(self, site: Site) -> None:
         """Look at the first step."""
-        self._nearness, self._next = Nearness(site), -np.inf
+        self._proximity, self._next = Proximity(site), -np.inf
 
     def look(self, time: float, nodes: Array, tool: Array, speed: float) -> list[Contact]:
         """List what touches at a time, s.
@@ -30,7 +30,7 @@ class Lookout:
         """
         if time < self._next:
             return []
-        near = self._nearness
+        near = self._proximity
         around, (among, pair) = near.around(nodes, tool), near.among(nodes, tool)
         least = min(float(around.least), float(among))
         self._next = time + min(_SHARE * max(least, 0.0) / max(speed, _SLOWEST), _LONGEST)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.geometry import Clearance
-from vgtsim.nearness import Nearness
+from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import (
@@ -178,19 +178,19 @@ class Evidence:
         return corner.mean(axis=1) + self.site.arm.tip_plate.tool_offset * normal, normal
 
     @cached_property
-    def nearness(self) -> Nearness:
+    def proximity(self) -> Proximity:
         """Measures the arm's distances."""
-        return Nearness(self.site)
+        return Proximity(self.site)
 
     @cached_property
     def around(self) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste at every record."""
-        return self.nearness.around(self.log.nodes, self.tool[0])
+        return self.proximity.around(self.log.nodes, self.tool[0])
 
     @cached_property
     def among(self) -> tuple[Array, Index]:
         """Least distance of the arm from itself and the mast, shape (T,), m, and the pair of parts, shape (T, 2)."""
-        return self.nearness.among(self.log.nodes, self.tool[0])
+        return self.proximity.among(self.log.nodes, self.tool[0])
 
     @cached_property
     def clearance(self) -> Array:

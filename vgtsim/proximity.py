@@ -28,7 +28,7 @@ Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class Nearness:
+class Proximity:
     """Measures distances of a site's arm; nodes have shape (..., N, 3) and tool points shape (..., 3), m, in frame G."""
 
     site: Site
