@@ -105,10 +105,10 @@ def bricard(step: float) -> Mechanism:
     for index, (corner, axis) in enumerate(zip(_CORNERS, _AXES, strict=True)):
         head = corner + _PIN * np.eye(3)["xyz".index(axis)]
         for part, place in (("pin", corner), ("head", head)):
-            sites = [f"{part}{index}/{side}" for side in "ab"]
+            sites = (f"{part}{index}/a", f"{part}{index}/b")
             for site, (body, centre) in zip(sites, seats[index : index + 2], strict=True):
                 body.add_site(name=site, pos=place - centre)
-            hold_sites(spec, names.closure(f"{part}{index}"), *sites, step)
+            hold_sites(spec, names.closure(f"{part}{index}"), sites[0], sites[1], step)
     seats[3][0].add_site(name=POINT, pos=_CORNERS[3] - seats[3][1])
     return Mechanism(_finish(spec))
 
