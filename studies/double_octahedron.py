@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.conditioning import invert_sound
-from vgtsim.kinematics.modules import mid_plane
-from vgtsim.kinematics.modules.double_octahedral import DoubleOctahedra, MidPlanes
+from vgtsim.kinematics.modules import ModuleState, mid_plane
+from vgtsim.kinematics.modules.double_octahedral import DoubleOctahedra
 
 Array = NDArray[np.float64]
 
@@ -62,7 +62,7 @@ def face_nodes(face_side: float) -> Array:
     return np.array([[face_side / 2, -apothem, 0.0], [0.0, 2 * apothem, 0.0], [-face_side / 2, -apothem, 0.0]])
 
 
-def _at(module: MirrorModule, midplane: ArrayLike) -> tuple[MidPlanes, tuple[int, ...]]:
+def _at(module: MirrorModule, midplane: ArrayLike) -> tuple[ModuleState, tuple[int, ...]]:
     g = np.asarray(midplane, float)
     return module.own.at(g.reshape(-1, 1, 3)), g.shape[:-1]
 
@@ -74,14 +74,14 @@ def _shaped(value: Array, batch: tuple[int, ...]) -> Array:
 def transform(module: MirrorModule, midplane: ArrayLike) -> tuple[Array, Array]:
     """R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m."""
     at, batch = _at(module, midplane)
-    R, P = at.transform
+    R, P = at.frame[..., :3], at.frame[..., 3]
     return _shaped(R, batch), _shaped(P, batch)
 
 
 def twist(module: MirrorModule, midplane: ArrayLike) -> tuple[Array, Array]:
     """Angular velocity of T and velocity of its origin, each shape (..., 3, 3), inputs along the last axis."""
     at, batch = _at(module, midplane)
-    spin, slide = at.twist
+    spin, slide = at.motion[..., :3], at.motion[..., 3:]
     return np.swapaxes(_shaped(spin, batch), -1, -2), np.swapaxes(_shaped(slide, batch), -1, -2)
 
 

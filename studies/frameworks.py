@@ -53,7 +53,7 @@ def solve_joints(frame: Framework, nodes: ArrayLike, force: ArrayLike) -> tuple[
     n = np.asarray(nodes, float)
     flat = n.reshape(-1, *n.shape[-2:])
     load = np.broadcast_to(force, n.shape).reshape(flat.shape)
-    bar, left = substitute_back(frame, frame.directions(flat), load, flat)
+    (bar,), (left,) = substitute_back(frame, frame.directions(flat), load[None], flat)
     return bar.reshape(*n.shape[:-2], -1), np.where(frame.free, 0.0, -left).reshape(n.shape)
 
 

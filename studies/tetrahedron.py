@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.modules.tetrahedral import Hinges, HingeState
+from vgtsim.kinematics.modules import ModuleState
+from vgtsim.kinematics.modules.tetrahedral import Hinges
 
 Array = NDArray[np.float64]
 Branch = Literal[1, -1]
@@ -52,7 +53,7 @@ class HingeModule:
         return np.array([self.side, self.side, self.hinge])
 
 
-def _at(module: HingeModule, theta: ArrayLike) -> tuple[HingeState, tuple[int, ...]]:
+def _at(module: HingeModule, theta: ArrayLike) -> tuple[ModuleState, tuple[int, ...]]:
     angle = np.asarray(theta, float)
     return module.own.at(angle.reshape(-1, 1, 1)), angle.shape
 
@@ -95,14 +96,14 @@ def length_derivative(module: HingeModule, theta: ArrayLike) -> Array:
 def transform(module: HingeModule, theta: ArrayLike) -> tuple[Array, Array]:
     """R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m (3.4)."""
     at, batch = _at(module, theta)
-    R, P = at.transform
+    R, P = at.frame[..., :3], at.frame[..., 3]
     return R.reshape(*batch, 3, 3), P.reshape(*batch, 3)
 
 
 def twist(module: HingeModule, theta: ArrayLike) -> tuple[Array, Array]:
     """Angular velocity of T and velocity of its origin per rate of theta, each shape (..., 3, 1)."""
     at, batch = _at(module, theta)
-    spin, slide = at.twist
+    spin, slide = at.motion[..., :3], at.motion[..., 3:]
     return spin.reshape(*batch, 3, 1), slide.reshape(*batch, 3, 1)
 
 

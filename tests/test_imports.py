@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ROOMS = (
     ("errors",),
-    ("constants", "graphics", "replacing", "units"),
+    ("compilation", "constants", "graphics", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),
     ("kinematics",),
@@ -22,7 +22,7 @@ ROOMS = (
     ("site",),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
-    ("posture",),
+    ("posture", "study"),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
@@ -61,7 +61,7 @@ def test_every_room_has_its_place():
     assert rooms == set(LEVEL)
 
 
-HEAVY = ("matplotlib", "mujoco", "scipy", "trimesh")
+HEAVY = ("matplotlib", "mujoco", "numba", "scipy", "trimesh")
 SAY = "import os; from sys import modules; print(os.environ == before, [n for n in HEAVY if n in modules])"
 
 

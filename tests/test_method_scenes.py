@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vgtsim.description import load_scene
-from vgtsim.description.redundancy import Method
+from vgtsim.description import Method, load_scene
 from vgtsim.planning import plan_tour, solve_first_goal
 from vgtsim.plant import run
 from vgtsim.site import Site

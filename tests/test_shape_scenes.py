@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from vgtsim.description import load_scene
-from vgtsim.description.redundancy import Method
+from vgtsim.description import Method, load_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.planning import plan_tour
 from vgtsim.planning.timing import make_limits

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS
+from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description import Method, Payload
 from vgtsim.kinematics import Chain
-from vgtsim.planning.arm_alone import ArmAlone
 from vgtsim.planning.resolution import solve_request
-from vgtsim.site import Site
+from vgtsim.site import ArmAlone, Place, Site
 from vgtsim.statics import MemberForces, make_load_model, solve_members
 
 Array = NDArray[np.float64]
@@ -52,7 +51,7 @@ def forward_kinematics(arm: Chain | Site, q: ArrayLike | None = None, *, lengths
         AssemblyError: A module does not assemble; the error names it.
         SingularityError: The lengths lie behind a singularity.
     """
-    chain = _chain(arm)
+    chain = _place(arm).chain
     if lengths is not None:
         q = chain.inputs_from_lengths(lengths)
     at = np.asarray(chain.straight if q is None else q, float)
@@ -68,7 +67,7 @@ def jacobian(arm: Chain | Site, q: ArrayLike) -> Array:
 
     Source: section 6.1.2.
     """
-    return _chain(arm).jacobian(q)
+    return _place(arm).chain.jacobian(q)
 
 
 def solve_goal(
@@ -95,8 +94,7 @@ def solve_goal(
     x, y, z = np.asarray(position, float)
     u, v, w = np.asarray(direction, float)
     terms = (objective,) if isinstance(objective, str) else tuple(objective)
-    place = arm if isinstance(arm, Site) else ArmAlone(arm)
-    return forward_kinematics(arm, solve_request(place, (x, y, z), (u, v, w), Method(method), terms).q)
+    return forward_kinematics(arm, solve_request(_place(arm), (x, y, z), (u, v, w), Method(method), terms).q)
 
 
 def member_forces(arm: Chain | Site, q: ArrayLike, *, payload: float | None = None) -> MemberForces:
@@ -108,14 +106,11 @@ def member_forces(arm: Chain | Site, q: ArrayLike, *, payload: float | None = No
     Raises:
         TrussError: The truss is a mechanism in this posture.
     """
-    chain = _chain(arm)
-    if payload is None:
-        model = (arm if isinstance(arm, Site) else ArmAlone(arm)).load_model
-    else:
-        gravity = arm.task.simulation.gravity if isinstance(arm, Site) else GRAVITY
-        model = make_load_model(chain, Payload(mass=payload, radius=PAYLOAD_RADIUS), gravity)
-    return solve_members(model, chain.nodes(q))
+    place, model = _place(arm), None
+    if payload is not None:
+        model = make_load_model(place.chain, Payload(mass=payload, radius=PAYLOAD_RADIUS), place.gravity)
+    return solve_members(model or place.load_model, place.chain.nodes(q))
 
 
-def _chain(arm: Chain | Site) -> Chain:
-    return arm.chain if isinstance(arm, Site) else arm
+def _place(arm: Chain | Site) -> Place:
+    return arm if isinstance(arm, Site) else ArmAlone(arm)

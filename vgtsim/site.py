@@ -7,14 +7,15 @@ in `planning.checks`; a property here raises only where it cannot be made at all
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import Manipulator, Scene, SceneFile, Tank, load_manipulator, load_scene
+from vgtsim.constants import GRAVITY, SAFETY_FACTOR
+from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
 from vgtsim.geometry import MastPipe, make_mast
 from vgtsim.kinematics import Chain, Truss, bend_start, hanging_mount
 from vgtsim.positioning import StrokeBox, Surroundings, make_box
@@ -30,6 +31,8 @@ from vgtsim.statics import (
 )
 
 Array = NDArray[np.float64]
+
+_STROKE_MARGIN = 0.005  # m at the ends of strokes of an arm alone: what the shipped scenes keep
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +60,31 @@ class Site:
     def chain(self) -> Chain:
         """Kinematics of the arm, which hangs from the scene's pivot."""
         return Chain(self.arm, hanging_mount(self.scene.pivot_height))
+
+    @property
+    def gravity(self) -> float:
+        """Size of gravity, m/s²."""
+        return self.task.simulation.gravity
+
+    @property
+    def timestep(self) -> float:
+        """Step of the simulation, s."""
+        return self.task.simulation.timestep
+
+    @property
+    def safety_factor(self) -> float:
+        """Omega of AISC 360 that members are held to."""
+        return self.task.limits.safety_factor
+
+    @property
+    def clearance(self) -> float:
+        """Least planned distance from everything, m."""
+        return self.task.motion.clearance
+
+    @cached_property
+    def coupling(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of active modules that move as one, follower and leader; none where the scene couples none."""
+        return self.scene.coupled_modules() if self.task.motion.method is Method.COUPLED else ()
 
     @property
     def truss(self) -> Truss:
@@ -92,8 +120,8 @@ class Site:
         return self._weigh(split=False)
 
     def _weigh(self, *, split: bool) -> LoadModel:
-        simulation = self.task.simulation
-        return make_load_model(self.chain, self.task.payload, simulation.gravity, split=split, lumped=simulation.lumped)
+        lumped = self.task.simulation.lumped
+        return make_load_model(self.chain, self.task.payload, self.gravity, split=split, lumped=lumped)
 
     @cached_property
     def sections(self) -> MemberSections:
@@ -108,8 +136,7 @@ class Site:
     @cached_property
     def elastic_model(self) -> ElasticModel:
         """Masses and stiffnesses of the arm, its cylinders as soft as their oil and rods."""
-        simulation = self.task.simulation
-        return make_elastic_model(self.chain, self.task.payload, simulation.gravity, lumped=simulation.lumped)
+        return make_elastic_model(self.chain, self.task.payload, self.gravity, lumped=self.task.simulation.lumped)
 
     @cached_property
     def held_model(self) -> ElasticModel:
@@ -117,16 +144,13 @@ class Site:
         return hold_cylinders(self.elastic_model, self.task.simulation)
 
     @cached_property
-    def unsagged_surroundings(self) -> Surroundings:
-        """Everything that the unloaded arm must keep clear of: tank, equipment, waste, mast and itself."""
-        task = self.task
-        return Surroundings(self.chain, self.tank, task.payload.radius, task.mast.outer_diameter / 2)
-
-    @cached_property
     def surroundings(self) -> Surroundings:
-        """The same for the arm as it hangs: an arm that gives is judged where it sags to."""
-        plain = self.unsagged_surroundings
-        return replace(plain, sag=self._sag) if self.sags else plain
+        """Everything that the arm must keep clear of: tank, equipment, waste, mast and itself.
+
+        An arm that gives is judged where it sags to; `surroundings.unloaded` judges the shape of the inputs alone.
+        """
+        task, sag = self.task, self._sag if self.sags else None
+        return Surroundings(self.chain, self.tank, task.payload.radius, task.mast.outer_diameter / 2, sag)
 
     def _sag(self, nodes: Array) -> Array:
         """Displacements of nodes and tool point at rest, to first order, shape (..., N + 1, 3), m.
@@ -135,6 +159,43 @@ class Site:
         """
         moved = deflect(self.held_model, nodes)
         return np.concatenate([moved.nodes, moved.tool[..., None, :3]], axis=-2)
+
+
+@dataclass(frozen=True, eq=False)
+class ArmAlone:
+    """An arm without a scene, which hangs straight and carries nothing. Its properties have the names of those of a `Site`."""
+
+    chain: Chain
+    gravity: float = GRAVITY
+    timestep: float = 0.01
+    safety_factor: float = SAFETY_FACTOR
+    scene: None = None
+    surroundings: None = None
+    clearance: float = 0.0
+    coupling: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def start(self) -> Array:
+        """Inputs of the straight arm, shape (n,)."""
+        return self.chain.straight
+
+    @cached_property
+    def box(self) -> StrokeBox:
+        """Actuator lengths that a plan may use: the strokes less a usual margin."""
+        return make_box(self.chain, _STROKE_MARGIN)
+
+    @cached_property
+    def load_model(self) -> LoadModel:
+        """Masses of the arm with nothing at its tool."""
+        return make_load_model(self.chain, Payload(mass=0.0, radius=1e-3), self.gravity)
+
+    @cached_property
+    def sections(self) -> MemberSections:
+        """Section properties of the members."""
+        return make_sections(self.chain.manipulator, self.chain.truss)
+
+
+Place = Site | ArmAlone
 
 
 def load_site(scene: str | Path) -> Site:

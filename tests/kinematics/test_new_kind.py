@@ -11,35 +11,22 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
-from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, ModuleState, PlannedMember
+from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, PlannedMember
 
 MODELS = Path(__file__).parents[2] / "models"
 STEP, DIFFERENCE = 1e-6, 1e-8  # central differences: step² plus rounding over the step, with a margin
 
 
-@dataclass(frozen=True, eq=False)
-class LiftState(ModuleState):
-    @property
-    def placed(self):
-        return np.isfinite(self.x[..., 0])
-
-    @property
-    def valid(self):
-        return self.x[..., 0] > 0
-
-    @property
-    def transform(self):
-        up = np.concatenate([np.zeros((*self.x.shape[:-1], 2)), self.x], axis=-1)
-        return np.broadcast_to(np.eye(3), (*self.x.shape[:-1], 3, 3)), up
-
-    @property
-    def twist(self):
-        slide = np.broadcast_to([0.0, 0.0, 1.0], (*self.x.shape, 3))
-        return np.zeros(slide.shape), slide
-
-    @property
-    def legs(self):
-        return self.x, np.ones((*self.x.shape, 1))
+def fill_lifts(x, figures, straight, marks, frame, motion, length, slope, inner, inner_slope):
+    """Plain Python does as well as a compiled function."""
+    marks[..., 0] = marks[..., 1] = marks[..., 2] = np.isfinite(x[..., 0])
+    marks[..., 3] = x[..., 0] > 0
+    if frame.size:
+        frame[..., :3], frame[..., 3] = np.eye(3), x * [0.0, 0.0, 1.0]
+    if motion.size:
+        motion[:] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    if length.size:
+        length[:], slope[:] = x, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,15 +35,15 @@ class Lifts(ModuleSet):
 
     inputs = 1
     units = ("m",)
+    fill = staticmethod(fill_lifts)
+
+    @property
+    def figures(self):
+        return np.empty((len(self.names), 0))
 
     @property
     def actuated(self):
         return np.ones((len(self.names), 1), dtype=bool)
-
-    def at(self, x):
-        return LiftState(
-            x,
-        )
 
     def refuse(self, x):
         return ValueError(f"heights {x}")

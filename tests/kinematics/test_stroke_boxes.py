@@ -101,7 +101,7 @@ def test_value_of_a_general_double_octahedron_is_that_of_its_nearer_cell():
     chain = general_arm()
     own, rng = chain.layout.places[0].modules, np.random.default_rng(3)
     x = own.solve(rng.uniform(*chain.stroke, (40, 1, 3)), None)
-    states = own.at(x).states[:, 0]
+    states = own.states(x)[:, 0]
     one_by_one = [rates.singularity(own.geometries[0], state)[0] for state in states]
     assert np.allclose(own.find_least(x)[:, 0], one_by_one, atol=1e-12)
 

@@ -5,9 +5,9 @@ import pytest
 
 from vgtsim.description import ToolPath, load_tool_path
 from vgtsim.errors import DescriptionError, FollowError, ReachError
-from vgtsim.planning.arm_alone import ArmAlone
 from vgtsim.planning.following import follow_request, report
 from vgtsim.planning.stretches import make_stretches, spline
+from vgtsim.site import ArmAlone
 
 pytestmark = pytest.mark.long
 

@@ -8,17 +8,15 @@ import pytest
 from typer.testing import CliRunner
 
 from vgtsim.cli import app
-from vgtsim.description import load_manipulator, load_scene
-from vgtsim.description.redundancy import Method
+from vgtsim.description import Method, load_manipulator, load_scene
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning import solve_first_goal
-from vgtsim.planning.arm_alone import ArmAlone
 from vgtsim.planning.resolution import answer_as_json, make_objective, solve_request
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import Configurations
 from vgtsim.positioning.strokes import make_box
-from vgtsim.site import Site
+from vgtsim.site import ArmAlone, Site
 from vgtsim.statics import make_load_model, solve_members
 
 GOAL = 1e-9

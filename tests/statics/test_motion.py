@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
 from vgtsim.statics.motion import motion_from_log, uniform_runs
 
@@ -22,6 +23,14 @@ def test_polynomials_are_differentiated_exactly_to_the_ends():
     motion = motion_from_log(time, nodes)
     assert motion.velocity == pytest.approx(velocity, abs=ROUNDING)
     assert motion.acceleration == pytest.approx(acceleration, abs=ROUNDING)
+
+
+def test_noise_is_differentiated_as_by_the_filter_of_scipy():
+    nodes, spacing = np.random.default_rng(8).normal(size=(40, 2, 3)), 0.02
+    motion = motion_from_log(np.arange(40) * spacing, nodes)
+    for order, found in ((1, motion.velocity), (2, motion.acceleration)):
+        wanted = savgol_filter(nodes, 5, 4, deriv=order, delta=spacing, axis=0)
+        assert found == pytest.approx(wanted, abs=1e-12 / spacing**order)  # SciPy's own weights are off by 1e-13
 
 
 def test_nothing_is_differenced_across_a_change_of_spacing():

@@ -6,9 +6,20 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
+from vgtsim.description.sections import Material, Tube
+from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.statics import make_load_model, make_sections, rate, solve_members, utilise
-from vgtsim.statics.rating import ROD_FACTOR, MemberSections, column_strength, pin_shear, rod_buckling, tension_yield
+from vgtsim.statics.rating import (
+    ROD_FACTOR,
+    MemberSections,
+    column_strength,
+    describe_sections,
+    effective_area,
+    pin_shear,
+    rod_buckling,
+    tension_yield,
+)
 
 HAND = 5e-4  # the hand calculations below carry four digits
 TABLE = 0.05  # ksi: half the last digit that the AISC table prints
@@ -63,6 +74,47 @@ def test_column_curve_joins_and_never_rises():
     assert strength[0] == pytest.approx(tension_yield(1.0, 315e6), rel=1e-3)
 
 
+def test_pipe_column_is_the_published_example():
+    """AISC Design Examples E.11: Pipe 10 Std. of 30 ft, Fy 35 ksi, A 11.5 in², r 3.68 in, D/t 31.6; Pn/Omega 147 kip."""
+    area, slimness, slenderness = 11.5, 31.6, 360 / 3.68
+    assert effective_area(area, slimness, 35.0, 29000.0) == area  # 31.6 is below 0.11 E/Fy = 91.1
+    assert column_strength(1.0, slenderness, 35.0, 29000.0) == pytest.approx(21.4, abs=TABLE)
+    strength = column_strength(area, slenderness, 35.0, 29000.0)
+    assert strength / OMEGA == pytest.approx(147, abs=1)  # the example goes on with its rounded 21.4 ksi
+    assert 0.9 * strength == pytest.approx(221, abs=1)
+
+
+def rate_tube(outer, wall, design_wall=1.0, length=60.0):
+    """Nominal strengths of a tube in inches and ksi: E 29,000, Fy 46."""
+    tube = Tube(outer_diameter=outer, wall=wall, material="steel")
+    steel = Material(density=1.0, youngs_modulus=29000.0, yield_strength=46.0, design_wall=design_wall)
+    return rate(describe_sections([(tube, steel)]), np.array([length]), 1.0)
+
+
+def test_thin_round_wall_loses_what_section_e7_takes():
+    """6 x 0.05 in: D/t 120, past 0.11 E/Fy = 69.3: Ae = 0.866 A, Pn = 0.866 times 40.7 kip."""
+    assert rate_tube(6.0, 0.05).compression == pytest.approx([35.26], abs=0.05)
+    assert effective_area(1.0, 120.0, 46.0, 29000.0) == pytest.approx(0.038 * 29000 / 46 / 120 + 2 / 3)
+    whole = effective_area(1.0, np.array([10.0, 69.0, 70.0]), 46.0, 29000.0)
+    assert whole.tolist() == [1.0, 1.0, 1.0]  # the formula begins above the whole area, by a hundredth
+    slim = effective_area(1.0, np.linspace(1, 280, 500), 46.0, 29000.0)
+    assert np.all(np.diff(slim) <= 0)
+
+
+def test_design_wall_is_0_93_of_the_nominal_one():
+    """AISC Manual table 1-13: HSS 10.000 x 0.250 has a design wall of 0.233 in, an area of 7.15 in²; A1085 has all of it."""
+    drawn, full = rate_tube(10.0, 0.25, design_wall=0.233 / 0.25), rate_tube(10.0, 0.25)
+    assert drawn.tension == pytest.approx([46 * 7.15], abs=46 * 0.005)  # half the last digit printed
+    assert full.tension == pytest.approx([46 * np.pi * 9.75 * 0.25])
+    usual = Material(density=1.0, youngs_modulus=1.0, yield_strength=1.0).design_wall
+    assert usual * 0.25 == pytest.approx(0.233, abs=6e-4)
+
+
+def test_wall_that_the_specification_does_not_rate_is_refused():
+    with pytest.raises(DescriptionError, match="E7"):
+        rate_tube(6.0, 0.02)  # D/t 300, past 0.45 E/Fy = 284
+
+
 def test_rod_buckling_is_the_hand_calculation():
     """2 in rod, 1.3716 m: I 3.269e-7 m4, Pcr 343.0 kN."""
     assert rod_buckling(0.0508, 200e9, 1.3716) == pytest.approx(343.0e3, rel=HAND)
@@ -106,7 +158,10 @@ def test_every_member_is_rated_by_its_own_section(chain):
             assert section.area[index] == pytest.approx(np.pi / 4 * cylinder.rod**2)
         else:
             assert np.isinf(section.pull[index])
-            assert section.area[index] == chain.manipulator.tubes[member.section].area
+            tube = chain.manipulator.tubes[member.section]
+            thin = tube.model_copy(update={"wall": 0.93 * tube.wall})
+            assert (section.area[index], section.gyration_radius[index]) == (thin.area, thin.gyration_radius)
+            assert section.slimness[index] == pytest.approx(tube.outer_diameter / (0.93 * tube.wall))
     assert np.flatnonzero(section.actuator).tolist() == chain.truss.actuated.tolist()
 
 

@@ -10,6 +10,7 @@ from finite_elements import deflect_with_pynite
 
 from vgtsim.description.scene import Payload
 from vgtsim.errors import TrussError
+from vgtsim.mjcf import reach_pose
 from vgtsim.statics import solve_members
 from vgtsim.statics.elasticity import TRAPPED, make_elastic_model
 from vgtsim.statics.settling import settle
@@ -54,6 +55,18 @@ def test_displacements_agree_with_finite_elements(hanging_arm, poses, index, pay
     found = deflect(light, nodes)
     assert np.abs(moved[:-1] - found.nodes).max() < FINITE_ELEMENTS * np.abs(moved).max()
     assert np.abs(moved[-1] - found.tool[:3]).max() < FINITE_ELEMENTS * np.abs(moved).max()
+
+
+@pytest.mark.parametrize(("payload", "sag"), [(453.6, 0.246), (0.0, 0.095)])
+def test_sag_that_the_readme_tells_is_that_of_the_tool(hanging_arm, poses, payload, sag):
+    """At the tool, not at the face's centroid, which sags a centimetre less."""
+    loaded = make_elastic_model(hanging_arm, Payload(mass=payload, radius=0.15), 9.80665)
+    rest = hanging_arm.nodes(reach_pose(hanging_arm))
+    settled = settle(loaded, rest)
+    before, after = (tool_point(loaded.loads, nodes) for nodes in (rest, settled))
+    face = (settled - rest)[hanging_arm.truss.tip].mean(axis=0)
+    assert np.linalg.norm(after - before) == pytest.approx(sag, abs=5e-4)
+    assert np.linalg.norm(after - before) > np.linalg.norm(face) + 2e-3
 
 
 def test_compliance_is_symmetric_and_positive(model, poses):

@@ -11,8 +11,6 @@ from rich.table import Table
 
 from vgtsim.cli.application import ERR, OUT, ArmName, OutFolder, app, list_files
 from vgtsim.constants import GRAVITY, PAYLOAD, SAFETY_FACTOR
-from vgtsim.description import MODELS, find_file, load_manipulator, load_scene
-from vgtsim.errors import DescriptionError
 
 _LISTED_SAMPLE = 500  # configurations behind the listed reach: a tenth of a second for each arm
 
@@ -24,6 +22,8 @@ def models(
     ] = None,
 ) -> None:
     """List the shipped arms with degrees of freedom, reach and mass."""
+    from vgtsim.description import MODELS
+    from vgtsim.errors import DescriptionError
     from vgtsim.kinematics.workspace import sample_workspace
     from vgtsim.site import load_arm
     from vgtsim.statics import weigh
@@ -115,7 +115,7 @@ def capacity(
     from vgtsim.kinematics.ties import first_greatest, first_least
     from vgtsim.output import prepare_folder
     from vgtsim.output.capacity_map import write_capacity
-    from vgtsim.planning.capacity import unload
+    from vgtsim.planning.capacity import unload_map
     from vgtsim.site import load_arm
     from vgtsim.statics import draw_shapes, find_gain, map_capacity
 
@@ -126,8 +126,7 @@ def capacity(
     found = plane
     if resolve:
         with ERR.status("unloading postures"):
-            moved = unload(chain, plane.q, payload, GRAVITY, safety_factor)
-            found = map_capacity(chain, np.concatenate([plane.q, moved]), GRAVITY, safety_factor, payload)
+            found = unload_map(chain, plane, GRAVITY, safety_factor)
     list_files(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
     far, least = int(first_greatest(found.radius)), int(first_least(found.payload))
     for words, i in (("at full reach", far), ("least", least)):
@@ -160,7 +159,7 @@ def size(
     """Choose tubes and cylinders from a catalogue so that no member is overloaded by a scene's tour and load cases."""
     import dataclasses
 
-    from vgtsim.description import load_catalogue, write_sized_arm
+    from vgtsim.description import find_file, load_catalogue, load_manipulator, load_scene, write_sized_arm
     from vgtsim.output import prepare_file
     from vgtsim.planning.design import design_arm
     from vgtsim.site import Site

@@ -9,10 +9,10 @@ import typer
 from rich.table import Table
 
 from vgtsim.cli.application import ERR, OUT, OutFolder, SceneOrArm, app, finish, list_files
-from vgtsim.description import Method, find_file, is_scene
+from vgtsim.constants import Method
 
 if TYPE_CHECKING:
-    from vgtsim.planning.arm_alone import Place
+    from vgtsim.site import Place
 
 
 @app.command(epilog="Example: vgtsim ik type_ii_reach --position 8 2 1 --direction 1 0 0 --plot ik.svg")
@@ -65,7 +65,6 @@ def track(
     from vgtsim.output import prepare_folder
     from vgtsim.output.track_files import write_track
     from vgtsim.planning.following import follow_request, report
-    from vgtsim.site import Site
 
     place = _load(description)
     chain = place.chain
@@ -79,18 +78,19 @@ def track(
     OUT.print(table)
     folder = prepare_folder(out or Path("out") / path.name)
     list_files(*write_track(chain, followed, facts, folder / path.name))
-    wanted = place.task.motion.clearance if isinstance(place, Site) else 0.0
+    wanted = place.clearance
     clear = float(facts.get("least clearance, m", wanted))
     spare = float(facts["least distance to the end of a stroke, m"])
     if clear < wanted or spare < 0:
-        ERR.print(f"[bold red]clearance {clear:.3f} m, wanted {wanted:.3f} m; stroke to spare {spare:.4f} m[/]")
+        found = f"clearance {clear:.3f} m, wanted {wanted:.3f} m; stroke to spare {spare:.4f} m"
+        ERR.print(found, style="bold red")
     finish(clear >= wanted and spare >= 0, None)
 
 
 def _load(description: Path) -> Place:
     """A scene's site, or an arm alone, which hangs with its base face at the origin."""
-    from vgtsim.planning.arm_alone import ArmAlone
-    from vgtsim.site import load_arm, load_site
+    from vgtsim.description import find_file, is_scene
+    from vgtsim.site import ArmAlone, load_arm, load_site
 
     file = find_file(description, "scene", "arm")
     return load_site(file) if is_scene(file) else ArmAlone(load_arm(file))

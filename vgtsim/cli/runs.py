@@ -18,11 +18,10 @@ from vgtsim.cli.application import (
     list_files,
     show_report,
 )
-from vgtsim.description import find_file, is_scene
 from vgtsim.errors import DivergenceError, MissingLibraryError
-from vgtsim.runlog import RunLog, load_run
 
 if TYPE_CHECKING:
+    from vgtsim.runlog import RunLog
     from vgtsim.site import Site
 
 
@@ -37,6 +36,7 @@ def run(
     from vgtsim.output import clear_folder, prepare_folder, save_log, write_outputs
     from vgtsim.planning import plan_tour
     from vgtsim.plant import run as simulate
+    from vgtsim.runlog import RunLog
     from vgtsim.site import load_site
     from vgtsim.verification import verify as judge
 
@@ -63,6 +63,7 @@ def run(
 @app.command(epilog="Example: vgtsim build type_ii_reach --out out/model")
 def build(description: SceneOrArm, out: OutFolder = None) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
+    from vgtsim.description import find_file, is_scene
     from vgtsim.kinematics.stroke_boxes import check_strokes
     from vgtsim.mjcf import write_arm_files, write_scene_files
     from vgtsim.output import prepare_folder
@@ -142,6 +143,7 @@ def view(
 
 def _load(folder: Path) -> tuple[Site, RunLog]:
     """Site and log of a run."""
+    from vgtsim.runlog import load_run
     from vgtsim.site import Site
 
     scene, log = load_run(folder / "run.npz")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import StrEnum
 from math import inf
 from typing import Annotated
 
@@ -25,15 +24,6 @@ OBJECTIVES = (
 TOOL_ROWS = 5  # of a tool goal: three of the position, two of the direction
 
 Pairs = tuple[tuple[str, str], ...]
-
-
-class Method(StrEnum):
-    """How redundancy is resolved."""
-
-    NULLSPACE = "nullspace"
-    COUPLED = "coupled"
-    ANCHORED = "anchored"
-    SHAPE = "shape"
 
 
 def split_objective(text: str) -> tuple[str, float]:

@@ -75,6 +75,11 @@ class Chain:
         return (self.mount @ self.layout.root)[:3]
 
     @cached_property
+    def flange(self) -> Array:
+        """Rotation beside centroid of the mast flange in G, shape (3, 4): the mount without its last row."""
+        return np.array(self.mount[:3])
+
+    @cached_property
     def straight(self) -> Array:
         """Inputs of the straight working pose, shape (n,)."""
         row = np.empty(self.layout.inputs)
@@ -238,8 +243,9 @@ class Chain:
             tool point over angular velocity of the tip plate; all in frame G.
         """
         state, batch = self._state(q)
+        J = state.tool_jacobian  # first: what it needs tells the rest
         position, direction = self._require(state, "placed").tool
-        return _shaped(position, batch), _shaped(direction, batch), _shaped(state.tool_jacobian, batch)
+        return _shaped(position, batch), _shaped(direction, batch), _shaped(J, batch)
 
     def conventional_jacobian(self, q: ArrayLike) -> Array:
         """Geometric Jacobian of the tool with respect to the actuator lengths, shape (..., 6, J), at inputs (..., n).

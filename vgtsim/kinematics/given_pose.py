@@ -70,11 +70,7 @@ def _numbers(texts: list[str], units: tuple[str, ...], key: str) -> list[float]:
     values = []
     for text, unit in zip(texts, units, strict=True):
         try:
-            bare = float(text)
-        except ValueError:
-            bare = text
-        try:
-            values.append(to_si(bare, unit))
+            values.append(to_si(text, unit, bare=True))
         except ValueError as error:
             raise DescriptionError(None, key, repr(text), str(error)) from None
     return values

@@ -29,6 +29,7 @@ class Place:
         lengths: Of the chain's actuators, shape (M, legs); -1 for static legs.
         legs: Of all legs of the chain, actuators and then static ones, shape (M, legs).
         nodes: Of the inner nodes, shape (M, inner_count).
+        in_order: Whether the chain's legs are those of the set, one module after the other.
     """
 
     modules: ModuleSet
@@ -38,6 +39,7 @@ class Place:
     lengths: Index
     legs: Index
     nodes: Index
+    in_order: bool
 
     @property
     def moving(self) -> Index:
@@ -46,7 +48,8 @@ class Place:
 
     def take(self, x: Array) -> Array:
         """Inputs of the set, shape (..., M, inputs), of those of the chain, shape (..., n)."""
-        return x.reshape(*x.shape[:-1], *self.columns.shape) if self.whole else x[..., self.columns]
+        shape = (*x.shape[:-1], *self.columns.shape)
+        return (x if self.whole else x.take(self.columns.ravel(), axis=-1)).reshape(shape)
 
 
 @dataclass(frozen=True)
@@ -65,13 +68,13 @@ class Layout:
         static: Lengths of the static legs, shape (S,), m.
         root: T from the base of the first active module to the mount, shape (4, 4).
         after: From the base of the next active module (of the last face, for the last) to the top of each, (A, 4, 4).
+        steps: The same without the last row, shape (A, 3, 4).
         face_from: For the mast flange and each module's top face: 0 for the mount, a + 1 for the top of active module
             a, shape (K + 1,).
         face_offset: The face's frame in that frame, shape (K + 1, 4, 4).
-        corners: Of each face in its own frame, shape (K + 1, 3, 4), m; the fourth coordinate is 1.
-        order: Of each node among the corners of all faces and then the inner nodes of all places, shape (N,).
-        in_order: Whether the nodes are the corners of all faces, one after the other.
-        moves: Whether a node moves as a point of the body beyond the module of an input, shape (N, n), 0 or 1.
+        corners: Node, and face, of each corner that is a node of its own, shape (C, 2).
+        spots: Of each in the frame that `face_from` names, shape (C, 3), m.
+        moves: Number of the first inputs that move a node as a point of the body beyond their modules, shape (N,).
     """
 
     places: tuple[Place, ...]
@@ -83,12 +86,22 @@ class Layout:
     static: Array
     root: Array
     after: Array
+    steps: Array
     face_from: Index
     face_offset: Array
-    corners: Array
-    order: Index
-    in_order: bool
-    moves: Array
+    corners: Index
+    spots: Array
+    moves: Index
+
+    @property
+    def whole(self) -> bool:
+        """Whether all active modules are of one place."""
+        return len(self.places) == 1
+
+    @property
+    def in_order(self) -> bool:
+        """Whether all legs are those of one place, in its order."""
+        return self.whole and self.places[0].in_order
 
 
 def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
@@ -106,11 +119,16 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
         sizes[place.active] = place.modules.inputs
     owner = np.repeat(np.arange(len(active)), sizes)
     root, after, face_from, offset = _find_transforms(manipulator, active.tolist())
-    faces = [modules[0].faces(side)[0], *(module.faces(side)[1] for module in modules)]
-    moves = (truss.node_module[:, None] >= active[owner]).astype(float)
+    corners = _find_corners(manipulator, truss)
+    faces = np.array(
+        [triangle_nodes(sides) for sides in (modules[0].faces(side)[0], *(part.faces(side)[1] for part in modules))]
+    )
+    spots = np.empty((len(corners), 3))
+    for spot, (_, face, corner) in zip(spots, corners, strict=True):
+        spot[:] = offset[face, :3, :3] @ faces[face, corner] + offset[face, :3, 3]
+    moves = np.searchsorted(active[owner], truss.node_module, side="right")
     for place in places:
-        moves[place.nodes[:, :, None], place.columns[:, None, :]] = 0.0
-    order = _node_order(manipulator, truss, places)
+        moves[place.nodes] = place.columns[:, :1]
     static = [place.modules.straight_legs[0][~place.modules.actuated] for place in places]
     return Layout(
         places=tuple(places),
@@ -122,11 +140,11 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
         static=np.concatenate([*static, np.empty(0)]),
         root=root,
         after=after,
+        steps=np.ascontiguousarray(after[:, :3]),
         face_from=face_from,
         face_offset=offset,
-        corners=np.concatenate([[triangle_nodes(sides) for sides in faces], np.ones((len(faces), 3, 1))], axis=2),
-        order=order,
-        in_order=np.array_equal(order, np.arange(3 * len(faces))),
+        corners=np.ascontiguousarray(corners[:, :2]),
+        spots=spots,
         moves=moves,
     )
 
@@ -161,6 +179,7 @@ def _make_places(manipulator: Manipulator, truss: Truss, active: Index) -> list[
                 lengths=lengths,
                 legs=legs,
                 nodes=np.array(inner, dtype=int).reshape(len(which), -1),
+                in_order=len(sets) == 1 and np.array_equal(legs.ravel(), np.arange(legs.size)),
             )
         )
     return places
@@ -191,16 +210,10 @@ def _static_step(module: Module, side: float) -> Array:
     return step
 
 
-def _node_order(manipulator: Manipulator, truss: Truss, places: list[Place]) -> Index:
-    """Where each node stands among the corners of all faces and then the inner nodes of all places."""
-    order = np.empty(len(truss.nodes), dtype=int)
-    order[:3] = np.arange(3)
+def _find_corners(manipulator: Manipulator, truss: Truss) -> Index:
+    """Node, face and corner of that face for each node on a face, shape (C, 3)."""
+    rows = [(node, 0, node) for node in range(3)]
     for k, module in enumerate(manipulator.modules):
-        corners = np.array(kind_of(module).top)
-        own = np.flatnonzero(truss.node_module == k)
-        order[own[-len(corners) :]] = 3 * (k + 1) + corners
-    count = 3 * (len(manipulator.modules) + 1)
-    for place in places:
-        order[place.nodes.ravel()] = count + np.arange(place.nodes.size)
-        count += place.nodes.size
-    return order
+        corners, own = kind_of(module).top, np.flatnonzero(truss.node_module == k)
+        rows += [(node, k + 1, corner) for node, corner in zip(own[-len(corners) :].tolist(), corners, strict=True)]
+    return np.array(rows, dtype=int)

@@ -2,8 +2,8 @@
 
 A configuration is one row of inputs, shape (n,), and has one row of leg lengths: the J actuators in the chain's order and
 then the S static legs of octahedra. The slopes of a module's legs by the module's inputs are kept in blocks, one array for
-each place of the layout; only the product along the arm goes module by module. Nothing here raises: `valid` and its like
-mark what does not assemble, so that one bad trial does not stop a batch. `Chain` raises.
+each place of the layout. Nothing here raises: `valid` and its like mark what does not assemble, so that one bad trial does
+not stop a batch. `Chain` raises. The kinds of modules fill the numbers of their modules, `composition` joins them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.kinematics import composition
 from vgtsim.kinematics.modules import ModuleState
 
 if TYPE_CHECKING:
@@ -25,17 +26,24 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Blocks = tuple[Array, ...]
 
+_NO_MOTION = np.empty((0, 0, 6))
+
 
 @dataclass(frozen=True, eq=False)
 class State:
     """Kinematics of b configurations. Each property is worked out when it is first asked for.
 
     Attributes:
-        q: Inputs, shape (b, n).
+        q: Inputs, shape (b, n), stored by rows.
     """
 
     chain: Chain
     q: Array
+
+    def __post_init__(self) -> None:
+        """Copy inputs that compiled functions do not take."""
+        if not (self.q.flags.c_contiguous and self.q.flags.writeable):
+            object.__setattr__(self, "q", np.array(self.q, order="C"))
 
     @property
     def _layout(self) -> Layout:
@@ -44,7 +52,7 @@ class State:
     @cached_property
     def parts(self) -> tuple[ModuleState, ...]:
         """The modules, one state for each place of the layout."""
-        return tuple(place.modules.at(place.take(self.q)) for place in self._layout.places)
+        return tuple(ModuleState(place.take(self.q), place.modules) for place in self._layout.places)
 
     @cached_property
     def valid(self) -> Mask:
@@ -60,48 +68,60 @@ class State:
         return np.all(self.valid, axis=1)
 
     @cached_property
-    def _local(self) -> Array:
-        """T_BT of every active module, shape (b, A, 4, 4)."""
-        layout = self._layout
-        local = np.zeros((len(self.q), len(layout.names), 4, 4))
-        local[..., 3, 3] = 1.0
-        for place, part in zip(layout.places, self.parts, strict=True):
-            R, P = part.transform
-            if place.whole:
-                local[..., :3, :3], local[..., :3, 3] = R, P
-            else:
-                local[..., :3, :3][:, place.active], local[..., :3, 3][:, place.active] = R, P
-        return local
+    def _moving(self) -> tuple[Array, Array, Array, Array]:
+        """Bases, tops, and angular and linear velocities of what is beyond each module."""
+        layout, shape = self._layout, (len(self.q), self._layout.inputs)
+        if layout.whole:
+            motion = self.parts[0].motion.reshape(*shape, 6)
+        else:
+            motion = np.empty((*shape, 6))
+            for place, part in zip(layout.places, self.parts, strict=True):
+                motion[:, place.columns] = part.motion
+        return self._compose(motion)
 
     @cached_property
+    def _standing(self) -> tuple[Array, Array]:
+        """Bases and tops."""
+        return self._moving[:2] if "_moving" in self.__dict__ else self._compose(_NO_MOTION)[:2]
+
+    def _compose(self, motion: Array) -> tuple[Array, Array, Array, Array]:
+        layout, count, active = self._layout, len(self.q), len(self._layout.names)
+        if layout.whole:
+            frame = self.parts[0].frame
+        else:
+            frame = np.empty((count, active, 3, 4))
+            for place, part in zip(layout.places, self.parts, strict=True):
+                frame[:, place.active] = part.frame
+        base, top = np.empty((count, active + 1, 3, 4)), np.empty((count, active, 3, 4))
+        angular, linear = np.empty((*motion.shape[:2], 3)), np.empty((*motion.shape[:2], 3))
+        composition.compose(self.chain.root, layout.steps, layout.owner, frame, motion, base, top, angular, linear)
+        return base, top, angular, linear
+
+    @property
     def base(self) -> Array:
         """Rotation beside centroid of the base of every active module and of the last face, in G, (b, A + 1, 3, 4)."""
-        layout = self._layout
-        base = np.empty((len(self.q), len(layout.names) + 1, 3, 4))
-        base[:, 0] = self.chain.root
-        along, steps = base.swapaxes(0, 1), (self._local @ layout.after).swapaxes(0, 1)
-        for own, step, following in zip(along[:-1], steps, along[1:], strict=True):
-            np.matmul(own, step, out=following)
-        return base
+        return self._standing[0]
 
-    @cached_property
+    @property
     def top(self) -> Array:
         """The same of the top of every active module, shape (b, A, 3, 4)."""
-        return self.base[:, :-1] @ self._local
+        return self._standing[1]
 
-    @cached_property
-    def _origins(self) -> Array:
-        """Origins of the tops of the active modules, shape (b, A, 3), m: less work than the whole of `top`."""
-        base = self.base[:, :-1]
-        return (base[..., :3] @ self._local[..., :3, 3:])[..., 0] + base[..., 3]
+    @property
+    def angular(self) -> Array:
+        """Angular velocity of all beyond a module per input, shape (b, n, 3), in G."""
+        return self._moving[2]
+
+    @property
+    def linear(self) -> Array:
+        """Velocity of that body's point at the origin of G per input, shape (b, n, 3), m."""
+        return self._moving[3]
 
     @cached_property
     def faces(self) -> Array:
         """Rotation beside origin of all K + 1 faces, the mast flange first, in G, shape (b, K + 1, 3, 4)."""
         layout = self._layout
-        known = np.empty((len(self.q), len(layout.names) + 1, 3, 4))
-        known[:, 0] = self.chain.mount[:3]
-        np.matmul(self.base[:, :-1], self._local, out=known[:, 1:])
+        known = np.concatenate([np.broadcast_to(self.chain.mount[:3], (len(self.q), 1, 3, 4)), self.top], axis=1)
         return known.take(layout.face_from, axis=1) @ layout.face_offset
 
     def face(self, face: int) -> tuple[Array, Array]:
@@ -119,18 +139,13 @@ class State:
     @cached_property
     def nodes(self) -> Array:
         """Positions of all nodes in G, in the order of the truss, shape (b, N, 3), m."""
-        layout, count = self._layout, len(self.q)
-        corners = layout.corners @ self.faces.swapaxes(-1, -2)
-        found = [corners.reshape(count, -1, 3)]
+        layout = self._layout
+        found = np.empty((len(self.q), len(layout.moves), 3))
+        composition.seat_corners(self.chain.flange, layout.face_from, layout.corners, layout.spots, self.top, found)
         for place, part in zip(layout.places, self.parts, strict=True):
             if place.modules.inner_count:
-                base = self.base[:, :-1] if place.whole else self.base[:, place.active]
-                inner = part.inner @ base[..., :3].swapaxes(-1, -2)
-                inner += base[..., None, :, 3]
-                found.append(inner.reshape(count, -1, 3))
-        if len(found) == 1 and layout.in_order:
-            return found[0]
-        return np.concatenate(found, axis=1).take(layout.order, axis=1)
+                composition.seat_inner(self.base, place.active, place.nodes, part.inner, found)
+        return found
 
     @cached_property
     def tool(self) -> tuple[Array, Array]:
@@ -139,53 +154,13 @@ class State:
         return self.base[:, -1, :, 3] + self.chain.manipulator.tip_plate.tool_offset * direction, direction
 
     @cached_property
-    def angular(self) -> Array:
-        """Angular velocity of all beyond a module per input, shape (b, n, 3), in G."""
-        return self._spin.swapaxes(1, 2)
-
-    @cached_property
-    def linear(self) -> Array:
-        """Velocity of that body's point at the origin of G per input, shape (b, n, 3), m."""
-        return self._move(-self._origins).swapaxes(1, 2)
-
-    @cached_property
-    def _spin(self) -> Array:
-        """`angular` coordinate by coordinate, shape (b, 3, n)."""
-        return self._turn(tuple(part.twist[0] for part in self.parts))
-
-    @cached_property
-    def _slide(self) -> Array:
-        """Velocity of the origin of the module's top per input, shape (b, 3, n), m."""
-        return self._turn(tuple(part.twist[1] for part in self.parts))
-
-    def _turn(self, vectors: tuple[Array, ...]) -> Array:
-        """Vectors of all places' inputs, shape (b, M, inputs, 3), turned into G, in the chain's order, (b, 3, n)."""
-        turn, count = self.base[:, :-1, :, :3], len(self.q)
-        whole = np.empty((count, 3, self._layout.inputs))
-        for place, own in zip(self._layout.places, vectors, strict=True):
-            if place.whole:
-                into = whole.reshape(count, 3, *place.columns.shape).swapaxes(1, 2)
-                np.matmul(turn, own.swapaxes(2, 3), out=into)
-            else:
-                whole[:, :, place.columns] = (turn[:, place.active] @ own.swapaxes(2, 3)).swapaxes(1, 2)
-        return whole
-
-    def _move(self, arm: Array, out: Array | None = None) -> Array:
-        """Velocity per input, shape (b, 3, n), m, of points an arm, shape (b, A, 3), from the tops of the modules."""
-        spin, slide = self._spin, self._slide
-        arm = arm.swapaxes(1, 2).take(self._layout.owner, axis=2)
-        J = np.empty(spin.shape) if out is None else out
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            own = np.multiply(spin[:, j], arm[:, k], out=J[:, i])
-            own -= spin[:, k] * arm[:, j]
-            own += slide[:, i]
-        return J
-
-    @cached_property
     def legs(self) -> Array:
         """Lengths of the actuators, then of the static legs as the inputs have them, shape (b, J + S), m."""
-        whole = np.empty((len(self.q), self._layout.actuators + len(self._layout.static)))
-        for place, part in zip(self._layout.places, self.parts, strict=True):
+        layout = self._layout
+        if layout.in_order:
+            return self.parts[0].legs[0].reshape(len(self.q), -1)
+        whole = np.empty((len(self.q), layout.actuators + len(layout.static)))
+        for place, part in zip(layout.places, self.parts, strict=True):
             whole[:, place.legs] = part.legs[0]
         return whole
 
@@ -201,72 +176,42 @@ class State:
 
     def pull(self, weight: Array) -> Array:
         """Slope by the inputs, shape (b, n), of legs weighted with shape (b, J) or (b, J + S)."""
-        whole = self._with_static(weight)
-        found = [
-            (whole[:, place.legs][..., None, :] @ block)[..., 0, :]
-            for place, block in zip(self._layout.places, self.blocks, strict=True)
-        ]
-        if len(found) == 1:
-            return found[0].reshape(len(whole), -1)
         row = np.empty(self.q.shape)
-        for place, own in zip(self._layout.places, found, strict=True):
-            row[:, place.columns] = own
+        for place, block in zip(self._layout.places, self.blocks, strict=True):
+            composition.pull(weight, place.legs, place.columns, block, row)
         return row
 
-    def curve(self, weight: Array) -> Blocks:
-        """BᵀWB of every module's block with weights of shape (b, J), shape (b, M, inputs, inputs) for each place."""
-        whole = self._with_static(weight)
-        return tuple(
-            np.swapaxes(block, 2, 3) @ (whole[:, place.legs][..., None] * block)
-            for place, block in zip(self._layout.places, self.blocks, strict=True)
-        )
+    def curve(self, weight: Array) -> Array:
+        """Matrix of all inputs, shape (b, n, n): slopes of the legs squared, with weights of shape (b, J)."""
+        whole = np.zeros((*self.q.shape, self._layout.inputs))
+        for place, block in zip(self._layout.places, self.blocks, strict=True):
+            composition.curve(weight, place.legs, place.columns, block, whole)
+        return whole
 
     @cached_property
     def leg_slopes(self) -> Array:
         """Derivatives of all legs, static ones last, by all inputs, shape (b, J + S, n)."""
-        whole = np.zeros((*self.legs.shape, self._layout.inputs))
-        for place, block in zip(self._layout.places, self.blocks, strict=True):
-            whole[:, place.legs[:, :, None], place.columns[:, None, :]] = block
+        layout = self._layout
+        whole = np.zeros((len(self.q), layout.actuators + len(layout.static), layout.inputs))
+        for place, block in zip(layout.places, self.blocks, strict=True):
+            composition.spread(place.legs, place.columns, block, whole)
         return whole
-
-    def spread(self, curves: Blocks) -> Array:
-        """Matrix of all inputs, shape (b, n, n), of modules' blocks, shape (b, M, inputs, inputs) for each place."""
-        if len(curves) == 1:
-            batch, count, size = curves[0].shape[:3]
-            full = np.zeros((batch, count, size, count, size))
-            place = np.arange(count)
-            full[:, place, :, place, :] = np.moveaxis(curves[0], 1, 0)
-            return full.reshape(batch, count * size, count * size)
-        whole = np.zeros((*self.q.shape, self._layout.inputs))
-        for place, own in zip(self._layout.places, curves, strict=True):
-            whole[:, place.columns[:, :, None], place.columns[:, None, :]] = own
-        return whole
-
-    def _with_static(self, weight: Array) -> Array:
-        missing = self._layout.actuators + len(self._layout.static) - weight.shape[1]
-        return np.concatenate([weight, np.zeros((len(weight), missing))], axis=1) if missing else weight
 
     @cached_property
     def tool_jacobian(self) -> Array:
         """Velocity of the tool point over angular velocity of the tip plate per input, shape (b, 6, n), in G."""
+        _, _, angular, linear = self._moving
         J = np.empty((len(self.q), 6, self._layout.inputs))
-        self._move(self.tool[0][:, None] - self._origins, J[:, :3])
-        J[:, 3:] = self._spin
+        composition.move_body(np.ascontiguousarray(self.tool[0]), angular, linear, J)
         return J
 
     @cached_property
     def node_jacobian(self) -> Array:
         """Derivatives of all nodes by the inputs, shape (b, N, 3, n), in G."""
-        layout = self._layout
-        spin, slide = self._spin[:, None], self.linear.swapaxes(1, 2)[:, None]
-        arm = [self.nodes[..., axis, None] for axis in range(3)]
+        layout, (base, _, angular, linear) = self._layout, self._moving
         J = np.empty((*self.nodes.shape, layout.inputs))
-        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            velocity = slide[..., i, :] + spin[..., j, :] * arm[k] - spin[..., k, :] * arm[j]
-            np.multiply(velocity, layout.moves, out=J[..., i, :])
+        composition.move_points(self.nodes, layout.moves, angular, linear, J)
         for place, part in zip(layout.places, self.parts, strict=True):
             if place.modules.inner_count:
-                turned = self.base[:, place.active, None, :, :3] @ part.inner_slope
-                rows, columns = place.nodes[:, :, None], place.columns[:, None, :]
-                np.swapaxes(J, -1, -2)[:, rows, columns] = np.swapaxes(turned, -1, -2)
+                composition.move_inner(base, place.active, place.nodes, place.columns, part.inner_slope, J)
         return J

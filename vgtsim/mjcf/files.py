@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,10 @@ from vgtsim.replacing import replacing
 from vgtsim.site import Site
 
 _SETTLE = 0.5  # in which a model gives way as far as it does, s
+_TOLERANCE, _ITERATIONS = (
+    1e-20,
+    20,
+)  # of the solver while it does: ten digits of both figures; none at all costs 7 times more
 
 _HEADER = """
 {title}
@@ -56,7 +61,7 @@ def _write(
     stiffen(scaled, factor)
     (plain_sag, plain_gap), (scaled_sag, scaled_gap) = measure_sag(plain, key), measure_sag(scaled, key)
     header = _HEADER.format(
-        title=title,
+        title=re.sub("-(?=-)", "- ", title),  # two hyphens would end the comment
         version=__version__,
         step=plain.opt.timestep,
         keys=", ".join(plain.key(i).name for i in range(plain.nkey)),
@@ -79,11 +84,12 @@ def _write(
 
 
 def measure_sag(model: mujoco.MjModel, key: str) -> tuple[float, float]:
-    """Let a model settle in a keyframe under its servos, and measure how far it gives way.
+    """Let a model settle in a keyframe under its servos, and measure how far it gives way; the model is used up.
 
     Returns the distance that the tool moves and the greatest distance between a member's end and its hub, m.
     """
     select_drive(model, "servo")
+    model.opt.tolerance, model.opt.iterations = _TOLERANCE, _ITERATIONS
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)
     mujoco.mj_forward(model, data)

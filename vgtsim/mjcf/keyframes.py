@@ -63,7 +63,7 @@ def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:
         columns, length = place.columns[m], float(np.linalg.norm(faces[k + 1] - faces[k]))
         if place.modules.stows and height + length > crown - RISER_MOUTH:
             q[columns] = chain.stowed[columns]
-            length = float(np.linalg.norm(place.modules.at(place.take(q)[None]).transform[1][0, m]))
+            length = float(np.linalg.norm(place.modules.at(place.take(q)[None]).frame[0, m, :, 3]))
         height += length
     stowed_length = pivot - chain.tool(chain.stowed)[0][2]
     return {"stowed": (chain.stowed, crown + stowed_length - pivot), "straight": (q, height - pivot)}

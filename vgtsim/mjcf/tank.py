@@ -9,16 +9,18 @@ MuJoCo shows geom groups 0 to 2 unless told otherwise: a section through the axi
 from __future__ import annotations
 
 from math import atan2, pi, sin
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import trimesh
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry import Profile, make_profile, obstacles, solids
+from vgtsim.geometry import Profile, make_profile, obstacles
 from vgtsim.geometry.panels import DEPTH, Panel, make_panels
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
+
+if TYPE_CHECKING:
+    import trimesh
 
 INSIDE_GROUP = 1  # what every picture shows: back half of liner and wall, arm riser, waste, equipment
 BACK_COVER_GROUP = 2  # back half of dome, soil and small risers
@@ -48,6 +50,8 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         The dissertation draws its tank; here the arm can touch it. For contact the tank is enclosed in boxes
         that lie outside it and stand back by at most a few centimetres, see `geometry.panels`.
     """
+    from vgtsim.geometry import solids  # with trimesh, which an arm alone does without
+
     profile = make_profile(tank.shell)
     body = spec.worldbody.add_body(name=names.TANK, info="tank")
     for key, rgba in _COLOURS.items():
@@ -72,6 +76,8 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
 
 
 def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
+    from vgtsim.geometry import solids
+
     for side, front in (("back", False), ("front", True)):
         low = FRONT_GROUP if front else INSIDE_GROUP
         high = FRONT_COVER_GROUP if front else BACK_COVER_GROUP

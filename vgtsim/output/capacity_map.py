@@ -49,5 +49,5 @@ def plot_capacity(found: CapacityMap, title: str) -> Figure:
         place.set(xlabel="radius, m", aspect="equal")
     axes[0].set_ylabel("depth below the pivot, m")
     axes[0].invert_yaxis()
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)
     return figure

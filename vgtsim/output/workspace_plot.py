@@ -38,5 +38,6 @@ def plot_workspace(found: Workspace, title: str) -> Figure:
             f"{title}: {len(found.tool)} configurations over the strokes\nreach {found.reach:.2f} m, volume at least "
             f"{found.volume:.3g} m³, {100 * found.near_singular:.2g} % with a singular value below {NEAR_SINGULAR}",
             fontsize=10,
+            parse_math=False,
         )
     return figure

@@ -8,16 +8,17 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import get_args
+from typing import TYPE_CHECKING, get_args
 
 from vgtsim.description.judging import CameraName, Cut
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
-from vgtsim.output.html_report import write_report_html
 from vgtsim.replacing import replacing
-from vgtsim.runlog import RunLog, save_run
-from vgtsim.site import Site
-from vgtsim.verification import Report
+
+if TYPE_CHECKING:  # plots, MuJoCo and the checks are loaded where a file needs them
+    from vgtsim.runlog import RunLog
+    from vgtsim.site import Site
+    from vgtsim.verification import Report
 
 LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
 
@@ -25,7 +26,7 @@ LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
 def prepare_folder(out_dir: str | Path) -> Path:
     """Make a folder, and make sure that files can be written in it, before any long work; else a `DescriptionError`."""
     folder = Path(out_dir)
-    with _naming(folder):
+    with naming_folder(folder):
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
@@ -48,14 +49,16 @@ def prepare_file(path: Path, suffixes: tuple[str, ...] = ()) -> Path:
 
 def clear_folder(folder: Path) -> None:
     """Take away the files of an earlier run, so that no old verdict or film stands beside a new log."""
-    with _naming(folder):
+    with naming_folder(folder):
         for name in (LOG, JSON, HTML, VIDEO):
             (folder / name).unlink(missing_ok=True)
 
 
 def save_log(site: Site, log: RunLog, folder: Path) -> None:
     """Write `run.npz` of a run, finished or not, into an existing folder, whole or not at all."""
-    with _naming(folder), replacing(folder / LOG) as partial:
+    from vgtsim.runlog import save_run
+
+    with naming_folder(folder), replacing(folder / LOG) as partial:
         save_run(partial, site.scene, log)
 
 
@@ -79,7 +82,9 @@ def write_outputs(
 
 def write_reports(site: Site, log: RunLog, report: Report, folder: Path) -> None:
     """Write `report.json` and `report.html` into an existing folder."""
-    with _naming(folder):
+    from vgtsim.output.html_report import write_report_html
+
+    with naming_folder(folder):
         write_report_json(report, folder / JSON)
         write_report_html(site, log, report, folder / HTML)
 
@@ -98,14 +103,14 @@ def film(site: Site, log: RunLog, report: Report, out_dir: str | Path, camera: s
         DescriptionError: The folder cannot be written, or there is no such camera.
         MissingLibraryError: There is no EGL or no encoder.
     """
-    from vgtsim.output.video import render_video  # MuJoCo and OpenGL, which the reports do without
+    from vgtsim.output.video import render_video
 
     known = get_args(CameraName)
     if camera is not None and camera not in known:
         raise DescriptionError(None, "camera", repr(camera), f"a camera of the scene{closest(camera, known)}")
     cuts = None if camera is None else (Cut.model_validate({"camera": camera}),)
     path = prepare_folder(out_dir) / VIDEO
-    with _naming(path.parent), _progress_bar() as advance:
+    with naming_folder(path.parent), _progress_bar() as advance:
         render_video(site, log, report, path, advance, cuts)
     return path
 
@@ -125,7 +130,7 @@ def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
 
 
 @contextmanager
-def _naming(folder: Path) -> Iterator[None]:
+def naming_folder(folder: Path) -> Iterator[None]:
     """Name the folder in an error of the file system."""
     try:
         yield

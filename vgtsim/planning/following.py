@@ -9,15 +9,14 @@ from rest to rest, so a corner of the path asks no infinite acceleration.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import DescriptionError, FollowError, ReachError
 from vgtsim.kinematics import Chain
-from vgtsim.planning.arm_alone import Place
 from vgtsim.planning.resolution import make_objective
 from vgtsim.planning.stretches import Stretch, make_stretches
 from vgtsim.planning.timing import SpeedLimits, make_limits, time_lengths
@@ -32,11 +31,13 @@ from vgtsim.positioning import (
     solve_anywhere,
     tool_goal,
 )
-from vgtsim.site import Site
+from vgtsim.site import Place
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 Array = NDArray[np.float64]
 
-_TIMESTEP = 0.01  # s, of an arm without a scene
 _FIRST = 17  # goals of a piece that are solved one after the other, so that each start is near its goal
 _MOST = 2049  # 17 goals doubled seven times: a piece that still leaves the path then has a jump
 _BETWEEN = 8  # places between two goals at which the deviation is measured
@@ -100,8 +101,7 @@ def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) ->
         raise DescriptionError(None, "modules", f"{chain.manipulator.name}, whose active modules are {kinds}", allowed)
     goal = tool_goal(path.start, path.direction)
     problem = Problem(place.box, goal, make_objective(place, goal, objectives))
-    timestep = place.task.simulation.timestep if isinstance(place, Site) else _TIMESTEP
-    return follow(problem, path, place.start, timestep)
+    return follow(problem, path, place.start, place.timestep)
 
 
 def follow(problem: Problem, path: ToolPath, start: Array, timestep: float) -> Followed:
@@ -165,7 +165,7 @@ def report(place: Place, followed: Followed) -> dict[str, str | float | int]:
         "iterations": followed.iterations,
         "goals that are local optima, %": 100 * followed.optimal,
     }
-    if isinstance(place, Site):
+    if place.surroundings:
         distance, places = place.surroundings.clearance(followed.q[:: max(1, len(followed.q) // _JUDGED)])
         found["least clearance, m"] = float(distance.min())
         found["nearest"] = places[int(distance.argmin())]
@@ -176,6 +176,8 @@ def _solve(
     problem: Problem, stretch: Stretch, start: Array, tolerance: float, *, first: bool
 ) -> tuple[BSpline, Solution]:
     """Inputs over the parameter 0 to 1, and the goals they go through, in order."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
+
     points, directions = stretch.points(_FIRST), stretch.directions(_FIRST)
     parts, here = [], start
     for k in range(_FIRST):

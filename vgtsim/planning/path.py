@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.errors import PathError
 from vgtsim.kinematics import Chain, azimuth, bend_all, swing
 from vgtsim.planning.trajectory import Corridor, assemblable, smooth
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 Array = NDArray[np.float64]
 
@@ -93,6 +96,8 @@ def _candidates(chain: Chain, first: Array, last: Array) -> Iterator[list[Array]
 
 def _spline(corridor: Corridor, way: Array) -> tuple[BSpline, Array, Array] | None:
     """Spline through a way, its samples and their actuator lengths; None when one does not assemble."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
+
     spline = make_interp_spline(np.linspace(0.0, 1.0, len(way)), way, k=5)
     samples = spline(np.linspace(0.0, 1.0, _SAMPLES))
     state = corridor.box.chain.state(samples)

@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.redundancy import OBJECTIVES, Method, choose_coupling, split_objective
+from vgtsim.constants import Method
+from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, straight_yaws
-from vgtsim.planning.arm_alone import Place, safety_factor_of
 from vgtsim.planning.checks import require_positionable
 from vgtsim.positioning import (
     ClearanceHinges,
@@ -37,7 +37,7 @@ from vgtsim.positioning import (
     tool_goal,
 )
 from vgtsim.positioning.kkt import condition_numbers, lost_directions
-from vgtsim.site import Site
+from vgtsim.site import Place
 from vgtsim.statics import find_use, smooth_peak, solve_members
 
 Array = NDArray[np.float64]
@@ -71,16 +71,9 @@ class Answer:
     facts: Facts
 
 
-def scene_resolution(site: Site) -> Resolution:
-    """The method and objectives that a scene gives."""
-    motion = site.task.motion
-    coupling = site.scene.coupled_modules() if motion.method is Method.COUPLED else ()
-    return Resolution(motion.method, motion.objective, coupling)
-
-
-def goal_keep(site: Site) -> Keep:
+def goal_keep(place: Place) -> Keep | None:
     """Minimum clearance at a goal: the path's and a margin. It is checked on the unloaded shape; sag is added later."""
-    return Keep(site.unsagged_surroundings, site.task.motion.clearance + MARGIN)
+    return place.surroundings and Keep(place.surroundings.unloaded, place.clearance + MARGIN)
 
 
 def resolve_goal(
@@ -127,13 +120,12 @@ def solve_request(
         GoalError: The goal is no goal.
         ReachError: It is not met, or not clear of the surroundings.
     """
-    site = place if isinstance(place, Site) else None
     chain, goal = place.chain, tool_goal(position, direction)
     how = _asked_resolution(place, method, objectives)
-    found = resolve_goal(place, how, "ik", (position, direction), place.start, goal_keep(site) if site else None)
+    found = resolve_goal(place, how, "ik", (position, direction), place.start, goal_keep(place))
     facts = _facts(place, goal, found, objectives)
-    if site:
-        facts["clearance, m"], facts["nearest"] = site.surroundings.least(found.q)
+    if place.surroundings:
+        facts["clearance, m"], facts["nearest"] = place.surroundings.least(found.q)
     return Answer(found.q, chain.lengths(found.q), report_rows(chain, goal, found.q), facts)
 
 
@@ -147,8 +139,8 @@ def _asked_resolution(place: Place, method: Method, objectives: tuple[str, ...])
     """A method and objectives; coupled modules are those of a coupled scene, or else of section 8.1."""
     if method is not Method.COUPLED:
         return Resolution(method, objectives)
-    if isinstance(place, Site) and place.task.motion.method is Method.COUPLED:
-        return Resolution(method, objectives, place.scene.coupled_modules())
+    if place.coupling:
+        return Resolution(method, objectives, place.coupling)
     arm = place.chain.manipulator
     try:
         return Resolution(method, objectives, choose_coupling(None, arm.active))
@@ -182,9 +174,9 @@ def _require_alike(place: Place, pairs: tuple[tuple[int, int], ...]) -> None:
             names = f"{named[follower]} and {named[leader]} of {place.chain.manipulator.name}"
             found = f"{names}, turned by {np.degrees(turn):.4g} degrees to each other"
             allowed = "coupled modules whose base frames are parallel in the straight arm"
-            site = place if isinstance(place, Site) else None
-            key = "motion.coupling" if site and site.task.motion.coupling is not None else "method"
-            raise DescriptionError(site.scene.file if site else None, key, found, allowed)
+            scene = place.scene
+            key = "motion.coupling" if scene and scene.task.motion.coupling is not None else "method"
+            raise DescriptionError(scene and scene.file, key, found, allowed)
 
 
 def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Objective:
@@ -205,10 +197,8 @@ def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Obj
         "actuator_force": lambda: Differences("actuator_force", lambda q: _greatest_force(place, q)),
         "utilisation": lambda: Differences("utilisation", lambda q: _greatest_use(place, q)),
     }
-    if isinstance(place, Site):
-        # of the unloaded shape: the sag of an elastic arm would cost a solve for every evaluation
-        wanted = place.task.motion.clearance + MARGIN
-        known["clearance"] = lambda: ClearanceHinges(place.unsagged_surroundings, wanted, payload=False)
+    if keep := goal_keep(place):  # of the unloaded shape: sag would cost a solve for every evaluation
+        known["clearance"] = lambda: ClearanceHinges(keep.surroundings, keep.clearance, payload=False)
     assert set(known) | {"clearance"} == set(OBJECTIVES)
     parts = []
     for text in names:
@@ -238,4 +228,4 @@ def _greatest_force(place: Place, q: Array) -> Array:
 
 def _greatest_use(place: Place, q: Array) -> Array:
     """Smooth stand-in for the greatest utilisation of any member at rest, shape (b,)."""
-    return smooth_peak(find_use(place.load_model, place.sections, place.chain.nodes(q), safety_factor_of(place)).worst)
+    return smooth_peak(find_use(place.load_model, place.sections, place.chain.nodes(q), place.safety_factor).worst)

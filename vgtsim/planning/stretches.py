@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import make_interp_spline
 
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 from vgtsim.errors import DescriptionError
@@ -109,6 +108,8 @@ def spline(points: ArrayLike, count: int) -> Array:
 
     The parameter is the distance from one way-point to the next; no two in a row are the same, and W is at least 2.
     """
+    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
+
     through = np.asarray(points, float)
     reach = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(through, axis=0), axis=1))])
     curve = make_interp_spline(reach, through, k=min(3, len(through) - 1))

@@ -9,12 +9,15 @@ ends at zero.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import BSpline, make_interp_spline
 
 from vgtsim.kinematics import Chain
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 Array = NDArray[np.float64]
 
@@ -45,6 +48,8 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
 
     Source: the project's own; the dissertation gives configurations and no motion in time.
     """
+    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
+
     grid = np.linspace(0.0, 1.0, _GRID)
     speed = _scaled_speed(chain, spline, limits, grid)
     if np.max(speed) * limits.rate.max() < 1e-9:

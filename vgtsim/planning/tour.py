@@ -11,7 +11,7 @@ from vgtsim.description.scene import Goal
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import MARGIN, goal_keep, resolve_goal, scene_resolution
+from vgtsim.planning.resolution import MARGIN, Resolution, goal_keep, resolve_goal
 from vgtsim.planning.timing import make_limits, time_lengths
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
@@ -93,28 +93,30 @@ def plan_tour(site: Site) -> Tour:
     for goal in motion.goals:
         q = _configure(site, goal, shapes[-1], keep)
         shapes.append(_aim_above(site, goal, q) if site.sags else q)
-    corridor = Corridor(site.box, site.surroundings, motion.clearance)
+    corridor = Corridor(site.box, site.surroundings, site.clearance)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
-    timestep = site.task.simulation.timestep
     legs = []
     for index, (goal, first, last) in enumerate(zip(motion.goals, shapes[:-1], shapes[1:], strict=True)):
         path = plan_path(corridor, first, last, goal.name)
-        lengths = time_lengths(site.chain, path.spline, limits, timestep)
+        lengths = time_lengths(site.chain, path.spline, limits, site.timestep)
         legs.append(
             Leg(name=goal.name, goal=index, lengths=lengths, q=last, clearance=path.clearance, place=path.place)
         )
-    return Tour(site.start, tuple(legs), timestep)
+    return Tour(site.start, tuple(legs), site.timestep)
 
 
-def _configure(site: Site, goal: Goal, start: Array, keep: Keep, aim: tuple[Array, Array] | None = None) -> Array:
+def _configure(
+    site: Site, goal: Goal, start: Array, keep: Keep | None, aim: tuple[Array, Array] | None = None
+) -> Array:
     """Inputs with the tool at a goal, or at an aim in its place, shape (n,)."""
     pose = aim or (np.array(goal.position), np.array(goal.direction))
-    return np.array(resolve_goal(site, scene_resolution(site), goal.name, pose, start, keep).q)
+    how = Resolution(site.task.motion.method, site.task.motion.objective, site.coupling)
+    return np.array(resolve_goal(site, how, goal.name, pose, start, keep).q)
 
 
 def _aim_above(site: Site, goal: Goal, q: Array) -> Array:
     """Inputs with which a sagging arm holds its tool at a goal: the aim is moved by the error that is left."""
-    keep = Keep(site.surroundings, site.task.motion.clearance + MARGIN / 2)
+    keep = Keep(site.surroundings, site.clearance + MARGIN / 2)
     left = _find_error(site, goal, q)
     aim = np.array([goal.position, goal.direction])
     for _ in range(_AIMS):

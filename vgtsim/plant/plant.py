@@ -1,4 +1,4 @@
-"""The plant: one arm in one tank, stepped from outside. The only place that calls `mj_step` in a run."""
+"""The plant: one arm in one tank, stepped from outside. The only place that steps MuJoCo in a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import build_model, fill_qpos, make_pose_map, retime
 from vgtsim.plant.addresses import find_addresses
-from vgtsim.plant.drives import Drive, find_drive
+from vgtsim.plant.correction import Correction
+from vgtsim.plant.drives import Drive, RigidDrive, find_drive
+from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.recorder import Recorder
 from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
@@ -114,7 +116,7 @@ class Plant:
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
-        self._stand(nodes)
+        self._stand(q, nodes)
         self._find_equilibrium()
         self._recorder = Recorder(self._at)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
@@ -203,8 +205,11 @@ class Plant:
         if self.stopped:
             raise StoppedError(self.stopped)
 
-    def _stand(self, nodes: Array) -> None:
-        """Put the hubs at nodes, of the unloaded arm, shape (N, 3), m; an elastic arm sags to where it settles."""
+    def _stand(self, q: Array, nodes: Array) -> None:
+        """Put the hubs at nodes, of the unloaded arm, shape (N, 3), m; an elastic arm sags to where it settles.
+
+        The inputs are those of the nodes, shape (n,).
+        """
         mujoco.mj_resetData(self.model, self.data)
         springs, self._calm_steps = None, 1
         if self.site.task.simulation.members == "elastic":
@@ -213,6 +218,9 @@ class Plant:
             self._calm_steps = round(springs.period / self.timestep)  # a ringing arm stands still twice a period
         fill_qpos(self._pose, self.site.truss, nodes, self.data.qpos)
         self._drive: Drive = find_drive(self.model, self.data, self.site, self._at, springs, nodes)
+        imposed = isinstance(self._drive, RigidDrive)
+        foresight = Foresight(self.model, self._at, self.site.chain, q, self._target) if imposed else None
+        self._correction = Correction(self.model, self.data, foresight)
 
     def _find_equilibrium(self) -> None:
         """Let the constraints take up the weight before time zero: kinematics give the posture, but not its forces."""
@@ -220,10 +228,10 @@ class Plant:
         touched: list[Contact] = []
         for _ in range(round(motion.patience / self.timestep)):
             self._drive.command(self._target)
-            mujoco.mj_step(self.model, self.data)
+            gaps = self._correction.step(self._target)
             touched = touched or list_contacts(self.model, self.data)
             try:
-                check_state(self.model, self.data)
+                check_state(self.model, self.data, gaps)
             except DivergenceError:
                 if not touched:
                     raise
@@ -240,17 +248,16 @@ class Plant:
 
     def _advance(self) -> None:
         """One step: drives, MuJoCo, divergence, record, rest, contact."""
-        begin = time.perf_counter()
-        model, data = self.model, self.data
+        begin, data = time.perf_counter(), self.data
         if self._rates is not None:
             self._target = self._target + self._rates * self.timestep
         recorded = self._start_step()
         rates = data.qvel[self._at.slide]
         self._recorder.note_saturation(self._drive.command(self._target))
-        mujoco.mj_step(model, data)
+        gaps = self._correction.step(self._target)
         self._steps += 1
         try:
-            check_state(model, data)
+            check_state(self.model, data, gaps)
         except DivergenceError as error:
             self.stopped = str(error)
             self._wall += time.perf_counter() - begin

@@ -72,21 +72,19 @@ class PlantState:
         return self.tool_rotation[:, 2]
 
 
-def check_state(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Stop on a state that is no longer physical.
+def check_state(model: mujoco.MjModel, data: mujoco.MjData, gaps: Array) -> None:
+    """Stop on a state that is no longer physical; given are the gaps of its equality rows, shape (E,), m.
 
     MuJoCo raises nothing when a state diverges: it counts a warning. So the counters are read, and the closures too.
 
     Raises:
         DivergenceError: A warning was counted, a coordinate is not finite, or a loop has opened.
     """
-    rows = data.efc_pos[: data.ne]
-    if np.abs(rows).max(initial=0.0) < OPEN_GAP and not data.warning.number.any():
+    if np.abs(gaps).max(initial=0.0) < OPEN_GAP and not data.warning.number.any():
         return
-    finite = np.isfinite(rows)
-    worst = int(np.argmax(np.where(finite, np.abs(rows), np.inf))) if len(rows) else -1
+    worst = int(np.argmax(np.where(np.isfinite(gaps), np.abs(gaps), np.inf))) if len(gaps) else -1
     row = model.equality(int(data.efc_id[worst])).name if worst >= 0 else "none"
-    raise DivergenceError(float(data.time), row, float(rows[worst]) if worst >= 0 else float("nan"))
+    raise DivergenceError(float(data.time), row, float(gaps[worst]) if worst >= 0 else float("nan"))
 
 
 def list_warnings(data: mujoco.MjData) -> tuple[str, ...]:

@@ -100,7 +100,7 @@ def _straight_lengths(chain: Chain) -> Array:
     """Distance between the end faces of each straight active module, shape (A,), m."""
     found = np.empty(len(chain.layout.names))
     for place in chain.layout.places:
-        found[place.active] = np.linalg.norm(place.modules.at(place.modules.straight[None]).transform[1][0], axis=-1)
+        found[place.active] = np.linalg.norm(place.modules.at(place.modules.straight[None]).frame[0, ..., 3], axis=-1)
     return found
 
 

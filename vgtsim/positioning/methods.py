@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.redundancy import Method
+from vgtsim.constants import Method
 from vgtsim.errors import GoalError
 from vgtsim.positioning.goals import Direction, Position
 from vgtsim.positioning.newton import NewtonSettings

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics import Chain, azimuth, straight_yaws
-from vgtsim.kinematics.state import Blocks, State
+from vgtsim.kinematics.state import State
 from vgtsim.positioning.strokes import StrokeBox
 from vgtsim.positioning.surroundings import Surroundings
 
@@ -45,16 +45,14 @@ class Terms:
     """An objective's value, shape (b,), slope by the inputs, shape (b, n), and known curvature, positive semidefinite.
 
     Attributes:
-        blocks: Curvature by modules, for each kind of shape (b, M, inputs, inputs), or absent.
-        dense: Curvature of all inputs, shape (b, n, n), or absent.
+        curve: Shape (b, n, n), or absent.
         rough: The part of the slope whose curvature has to be learned, shape (b, n), or absent.
         by_length: Derivative by the actuator lengths, shape (b, J), of the part that depends on them, or absent.
     """
 
     value: Array
     slope: Array
-    blocks: Blocks | None = None
-    dense: Array | None = None
+    curve: Array | None = None
     rough: Array | None = None
     by_length: Array | None = None
 
@@ -139,7 +137,7 @@ class LengthVariation(Objective):
         full = at.state.leg_slopes[:, : away.shape[1]]
         spread = np.sqrt(1 / size)[:, :, None] * (full - full.mean(axis=1, keepdims=True))
         value, curve = np.sum(size - self.softness, axis=1), np.swapaxes(spread, 1, 2) @ spread
-        return Terms(value=value, slope=at.state.pull(first), dense=curve, by_length=first)
+        return Terms(value=value, slope=at.state.pull(first), curve=curve, by_length=first)
 
 
 @dataclass(frozen=True)
@@ -200,8 +198,7 @@ class WeightedSum(Objective):
         return Terms(
             value=sum((w * t.value for w, t in found), np.zeros(len(at.which))),
             slope=sum((w * t.slope for w, t in found), np.zeros(at.q.shape)),
-            blocks=_sum_blocks([tuple(w * b for b in t.blocks) for w, t in found if t.blocks is not None]),
-            dense=_sum([w * t.dense for w, t in found if t.dense is not None]),
+            curve=_sum([w * t.curve for w, t in found if t.curve is not None]),
             rough=_sum([w * t.rough for w, t in found if t.rough is not None]),
             by_length=_sum([w * t.by_length for w, t in found if t.by_length is not None]),
         )
@@ -219,19 +216,15 @@ def _sum(parts: list[Array]) -> Array | None:
     return sum(parts[1:], parts[0]) if parts else None
 
 
-def _sum_blocks(parts: list[Blocks]) -> Blocks | None:
-    return tuple(np.sum(same, axis=0) for same in zip(*parts, strict=True)) if parts else None
-
-
 def _half_square(at: Configurations, away: Array) -> Terms:
     """Terms of half the sum of squares of distances in half strokes, shape (b, J)."""
-    curve = np.broadcast_to(1 / at.box.half**2, away.shape)
+    curve = np.tile(1 / at.box.half**2, (len(away), 1))
     return _of_lengths(at, 0.5 * np.sum(away**2, axis=1), away / at.box.half, curve)
 
 
 def _of_lengths(at: Configurations, value: Array, first: Array, second: Array) -> Terms:
     """Terms of a sum of functions of one length each."""
-    return Terms(value=value, slope=at.state.pull(first), blocks=at.state.curve(second), by_length=first)
+    return Terms(value=value, slope=at.state.pull(first), curve=at.state.curve(second), by_length=first)
 
 
 @dataclass(frozen=True)
@@ -249,7 +242,7 @@ class InPlane(Objective):
         q = at.state.q
         parts = q @ self.across.T
         curve = np.broadcast_to(self.across.T @ self.across, (len(q), q.shape[1], q.shape[1]))
-        return Terms(value=0.5 * np.sum(parts**2, axis=1), slope=parts @ self.across, dense=curve)
+        return Terms(value=0.5 * np.sum(parts**2, axis=1), slope=parts @ self.across, curve=curve)
 
 
 def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
@@ -294,13 +287,13 @@ class ClearanceHinges(Objective):
         rows = self.surroundings.rows(at.state, self.wanted + self.softness, payload=self.payload)
         batch, count = at.q.shape
         rise = self._rise(rows.gap)
-        value, slope, dense = np.zeros(batch), np.zeros((batch, count)), np.zeros((batch, count, count))
+        value, slope, curve = np.zeros(batch), np.zeros((batch, count)), np.zeros((batch, count, count))
         np.add.at(value, rows.config, 0.5 * rise**2)
         for b in np.unique(rows.config):
             mine = rows.config == b
             gradient = rows.gradient[mine] / self.softness
-            slope[b], dense[b] = -rise[mine] @ gradient, gradient.T @ gradient
-        return Terms(value=value, slope=slope, dense=dense)
+            slope[b], curve[b] = -rise[mine] @ gradient, gradient.T @ gradient
+        return Terms(value=value, slope=slope, curve=curve)
 
     def values(self, at: Configurations) -> Array:
         """Without gradients."""
@@ -319,13 +312,13 @@ class ClearanceHinges(Objective):
         hinges, so without their curvatures steps along the null space look far too long.
         """
         first = self.terms(at)
-        assert first.dense is not None
-        found, used = np.zeros_like(first.dense), np.flatnonzero(first.value > 0)
+        assert first.curve is not None
+        found, used = np.zeros_like(first.curve), np.flatnonzero(first.value > 0)
         if not len(used):
             return found
         shift = _STEP * np.eye(first.slope.shape[1])
         moved = (at.q[used, None] + shift).reshape(-1, len(shift))
         there = replace(at, state=at.box.chain.state(moved), which=np.repeat(at.which[used], len(shift)))
         slope = self.terms(there).slope.reshape(len(used), len(shift), -1)
-        found[used] = (slope - first.slope[used, None]) / _STEP - first.dense[used]
+        found[used] = (slope - first.slope[used, None]) / _STEP - first.curve[used]
         return (found + np.swapaxes(found, 1, 2)) / 2

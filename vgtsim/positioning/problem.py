@@ -15,7 +15,7 @@ from vgtsim.kinematics.vectors import cross
 from vgtsim.positioning.goals import GoalSpace, Pull, evaluate, pulls
 from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.newton import NewtonSettings, minimise
-from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, Terms, WeightedSum
+from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, WeightedSum
 from vgtsim.positioning.reduction import Reduction
 from vgtsim.positioning.solution import Solution, join_solutions
 from vgtsim.positioning.strokes import StrokeBox
@@ -77,7 +77,7 @@ class Problem:
         error, J = self._rows(at)
         terms = self.guarded.terms(at)
         self._require_finite(terms.value)
-        curve = self._known_curvature(at, terms)
+        curve = np.zeros((*at.q.shape, at.q.shape[1])) if terms.curve is None else terms.curve
         if len(self.chain.layout.static):
             rows = at.state.leg_slopes[:, len(self.box.least) :]
             J = np.concatenate([J, rows], axis=1)
@@ -126,15 +126,6 @@ class Problem:
     def _require_finite(self, value: Array) -> None:
         if not np.all(np.isfinite(value)):
             raise ObjectiveError(self.objective.name, int(np.sum(~np.isfinite(value))), "its value")
-
-    def _known_curvature(self, at: Configurations, terms: Terms) -> Array:
-        """Curvature of the objective, shape (b, n, n)."""
-        if terms.blocks is None:
-            return np.zeros((*at.q.shape, at.q.shape[1])) if terms.dense is None else terms.dense
-        curve = at.state.spread(terms.blocks)
-        if terms.dense is not None:
-            curve += terms.dense
-        return curve
 
     def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
         """Curvature of the Lagrangian that the model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""

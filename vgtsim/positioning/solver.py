@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.redundancy import Method
+from vgtsim.constants import Method
 from vgtsim.errors import ReachError
 from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.methods import solve_by

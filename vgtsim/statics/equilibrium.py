@@ -9,6 +9,7 @@ tip. Feet and heads of joint blocks are such groups too, with the bars that stan
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -18,12 +19,12 @@ from vgtsim.kinematics import Truss
 from vgtsim.kinematics.vectors import cross, dot
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
-from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads
+from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import NodeMotion
 
 Array = NDArray[np.float64]
 
-_CHUNK = 512  # instants solved at a time: keeps the work arrays in cache
+_CHUNK, _LEAST = 512, 64  # instants times loads solved at a time, and instants: keeps the work arrays in cache
 
 
 @dataclass(frozen=True)
@@ -58,9 +59,21 @@ class MemberForces:
         """Axial forces at the near hub, where the segments meet and at the far hub, shape (3, ..., M), N."""
         return np.stack([self.near_axial, self.bar, self.far_axial])
 
-    def at(self, instants: NDArray[np.intp]) -> MemberForces:
-        """The forces of some instants."""
+    def at(self, instants: int | NDArray[np.intp]) -> MemberForces:
+        """The forces at an index, or at several, of the first dimension."""
         return MemberForces(**{item.name: getattr(self, item.name)[instants] for item in fields(self)})
+
+
+@dataclass(frozen=True)
+class Loading:
+    """One load on an arm: its weight, its inertia in a motion, and forces on its hubs in frame G, N; each may be absent.
+
+    Forces are broadcast to the shape of the nodes, (..., N, 3).
+    """
+
+    model: LoadModel | None
+    motion: NodeMotion | None = None
+    forces: ArrayLike | None = None
 
 
 def solve_members(
@@ -75,65 +88,93 @@ def solve_members(
 
     Source: method of joints. Differs: the dissertation leaves force analysis to future work (chapter 9).
     """
+    return solve_loadings(model.truss, nodes, [Loading(model, motion, nodal_forces)]).at(0)
+
+
+def solve_loadings(truss: Truss, nodes: ArrayLike, loadings: Sequence[Loading]) -> MemberForces:
+    """Find the member forces of L loads, which share one inversion for each pose; all shapes of the result begin with L.
+
+    Nodes and errors are as for `solve_members`.
+    """
     n = np.asarray(nodes, float)
-    batch, flat, moving = n.shape[:-2], n.reshape(-1, *n.shape[-2:]), None if motion is None else motion.flat
-    extra = None if nodal_forces is None else np.broadcast_to(nodal_forces, n.shape).reshape(flat.shape)
-    parts = []
-    for start in range(0, max(len(flat), 1), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        more = None if extra is None else extra[part]
-        parts.append(_solve_chunk(model, flat[part], moving and moving.at(part), more, start))
+    batch, flat = n.shape[:-2], n.reshape(-1, *n.shape[-2:])
+    each = [
+        Loading(
+            item.model,
+            None if item.motion is None else item.motion.flat,
+            None if item.forces is None else np.broadcast_to(item.forces, n.shape).reshape(flat.shape),
+        )
+        for item in loadings
+    ]
+    step = max(_CHUNK // len(each), _LEAST)
+    parts = [_solve_chunk(truss, flat, slice(i, i + step), each) for i in range(0, max(len(flat), 1), step)]
     whole = {}
     for item in fields(MemberForces):
         values = [getattr(part, item.name) for part in parts]
-        value = np.concatenate(values) if len(values) > 1 else values[0]
-        whole[item.name] = value.reshape(*batch, *value.shape[1:])
+        if len(values) > 1 and "moment" in item.name and not len(truss.rings):
+            value = np.broadcast_to(0.0, (len(each), len(flat), *values[0].shape[2:]))
+        else:
+            value = np.concatenate(values, axis=1) if len(values) > 1 else values[0]
+        whole[item.name] = value.reshape(len(value), *batch, *value.shape[2:])
     return MemberForces(**whole)
 
 
-def _solve_chunk(
-    model: LoadModel, nodes: Array, motion: NodeMotion | None, extra: Array | None, start: int
-) -> MemberForces:
-    """As `solve_members` for a flat batch, whose first instant is `start` of all."""
-    truss, frame, loads = model.truss, framework_of(model.truss), member_loads(model, nodes, motion)
-    force = hub_loads(model, nodes, motion) + add_up(truss, loads)
-    if extra is not None:
-        force += extra
+def _solve_chunk(truss: Truss, every: Array, part: slice, loadings: Sequence[Loading]) -> MemberForces:
+    """As `solve_loadings` for a part of a flat batch; the directions are the same for all loads and stand once."""
+    nodes, frame, count = every[part], framework_of(truss), len(truss.members)
+    units, loads = frame.directions(nodes), [_load(truss, nodes, item, part) for item in loadings]
+    force, near, far = (item[0][None] if len(loads) == 1 else np.stack(item) for item in zip(*loads, strict=True))
     if len(truss.rings):
-        _load_blocks(model, nodes, motion, force)
-    tension, total = substitute_back(frame, frame.directions(nodes), force, nodes, start)
-    near, far = (dot(share, loads.direction) for share in (loads.near, loads.far))
-    bar, transverse = tension[:, : len(truss.members)].copy(), loads.near - near * loads.direction
-    moments = np.zeros((2, *loads.near.shape))
+        _pass_on(truss, force)
+    tension, total = substitute_back(frame, units, force, nodes, part.start)
+    direction = units[None, :, :count]
+    near_part, far_part = (dot(share, direction) for share in (near, far))
+    bar, transverse = tension[..., :count].copy(), near - near_part * direction
+    moments = np.broadcast_to(0.0, (2, *near.shape))  # takes no memory where nothing is bent
     if len(truss.rings):
-        bent = truss.ring_actuators.ravel()
-        bar[:, bent], shear, moments[:, :, bent] = _find_rings(truss, nodes, tension)
-        transverse[:, bent] += shear
-    base, left = nodes[:, truss.base], total[:, truss.base]
-    moment = cross(base - base.mean(axis=1)[:, None], -left).sum(axis=1)
+        bent, moments = truss.ring_actuators.ravel(), moments.copy()
+        bar[..., bent], shear, moments[..., bent, :] = _find_rings(truss, nodes, tension)
+        transverse[..., bent, :] += shear
+    base, left = nodes[:, truss.base], total[:, :, truss.base]
+    moment = cross(base - base.mean(axis=1)[:, None], -left).sum(axis=-2)
     return MemberForces(
         bar=bar,
-        near_axial=bar + near[..., 0],
-        far_axial=bar - far[..., 0],
+        near_axial=bar + near_part[..., 0],
+        far_axial=bar - far_part[..., 0],
         near_transverse=transverse,
-        direction=loads.direction,
+        direction=direction,
         near_moment=moments[0],
         far_moment=moments[1],
-        reaction=np.concatenate([-left.sum(axis=1), moment], axis=-1),
+        reaction=np.concatenate([-left.sum(axis=-2), moment], axis=-1),
     )
 
 
-def _load_blocks(model: LoadModel, nodes: Array, motion: NodeMotion | None, force: Array) -> None:
-    """Put the posts' loads on feet and heads, and pass the loads at the middles on to these."""
-    foot, middle, head = model.truss.rings.reshape(-1, 3).T
-    posts = block_loads(model, nodes, motion)
-    force[:, foot] += posts.near + force[:, middle] / 2
-    force[:, head] += posts.far + force[:, middle] / 2
-    force[:, middle] = 0.0
+def _load(truss: Truss, nodes: Array, loading: Loading, part: slice) -> tuple[Array, Array, Array]:
+    """Forces on the nodes, shape (T, N, 3), and the members' shares in them at their near and far hubs, shape (T, M, 3), N."""
+    if (model := loading.model) is None:
+        force, near = np.zeros(nodes.shape), np.zeros((len(nodes), len(truss.members), 3))
+        far = near
+    else:
+        motion = loading.motion and loading.motion.at(part)
+        loads = member_loads(model, nodes, motion)
+        force, near, far = hub_loads(model, nodes, motion) + loads.total, loads.near, loads.far
+        if len(truss.rings):
+            force += block_loads(model, nodes, motion).total
+    if loading.forces is not None:
+        force += np.asarray(loading.forces)[part]
+    return force, near, far
+
+
+def _pass_on(truss: Truss, force: Array) -> None:
+    """Pass loads at the middles of blocks on to their feet and heads."""
+    foot, middle, head = truss.rings.reshape(-1, 3).T
+    force[..., foot, :] += force[..., middle, :] / 2
+    force[..., head, :] += force[..., middle, :] / 2
+    force[..., middle, :] = 0.0
 
 
 def _find_rings(truss: Truss, nodes: Array, tension: Array) -> tuple[Array, Array, Array]:
-    """Axial force, shear and moments of the P actuators between joint blocks, from tensions of all bars, shape (T, B), N.
+    """Axial force, shear and moments of the P actuators between joint blocks, from tensions of all bars, shape (L, T, B), N.
 
     An actuator of length L between blocks of height h = Ljo is, see `kinematics.truss`, a lower chord, an upper chord and
     a diagonal of length D from its first block's foot to its second's head. With e from the first block to the second and

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import savgol_filter
 
 Array = NDArray[np.float64]
 
-_WINDOW, _ORDER = 5, 4  # records under one polynomial, and its degree: all four differences of five records
+_WINDOW = 5  # records under one polynomial of degree four, which holds every difference that five records have
 _SPACING = 1e-6  # relative change of the record spacing that ends a run: far above rounding, far below one step
 
 
@@ -48,9 +48,21 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike) -> NodeMotion:
             continue
         # differences from the mean keep the digits that the distance from the tank's origin would cost
         offset = stretch - stretch.mean(axis=0)
-        velocity[run] = savgol_filter(offset, _WINDOW, _ORDER, deriv=1, delta=spacing, axis=0)
-        acceleration[run] = savgol_filter(offset, _WINDOW, _ORDER, deriv=2, delta=spacing, axis=0)
+        velocity[run] = _differentiate(offset, 1) / spacing
+        acceleration[run] = _differentiate(offset, 2) / spacing**2
     return NodeMotion(velocity, acceleration)
+
+
+def _differentiate(values: Array, order: int) -> Array:
+    """Derivatives of values, shape (T, ...), by the number of the record; the two at either end from one polynomial."""
+    half, places = _WINDOW // 2, np.arange(_WINDOW) - _WINDOW // 2
+    slopes = polyval(places, polyder(np.eye(_WINDOW), order))  # of every power, at every place
+    weights = np.linalg.solve(np.vander(places, increasing=True).T, slopes).T
+    found = np.empty_like(values)
+    found[half:-half] = sum(w * values[j : len(values) + j + 1 - _WINDOW] for j, w in enumerate(weights[half]))
+    found[:half] = np.tensordot(weights[:half], values[:_WINDOW], axes=1)
+    found[-half:] = np.tensordot(weights[-half:], values[-_WINDOW:], axes=1)
+    return found
 
 
 def uniform_runs(time: Array) -> tuple[slice, ...]:

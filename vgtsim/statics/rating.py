@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.sections import Cylinder, Material, Tube
+from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Truss
 
 Array = NDArray[np.float64]
@@ -28,9 +29,10 @@ LIMITS = (
 
 @dataclass(frozen=True)
 class MemberSections:
-    """The properties that strength follows from, shapes (M,), SI; an actuator counts with its solid rod.
+    """The properties that strength follows from, shapes (M,), SI, of an actuator's solid rod and of a tube's design wall.
 
     Attributes:
+        slimness: Outer diameter over design wall, D/t; zero for solid rods.
         push: Compression that the supply pressure holds, N, as `pull` is the tension; infinite for tubes.
         pin: Nominal shear strength of the pins at the ends, N; infinite where none is given.
         barrel_length: From the near end to the barrel's mouth, m; zero for tubes.
@@ -44,6 +46,7 @@ class MemberSections:
     push: Array
     pull: Array
     actuator: NDArray[np.bool_]
+    slimness: Array | float = 0.0
     pin: Array | float = np.inf
     barrel_length: Array | float = 0.0
     barrel_moment: Array | float = np.inf
@@ -104,6 +107,21 @@ def column_strength(area: ArrayLike, slenderness: ArrayLike, yield_strength: Arr
     return critical * np.asarray(area, float)
 
 
+def effective_area(area: ArrayLike, slimness: ArrayLike, yield_strength: ArrayLike, modulus: ArrayLike) -> Array:
+    """Area that counts in compression of a round tube whose wall may buckle: Ae, shape (...), m², for D/t, Fy and E in Pa.
+
+    Source: AISC 360-22 equations E7-6 and E7-7, whose constants stand here. They end at `find_slimmest`.
+    """
+    thin = np.asarray(slimness, float) * np.asarray(yield_strength, float) / np.asarray(modulus, float)
+    part = np.where(thin <= 0.11, 1.0, 0.038 / np.maximum(thin, 0.11) + 2 / 3)
+    return np.minimum(part, 1.0) * np.asarray(area, float)
+
+
+def find_slimmest(yield_strength: float, modulus: float) -> float:
+    """Greatest D/t of a round tube that AISC 360-22 rates in compression (E7.2), for Fy and E in Pa."""
+    return 0.45 * modulus / yield_strength
+
+
 def rod_buckling(diameter: ArrayLike, youngs_modulus: ArrayLike, length: ArrayLike) -> Array:
     """Euler load of a cylinder's solid rod between pins, shape (...), N, for m, Pa and m.
 
@@ -141,7 +159,11 @@ def tube_bending_strength(outer: ArrayLike, inner: ArrayLike, yield_strength: Ar
 
 
 def make_sections(manipulator: Manipulator, truss: Truss) -> MemberSections:
-    """Collect the section properties of every member of an arm."""
+    """Collect the section properties of every member of an arm.
+
+    Raises:
+        DescriptionError: The wall of a tube is so thin that AISC 360-22 does not rate it.
+    """
     kinds = [manipulator.cylinders if member.role == "actuator" else manipulator.tubes for member in truss.members]
     parts = [kind[member.section] for kind, member in zip(kinds, truss.members, strict=True)]
     return describe_sections([(part, manipulator.materials[part.material]) for part in parts])
@@ -159,14 +181,21 @@ def _describe(part: Tube | Cylinder, steel: Material) -> dict[str, float | bool]
     pin = np.inf if part.pin is None else float(pin_shear(part.pin, fy))
     row = {"yield_strength": fy, "youngs_modulus": steel.youngs_modulus, "pin": pin}
     if isinstance(part, Tube):
-        tube = {"area": part.area, "gyration_radius": part.gyration_radius, "barrel_length": 0.0, "actuator": False}
-        return row | tube | dict.fromkeys(("push", "pull", "barrel_moment", "rod_moment"), np.inf)
+        thinner = part.model_copy(update={"wall": steel.design_wall * part.wall})
+        slimness, most = part.outer_diameter / thinner.wall, find_slimmest(fy, steel.youngs_modulus)
+        if slimness >= most:
+            found = f"{part.wall:.4g} m, a design wall of 1/{slimness:.4g} of the diameter"
+            raise DescriptionError(None, "tubes.wall", found, f"1/{most:.4g} or more, which AISC 360-22 E7 rates")
+        tube = {"area": thinner.area, "gyration_radius": thinner.gyration_radius, "slimness": slimness}
+        row |= tube | {"barrel_length": 0.0, "actuator": False}
+        return row | dict.fromkeys(("push", "pull", "barrel_moment", "rod_moment"), np.inf)
     return row | {
         "area": pi / 4 * part.rod**2,
         "gyration_radius": part.rod / 4,
         "push": part.push,
         "pull": part.pull,
         "actuator": True,
+        "slimness": 0.0,
         "barrel_length": part.barrel_length,
         "barrel_moment": float(tube_bending_strength(part.barrel_diameter, part.bore, fy)),
         "rod_moment": float(rod_bending_strength(part.rod, fy)),
@@ -177,11 +206,12 @@ def rate(sections: MemberSections, lengths: ArrayLike, safety_factor: float) -> 
     """Allowable forces of members of lengths from hub to hub, shape (..., M), m, with Omega of AISC 360 as safety factor.
 
     Sections of one member rate lengths of any shape as of its like.
-    Source: AISC 360-22 D2, E3 with K = 1, F8, F11 and J4.2; `rod_buckling` for actuators.
+    Source: AISC 360-22 B4.2, D2, E3 and E7 with K = 1, F8, F11 and J4.2; `rod_buckling` for actuators.
     """
     length = np.asarray(lengths, float)
     slenderness = length / sections.gyration_radius
-    column = column_strength(sections.area, slenderness, sections.yield_strength, sections.youngs_modulus)
+    steel = sections.yield_strength, sections.youngs_modulus
+    column = column_strength(effective_area(sections.area, sections.slimness, *steel), slenderness, *steel)
     euler = rod_buckling(4 * sections.gyration_radius, sections.youngs_modulus, length)
 
     def spread(value: Array | float) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from vgtsim.errors import TrussError
 from vgtsim.statics.banded_solve import solve_poses
@@ -75,6 +74,8 @@ def _correct(
     model: ElasticModel, nodes: Array, spring: Array, load: Array, numbers: NDArray[np.intp]
 ) -> tuple[Array, Array]:
     """Nodes after a step of Newton's method, shape (T, N, 3), and how far they moved; the plate turns without growing."""
+    from scipy.spatial.transform import Rotation  # slow to load, and only an elastic arm needs it
+
     truss = model.truss
     moved = solve_poses(truss, nodes, band_matrix(model, nodes, spring), load[..., None], numbers)[..., 0]
     shift = scatter(truss, nodes, moved)

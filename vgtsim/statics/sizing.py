@@ -16,7 +16,7 @@ from vgtsim.description.scene import LoadCase, Payload
 from vgtsim.description.sections import Cylinder, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
-from vgtsim.statics.cases import bound_case
+from vgtsim.statics.cases import chunks, find_effects
 from vgtsim.statics.elasticity import require_no_offset
 from vgtsim.statics.loads import make_load_model, weigh
 from vgtsim.statics.motion import NodeMotion
@@ -157,10 +157,11 @@ def _find_carried(chain: Chain, demand: Demand) -> dict[Place, Array]:
     length = chain.truss.lengths(demand.nodes)
     most = np.zeros((5, *length.shape))
     most[4] = length
-    for case in demand.cases:
-        high, low = bound_case(model, demand.nodes, case, demand.motion)
-        forces = [high.along.max(axis=0), -low.along.min(axis=0), high.bar, -low.bar]
-        most[:4] = np.maximum(most[:4], forces)
+    for part, poses, motion in chunks(demand.nodes, demand.motion):
+        effects = find_effects(model, poses, motion)
+        for high, low in map(effects.bound, demand.cases):
+            forces = [high.along.max(axis=0), -low.along.min(axis=0), high.bar, -low.bar]
+            most[:4, part] = np.maximum(most[:4, part], forces)
     found: dict[Place, list[int]] = {}
     for index, place in enumerate(_places(chain)):
         found.setdefault(place, []).append(index)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +34,36 @@ _BESIDE = 2  # records on either side of one that its acceleration is made of, s
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
+class PlannedLeg(Protocol):
+    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m."""
+
+    @property
+    def goal(self) -> int: ...  # noqa: D102
+
+    @property
+    def lengths(self) -> Array: ...  # noqa: D102
+
+
+class PlannedTour(Protocol):
+    """What the commands of a log are held against: legs in their order, with the time step, s."""
+
+    @property
+    def legs(self) -> Sequence[PlannedLeg]: ...  # noqa: D102
+
+    @property
+    def timestep(self) -> float: ...  # noqa: D102
+
+
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """A run and everything that several checks read out of it; T records, M members. Vectors are in frame G."""
+    """A run and everything that several checks read out of it; T records, M members. Vectors are in frame G.
+
+    The tour is the planned one, where it is known.
+    """
 
     site: Site
     log: RunLog
+    tour: PlannedTour | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -53,6 +79,16 @@ class Evidence:
     def motion(self) -> NodeMotion:
         """Velocities and accelerations of the nodes; NaN where they are unknown."""
         return motion_from_log(self.log.time, self.log.nodes)
+
+    @cached_property
+    def speeds(self) -> Array:
+        """Speeds of the cylinders half a step before each record, from differenced lengths, shape (T, J), m/s.
+
+        MuJoCo's speeds, which the log has, stand there: they are those of the step that led to the record.
+        """
+        found = motion_from_log(self.log.time, self.log.actual[..., None])
+        step = self.site.task.simulation.timestep
+        return (found.velocity - step / 2 * found.acceleration)[..., 0]
 
     @cached_property
     def lengths(self) -> Array:
@@ -94,6 +130,10 @@ class Evidence:
         """Expected forces of the settled records alone: at rest, or with the inertia of an elastic arm's ringing."""
         nodes = self.log.nodes[self.settled]
         return self.moving.at(self.settled) if self._rings else solve_members(self.site.load_model, nodes)
+
+    def expect(self, *, settled: bool) -> tuple[Index, MemberForces]:
+        """Settled or all records, and the forces expected in them."""
+        return (self.settled, self.resting) if settled else (np.arange(len(self.log.time)), self.moving)
 
     @property
     def _rings(self) -> bool:

@@ -35,7 +35,8 @@ class Finding:
 class Measure:
     """One row of the report: a figure, in words and with its unit, held against the limit of a key in the scene's `limits`.
 
-    `applies` says whether the row is in the report of a site; `find` measures the figure.
+    `applies` says whether the row is in the report of a site, and `planned` that it is only in one with a plan; `find`
+    measures the figure.
     """
 
     check: str
@@ -44,6 +45,7 @@ class Measure:
     limit: str
     sense: Literal["at most", "at least"]
     applies: Callable[[Site], bool]
+    planned: bool
     find: Callable[[Evidence], Finding]
 
     def __call__(self, run: Evidence) -> Finding:
@@ -59,10 +61,18 @@ def report_as(
     limit: str,
     sense: Literal["at most", "at least"] = "at most",
     applies: Callable[[Site], bool] = lambda _: True,
+    planned: bool = False,
 ) -> Callable[[Callable[[Evidence], Finding]], Measure]:
     """Make a row of the report of the function below; the arguments are the fields of `Measure`."""
     return lambda find: Measure(
-        check=check, quantity=quantity, unit=unit, limit=limit, sense=sense, applies=applies, find=find
+        check=check,
+        quantity=quantity,
+        unit=unit,
+        limit=limit,
+        sense=sense,
+        applies=applies,
+        planned=planned,
+        find=find,
     )
 
 

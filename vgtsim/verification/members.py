@@ -84,7 +84,7 @@ def check_bending_moving(run: Evidence) -> Finding:
 
 def _find_bending(run: Evidence, *, settled: bool) -> Finding:
     log, pinned = run.log, run.site.truss.ring_actuators.ravel()
-    rows, expected = (run.settled, run.resting) if settled else (np.arange(len(log.time)), run.moving)
+    rows, expected = run.expect(settled=settled)
     if not len(rows):
         return missing(_NEVER_SETTLED)
     names, time = [run.names[i] for i in pinned], log.time[rows]
@@ -99,35 +99,65 @@ def _find_bending(run: Evidence, *, settled: bool) -> Finding:
 
 @report_as("axial_force", "error at rest over largest force", unit="1", limit="axial_force_settled")
 def check_axial_settled(run: Evidence) -> Finding:
-    """Greatest error of an axial force at rest, over the largest force of the instant."""
-    if not len(run.settled):
-        return missing(_NEVER_SETTLED)
-    error = relative_error(run.axial[run.settled], run.resting.near_axial)
-    return worst_of(error, run.log.time[run.settled], run.names)
+    """As `check_axial_moving`, for the settled records."""
+    return _find_axial_error(run, settled=True)
 
 
 @report_as("axial_force", "error in motion over largest force", unit="1", limit="axial_force_moving")
 def check_axial_moving(run: Evidence) -> Finding:
     """Greatest error of an axial force at any instant, inertia included, over the largest force of the instant."""
-    return worst_of(relative_error(run.axial, run.moving.near_axial), run.log.time, run.names)
+    return _find_axial_error(run, settled=False)
+
+
+def _find_axial_error(run: Evidence, *, settled: bool) -> Finding:
+    rows, expected = run.expect(settled=settled)
+    if not len(rows):
+        return missing(_NEVER_SETTLED)
+    return worst_of(relative_error(run.axial[rows], expected.near_axial), run.log.time[rows], run.names)
+
+
+@report_as("axial_force", "drive force error at rest over largest force", unit="1", limit="axial_force_settled")
+def check_drives_at_rest(run: Evidence) -> Finding:
+    """As `check_drives`, for the settled records."""
+    return _find_drive_error(run, settled=True)
 
 
 @report_as("axial_force", "drive force error over largest force", unit="1", limit="axial_force_moving")
 def check_drives(run: Evidence) -> Finding:
     """Greatest error of a drive's force against the method of joints, over the largest force of the instant."""
-    error = relative_error(run.log.actuator_force, run.moving.bar[:, run.site.truss.actuated])
-    return worst_of(error, run.log.time, run.actuator_names)
+    return _find_drive_error(run, settled=False)
+
+
+def _find_drive_error(run: Evidence, *, settled: bool) -> Finding:
+    rows, expected = run.expect(settled=settled)
+    if not len(rows):
+        return missing(_NEVER_SETTLED)
+    error = relative_error(run.log.actuator_force[rows], expected.bar[:, run.site.truss.actuated])
+    return worst_of(error, run.log.time[rows], run.actuator_names)
+
+
+@report_as("axial_force", "mast reaction error at rest over the reaction", unit="1", limit="axial_force_settled")
+def check_reaction_at_rest(run: Evidence) -> Finding:
+    """As `check_reaction`, for the settled records."""
+    return _find_reaction_error(run, settled=True)
 
 
 @report_as("axial_force", "mast reaction error over the reaction", unit="1", limit="axial_force_moving")
 def check_reaction(run: Evidence) -> Finding:
     """Greatest error of the mast's force and moment on the arm, each over the greatest of the instant or the run."""
-    expected = run.moving.reaction
+    return _find_reaction_error(run, settled=False)
+
+
+def _find_reaction_error(run: Evidence, *, settled: bool) -> Finding:
+    rows, forces = run.expect(settled=settled)
+    if not len(rows):
+        return missing(_NEVER_SETTLED)
+    expected = forces.reaction
     force, moment = (np.linalg.norm(part, axis=-1, keepdims=True) for part in (expected[:, :3], expected[:, 3:]))
     lever = np.maximum(moment, np.nanmax(force, initial=LEAST_FORCE))  # a metre's lever where the arm hangs straight
     size = np.repeat(np.concatenate([np.maximum(force, LEAST_FORCE), lever], axis=1), 3, axis=1)
     names = ("mast force x", "y", "z", "mast moment x", "y", "z")
-    return worst_of(np.abs(run.log.mast_reaction - expected) / size, run.log.time, names)
+    return worst_of(np.abs(run.log.mast_reaction[rows] - expected) / size, run.log.time[rows], names)
 
 
 @report_as(

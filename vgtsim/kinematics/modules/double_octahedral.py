@@ -12,12 +12,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.description.modules import DoubleOctahedral, GeneralDoubleOctahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.mode_following import follow, worst_direction
 from vgtsim.kinematics.modules import mid_plane as double
 from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
-from vgtsim.kinematics.modules.sets import Chord, Mask, ModuleSet, ModuleState, all_legs, find_short
+from vgtsim.kinematics.modules.sets import Chord, Fill, Mask, ModuleSet, all_legs, find_short
 from vgtsim.kinematics.modules.stroke_proof import prove_strokes
 
 Array = NDArray[np.float64]
@@ -28,8 +29,7 @@ _FLAT = 1 - 1e-12  # u_x² + u_y² of the normal from which u_z, by which is div
 _LOW = 0.98  # the same from which a mid-plane counts as lying flat: the inputs change their meaning at one
 _TOUCHING = 1e-12  # least square of the sine at a circle, where a plane only touches it and rates grow without bound
 
-_MIRROR = np.diag([1.0, 1.0, -1.0])  # the top is the base seen in the mid-plane: Z of T points away from the module
-_TWICE = np.array([2.0, 2.0, -2.0])  # the diagonal of the mirror, doubled
+_INWARD = double.INWARD
 
 # ends as (base | foot | head | top, corner); L1 to L12 of figure 3.10; without a joint offset foot and head are one
 _LONGERONS = (
@@ -38,153 +38,103 @@ _LONGERONS = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class MidPlanes(ModuleState):
-    """Kinematics of double octahedra, without trigonometry: rates of positioning depend on its speed."""
+@compiled
+def fill_mid_planes(
+    x: Array,
+    figures: Array,
+    straight: Array,
+    marks: Mask,
+    frame: Array,
+    motion: Array,
+    length: Array,
+    slope: Array,
+    inner: Array,
+    inner_slope: Array,
+) -> None:
+    """See `Fill`, without trigonometry; figures are altitude, apothem and joint offset."""
+    nodes, tangent, rate, turn = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
+    for i in range(x.shape[0]):
+        for m in range(x.shape[1]):
+            h, apothem, offset = figures[m, 0], figures[m, 1], figures[m, 2]
+            leaning = x[i, m, 0] * x[i, m, 0] + x[i, m, 1] * x[i, m, 1]
+            placed = leaning < _FLAT and np.isfinite(x[i, m, 2])
+            g = x[i, m] if placed else straight[m]
+            a, b, d = g[0], g[1], g[2]
+            c = np.sqrt(1 - (a * a + b * b))
+            way = 2 * d + offset
+            if frame.size:
+                _mirror(a, b, c, way, frame[i, m])
+            if motion.size:
+                _turn(a, b, c, way, motion[i, m])
+            closed = placed
+            for k in range(3):  # (3.28) on the outward branch
+                vx, vy = _INWARD[k, 0], _INWARD[k, 1]
+                lean = a * vx + b * vy
+                size = np.sqrt(lean * lean + c * c)
+                cosine = (d + apothem * lean) / (h * size)
+                closed = closed and abs(cosine) < 1
+                sine = np.sqrt(max(1 - cosine * cosine, _TOUCHING))
+                # that of the normal plus that between normal and radius
+                cos, sin = (lean * cosine - c * sine) / size, (c * cosine + lean * sine) / size
+                out = h * cos - apothem
+                nodes[k, 0], nodes[k, 1], nodes[k, 2] = out * vx, out * vy, h * sin
+                tangent[k, 0], tangent[k, 1], tangent[k, 2] = -h * sin * vx, -h * sin * vy, h * cos
+                # h (U·v cos phi + u_z sin phi) = d - U·c, differentiated implicitly
+                along = h * (cos * c - sin * lean)
+                rate[k, 0] = -(nodes[k, 0] - nodes[k, 2] * a / c) / along
+                rate[k, 1] = -(nodes[k, 1] - nodes[k, 2] * b / c) / along
+                rate[k, 2] = 1.0 / along
+            marks[i, m, 0], marks[i, m, 1], marks[i, m, 2] = placed, closed, closed
+            marks[i, m, 3] = closed and leaning < _LOW
+            if length.size:
+                _span(nodes, tangent, rate, length[i, m], slope[i, m])
+            for row in range(inner.shape[2]):  # feet, middles of blocks, heads
+                rise, k = offset * (row // 3) / 2, row % 3
+                inner[i, m, row, 0] = nodes[k, 0] + rise * a
+                inner[i, m, row, 1] = nodes[k, 1] + rise * b
+                inner[i, m, row, 2] = nodes[k, 2] + rise * c
+            if inner_slope.size:
+                turn[0, 0] = turn[1, 1] = 1.0
+                turn[2, 0], turn[2, 1] = -a / c, -b / c
+                for row in range(inner_slope.shape[2]):  # feet slide along their tangents, the others turn too
+                    rise, k = offset * (row // 3) / 2, row % 3
+                    for axis in range(3):
+                        for j in range(3):
+                            inner_slope[i, m, row, axis, j] = tangent[k, axis] * rate[k, j] + rise * turn[axis, j]
 
-    modules: DoubleOctahedra
 
-    @cached_property
-    def _leaning(self) -> Array:
-        a, b = self.x[..., 0], self.x[..., 1]
-        return a * a + b * b
+@compiled
+def _mirror(a: float, b: float, c: float, way: float, frame: Array) -> None:
+    """R_BT = (I - 2 U Uᵀ) diag(1, 1, -1) and P_BT = (2 d + Ljo) U: equations 3.52 to 3.54 in closed form."""
+    frame[0, 0], frame[0, 1], frame[0, 2], frame[0, 3] = 1 - 2 * a * a, -2 * a * b, 2 * a * c, way * a
+    frame[1, 0], frame[1, 1], frame[1, 2], frame[1, 3] = -2 * a * b, 1 - 2 * b * b, 2 * b * c, way * b
+    frame[2, 0], frame[2, 1], frame[2, 2], frame[2, 3] = -2 * a * c, -2 * b * c, 2 * c * c - 1, way * c
 
-    @cached_property
-    def placed(self) -> Mask:
-        """Normals that do not lie in the base plane."""
-        return (self._leaning < _FLAT) & np.isfinite(self.x[..., 2])
 
-    @cached_property
-    def _sound(self) -> tuple[Array, Array]:
-        """Inputs, straight ones where they mean nothing, and normals U, each shape (b, M, 3)."""
-        placed = self.placed
-        if placed.all():
-            g, leaning = self.x, self._leaning
-        else:
-            g = np.where(placed[..., None], self.x, self.modules.straight)
-            leaning = np.where(placed, self._leaning, 0.0)
-        U = np.empty(g.shape)
-        U[..., :2] = g[..., :2]
-        U[..., 2] = np.sqrt(1 - leaning)
-        return g, U
+@compiled
+def _turn(a: float, b: float, c: float, way: float, motion: Array) -> None:
+    """[omega]x = dR Rᵀ with omega = 2 U x dU."""
+    p, q = a / c, b / c  # -dU_z by u_x and u_y
+    across = 2 * a * q
+    motion[0, 0], motion[0, 1], motion[0, 2] = -across, 2 * (c + a * p), -2 * b
+    motion[0, 3], motion[0, 4], motion[0, 5] = way, 0.0, -way * p
+    motion[1, 0], motion[1, 1], motion[1, 2] = -2 * (b * q + c), across, 2 * a
+    motion[1, 3], motion[1, 4], motion[1, 5] = 0.0, way, -way * q
+    motion[2, 0], motion[2, 1], motion[2, 2] = 0.0, 0.0, 0.0
+    motion[2, 3], motion[2, 4], motion[2, 5] = 2 * a, 2 * b, 2 * c
 
-    @cached_property
-    def transform(self) -> tuple[Array, Array]:
-        """R_BT = (I - 2 U Uᵀ) diag(1, 1, -1) and P_BT = (2 d + Ljo) U: equations 3.52 to 3.54 in closed form."""
-        g, U = self._sound
-        turn = _MIRROR - (U[..., None] * (U * _TWICE)[..., None, :])
-        return turn, (2 * g[..., 2] + self.modules.geometry.joint_offset)[..., None] * U
 
-    @cached_property
-    def twist(self) -> tuple[Array, Array]:
-        """[omega]x = dR Rᵀ with omega = 2 U x dU."""
-        g, U = self._sound
-        a, b, c = U[..., 0], U[..., 1], U[..., 2]
-        way, twice = 2 * g[..., 2] + self.modules.geometry.joint_offset, 2 * U
-        p, q = a / c, b / c  # -dU_z by u_x and u_y
-        across = twice[..., 0] * q
-        spin, slide = np.zeros((2, *g.shape, 3))
-        spin[..., 0, 0] = -across
-        spin[..., 0, 1] = 2 * (c + a * p)
-        spin[..., 0, 2] = -twice[..., 1]
-        spin[..., 1, 0] = -2 * (b * q + c)
-        spin[..., 1, 1] = across
-        spin[..., 1, 2] = twice[..., 0]
-        slide[..., 0, 0] = slide[..., 1, 1] = way
-        slide[..., 0, 2], slide[..., 1, 2] = -way * p, -way * q
-        slide[..., 2, :] = twice
-        return spin, slide
-
-    @cached_property
-    def _meeting(self) -> tuple[Array, Array, Array, Mask]:
-        """Where a mid-plane meets the circles of n4 to n6 (3.28).
-
-        Returns U·v, the cosine of the angle between normal and radius, the normal's size in the circles' planes, each
-        shape (b, M, 3), and whether it meets all three.
-        """
-        g, U = self._sound
-        geometry = self.modules.geometry
-        lean = U @ double.INWARD.T
-        size = np.sqrt(lean * lean + U[..., 2:] * U[..., 2:])
-        cosine = (g[..., 2:] + geometry.apothem[:, None] * lean) / (geometry.height[:, None] * size)
-        return lean, cosine, size, np.all(np.abs(cosine) < 1, axis=-1)
-
-    @cached_property
-    def _phi(self) -> tuple[Array, Array]:
-        """Cosine and sine of the angles phi of equation 3.28, each shape (b, M, 3)."""
-        z = self._sound[1][..., 2:]
-        lean, cosine, size, _ = self._meeting
-        sine = np.sqrt(np.maximum(1 - cosine * cosine, _TOUCHING))
-        # that of the normal plus that between normal and radius: the outward branch
-        return (lean * cosine - z * sine) / size, (z * cosine + lean * sine) / size
-
-    @cached_property
-    def _feet(self) -> Array:
-        """n4 to n6, shape (b, M, 3, 3)."""
-        cos, sin = self._phi
-        geometry = self.modules.geometry
-        h = geometry.height[:, None]
-        nodes = (h * cos - geometry.apothem[:, None])[..., None] * double.INWARD
-        nodes[..., 2] = h * sin
-        return nodes
-
-    @cached_property
-    def _slopes(self) -> tuple[Array, Array]:
-        """Tangents of n4 to n6, and the rates of their angles by the inputs, each shape (b, M, 3, 3)."""
-        U, nodes, (cos, sin), lean = self._sound[1], self._feet, self._phi, self._meeting[0]
-        h, z = self.modules.geometry.height[:, None], U[..., 2:]
-        tangent = (-h * sin)[..., None] * double.INWARD
-        tangent[..., 2] = h * cos
-        # h (U·v cos phi + u_z sin phi) = d - U·c, differentiated implicitly
-        rate = np.empty(nodes.shape)
-        rate[..., 0] = -(nodes[..., 0] - nodes[..., 2] * U[..., :1] / z)
-        rate[..., 1] = -(nodes[..., 1] - nodes[..., 2] * U[..., 1:2] / z)
-        rate[..., 2] = 1.0
-        rate /= (h * (cos * z - sin * lean))[..., None]
-        return tangent, rate
-
-    @cached_property
-    def closed(self) -> Mask:
-        """Mid-planes that meet all three longeron circles."""
-        return self.placed & self._meeting[3]
-
-    @cached_property
-    def valid(self) -> Mask:
-        """Those that do not lie nearly flat."""
-        return self.closed & (self._leaning < _LOW)
-
-    @cached_property
-    def legs(self) -> tuple[Array, Array]:
-        """Distances n4 n5, n5 n6, n6 n4."""
-        nodes, (tangent, rate) = self._feet, self._slopes
-        ahead = [1, 2, 0]
-        span = nodes[..., ahead, :] - nodes
-        length = np.sqrt(np.sum(span * span, axis=-1))
-        span /= length[..., None]
-        far = np.sum(span * tangent[..., ahead, :], axis=-1)[..., None] * rate[..., ahead, :]
-        return length, far - np.sum(span * tangent, axis=-1)[..., None] * rate
-
-    @cached_property
-    def inner(self) -> Array:
-        """Mid nodes n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'."""
-        feet = self._feet
-        if not self.modules.offset:
-            return feet
-        rise = self.modules.geometry.joint_offset[:, None, None] * self._sound[1][..., None, :]
-        return np.concatenate([feet, feet + rise / 2, feet + rise], axis=-2)
-
-    @cached_property
-    def inner_slope(self) -> Array:
-        """The feet slide along their tangents; heads and middles turn with the normal."""
-        tangent, rate = self._slopes
-        feet = tangent[..., None] * rate[..., None, :]
-        if not self.modules.offset:
-            return feet
-        U, rise = self._sound[1], np.zeros((*self.x.shape[:-1], 1, 3, 3))
-        rise[..., 0, 0, 0] = rise[..., 0, 1, 1] = 1.0
-        rise[..., 0, 2, :2] = -U[..., :2] / U[..., 2:]
-        rise *= self.modules.geometry.joint_offset[:, None, None, None]
-        return np.concatenate([feet, feet + rise / 2, feet + rise], axis=-3)
+@compiled
+def _span(nodes: Array, tangent: Array, rate: Array, length: Array, slope: Array) -> None:
+    """Distances n4 n5, n5 n6, n6 n4 and their slopes, from nodes, their tangents and the rates of their angles."""
+    for k in range(3):
+        ahead = (k + 1) % 3
+        x, y, z = nodes[ahead, 0] - nodes[k, 0], nodes[ahead, 1] - nodes[k, 1], nodes[ahead, 2] - nodes[k, 2]
+        length[k] = size = np.sqrt(x * x + y * y + z * z)
+        far = (x * tangent[ahead, 0] + y * tangent[ahead, 1] + z * tangent[ahead, 2]) / size
+        near = (x * tangent[k, 0] + y * tangent[k, 1] + z * tangent[k, 2]) / size
+        for j in range(3):
+            slope[k, j] = far * rate[ahead, j] - near * rate[k, j]
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,9 +165,16 @@ class DoubleOctahedra(ModuleSet):
         """All of them."""
         return all_legs(self.names, 3)
 
-    def at(self, x: Array) -> MidPlanes:
-        """As `MidPlanes`."""
-        return MidPlanes(x, self)
+    @cached_property
+    def fill(self) -> Fill:
+        """As `fill_mid_planes`."""
+        return fill_mid_planes
+
+    @cached_property
+    def figures(self) -> Array:
+        """Altitude, apothem and joint offset of each, shape (M, 3), m."""
+        own = self.geometry
+        return np.stack([own.height, own.apothem, own.joint_offset], axis=-1)
 
     def refuse(self, x: Array) -> Exception:
         """A normal in the base plane, or a mid-plane that misses a circle, by the distance in m."""

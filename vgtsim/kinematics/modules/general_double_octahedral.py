@@ -8,7 +8,7 @@ has one is not positioned.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -21,96 +21,10 @@ from vgtsim.kinematics.modules import two_cell_rates as rates
 from vgtsim.kinematics.modules import two_cells as cells
 from vgtsim.kinematics.modules.double_octahedral import node_groups, plan_members
 from vgtsim.kinematics.modules.kind import Kind
-from vgtsim.kinematics.modules.sets import Mask, ModuleSet, ModuleState, all_legs
+from vgtsim.kinematics.modules.sets import Fill, Mask, ModuleSet, all_legs
 from vgtsim.kinematics.modules.stroke_search import search_strokes
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class CellStates(ModuleState):
-    """Kinematics of general double octahedra."""
-
-    modules: GeneralDoubleOctahedra
-
-    @cached_property
-    def _followed(self) -> tuple[Array, Mask]:
-        """All six angles, shape (b, M, 6), rad, and whether the upper cell followed all the way, shape (b, M)."""
-        states, arrived = [], []
-        for m, geometry in enumerate(self.modules.geometries):
-            begin = self.modules.begins[m]
-            phi = self.x[:, m]
-            sound = np.all(np.isfinite(phi), axis=-1)
-            phi = np.where(sound[:, None], phi, begin[:3])
-            state, reached = cells.advance(geometry, np.broadcast_to(begin, (len(phi), 6)), phi)
-            good = sound & (reached == 1.0)
-            states.append(np.where(good[:, None], state, begin))
-            arrived.append(good)
-        return np.stack(states, axis=-2), np.stack(arrived, axis=-1)
-
-    @cached_property
-    def states(self) -> Array:
-        """All six angles, shape (b, M, 6), rad; of the straight pose where the upper cell does not follow."""
-        return self._followed[0]
-
-    @cached_property
-    def placed(self) -> Mask:
-        """Modules whose upper cell assembles, with no singularity on the way."""
-        return self._followed[1]
-
-    @cached_property
-    def kept(self) -> Mask:
-        """Angles that are numbers: lengths depend on the lower cell alone."""
-        return np.all(np.isfinite(self.x), axis=-1)
-
-    @cached_property
-    def valid(self) -> Mask:
-        """Modules that assemble with the lower cell short of its singularity."""
-        return self.placed & (np.linalg.det(self.legs[1]) * self.modules.sign > 0)
-
-    def _each(self, solved: Callable[[cells.TwoCellGeometry, Array], Array], axis: int) -> Array:
-        """A function of every module's state, stacked along the axis of the modules."""
-        states = self.states
-        parts = [solved(geometry, states[..., m, :]) for m, geometry in enumerate(self.modules.geometries)]
-        return np.stack(parts, axis=axis)
-
-    @cached_property
-    def _nodes(self) -> Array:
-        """n4 to n6, n4' to n6', n7 to n9, shape (b, M, 9, 3), m."""
-        return self._each(cells.nodes, axis=-3)
-
-    @cached_property
-    def transform(self) -> tuple[Array, Array]:
-        """As `two_cells.transform`."""
-        return cells.triangle_frame(self._nodes[..., 6:, :])
-
-    @cached_property
-    def twist(self) -> tuple[Array, Array]:
-        """As `two_cell_rates.jacobian`."""
-        J = np.swapaxes(self._each(rates.jacobian, axis=-3), -1, -2)
-        return J[..., 3:], J[..., :3]
-
-    @cached_property
-    def legs(self) -> tuple[Array, Array]:
-        """Actuator lengths and their derivatives: the lower cell alone, in closed form."""
-        x = np.where(self.kept[..., None], self.x, self.modules.straight)
-        geometries = self.modules.geometries
-        lengths = [cells.actuator_lengths(geometry, x[..., m, :]) for m, geometry in enumerate(geometries)]
-        return np.stack(lengths, axis=-2), self.modules.angle_jacobian(x)
-
-    @cached_property
-    def inner(self) -> Array:
-        """n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'."""
-        return self._with_blocks(self._nodes[..., :3, :], self._nodes[..., 3:6, :], -2)
-
-    @cached_property
-    def inner_slope(self) -> Array:
-        """As `two_cell_rates.mid_velocities`, for all inner nodes."""
-        both = self._each(rates.mid_velocities, axis=-4)
-        return self._with_blocks(both[..., :3, :, :], both[..., 3:, :, :], -3)
-
-    def _with_blocks(self, feet: Array, heads: Array, axis: int) -> Array:
-        return np.concatenate([feet, (feet + heads) / 2, heads], axis=axis) if self.modules.inner_count == 9 else feet
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,21 +53,62 @@ class GeneralDoubleOctahedra(ModuleSet):
         return all_legs(self.names, 3)
 
     @cached_property
-    def sign(self) -> Array:
-        """Sign of the determinant of the legs' derivatives in the straight pose, shape (M,)."""
-        return np.sign(np.linalg.det(self.angle_jacobian(self.straight)))
+    def figures(self) -> Array:
+        """Sign of the determinant of the legs' derivatives in the straight pose, shape (M, 1)."""
+        return np.sign(np.linalg.det(self.angle_jacobian(self.straight)))[:, None]
 
-    def at(self, x: Array) -> CellStates:
-        """As `CellStates`."""
-        return CellStates(x, self)
+    @cached_property
+    def fill(self) -> Fill:
+        """As `_fill`."""
+        return self._fill
+
+    def _fill(
+        self,
+        x: Array,
+        figures: Array,
+        straight: Array,
+        marks: Mask,
+        frame: Array,
+        motion: Array,
+        length: Array,
+        slope: Array,
+        inner: Array,
+        inner_slope: Array,
+    ) -> None:
+        """See `Fill`, module by module: the upper cell is followed from the straight pose."""
+        for m, geometry in enumerate(self.geometries):
+            sound = np.all(np.isfinite(x[:, m]), axis=-1)
+            phi = np.where(sound[:, None], x[:, m], straight[m])
+            states, reached = cells.advance(geometry, np.broadcast_to(self.begins[m], (len(phi), 6)), phi)
+            good = sound & (reached == 1.0)
+            states = np.where(good[:, None], states, self.begins[m])
+            marks[:, m, 0] = marks[:, m, 1] = good
+            nodes = cells.nodes(geometry, states)
+            if frame.size:
+                frame[:, m, :, :3], frame[:, m, :, 3] = cells.triangle_frame(nodes[:, 6:])
+            if motion.size:
+                J = np.swapaxes(rates.jacobian(geometry, states), -1, -2)
+                motion[:, m, :, :3], motion[:, m, :, 3:] = J[..., 3:], J[..., :3]
+            if length.size:  # the lower cell alone, in closed form
+                length[:, m], slope[:, m] = cells.actuator_lengths(geometry, phi), cells.angle_jacobian(geometry, phi)
+                marks[:, m, 2] = sound  # lengths depend on the lower cell alone
+                marks[:, m, 3] = good & (np.linalg.det(slope[:, m]) * figures[m, 0] > 0)
+            if inner.size:
+                inner[:, m] = self._with_blocks(nodes[:, :3], nodes[:, 3:6])
+            if inner_slope.size:
+                both = rates.mid_velocities(geometry, states)
+                inner_slope[:, m] = self._with_blocks(both[:, :3], both[:, 3:])
+
+    def _with_blocks(self, feet: Array, heads: Array) -> Array:
+        """n4, n5, n6; with a joint offset the blocks' feet n4 to n6, middles, and heads n4' to n6'; stacked along axis 1."""
+        return np.concatenate([feet, (feet + heads) / 2, heads], axis=1) if self.inner_count == 9 else feet
 
     def refuse(self, x: Array) -> Exception:
         """A module does not assemble, or only beyond a singularity."""
-        for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
-            try:
-                cells.forward(geometry, x[..., m, :], self.begins[m])
-            except AssemblyError as error:
-                return AssemblyError(name, error.residual, str(error))
+        try:
+            self.states(x)
+        except AssemblyError as error:
+            return error
         return ValueError(f"an angle of {', '.join(self.names)} is no number")
 
     def angle_jacobian(self, x: Array) -> Array:
@@ -170,16 +125,19 @@ class GeneralDoubleOctahedra(ModuleSet):
         """As `TwoCellGeometry`, and the straight pose."""
         return (self.geometries[m], *self.begins[m])
 
-    def _states(self, x: Array) -> Array:
+    def states(self, x: Array) -> Array:
         """All six angles of modules that assemble, shape (..., M, 6), rad.
 
         Raises:
             AssemblyError: A module does not assemble, or only beyond a singularity; it is named.
         """
-        rows = self.at(x.reshape(-1, *x.shape[-2:]))
-        if not rows.placed.all():
-            raise self.refuse(x)
-        return rows.states.reshape(*x.shape[:-1], 6)
+        states = np.empty((*x.shape[:-1], 6))
+        for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
+            try:
+                states[..., m, :] = cells.forward(geometry, x[..., m, :], self.begins[m])
+            except AssemblyError as error:
+                raise AssemblyError(name, error.residual, str(error)) from None
+        return states
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
         """As `two_cells.advance_lengths`: inputs, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
@@ -187,7 +145,7 @@ class GeneralDoubleOctahedra(ModuleSet):
         Lengths have shape (..., M, 3), m; starts are inputs, absent for the straight poses.
         """
         x, reached = np.empty(lengths.shape), np.empty(lengths.shape[:-1])
-        begin = self.begins if start is None else self._states(start)
+        begin = self.begins if start is None else self.states(start)
         for m, geometry in enumerate(self.geometries):
             state, part = cells.advance_lengths(geometry, lengths[..., m, :], begin[..., m, :])
             x[..., m, :], reached[..., m] = state[..., :3], part
@@ -211,7 +169,7 @@ class GeneralDoubleOctahedra(ModuleSet):
             m = int(worst[-1])
             geometry, name = self.geometries[m], self.names[m]
             begin = np.broadcast_to(
-                self.begins[m] if start is None else self._states(start)[..., m, :], (*x.shape[:-2], 6)
+                self.begins[m] if start is None else self.states(start)[..., m, :], (*x.shape[:-2], 6)
             )
             state = cells.advance_lengths(geometry, lengths[worst], begin[worst[:-1]])[0]
             value, member = rates.singularity(geometry, state)
@@ -230,7 +188,7 @@ class GeneralDoubleOctahedra(ModuleSet):
     def find_least(self, x: Array) -> Array:
         """That of the nearer cell, as `two_cell_rates.singularity`."""
         lower = np.linalg.svd(self.conditioned(x), compute_uv=False)[..., -1]
-        states, upper = self._states(x), []
+        states, upper = self.states(x), []
         for m, geometry in enumerate(self.geometries):
             J = rates.upper_jacobian(cells.nodes(geometry, states[..., m, :]))[1]
             J[..., 3:] /= geometry.radius

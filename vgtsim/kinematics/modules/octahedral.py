@@ -12,11 +12,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.description.modules import Octahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.modules import octahedron as single
 from vgtsim.kinematics.modules.kind import Groups, Kind, PlannedMember
-from vgtsim.kinematics.modules.sets import Chord, Mask, ModuleSet, ModuleState, find_short
+from vgtsim.kinematics.modules.sets import Chord, Fill, Mask, ModuleSet, find_short
 from vgtsim.kinematics.modules.stroke_search import search_strokes
 from vgtsim.kinematics.roll_pitch_yaw import (
     pose_parameters,
@@ -26,57 +27,106 @@ from vgtsim.kinematics.roll_pitch_yaw import (
 
 Array = NDArray[np.float64]
 
+_KEPT = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 _PITCH = np.radians(80.0)  # from which roll and yaw are too nearly the same turn
 
 
-@dataclass(frozen=True, eq=False)
-class Poses(ModuleState):
-    """Kinematics of octahedra."""
+@compiled
+def fill_poses(
+    x: Array,
+    figures: Array,
+    straight: Array,
+    marks: Mask,
+    frame: Array,
+    motion: Array,
+    length: Array,
+    slope: Array,
+    inner: Array,  # noqa: ARG001  # there are none
+    inner_slope: Array,  # noqa: ARG001
+) -> None:
+    """See `Fill`; figures are lower ends in B, upper ends in T, static lengths, and the sign of the mode's determinant."""
+    pose, own, turn, J = np.empty(6), np.empty((3, 4)), np.zeros((6, 6)), np.empty((6, 6))
+    for i in range(x.shape[0]):
+        for m in range(x.shape[1]):
+            placed = True
+            for j in range(6):
+                placed = placed and np.isfinite(x[i, m, j])
+            pose[:] = x[i, m] if placed else straight[m]
+            _place(pose, own)
+            if frame.size:
+                frame[i, m] = own
+            if motion.size or length.size:
+                # the first three inputs move the origin; roll turns about X of T, yaw about Z of B, pitch square to both
+                turn[0, 3] = turn[1, 4] = turn[2, 5] = turn[5, 2] = 1.0
+                turn[3, 0], turn[3, 1], turn[3, 2] = own[0, 0], own[1, 0], own[2, 0]
+                turn[4, 0], turn[4, 1] = -np.sin(pose[5]), np.cos(pose[5])
+            if motion.size:
+                motion[i, m] = turn
+            marks[i, m, 0] = marks[i, m, 1] = placed
+            if length.size:
+                off = _reach(own, turn, figures[m], length[i, m], slope[i, m])
+                J[:] = slope[i, m]
+                marks[i, m, 2] = placed and off <= _KEPT
+                marks[i, m, 3] = placed and abs(pose[4]) < _PITCH and _determinant(J) * figures[m, 42] > 0
 
-    modules: Octahedra
 
-    @cached_property
-    def placed(self) -> Mask:
-        """Poses that are numbers."""
-        return np.asarray(np.logical_and.reduce(np.isfinite(self.x), axis=-1))
+@compiled
+def _place(pose: Array, frame: Array) -> None:
+    """As `roll_pitch_yaw.pose_transform`."""
+    cg, cb, ca = np.cos(pose[3]), np.cos(pose[4]), np.cos(pose[5])
+    sg, sb, sa = np.sin(pose[3]), np.sin(pose[4]), np.sin(pose[5])
+    frame[0, 0], frame[0, 1], frame[0, 2] = ca * cb, ca * sb * sg - sa * cg, ca * sb * cg + sa * sg
+    frame[1, 0], frame[1, 1], frame[1, 2] = sa * cb, sa * sb * sg + ca * cg, sa * sb * cg - ca * sg
+    frame[2, 0], frame[2, 1], frame[2, 2] = -sb, cb * sg, cb * cg
+    frame[0, 3], frame[1, 3], frame[2, 3] = pose[0], pose[1], pose[2]
 
-    @cached_property
-    def _pose(self) -> Array:
-        """Shape (b, M, 6); straight where the input is no number."""
-        placed = self.placed
-        return self.x if placed.all() else np.where(placed[..., None], self.x, self.modules.straight)
 
-    @cached_property
-    def kept(self) -> Mask:
-        """Poses in which static longerons have their length."""
-        return self.placed & np.all(self.modules.find_errors(self.legs[0]) <= single.STATIC_TOLERANCE, axis=-1)
+@compiled
+def _reach(frame: Array, turn: Array, figures: Array, length: Array, slope: Array) -> float:
+    """Lengths of all six longerons by 3.27, static ones too as the pose has them; returns their greatest error, m."""
+    arm, unit, off = np.empty(3), np.empty(3), 0.0
+    for leg in range(6):
+        square = 0.0
+        for k in range(3):
+            arm[k] = 0.0
+            for j in range(3):
+                arm[k] += frame[k, j] * figures[18 + 3 * leg + j]
+            unit[k] = frame[k, 3] + arm[k] - figures[3 * leg + k]
+            square += unit[k] * unit[k]
+        length[leg] = np.sqrt(square)
+        for k in range(3):
+            unit[k] /= length[leg]
+        x, y, z = unit[0], unit[1], unit[2]
+        for j in range(6):
+            slope[leg, j] = x * turn[j, 3] + y * turn[j, 4] + z * turn[j, 5]
+            slope[leg, j] += (arm[1] * z - arm[2] * y) * turn[j, 0]
+            slope[leg, j] += (arm[2] * x - arm[0] * z) * turn[j, 1] + (arm[0] * y - arm[1] * x) * turn[j, 2]
+        if np.isfinite(figures[36 + leg]):
+            off = max(off, abs(length[leg] - figures[36 + leg]))
+    return off
 
-    @cached_property
-    def valid(self) -> Mask:
-        """Poses short of a singularity: beyond one the determinant has the other sign, and the mode is another."""
-        sign = np.linalg.det(self.legs[1]) * self.modules.sign > 0
-        return self.placed & (np.abs(self._pose[..., 4]) < _PITCH) & sign
 
-    @cached_property
-    def transform(self) -> tuple[Array, Array]:
-        """As `roll_pitch_yaw.pose_transform`."""
-        return pose_transform(self._pose)
-
-    @cached_property
-    def twist(self) -> tuple[Array, Array]:
-        """The first three inputs move the origin; roll turns about X of T, yaw about Z of B, pitch square to Z and X."""
-        yaw = self._pose[..., 5]
-        spin, slide = np.zeros((2, *self.x.shape, 3))
-        spin[..., 3, :] = self.transform[0][..., 0]
-        spin[..., 4, 0], spin[..., 4, 1] = -np.sin(yaw), np.cos(yaw)
-        spin[..., 5, 2] = slide[..., 0, 0] = slide[..., 1, 1] = slide[..., 2, 2] = 1.0
-        return spin, slide
-
-    @cached_property
-    def legs(self) -> tuple[Array, Array]:
-        """Lengths of all six longerons by 3.27, static ones too as the pose has them."""
-        length, J = self.modules.leg_slopes(*self.transform)
-        return length, np.concatenate([J[..., :3], J[..., 3:] @ self.twist[0][..., 3:, :].swapaxes(-1, -2)], axis=-1)
+@compiled
+def _determinant(a: Array) -> float:
+    """Determinant of a square matrix, which is overwritten, with the greatest pivots of the columns."""
+    value, n = 1.0, len(a)
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(a[i, k]) > abs(a[best, k]):
+                best = i
+        if a[best, k] == 0:
+            return 0.0
+        if best != k:
+            value = -value
+            for j in range(n):
+                a[k, j], a[best, j] = a[best, j], a[k, j]
+        value *= a[k, k]
+        for i in range(k + 1, n):
+            share = a[i, k] / a[k, k]
+            for j in range(k, n):
+                a[i, j] -= share * a[k, j]
+    return value
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,13 +161,21 @@ class Octahedra(ModuleSet):
         return lower, np.array([geometry.top_nodes[single.LEGS[:, 1]] for geometry in self.geometries])
 
     @cached_property
-    def sign(self) -> Array:
-        """Sign of the determinant of the legs' derivatives in the straight pose, shape (M,)."""
-        return np.sign(np.linalg.det(self.straight_legs[1]))
+    def fill(self) -> Fill:
+        """As `fill_poses`."""
+        return fill_poses
 
-    def at(self, x: Array) -> Poses:
-        """As `Poses`."""
-        return Poses(x, self)
+    @cached_property
+    def figures(self) -> Array:
+        """Ends of the legs, static lengths, and the sign of the determinant of the straight legs' slopes, (M, 43)."""
+        count = len(self.names)
+        ends = [item.reshape(count, -1) for item in self._ends]
+        frames, motion = np.empty((1, count, 3, 4)), np.empty((1, count, 6, 6))
+        length, slope, none = np.empty((1, count, 6)), np.empty((1, count, 6, 6)), np.empty((0, 0, 0, 3))
+        row, marks = np.concatenate([*ends, self._static, np.ones((count, 1))], axis=1), np.empty((1, count, 4), bool)
+        fill_poses(self.straight[None], row, self.straight, marks, frames, motion, length, slope, none, none[..., None])
+        row[:, -1] = np.sign(np.linalg.det(slope[0]))
+        return row
 
     def find_errors(self, lengths: Array) -> Array:
         """How far static longerons are off their length, shape (..., M, 6), m; zero for actuated ones."""

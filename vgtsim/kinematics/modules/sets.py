@@ -4,13 +4,14 @@ The modules of a kind are solved together. A set has M modules with the same num
 file) and of legs (the members whose lengths can change). Inputs are x, shape (b, M, inputs), where b is a batch. All
 vectors are in the frames B of the modules.
 
-A kind answers by a subclass of `ModuleSet` and one of `ModuleState`. Questions with a default need an answer only where
-the kind can do more: `docs/add_module_kind.md` goes through them.
+A kind answers by a subclass of `ModuleSet`; its `fill` holds all the kinematics. Questions with a default need an answer
+only where the kind can do more: `docs/add_module_kind.md` goes through them.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -23,6 +24,12 @@ from vgtsim.kinematics.mode_following import worst_row
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
+
+# (x, figures, straight, marks, frame, motion, length, slope, inner, inner_slope) -> None: fills the last seven arrays at
+# inputs x, see the properties of `ModuleState`; compiled, or plain Python where a formula is an iteration. An array
+# without entries is not asked for. Marks, shape (b, M, 4), say whether a module is placed, closed, kept and valid; the
+# last two are asked for with lengths alone.
+Fill = Callable[[Array, Array, Array, Mask, Array, Array, Array, Array, Array, Array], None]
 
 
 @dataclass(frozen=True)
@@ -42,63 +49,106 @@ class Chord:
     length: float
 
 
+_NO_FRAMES, _NO_MOTION, _NO_LEGS = np.empty((0, 0, 3, 4)), np.empty((0, 0, 0, 6)), np.empty((0, 0, 0))
+_NO_SLOPES, _NO_NODES, _NO_NODE_SLOPES = np.empty((0, 0, 0, 0)), np.empty((0, 0, 0, 3)), np.empty((0, 0, 0, 3, 0))
+
+
 @dataclass(frozen=True, eq=False)
-class ModuleState(ABC):
-    """Kinematics of a set at inputs x. Each property is worked out when it is first asked for.
+class ModuleState:
+    """Kinematics of a set at inputs x. Each property is worked out when it is first asked for, see `ModuleSet.fill`.
 
     Nothing here raises: masks say what the numbers are worth, because one bad trial must not stop a batch. Numbers of a
     module that its mask leaves out are finite and mean nothing.
 
     Attributes:
-        x: Inputs, shape (b, M, inputs).
+        x: Inputs, shape (b, M, inputs), stored by rows.
     """
 
     x: Array
+    modules: ModuleSet
+
+    def _fill(
+        self,
+        frame: Array = _NO_FRAMES,
+        motion: Array = _NO_MOTION,
+        length: Array = _NO_LEGS,
+        slope: Array = _NO_SLOPES,
+        inner: Array = _NO_NODES,
+        inner_slope: Array = _NO_NODE_SLOPES,
+    ) -> Mask:
+        own, marks = self.modules, np.empty((*self.x.shape[:2], 4), dtype=bool)
+        own.fill(self.x, own.figures, own.straight, marks, frame, motion, length, slope, inner, inner_slope)
+        return marks
 
     @cached_property
-    @abstractmethod
+    def _moving(self) -> tuple[Mask, Array, Array]:
+        """Marks, frames and motions."""
+        frame, motion = np.empty((*self.x.shape[:2], 3, 4)), np.empty((*self.x.shape, 6))
+        return self._fill(frame, motion), frame, motion
+
+    @cached_property
+    def _standing(self) -> tuple[Mask, Array]:
+        """Marks and frames."""
+        if "_moving" in self.__dict__:
+            return self._moving[:2]
+        frame = np.empty((*self.x.shape[:2], 3, 4))
+        return self._fill(frame), frame
+
+    @cached_property
+    def _reaching(self) -> tuple[Mask, Array, Array]:
+        """Marks, lengths of legs and their slopes."""
+        batch, legs = self.x.shape[:2], self.modules.actuated.shape[1]
+        length, slope = np.empty((*batch, legs)), np.empty((*batch, legs, self.x.shape[2]))
+        return self._fill(length=length, slope=slope), length, slope
+
+    @property
     def placed(self) -> Mask:
-        """Which modules have a transform, shape (b, M)."""
+        """Which modules have a frame, shape (b, M)."""
+        return (self._reaching if "_reaching" in self.__dict__ else self._standing)[0][..., 0]
 
-    @cached_property
+    @property
     def closed(self) -> Mask:
         """Which modules have inner nodes, shape (b, M)."""
-        return self.placed
+        return (self._reaching if "_reaching" in self.__dict__ else self._standing)[0][..., 1]
 
-    @cached_property
+    @property
     def kept(self) -> Mask:
         """Which modules have lengths, and static legs of their own length, shape (b, M)."""
-        return self.closed
+        return self._reaching[0][..., 2]
 
-    @cached_property
-    @abstractmethod
+    @property
     def valid(self) -> Mask:
         """Which modules are on the assembly mode of the straight arm, and clear of the inputs' singularities, (b, M)."""
+        return self._reaching[0][..., 3]
 
-    @cached_property
-    @abstractmethod
-    def transform(self) -> tuple[Array, Array]:
-        """R_BT, shape (b, M, 3, 3), and P_BT, shape (b, M, 3), m."""
+    @property
+    def frame(self) -> Array:
+        """R_BT beside P_BT, shape (b, M, 3, 4), m."""
+        return self._standing[1]
 
-    @cached_property
-    @abstractmethod
-    def twist(self) -> tuple[Array, Array]:
-        """Angular velocity of T and velocity of its origin per unit rate of each input, each (b, M, inputs, 3)."""
+    @property
+    def motion(self) -> Array:
+        """Angular velocity of T, then velocity of its origin, m, per unit rate of each input, (b, M, inputs, 6)."""
+        return self._moving[2]
 
-    @cached_property
-    @abstractmethod
+    @property
     def legs(self) -> tuple[Array, Array]:
         """Lengths of all legs, shape (b, M, legs), m, and their derivatives, shape (b, M, legs, inputs)."""
+        return self._reaching[1:]
 
     @cached_property
     def inner(self) -> Array:
         """Nodes on neither face, shape (b, M, inner_count, 3), m."""
-        return np.empty((*self.x.shape[:-1], 0, 3))
+        found = np.empty((*self.x.shape[:2], self.modules.inner_count, 3))
+        self._fill(inner=found)
+        return found
 
     @cached_property
     def inner_slope(self) -> Array:
         """Derivatives of the inner nodes, shape (b, M, inner_count, 3, inputs)."""
-        return np.empty((*self.x.shape[:-1], 0, 3, self.x.shape[-1]))
+        found = np.empty((*self.x.shape[:2], self.modules.inner_count, 3, self.x.shape[2]))
+        self._fill(inner_slope=found)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +179,19 @@ class ModuleSet(ABC):
     turns_alike: ClassVar[bool] = False
     sections_key: ClassVar[str] = "cylinder"
 
+    @cached_property
     @abstractmethod
+    def fill(self) -> Fill:
+        """The kinematics of the kind, see `Fill`."""
+
+    @cached_property
+    @abstractmethod
+    def figures(self) -> Array:
+        """Dimensions of each module as `fill` reads them, shape (M, k)."""
+
     def at(self, x: Array) -> ModuleState:
         """Kinematics at inputs of shape (b, M, inputs)."""
+        return ModuleState(np.ascontiguousarray(x, float), self)
 
     @abstractmethod
     def refuse(self, x: Array) -> Exception:

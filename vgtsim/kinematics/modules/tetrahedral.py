@@ -22,70 +22,53 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.description.modules import Tetrahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
-from vgtsim.kinematics.modules.sets import Mask, ModuleSet, ModuleState, all_legs, find_short
+from vgtsim.kinematics.modules.sets import Fill, Mask, ModuleSet, all_legs, find_short
 
 Array = NDArray[np.float64]
 
 _FOLDED = 1e-9  # sine of half an angle at which n4 lies on n1 but for rounding: the length has no derivative there
 
 
-@dataclass(frozen=True, eq=False)
-class HingeState(ModuleState):
-    """Kinematics of hinges."""
-
-    modules: Hinges
-
-    @cached_property
-    def placed(self) -> Mask:
-        """Angles that are numbers."""
-        return np.isfinite(self.x[..., 0])
-
-    @cached_property
-    def _theta(self) -> Array:
-        """Shape (b, M), rad; straight where the input is no number."""
-        angle, placed = self.x[..., 0], self.placed
-        return angle if placed.all() else np.where(placed, angle, self.modules.straight[:, 0])
-
-    @cached_property
-    def kept(self) -> Mask:
-        """Hinges that are not folded flat."""
-        return self.placed & (np.abs(np.sin(self._theta / 2)) >= _FOLDED)
-
-    @cached_property
-    def valid(self) -> Mask:
-        """The working branch, clear of its two flat poses."""
-        return self.placed & (self.x[..., 0] > 0) & (self.x[..., 0] < np.pi) & (self.legs[1][..., 0, 0] > 0)
-
-    @cached_property
-    def transform(self) -> tuple[Array, Array]:
-        """Equation 3.4."""
-        angle = self._theta
-        cosine, sine = np.cos(angle), np.sin(angle)
-        R, P = np.zeros((*angle.shape, 3, 3)), np.zeros((*angle.shape, 3))
-        R[..., 0, 0] = 1.0
-        R[..., 1, 1], R[..., 1, 2], R[..., 2, 1], R[..., 2, 2] = cosine, -sine, sine, cosine
-        third = self.modules.height / 3
-        P[..., 1], P[..., 2] = third * (cosine - 1), third * sine
-        return R, P
-
-    @cached_property
-    def twist(self) -> tuple[Array, Array]:
-        """A turn about X through the hinge line."""
-        R, third = self.transform[0], self.modules.height / 3
-        spin, slide = np.zeros((2, *self.x.shape, 3))
-        spin[..., 0] = 1.0
-        slide[..., 0, 1], slide[..., 0, 2] = third * R[..., 1, 2], third * R[..., 1, 1]
-        return spin, slide
-
-    @cached_property
-    def legs(self) -> tuple[Array, Array]:
-        """Equation 3.3, as a sine of the half angle, which is exact near theta = 0."""
-        half = self._theta / 2
-        sine, h = np.sin(half), self.modules.height
-        return (2 * h * np.abs(sine))[..., None], (h * np.cos(half) * np.sign(sine))[..., None, None]
+@compiled
+def fill_hinges(
+    x: Array,
+    figures: Array,
+    straight: Array,
+    marks: Mask,
+    frame: Array,
+    motion: Array,
+    length: Array,
+    slope: Array,
+    inner: Array,  # noqa: ARG001  # there are none
+    inner_slope: Array,  # noqa: ARG001
+) -> None:
+    """See `Fill`: equations 3.3 and 3.4; the figure is the altitude."""
+    for i in range(x.shape[0]):
+        for m in range(x.shape[1]):
+            h, theta = figures[m, 0], x[i, m, 0]
+            placed = np.isfinite(theta)
+            if not placed:
+                theta = straight[m, 0]
+            half, third = np.sin(theta / 2), h / 3
+            pull = h * np.cos(theta / 2) * np.sign(half)
+            marks[i, m, 0] = marks[i, m, 1] = placed
+            marks[i, m, 2] = placed and abs(half) >= _FOLDED
+            marks[i, m, 3] = placed and 0 < theta < np.pi and pull > 0
+            cosine, sine = np.cos(theta), np.sin(theta)
+            if frame.size:
+                frame[i, m] = 0.0
+                frame[i, m, 0, 0] = 1.0
+                frame[i, m, 1, 1], frame[i, m, 1, 2], frame[i, m, 1, 3] = cosine, -sine, third * (cosine - 1)
+                frame[i, m, 2, 1], frame[i, m, 2, 2], frame[i, m, 2, 3] = sine, cosine, third * sine
+            if motion.size:  # a turn about X through the hinge line
+                motion[i, m] = 0.0
+                motion[i, m, 0, 0], motion[i, m, 0, 4], motion[i, m, 0, 5] = 1.0, -third * sine, third * cosine
+            if length.size:  # as a sine of the half angle, which is exact near theta = 0
+                length[i, m, 0], slope[i, m, 0, 0] = 2 * h * abs(half), pull
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +102,15 @@ class Hinges(ModuleSet):
         """All of them."""
         return all_legs(self.names, 1)
 
-    def at(self, x: Array) -> HingeState:
-        """As `HingeState`."""
-        return HingeState(x, self)
+    @cached_property
+    def fill(self) -> Fill:
+        """As `fill_hinges`."""
+        return fill_hinges
+
+    @cached_property
+    def figures(self) -> Array:
+        """Altitude of each, shape (M, 1), m."""
+        return self.height[:, None].copy()
 
     def refuse(self, x: Array) -> Exception:
         """A hinge that is folded flat."""
@@ -166,7 +155,7 @@ class Hinges(ModuleSet):
 
     def conditioned(self, x: Array) -> Array:
         """dl/dtheta over the altitude: the cosine of half the hinge angle."""
-        return self.at(x).legs[1] / self.height[..., None, None]
+        return (np.cos(x / 2) * np.sign(np.sin(x / 2)))[..., None]
 
     def bend(self, angle: Array, half: Array) -> Array:  # noqa: ARG002
         """The hinge opens by the angle; it has no other direction."""

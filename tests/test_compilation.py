@@ -1,0 +1,86 @@
+"""Compiled functions: each compiled once, code on disk that cannot be stale, and an installation that is read-only."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+from vgtsim.description import load_manipulator
+from vgtsim.kinematics import Chain, hanging_mount
+
+ROOT = Path(__file__).parents[1]
+FILES = [path for path in sorted((ROOT / "vgtsim").rglob("*.py")) if "@compiled\n" in path.read_text()]
+
+
+def load(path: Path):
+    return importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_compiled_function_uses_only_its_own_file(path):
+    """Numba looks at one file to tell whether the code that it kept is good."""
+    tree, module = ast.parse(path.read_text()), load(path)
+    imported = {
+        alias.asname or alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    found = [
+        item for item in vars(module).values() if isinstance(item, Dispatcher) and item.__module__ == module.__name__
+    ]
+    assert found
+    for function in found:
+        assert not set(function.py_func.__code__.co_names) & imported, function
+
+
+def test_each_function_is_compiled_once():
+    for name in ("arm15", "mixed"):
+        chain = Chain(load_manipulator(ROOT / f"models/{name}/{name}.toml"), hanging_mount(9.0))
+        q = np.tile(chain.straight, (4, 2))
+        rows = q[::2, : chain.layout.inputs]  # strided
+        fixed = np.array(chain.straight)
+        fixed.flags.writeable = False
+        for x in (rows, rows.tolist(), np.asfortranarray(rows), fixed, chain.straight[None, None]):
+            chain.nodes(x)
+            chain.tool_jacobian(x)
+            chain.node_jacobian(x)
+            chain.length_jacobian(x)
+    for path in FILES:
+        for item in vars(load(path)).values():
+            if isinstance(item, Dispatcher):
+                assert len(item.signatures) <= 1, item.signatures
+
+
+@pytest.mark.long
+def test_a_read_only_installation_keeps_its_code_with_the_user(tmp_path):
+    package = tmp_path / "site" / "vgtsim"
+    package.mkdir(parents=True)
+    shutil.copy(ROOT / "vgtsim/compilation.py", package)
+    (package / "__init__.py").touch()
+    (package / "sums.py").write_text(
+        "from vgtsim.compilation import compiled\n@compiled\ndef add(a, b):\n    return a + b\n"
+    )
+    (package / "__pycache__").touch()  # not a folder: nothing can be kept there, whoever runs the test
+    code = "from vgtsim.sums import add; print(add(1.0, 2.0))"
+    environment = os.environ | {
+        "PYTHONPATH": str(package.parent),
+        "HOME": str(tmp_path),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+    environment.pop("XDG_CACHE_HOME", None)
+    for _ in range(2):
+        command = [sys.executable, "-c", code]
+        said = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert said.stdout == "3.0\n", said.stderr
+    assert not list(package.rglob("*.nbc"))
+    assert list((tmp_path / ".cache").rglob("*.nbc"))
