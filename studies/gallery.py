@@ -15,7 +15,7 @@ from studies.closure_modes import closure_modes
 from studies.double_octahedron import MirrorModule, transform
 from studies.frameworks import deflect_framework, make_framework
 from studies.marching import march
-from studies.mechanisms import PUBLISHED
+from studies.multibody import PUBLISHED
 from studies.sizing_problems import (
     LIGHTEST_OF_SECTIONS,
     find_least_weight,

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from studies.mechanisms import POINT, Mechanism
+from studies.multibody import POINT, Mechanism
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import retime
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from studies.marching import march
-from studies.mechanisms import PUBLISHED, bricard, four_bars, pendulum
+from studies.multibody import PUBLISHED, bricard, four_bars, pendulum
 
 OWN = 5e-8  # m: the second route's own error, by its tolerance of integration
 LOOP = 1e-6  # m: how far a loop may open
