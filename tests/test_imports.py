@@ -22,7 +22,7 @@ ROOMS = (
     ("site",),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
-    ("posture",),
+    ("posture", "study"),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}

@@ -141,6 +141,10 @@ class NearSingularWarning(UserWarning):
     """A truss or pose is sound, but so near a singular one that results have few digits; the figure is in the message."""
 
 
+class UnusualWarning(UserWarning):
+    """A figure in a file is possible but unusual; the message names file, key, figure and usual range."""
+
+
 class DivergenceError(VgtError):
     """The simulated state stopped being physical at a time, s.
 
@@ -158,6 +162,14 @@ class MissingLibraryError(VgtError):
     def __init__(self, library: str, package: str) -> None:
         self.needed, self.package = library, package
         super().__init__(f"{library} is missing; install it with: {package}")
+
+
+class ClusterError(VgtError):
+    """Workers cannot serve: the address of their cluster, and the reason; what they have finished is kept."""
+
+    def __init__(self, place: str, reason: str) -> None:
+        self.place, self.reason = place, reason
+        super().__init__(f"cluster {place}: {reason}")
 
 
 class CommandError(VgtError):
