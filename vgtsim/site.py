@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,13 +166,13 @@ class ArmAlone:
     """An arm without a scene, which hangs straight and carries nothing. Its properties have the names of those of a `Site`."""
 
     chain: Chain
-    gravity: ClassVar[float] = GRAVITY
-    timestep: ClassVar[float] = 0.01
-    safety_factor: ClassVar[float] = SAFETY_FACTOR
-    scene: ClassVar[None] = None
-    surroundings: ClassVar[None] = None
-    clearance: ClassVar[float] = 0.0
-    coupling: ClassVar[tuple[tuple[int, int], ...]] = ()
+    gravity = GRAVITY
+    timestep = 0.01
+    safety_factor = SAFETY_FACTOR
+    scene = None
+    surroundings = None
+    clearance = 0.0
+    coupling = ()
 
     @property
     def start(self) -> Array:
