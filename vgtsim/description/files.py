@@ -9,11 +9,13 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
 from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.shipped import Kind, find_file
+from vgtsim.description.study import AXES, VERBS, Study, StudyFile
 from vgtsim.description.tank import Tank
 from vgtsim.description.toml_file import read_toml
 from vgtsim.description.tool_path import SHAPES, ToolPath
@@ -23,6 +25,7 @@ from vgtsim.units import to_base
 _Model = TypeVar("_Model", bound=Description)
 
 _BASES = 16  # files that a scene may stand on, one over the other
+_CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES}  # a union adds the choice to the path of an error
 _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
@@ -55,6 +58,17 @@ def load_scene(scene: str | Path) -> Scene:
     manipulator = load_description(find_file(task.manipulator, "arm", beside=file.parent), Manipulator)
     tank = load_description(find_file(task.tank, "tank", beside=file.parent), Tank)
     return Scene(task=task, manipulator=manipulator, tank=tank, file=file)
+
+
+def load_study(study: str | Path) -> Study:
+    """Read a study and its scene: the path of the study's TOML file, or the name of a shipped one.
+
+    Raises:
+        DescriptionError: One of the files is missing, is not TOML, or is inconsistent.
+    """
+    file = find_file(study, "study")
+    task = load_description(file, StudyFile)
+    return Study(task, load_scene(find_file(task.scene, "scene", beside=file.parent)), file)
 
 
 def dump_scene(scene: Scene) -> str:
@@ -139,10 +153,11 @@ def _validate(file: Path, kind: type[_Model], data: dict[str, Any]) -> _Model:
     try:
         model = kind.model_validate(plain)
     except ValidationError as error:
-        raise _translate(error, file) from None
+        raise translate(error, file) from None
     for key, label in provenance.items():
         if label.range is not None:
             _require_range(file, key, _find(plain, key), label.range)
+    warn_of_unusual(file, model)
     return model
 
 
@@ -178,7 +193,7 @@ def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, P
         try:
             return value, {key: Provenance.model_validate(label)}
         except ValidationError as error:
-            raise _translate(error, file, key) from None
+            raise translate(error, file, key) from None
     entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     found: dict[str, Provenance] = {}
     plain: dict[Any, Any] = {}
@@ -190,10 +205,10 @@ def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, P
     return (list(plain.values()), found) if isinstance(node, list) else (node, found)
 
 
-def _translate(error: ValidationError, file: Path, prefix: str = "") -> DescriptionError:
+def translate(error: ValidationError, file: Path | None, prefix: str = "") -> DescriptionError:
     """Turn the first of pydantic's complaints into ours, counting the others."""
     first, *others = error.errors(include_url=False)
-    path = [str(part) for part in first["loc"] if part not in (*KINDS, *SHAPES)]  # a union adds the choice
+    path = [str(part) for part in first["loc"] if part not in _CHOICES]
     allowed = first["msg"].removeprefix("Value error, ")
     if others:
         allowed += f" [and {len(others)} more: {', '.join('.'.join(map(str, o['loc'])) for o in others[:4])}]"

@@ -1,4 +1,4 @@
-"""The shipped arms, tanks, scenes and paths: found by name, in a checkout and in an installed package alike."""
+"""The shipped arms, tanks, scenes, paths and studies: found by name, in a checkout and in an installed package alike."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Literal
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError
 
-Kind = Literal["arm", "model", "tank", "scene", "path"]  # a model is the MJCF of an arm
+Kind = Literal["arm", "model", "tank", "scene", "path", "study"]  # a model is the MJCF of an arm
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 # The wheel holds both folders inside the package; in a checkout they stand beside it.
@@ -21,6 +21,7 @@ _PATTERNS: dict[Kind, str] = {
     "tank": "scenes/tanks/*.toml",
     "scene": "scenes/*.toml",
     "path": "scenes/paths/*.toml",
+    "study": "scenes/studies/*.toml",
 }
 
 
