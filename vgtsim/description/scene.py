@@ -250,6 +250,9 @@ class Scene:
         if mast.outer_diameter >= tank.arm_riser.bore:
             allowed = f"less than the riser's bore, {tank.arm_riser.bore:.4g} m"
             raise self.error("mast.outer_diameter", f"{mast.outer_diameter:.4g} m", allowed)
+        if arm.stowable and arm.stowed is None:
+            allowed = f"a table [stowed] in {arm.name}: it passes the riser with its double octahedra retracted"
+            raise self.error("manipulator.stowed", "nothing", allowed)
         if len(self.task.motion.start) != len(arm.active):
             allowed = f"one for each active module of {arm.name}, {len(arm.active)}"
             raise self.error("motion.start", f"{len(self.task.motion.start)} module shapes", allowed)

@@ -42,6 +42,9 @@ def add_tip(spec: mujoco.MjSpec, rigging: Rigging, nodes: Sequence[int] | None =
     set_point_masses(tip, np.array([plate.mass, *hubs, load.mass]), points, tensor)
 
 
+_LEAST_STEM = 1e-3  # m: a shorter stem is inside the plate, and MuJoCo draws none of no length
+
+
 def _dress_tip(spec: mujoco.MjSpec, tip: mujoco.MjsBody, rigging: Rigging, corners: Array, reach: Array) -> None:
     """Add plate, tool and payload."""
     arm = rigging.chain.manipulator
@@ -50,8 +53,9 @@ def _dress_tip(spec: mujoco.MjSpec, tip: mujoco.MjsBody, rigging: Rigging, corne
     mesh.uservert = np.concatenate([corners + [0, 0, -half], corners + [0, 0, half]]).ravel()
     shown, shape = spec.find_default("tip"), mujoco.mjtGeom
     tip.add_geom(name=names.TIP, default=shown, type=shape.mjGEOM_MESH, meshname=names.TIP, **bits)
-    size, stem = [arm.hub.radius, 0, 0], [0, 0, 0, *reach]
-    tip.add_geom(name=names.TOOL, default=shown, fromto=stem, size=size, contype=0, conaffinity=0)
+    if reach[2] > _LEAST_STEM:
+        size, stem = [arm.hub.radius, 0, 0], [0, 0, 0, *reach]
+        tip.add_geom(name=names.TOOL, default=shown, fromto=stem, size=size, contype=0, conaffinity=0)
     tip.add_site(name=names.face_frame(arm.modules[-1].name))
     tip.add_site(name=names.TOOL, pos=reach, size=[0.03, 0.03, 0.03], rgba=[1, 0.85, 0, 1])
     if rigging.payload.mass:
