@@ -23,8 +23,11 @@ from studies.sizing_problems import (
     ten_bar,
     twenty_five_bar,
 )
+from vgtsim.description import load_manipulator
+from vgtsim.description.catalogue import INCH
 from vgtsim.kinematics.modules import octahedron
 
+POUND = 4.4482216152605  # lbf in N
 _STEP = 0.002  # of the mechanisms, s
 _MILLIONTH = "{:.6f}"
 
@@ -55,7 +58,7 @@ def make_table() -> str:
 
 def make_rows() -> list[Row]:
     """All rows; some seconds of processor time."""
-    return [*_mechanisms(), *_trusses(), *_platform(), *_gimbal(), *_textbook()]
+    return [*_mechanisms(), *_trusses(), *_platform(), *_gimbal(), *_textbook(), *_parts()]
 
 
 def _mechanisms() -> Iterator[Row]:
@@ -130,6 +133,19 @@ def _textbook() -> Iterator[Row]:
     name = "space truss of three bars (Logan)"
     yield Row(name, "displacement in x, in", -0.072, moved[0], "{:.3f}", 1.1e-3)
     yield Row(name, "displacement in z, in", -0.264, moved[2], "{:.3f}", 4e-3)
+
+
+def _parts() -> Iterator[Row]:
+    """A pipe column and a cylinder of the manuals, as parts of an arm."""
+    arm = load_manipulator("arm15")
+    tube, cylinder = next(iter(arm.tubes.values())), next(iter(arm.cylinders.values()))
+    pipe = tube.model_copy(update={"outer_diameter": 10.75 * INCH, "wall": 0.34 * INCH})  # design wall
+    slender = 30 * 12 * INCH / pipe.gyration_radius
+    yield Row("Pipe 10 Std of 30 ft, pinned (AISC 360, example E.11)", "KL/r", 98, slender, "{:.0f}", 0.5)
+    size = {"bore": 5 * INCH, "rod": 2.5 * INCH, "pressure": 3000 * POUND / INCH**2}
+    part = cylinder.model_copy(update=size)
+    yield Row("cylinder, 5 in bore, 2.5 in rod, 3000 psi", "push, lbf", 58905, part.push / POUND, "{:.0f}", 0.5)
+    yield Row("cylinder, 5 in bore, 2.5 in rod, 3000 psi", "pull, lbf", 44179, part.pull / POUND, "{:.0f}", 0.5)
 
 
 def _solve_three(
