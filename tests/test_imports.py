@@ -20,6 +20,7 @@ ROOMS = (
     ("statics",),
     ("positioning",),
     ("site",),
+    ("proximity",),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
     ("posture", "study"),

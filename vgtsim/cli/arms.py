@@ -78,7 +78,7 @@ def workspace(
     from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
     from vgtsim.output import prepare_folder
     from vgtsim.output.arm_drawing import write_drawing
-    from vgtsim.output.workspace_plot import plot_workspace
+    from vgtsim.output.maps import plot_workspace
     from vgtsim.site import load_arm
 
     chain = load_arm(arm_name)
@@ -114,7 +114,7 @@ def capacity(
 
     from vgtsim.kinematics.ties import first_greatest, first_least
     from vgtsim.output import prepare_folder
-    from vgtsim.output.capacity_map import write_capacity
+    from vgtsim.output.maps import write_capacity
     from vgtsim.planning.capacity import unload_map
     from vgtsim.site import load_arm
     from vgtsim.statics import draw_shapes, find_gain, map_capacity

@@ -42,7 +42,7 @@ class Manipulator(Description):
     Attributes:
         face_side: Side b of the equilateral face triangles: of the last face, and of every face whose module gives no
             other.
-        stowed: Arms with double-octahedral modules have one.
+        stowed: Needed where a scene stows the arm's double-octahedral modules in a riser.
         blocks: Joint blocks; arms with a joint offset have them.
         provenance: Sources of the figures, by key path.
     """
@@ -73,8 +73,6 @@ class Manipulator(Description):
             raise ValueError(
                 f"hub.radius below half the face side, {self.face_side / 2:.4g} m, not {self.hub.radius:.4g} m"
             )
-        if self.stowable and self.stowed is None:
-            raise ValueError("a table [stowed]: the arm has double-octahedral modules")
         return self
 
     @model_validator(mode="after")
@@ -120,7 +118,7 @@ class Manipulator(Description):
     @property
     def stowed_length(self) -> float:
         """Length of the actuators of the double-octahedral modules in the stowed pose, m."""
-        assert self.stowed is not None  # demanded of every arm that has such modules
+        assert self.stowed is not None  # demanded by every scene of an arm that has such modules
         return self.stowed.cylinder_length
 
     def block_of(self, module: int) -> Block:

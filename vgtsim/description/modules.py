@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from vgtsim.description.figures import Angle, Gap, Number, Size, SizeOrZero
-from vgtsim.description.schema import Description, Name
+from vgtsim.description.schema import Description, Name, Note
 
 if TYPE_CHECKING:
     from vgtsim.description.manipulator import Manipulator
@@ -19,9 +19,14 @@ _Sides = tuple[Size, Size, Size]
 
 
 class ModuleKind(Description):
-    """The root of every kind of module; names are unique in the arm."""
+    """The root of every kind of module; names are unique in the arm.
+
+    `unproved` is the reason why all strokes of the module may be used though no proof is found that they hold no
+    singularity; a run still refuses a way that meets one.
+    """
 
     name: Name
+    unproved: Note | None = None
 
     @property
     def freedom(self) -> int:

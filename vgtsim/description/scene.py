@@ -136,7 +136,9 @@ class Simulation(Description):
             oil (`hydraulic`, elastic members only).
         servo_stiffness: N/m; `servo_damping` is in N·s/m.
         members: `rigid` members keep their lengths; `elastic` ones are springs along their axes. Under the `rigid`
-            drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
+            drive an elastic cylinder is its oil column and rod in series, set to the commanded length. `sections` is a
+            model of a tenth of the cost: static modules are rigid bodies, members of active ones are lengths, forces
+            inside static modules come from statics and contacts from distances. For rigid drives.
         member_mass: The mass of a member is spread along it (`distributed`), or sits in its two hubs (`lumped`) and
             leaves a massless bar.
         damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture. It is proportional
@@ -152,7 +154,7 @@ class Simulation(Description):
     drive: Literal["rigid", "servo", "hydraulic"] = "rigid"
     servo_stiffness: Annotated[float, Field(ge=1, le=1e13)] = 1e8
     servo_damping: Annotated[float, Field(ge=1e-3, le=1e13)] = 1e6
-    members: Literal["rigid", "elastic"] = "rigid"
+    members: Literal["rigid", "elastic", "sections"] = "rigid"
     member_mass: Literal["distributed", "lumped"] = "distributed"
     damping_ratio: Number = Field(default=0.02, ge=0, lt=1)
     valve_gain: Frequency = Field(default=1.0, gt=0)
@@ -165,6 +167,10 @@ class Simulation(Description):
 
     @model_validator(mode="after")
     def _entries_fit(self) -> Simulation:
+        if self.members == "sections" and self.drive != "rigid":
+            raise ValueError(
+                f'drive = "rigid" with members = "sections", whose lengths are imposed, not {self.drive!r}'
+            )
         if self.drive == "hydraulic" and self.members != "elastic":
             raise ValueError('members = "elastic" with a hydraulic drive: its oil is a spring')
         ratio = 1 / (self.log_rate * self.timestep)
@@ -244,6 +250,9 @@ class Scene:
         if mast.outer_diameter >= tank.arm_riser.bore:
             allowed = f"less than the riser's bore, {tank.arm_riser.bore:.4g} m"
             raise self.error("mast.outer_diameter", f"{mast.outer_diameter:.4g} m", allowed)
+        if arm.stowable and arm.stowed is None:
+            allowed = f"a table [stowed] in {arm.name}: it passes the riser with its double octahedra retracted"
+            raise self.error("manipulator.stowed", "nothing", allowed)
         if len(self.task.motion.start) != len(arm.active):
             allowed = f"one for each active module of {arm.name}, {len(arm.active)}"
             raise self.error("motion.start", f"{len(self.task.motion.start)} module shapes", allowed)
