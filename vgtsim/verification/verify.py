@@ -28,7 +28,14 @@ def verify(site: Site, log: RunLog, tour: PlannedTour | None = None, notes: tupl
     rows = [measure for measure in MEASURES if measure.applies(site) and (tour is not None or not measure.planned)]
     checks = tuple(_judge(site, row, missing(fault, "the log") if fault else row.find(run)) for row in rows)
     series = {} if fault else _collect_series(run)
-    return Report(site.task.name, checks, log.performance, log.versions, series, (*notes, *_compare(run)))
+    return Report(
+        scene=site.task.name,
+        checks=checks,
+        performance=log.performance,
+        versions=log.versions,
+        series=series,
+        notes=(*notes, *_compare(run)),
+    )
 
 
 def _compare(run: Evidence) -> Iterator[str]:
