@@ -115,6 +115,7 @@ class Simulation(Description):
     """Settings of the step loop.
 
     Attributes:
+        timestep: Absent for the longest that members, drives, records and plan allow.
         log_rate: Records a second.
         weight_scale: Factor on the inverse weights that regularise the constraints.
         drive: The cylinder lengths are imposed (`rigid`), held by a spring and damper (`servo`), or moved by valve and
@@ -130,7 +131,7 @@ class Simulation(Description):
         lock_band: Length error below which a cylinder at rest is locked.
     """
 
-    timestep: Time = Field(gt=0, le=0.1)
+    timestep: Time | None = Field(default=None, gt=0, le=0.1)
     log_rate: Frequency = Field(gt=0)
     gravity: Acceleration = Field(ge=0)
     weight_scale: Number = Field(gt=0, le=1)
@@ -152,6 +153,8 @@ class Simulation(Description):
     def _entries_fit(self) -> Simulation:
         if self.drive == "hydraulic" and self.members != "elastic":
             raise ValueError('members = "elastic" with a hydraulic drive: its oil is a spring')
+        if self.timestep is None:
+            return self
         ratio = 1 / (self.log_rate * self.timestep)
         if abs(ratio - round(ratio)) > 1e-6 or ratio < 1 - 1e-6:
             raise ValueError(f"log_rate a whole fraction of the step rate {1 / self.timestep:.6g} Hz")

@@ -44,7 +44,7 @@ def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: f
     Keyframes besides `stowed` and `straight` are given as inputs, shape (n,), by name; a time step, s, replaces the scene's.
     """
     task, simulation = site.task, site.task.simulation
-    step = timestep or simulation.timestep
+    step = timestep or site.timestep
     keyed = withdrawn_poses(site) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
     rigging = Rigging(
         chain=site.chain,
