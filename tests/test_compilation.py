@@ -58,7 +58,7 @@ def test_each_function_is_compiled_once():
     for path in FILES:
         for item in vars(load(path)).values():
             if isinstance(item, Dispatcher):
-                assert len(item.signatures) <= 1, item
+                assert len(item.signatures) <= 1, item.signatures
 
 
 @pytest.mark.long

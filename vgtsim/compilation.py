@@ -10,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar, cast
 
+import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike, NDArray
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -22,3 +24,8 @@ def compiled(function: Function) -> Function:
     except RuntimeError:  # neither folder can be written to: it is compiled again in every process
         made = njit(error_model="numpy")(function)
     return cast("Function", made)
+
+
+def by_rows(array: ArrayLike) -> NDArray[np.float64]:
+    """The array as compiled functions take it; a copy where it is not so already."""
+    return np.require(array, float, ["C", "W"])

@@ -38,8 +38,8 @@ _STROKE_MARGIN = 0.005  # m at the ends of strokes of an arm alone: what the shi
 
 # Longest steps, s: of an arm of imposed lengths, whose loops, nodes and greatest forces at twice the step still pass on the
 # reference tour but with forces 0.2 % off; and of one that rings at about 1 Hz, whose period is then right to 0.2 % and its
-# damping to 2 %; and of one on valves and oil, whose greatest force at 10 ms is 7 % more than at 4 ms.
-_RIGID_STEP, _SOFT_STEP, _OIL_STEP = 0.02, 0.01, 0.004
+# damping to 2 %; with valves and oil the greatest forces at 10 ms are those at 4 ms to 2e-5.
+_RIGID_STEP, _SOFT_STEP = 0.02, 0.01
 _ROUNDING = 1e-9
 
 
@@ -82,9 +82,8 @@ class Site:
     def fit_step(self, longest: float) -> float:
         """Longest step, s, up to a given one, that members and drives allow and that divides the time between records."""
         simulation = self.task.simulation
-        stiff = simulation.members == "rigid" and simulation.drive == "rigid"
-        soft = _OIL_STEP if simulation.drive == "hydraulic" else _SOFT_STEP
-        longest = min(longest, _RIGID_STEP if stiff else soft)
+        stiff = simulation.members != "elastic" and simulation.drive == "rigid"
+        longest = min(longest, _RIGID_STEP if stiff else _SOFT_STEP)
         if simulation.members == "elastic" and simulation.damping_ratio:
             held = self.held_model if simulation.drive == "servo" else self.elastic_model
             longest = min(longest, 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio))
@@ -186,13 +185,13 @@ class ArmAlone:
     """An arm without a scene, which hangs straight and carries nothing. Its properties have the names of those of a `Site`."""
 
     chain: Chain
-    gravity: float = GRAVITY
-    timestep: float = 0.01
-    safety_factor: float = SAFETY_FACTOR
-    scene: None = None
-    surroundings: None = None
-    clearance: float = 0.0
-    coupling: tuple[tuple[int, int], ...] = ()
+    gravity = GRAVITY
+    timestep = 0.01
+    safety_factor = SAFETY_FACTOR
+    scene = None
+    surroundings = None
+    clearance = 0.0
+    coupling = ()
 
     @property
     def start(self) -> Array:

@@ -1,9 +1,18 @@
 """Geometry of the tank: its profile, and how far the arm is from it and from itself."""
 
-from vgtsim.geometry.clearance import Clearance, Obstacles, arm_clearance, nearest_pair, obstacles, self_clearance
-from vgtsim.geometry.distance import enclosure_depth, enclosure_distance, segment_distance
+from vgtsim.geometry.clearance import (
+    Clearance,
+    Obstacles,
+    arm_clearance,
+    make_walls,
+    nearest_pair,
+    obstacles,
+    self_clearance,
+)
+from vgtsim.geometry.distance import enclosure_distance, segment_distance
+from vgtsim.geometry.gaps import Walls, carry, find_near
 from vgtsim.geometry.mast import MastPipe, make_mast
-from vgtsim.geometry.pairs import MemberPairs, member_balls, near_members, pair_members
+from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
@@ -12,13 +21,14 @@ __all__ = [
     "MemberPairs",
     "Obstacles",
     "Profile",
+    "Walls",
     "arm_clearance",
-    "enclosure_depth",
+    "carry",
     "enclosure_distance",
+    "find_near",
     "make_mast",
     "make_profile",
-    "member_balls",
-    "near_members",
+    "make_walls",
     "nearest_pair",
     "obstacles",
     "pair_members",

@@ -8,19 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry.distance import enclosure_depth, segment_distance
-from vgtsim.geometry.pairs import MemberPairs, nearest_members, pair_members
+from vgtsim.geometry import gaps
+from vgtsim.geometry.distance import find_mouth
+from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 SHELL, RISER, WASTE = "shell", "riser", "waste"
-
-_CHUNK = 64  # configurations done at a time: bounds the memory of a batch to some tens of megabytes
-# Points along a member that passes the riser's mouth, and how often the best interval is cut
-# again: the place of least distance is then known within 1/1024 of the member's length.
-_SAMPLES, _CUTS = 17, 3
 
 
 @dataclass(frozen=True)
@@ -78,6 +74,11 @@ def obstacles(tank: Tank) -> Obstacles:
     return Obstacles(names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level)
 
 
+def make_walls(tank: Tank, profile: Profile, around: Obstacles) -> gaps.Walls:
+    """The tank, its obstacles and its waste, for compiled functions."""
+    return profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii), around.waste_level
+
+
 def arm_clearance(
     nodes: ArrayLike,
     ends: NDArray[np.integer],
@@ -104,83 +105,10 @@ def arm_clearance(
     places = (SHELL, RISER, *around.names, WASTE)
     distance = np.empty((len(flat), len(places)))
     body = np.empty((len(flat), len(places)), np.intp)
-    radii = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
-    for first in range(0, len(flat), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        gaps = _gaps(flat[part], np.asarray(ends, np.intp), radii, tank, profile, around)
-        body[part] = gaps.argmin(axis=1)
-        distance[part] = gaps.min(axis=1)
+    thick = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
+    walls = make_walls(tank, profile, around)
+    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body)
     return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
-
-
-def _gaps(balls: Array, ends: Index, radii: Array, tank: Tank, profile: Profile, around: Obstacles) -> Array:
-    """Distances of members and balls from each place, shape (B, M + balls, P), m."""
-    a, b = balls[:, ends[:, 0]], balls[:, ends[:, 1]]
-    depth, mouth = enclosure_depth(tank, profile, balls)
-    inf = np.inf
-    shell, riser = np.where(mouth, inf, depth), np.where(mouth, depth, inf)
-    member_shell = np.minimum(shell[:, ends[:, 0]], shell[:, ends[:, 1]])
-    member_riser = np.minimum(riser[:, ends[:, 0]], riser[:, ends[:, 1]])
-    config, member = np.nonzero(mouth[:, ends[:, 0]] | mouth[:, ends[:, 1]])
-    if len(config):
-        shell_gap, riser_gap = (
-            np.min(np.concatenate([at_members, at_balls], 1) - radii, axis=1)
-            for at_members, at_balls in ((member_shell, shell), (member_riser, riser))
-        )
-        # a member that can come nearer to neither than another one is already needs no search
-        first, last = a[config, member], b[config, member]
-        lower = _bound(first, last, depth[config[:, None], ends[member]], tank, profile) - radii[member]
-        left = np.flatnonzero(lower < np.maximum(shell_gap, riser_gap)[config])
-        config, member = config[left], member[left]
-        along, at_riser = _along(first[left], last[left], radii[member], (config, riser_gap), tank, profile)
-        member_shell[config, member] = np.minimum(member_shell[config, member], np.where(at_riser, inf, along))
-        member_riser[config, member] = np.minimum(member_riser[config, member], np.where(at_riser, along, inf))
-    columns = [np.concatenate([member_shell, shell], 1), np.concatenate([member_riser, riser], 1)]
-    starts, stops = np.concatenate([a, balls], 1), np.concatenate([b, balls], 1)
-    for (low, high), radius in zip(around.axes, around.radii, strict=True):
-        gaps = [segment_distance(first, last, low, high)[0] - radius for first, last in ((a, b), (balls, balls))]
-        columns.append(np.concatenate(gaps, axis=1))
-    columns.append(np.minimum(starts[..., 2], stops[..., 2]) - around.waste_level)
-    return np.stack(columns, -1) - radii[:, None]
-
-
-def _bound(a: Array, b: Array, depth: Array, tank: Tank, profile: Profile) -> Array:
-    """Lower bound of the enclosure distance along segments, shape (n,), m, by those at their ends, shape (n, 2), and middles.
-
-    The distance changes by no more than the way along the segment.
-    """
-    middle, _ = enclosure_depth(tank, profile, (a + b) / 2)
-    return (depth.min(axis=1) + middle - np.linalg.norm(b - a, axis=1) / 2) / 2
-
-
-def _along(
-    a: Array, b: Array, radii: Array, bound: tuple[Index, Array], tank: Tank, profile: Profile
-) -> tuple[Array, NDArray[np.bool_]]:
-    """Least enclosure distance along segments, shape (n,), m, and whether the riser is nearest there, shape (n,).
-
-    The distance changes by no more than the way along the segment, so samples bound it from below. The search ends for
-    a member that cannot come as near to the riser as another one has already: `bound` has the configuration of each,
-    shape (n,), and the gap that each configuration has from the riser, shape (B,), m.
-    """
-    (config, found), way = bound, np.linalg.norm(b - a, axis=1)
-    low, high = np.zeros(len(a)), np.ones(len(a))
-    least, at_riser = np.full(len(a), np.inf), np.zeros(len(a), bool)
-    some = np.arange(len(a))
-    for _ in range(_CUTS):
-        t = low[some, None] + (high - low)[some, None] * np.linspace(0, 1, _SAMPLES)
-        depth, mouth = enclosure_depth(tank, profile, a[some, None] + t[..., None] * (b - a)[some, None])
-        rows, best = np.arange(len(some)), depth.argmin(axis=1)
-        before, after = np.maximum(best - 1, 0), np.minimum(best + 1, _SAMPLES - 1)
-        least[some], at_riser[some] = depth[rows, best], mouth[rows, best]
-        low[some], high[some] = t[rows, before], t[rows, after]
-        np.minimum.at(found, config[some], np.where(at_riser[some], least[some] - radii[some], np.inf))
-        step = (t[:, 1] - t[:, 0]) * way[some]
-        same = (mouth[rows, before] == mouth[rows, best]) & (mouth[rows, after] == mouth[rows, best])
-        open_still = least[some] - step / 2 - radii[some] < found[config[some]]
-        some = some[~(same & at_riser[some]) | open_still]
-        if not len(some):
-            break
-    return least, at_riser
 
 
 def self_clearance(
@@ -198,9 +126,7 @@ def self_clearance(
 def nearest_pair(pairs: MemberPairs, nodes: ArrayLike) -> tuple[Array, Index]:
     """`self_clearance` with pairs that are tabulated already, for nodes of shape (..., N, 3), m."""
     nodes = np.asarray(nodes, float)
-    batch, flat = nodes.shape[:-2], nodes.reshape(-1, *nodes.shape[-2:])
+    batch, flat = nodes.shape[:-2], np.array(nodes.reshape(-1, *nodes.shape[-2:]), order="C")
     distance, pair = np.empty(len(flat)), np.empty((len(flat), 2), np.intp)
-    for first in range(0, len(flat), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        distance[part], pair[part] = nearest_members(pairs, flat[part])
+    gaps.measure_pairs(pairs.table, flat, distance, pair)
     return distance.reshape(batch), pair.reshape(*batch, 2)

@@ -8,6 +8,7 @@ the wall are pieces of no curvature and need no case of their own.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import acos, atan, ceil, cos, inf, pi, sin
 
 import numpy as np
@@ -65,41 +66,11 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class PieceTable:
-    """P pieces as arrays of shape (P, 1, ...), so that they broadcast against points; pairs are (r, z).
-
-    First and last points are in m; `along` and `leaving` are the unit directions of the curve there; curvatures in 1/m.
-    """
-
-    start: tuple[Array, Array]
-    end: tuple[Array, Array]
-    along: tuple[Array, Array]
-    leaving: tuple[Array, Array]
-    curvature: Array
-
-
-def _make_table(pieces: tuple[Piece, ...], axes: int) -> PieceTable:
-    def pair(values: list[tuple[float, float]]) -> tuple[Array, Array]:
-        first, second = np.reshape(np.transpose(values), (2, -1, *[1] * axes))
-        return first, second
-
-    last = [piece.heading + piece.turn for piece in pieces]
-    return PieceTable(
-        start=pair([piece.start for piece in pieces]),
-        end=pair([piece.end for piece in pieces]),
-        along=pair([(cos(piece.heading), sin(piece.heading)) for piece in pieces]),
-        leaving=pair([(cos(heading), sin(heading)) for heading in last]),
-        curvature=np.reshape([piece.curvature for piece in pieces], (-1, *[1] * axes)),
-    )
-
-
-@dataclass(frozen=True)
 class Profile:
     """The whole curve: dish, knuckle, wall, haunch, dome, from the lowest point to the crown."""
 
     pieces: tuple[Piece, ...]
     _rims: dict[float, float] = field(default_factory=dict, init=False, repr=False, compare=False)
-    _tables: dict[int, PieceTable] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def inner_radius(self) -> float:
@@ -121,11 +92,15 @@ class Profile:
             self._rims[bore] = float(self.ceiling_at(bore))
         return self._rims[bore]
 
-    def table(self, axes: int) -> PieceTable:
-        """Numbers of the pieces as arrays that broadcast against points with that many axes, made once."""
-        if axes not in self._tables:
-            self._tables[axes] = _make_table(self.pieces, axes)
-        return self._tables[axes]
+    @cached_property
+    def figures(self) -> Array:
+        """First point, direction there, last point, direction there, m, and curvature, 1/m, of the P pieces, (P, 9)."""
+        rows = []
+        for piece in self.pieces:
+            last = piece.heading + piece.turn
+            along, leaving = (cos(piece.heading), sin(piece.heading)), (cos(last), sin(last))
+            rows.append([*piece.start, *along, *piece.end, *leaving, piece.curvature])
+        return np.array(rows)
 
     def points(self, spacing: float) -> Array:
         """Points (r, z) on the curve, shape (n, 2), m, `spacing` apart at most, tangent points included.

@@ -14,12 +14,12 @@ from vgtsim.geometry import (
     MemberPairs,
     Obstacles,
     Profile,
+    Walls,
     arm_clearance,
-    enclosure_depth,
-    enclosure_distance,
+    carry,
+    find_near,
     make_profile,
-    member_balls,
-    near_members,
+    make_walls,
     nearest_pair,
     obstacles,
     pair_members,
@@ -33,7 +33,7 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 _STEP = 1e-6  # of the differences of the sag, in units of the inputs
-_TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
+_ROOM = 16  # near pairs of a configuration that room is made for at first
 _APART = 3  # modules nearer than this along the arm cannot touch while their lengths are inside the strokes
 
 
@@ -47,16 +47,6 @@ class NearPairs:
     config: Index
     gap: Array
     gradient: Array
-
-
-@dataclass(frozen=True)
-class _Gaps:
-    """R pairs: configuration, gap, m, the k points of the arm on which it depends, and its slope, (R, k, 3)."""
-
-    config: Index
-    gap: Array
-    points: Index
-    slope: Array
 
 
 @dataclass(frozen=True)
@@ -99,6 +89,12 @@ class Surroundings:
         return obstacles(self.tank)
 
     @cached_property
+    def _walls(self) -> Walls:
+        """Those of the tank, with the mast as one more obstacle."""
+        around, pillars = self.obstacles, self._pillars
+        return make_walls(self.tank, self.profile, replace(around, axes=pillars.axes, radii=pillars.radii))
+
+    @cached_property
     def capsules(self) -> Capsules:
         """The arm with its payload."""
         return make_capsules(self.chain, self.payload_radius)
@@ -136,71 +132,45 @@ class Surroundings:
         """
         state = q if isinstance(q, State) else self.chain.state(q)
         points = self._points(state)
-        fixed = points if payload else points[:, :-1]  # the tool point is the last one
-        parts = [self._shell(fixed, reach), self._waste(fixed, reach), *self._members(points, reach, payload)]
-        config = np.concatenate([part.config for part in parts])
-        gap = np.concatenate([part.gap for part in parts])
-        if not slopes or not len(gap):
-            return NearPairs(config, gap, np.zeros((len(gap), state.q.shape[1] if slopes else 0)))
-        J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1)
-        if self.sag is not None:  # only of configurations that are near something: sag costs a solve for each input
-            used = np.unique(config)
-            J[used] += self._sag_slopes(self.sag, state.q[used])
-        found = (part for part in parts if len(part.config))
-        gradient = [np.einsum("rkx,rkxj->rj", part.slope, J[part.config[:, None], part.points]) for part in found]
-        return NearPairs(config, gap, np.concatenate(gradient))
+        config, gap, held, slope = self._near(points, reach, payload)
+        gradient = np.empty((len(gap), state.q.shape[1] if slopes else 0))
+        if slopes and len(gap):
+            J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1)
+            if self.sag is not None:  # only of configurations that are near something: sag costs a solve for each input
+                used = np.unique(config)
+                J[used] += self._sag_slopes(self.sag, state.q[used])
+            carry(config, held, slope, J, gradient)
+        return NearPairs(config, gap, gradient)
+
+    def _near(self, points: Array, reach: float, payload: bool) -> tuple[Index, Array, Index, Array]:
+        """Configurations, gaps, points and slopes of all near pairs, see `find_near`."""
+        capsules, pillars = self.capsules, self._pillars
+        room = _ROOM * len(points)
+        while True:
+            config, gap = np.empty(room, np.intp), np.empty(room)
+            held, slope = np.empty((room, 4), np.intp), np.empty((room, 4, 3))
+            count = find_near(
+                self._walls,
+                capsules.far_pairs.table,
+                pillars.meets,
+                capsules.point_radii,
+                points,
+                reach,
+                payload,
+                config,
+                gap,
+                held,
+                slope,
+            )
+            if count <= room:
+                return config[:count], gap[:count], held[:count], slope[:count]
+            room = count
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
         """By differences: a solver does not come to rest on slopes that leave the sag out."""
         near = q[:, None] + _STEP * np.eye(q.shape[1])
         change = sag(self.chain.nodes(near)) - sag(self.chain.nodes(q))[:, None]
         return np.moveaxis(change / _STEP, 1, -1)
-
-    def _shell(self, points: Array, reach: float) -> _Gaps:
-        """The tank is convex, so a capsule is nearest to it at an end; the mast flange's 3 nodes do not move."""
-        moving = points[:, 3:]
-        gap = enclosure_depth(self.tank, self.profile, moving)[0] - self.capsules.point_radii[3 : points.shape[1]]
-        config, point = np.nonzero(gap < reach)
-        inward = np.zeros((0, 3))
-        if len(config):  # of the few near points alone: the gradient is half of the work
-            inward = enclosure_distance(self.tank, self.profile, moving[config, point])[1]
-        return _Gaps(config, gap[config, point], point[:, None] + 3, inward[:, None, :])
-
-    def _waste(self, points: Array, reach: float) -> _Gaps:
-        gap = points[..., 2] - self.obstacles.waste_level - self.capsules.point_radii[: points.shape[1]]
-        config, point = np.nonzero(gap < reach)
-        up = np.broadcast_to([0.0, 0.0, 1.0], (len(point), 1, 3))
-        return _Gaps(config, gap[config, point], point[:, None], up)
-
-    def _members(self, points: Array, reach: float, payload: bool) -> tuple[_Gaps, _Gaps]:
-        """Capsules near upright cylinders, and capsules near one another: all measured in one call."""
-        capsules, pillars = self.capsules, self._pillars
-        ends, radii = capsules.ends, capsules.radii
-        balls = member_balls(ends, points)
-        away = balls.middle[:, None, :, :2] - pillars.axes[:, 0, None, :2]
-        room = balls.half[:, None] + (radii + pillars.radii[:, None] + reach)
-        # a ball about a capsule that is beside the whole upright line is beside the cylinder
-        near = (away[..., 0] ** 2 + away[..., 1] ** 2 < room**2) & pillars.meets
-        config, pillar, capsule = np.nonzero(near if payload else near[..., :-1])  # the payload is the last capsule
-        mine, (first, second) = near_members(capsules.far_pairs, points, balls, reach)
-        split = len(config)
-        whole, one = np.concatenate([config, mine]), np.concatenate([capsule, first])
-        a0, a1 = balls.first[whole, one], balls.last[whole, one]
-        b0 = np.concatenate([pillars.axes[pillar, 0], balls.first[mine, second]])
-        b1 = np.concatenate([pillars.axes[pillar, 1], balls.last[mine, second]])
-        distance, s, t = segment_distance(a0, a1, b0, b1)
-        gap = distance - radii[one] - np.concatenate([pillars.radii[pillar], radii[second]])
-        keep = np.flatnonzero(gap < reach)
-        split = int(np.searchsorted(keep, split))
-        apart = a0[keep] - b0[keep] + s[keep, None] * (a1 - a0)[keep] - t[keep, None] * (b1 - b0)[keep]
-        unit = apart / np.maximum(distance[keep], _TOUCHING)[:, None]
-        by_first = np.stack([1 - s[keep], s[keep]], axis=1)[..., None] * unit[:, None]
-        by_second = np.stack([t[keep] - 1, -t[keep]], axis=1)[..., None] * unit[:, None]
-        alone, own = keep[:split], keep[split:]
-        both = np.concatenate([ends[one[own]], ends[second[own - len(config)]]], axis=1)
-        slope = np.concatenate([by_first[split:], by_second[split:]], axis=1)
-        standing = _Gaps(whole[alone], gap[alone], ends[one[alone]], by_first[:split])
-        return standing, _Gaps(whole[own], gap[own], both, slope)
 
     def clearance(self, q: Array) -> tuple[Array, list[str]]:
         """Least clearance, shape (W,), m, of inputs of shape (W, n), and the names of the nearest bodies.
