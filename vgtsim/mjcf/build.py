@@ -111,8 +111,8 @@ def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.
 def _build_sections(site: Site) -> mujoco.MjModel:
     """Compile the arm with rigid sections, without tank and keyframes."""
     simulation = site.task.simulation
-    spec = _start_spec(site.task.name, simulation.timestep, simulation.gravity, simulation.weight_scale)
-    add_sections(spec, replace(_rig(site, simulation.timestep, (0.0, 0.0)), lumped=True))
+    spec = _start_spec(site.task.name, site.timestep, simulation.gravity, simulation.weight_scale)
+    add_sections(spec, replace(_rig(site, site.timestep, (0.0, 0.0)), lumped=True))
     model = spec.compile()
     stiffen(model, simulation.weight_scale)
     select_drive(model, simulation.drive)
