@@ -235,7 +235,8 @@ def _solve_some(problem: Problem, z: Array, which: Index, how: NewtonSettings) -
         z[which],
         how,
         lambda at, i, y, by_length: problem.bend(at, which[i], y, by_length),
-        (lambda at, i, value: problem.glance(at, which[i], value)) if problem.objective.dear else None,
+        lambda at, i, value: problem.glance(at, which[i], value),
+        problem.objective.dear,
     )
 
 
