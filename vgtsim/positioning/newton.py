@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.positioning import descent
+from vgtsim.positioning import descent, elimination
 from vgtsim.positioning.kkt import CONDITION_LIMIT, Quadratic, stored
 from vgtsim.positioning.solution import Solution
 
@@ -79,41 +79,25 @@ def minimise(
         ValueError: A start is outside the hard limits.
     """
     how, z, every = settings or NewtonSettings(), np.array(start, float), np.arange(len(start))
-    at = tuple(np.array(part) for part in evaluate(z, every).parts)
+    at = evaluate(z.copy(), every).parts  # its parts are written to
     inside, error, J, value, slope, curve, rough, by_length = at
     if not np.all(inside):
         raise ValueError(f"start {int(np.argmin(inside))} is outside the strokes")
     (count, size), rows, learns = z.shape, error.shape[1], rough.shape[1] > 0
     bends = bend is not None and not learns
     y, none = np.empty((count, rows)), np.empty((0, size, size))
-    descent.find_multipliers(J, slope, how.limit, y)
     marks, numbers = np.zeros((count, descent.DONE + 1), np.intp), np.zeros((count, descent.SIZE + 1))
     marks[:, descent.AGE], marks[:, descent.DEFINITE] = descent.KEPT, 1
     numbers[:, descent.PROMISE] = np.inf
-    trial, step, main = np.empty((3, *z.shape))
+    trial, step, main = np.empty(z.shape), np.empty(z.shape), np.empty(z.shape)
+    ways = marks, numbers, z, trial, step, main, y
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
     learned, bent = np.zeros(curve.shape) if learns else none, np.zeros(curve.shape) if bends else none
     figures = np.array([how.optimality, how.most, how.turn, how.limit, dear and glance is not None, bends], float)
     tolerance = np.array(np.broadcast_to(how.tolerance, rows), float)
     which, there = every, at
     while True:
-        descent.advance(
-            figures,
-            tolerance,
-            which,
-            there,
-            marks,
-            numbers,
-            z,
-            trial,
-            step,
-            main,
-            y,
-            at,
-            factors,
-            learned,
-            bent,
-        )
+        descent.advance(figures, tolerance, which, there, ways, at, factors, (learned, bent))
         pending = np.flatnonzero(marks[:, descent.WANT])
         if not len(pending):
             break
@@ -123,13 +107,15 @@ def minimise(
         if want == descent.BEND:
             assert bend is not None
             bent[which] = bend(z[which], which, y[which], by_length[which] if by_length.shape[1] else None)
+        elif want == descent.DOWNHILL:
+            step[which] = downhill(curve[which] + bent[which], J[which], slope[which])
         elif want == descent.MODEL or glance is None:
             there = evaluate(trial[which], which).parts
         else:
             inside, error_there, values = glance(trial[which], which, want == descent.GLANCE)
             there = (stored(inside), stored(error_there), J, stored(values), slope, curve, rough, by_length)
     rest = np.empty(z.shape)
-    descent.find_rest(J, slope, rest)
+    elimination.find_rest(J, slope, how.limit, rest)
     return Solution(
         q=z,
         error=error,
@@ -140,3 +126,16 @@ def minimise(
         promise=numbers[:, descent.PROMISE].copy(),
         optimal=marks[:, descent.OPTIMAL] > 0,
     )
+
+
+def downhill(W: Array, J: Array, slope: Array) -> Array:
+    """Directions, shape (b, k), of least curvature in the null space of J, along which the objective does not rise.
+
+    W, shape (b, k, k), is not positive there; J has shape (b, m, k), the slope (b, k). The greatest change of a
+    variable is 1.
+    """
+    keep = np.eye(W.shape[1]) - np.linalg.pinv(J) @ J
+    direction = np.linalg.eigh(keep @ W @ keep)[1][:, :, 0]  # the rows' own directions have the eigenvalue zero
+    rise = np.sum(slope * direction, axis=1)
+    scale = np.where(rise > 0, -1.0, 1.0) / np.max(np.abs(direction), axis=1)
+    return direction * scale[:, None]
