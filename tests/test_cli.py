@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -55,7 +56,7 @@ BAD_INPUT = {
     ),
     "outside the tank": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["12.5 m", "1.74 m", "2.5 m"]', ["behind", "shell"]),
     "pivot": (SCENE, 'pivot_depth = { value = "1.75 m"', 'pivot_depth = { value = "9.5 m"', ["mast.pivot_depth"]),
-    "out of reach": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["0 m", "-1 m", "8.0 m"]', ["behind", "out of reach by"]),
+    "out of reach": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["-3 m", "0 m", "3.0 m"]', ["behind", "out of reach by"]),
 }
 
 
@@ -124,3 +125,38 @@ def test_help_shows_an_example(verb, monkeypatch, capsys):
         cli.main()
     assert not ended.value.code
     assert f"vgtsim {verb} " in " ".join(capsys.readouterr().out.split()).split("Example:")[1]
+
+
+def test_a_defect_of_the_program_has_a_status_of_its_own(monkeypatch, capsys, tmp_path):
+    def fail(*_):
+        raise ZeroDivisionError("by zero")
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(vgtsim.site, "load_arm", fail)
+    status, said = call(monkeypatch, capsys, "show", "arm15", "--out", tmp_path)
+    assert status == cli.Status.DEFECT == 70
+    assert "ZeroDivisionError: by zero" in said
+    assert "Traceback" not in said
+    (report,) = tmp_path.glob("vgtsim-defect-*.txt")
+    assert "Traceback" in report.read_text()
+
+
+def test_titles_and_paths_are_no_markup(monkeypatch, capsys, tmp_path):
+    text = (ROOT / "models/stewart/stewart.toml").read_text()
+    arm = tmp_path / "arms/[red]/arm.toml"
+    arm.parent.mkdir(parents=True)
+    title = "[/] -->-- <b> $x^{$ :smile:"
+    arm.write_text(text.replace('title = "', f'title = "{title} '))
+    assert call(monkeypatch, capsys, "build", arm)[0] == 0
+    written = (arm.parent / "stewart.xml").read_text()
+    comment, model = written.split("-->", 1)
+    assert "--" not in comment.removeprefix("<!--")
+    assert "<mujoco" in model
+    monkeypatch.setattr(sys, "argv", ["vgtsim", "models", str(tmp_path / "arms")])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    assert "[/] -->--" in capsys.readouterr().out
+    status, said = call(monkeypatch, capsys, "build", tmp_path / "[/red]\x1b[31m.toml")
+    assert status == 2
+    assert "/[/red]\\x1b[31m.toml: " in said

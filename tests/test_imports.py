@@ -20,9 +20,10 @@ ROOMS = (
     ("statics",),
     ("positioning",),
     ("site",),
+    ("proximity",),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
-    ("posture",),
+    ("posture", "study"),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}

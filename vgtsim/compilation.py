@@ -13,7 +13,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike, NDArray
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -36,3 +38,8 @@ def _stamp(folder: Path) -> tuple[tuple[str, int, int], ...]:
     """Names, times and sizes of the files in a folder."""
     found = ((path.name, path.stat()) for path in sorted(folder.glob("*.py")))
     return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in found)
+
+
+def by_rows(array: ArrayLike) -> NDArray[np.float64]:
+    """The array as compiled functions take it; a copy where it is not so already."""
+    return np.require(array, float, ["C", "W"])

@@ -166,13 +166,13 @@ class ArmAlone:
     """An arm without a scene, which hangs straight and carries nothing. Its properties have the names of those of a `Site`."""
 
     chain: Chain
-    gravity: float = GRAVITY
-    timestep: float = 0.01
-    safety_factor: float = SAFETY_FACTOR
-    scene: None = None
-    surroundings: None = None
-    clearance: float = 0.0
-    coupling: tuple[tuple[int, int], ...] = ()
+    gravity = GRAVITY
+    timestep = 0.01
+    safety_factor = SAFETY_FACTOR
+    scene = None
+    surroundings = None
+    clearance = 0.0
+    coupling = ()
 
     @property
     def start(self) -> Array:

@@ -1,5 +1,7 @@
 """A synthetic run, shared by the tests of the output room."""
 
+import ctypes
+
 import pytest
 from synthetic_run import make_log, make_report, make_scene
 
@@ -24,3 +26,11 @@ def report(scene, log):
 @pytest.fixture(scope="session")
 def site(scene):
     return Site(scene)
+
+
+@pytest.fixture(scope="session")
+def egl():
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        pytest.skip("libEGL is not installed")

@@ -172,6 +172,7 @@ def make_report(scene: Scene, log: RunLog) -> Report:
     clearance = 0.35 + 0.3 * np.sin(log.time[::4] / 9.0)
     error = np.linalg.norm(log.tool_position - wanted, axis=-1) + 2e-5 * rng.random(len(log.time))
     rows = (
+        ("record", "record from its instant", 2e-12, limits.record_time, "s"),
         ("closure", "gap between a member's end and its hub", gap.max(), limits.closure, "m"),
         ("kinematics_agreement", "node from forward kinematics", 3.2e-6, limits.kinematics_agreement, "m"),
         ("tracking", "tool from a settled goal", error[log.settled].max(), limits.tracking_position, "m"),
@@ -181,6 +182,7 @@ def make_report(scene: Scene, log: RunLog) -> Report:
         ("axial_force", "error at rest over the largest force", 4e-10, limits.axial_force_settled, "1"),
         ("axial_force", "error in motion over the largest force", 3e-3, limits.axial_force_moving, "1"),
         ("actuator_stroke", "distance to the end of a stroke", 0.0312, limits.actuator_stroke, "m"),
+        ("actuator_speed", "speed over rated speed", 0.43, limits.actuator_speed, "1"),
         ("actuator_force", "demand over capacity", 0.71, limits.actuator_force, "1"),
         ("member_utilisation", "demand over capacity", utilisation.max(), limits.member_utilisation, "1"),
         ("clearance", "least distance to anything", clearance.min(), limits.clearance, "m"),

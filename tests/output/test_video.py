@@ -1,9 +1,10 @@
 """The film: a file that plays, frames in which things can be made out, and clear errors without it."""
 
-import ctypes
 import dataclasses
 import re
 import subprocess
+from contextlib import closing
+from types import SimpleNamespace
 
 import imageio_ffmpeg
 import mujoco
@@ -14,7 +15,7 @@ from vgtsim.description.judging import Cut, Video
 from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.output import video
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
-from vgtsim.output.replay import project
+from vgtsim.output.stage import Stage, compile_view
 from vgtsim.output.video import draw_frames, render_video
 from vgtsim.output.write import film, write_outputs
 from vgtsim.site import Site
@@ -33,14 +34,6 @@ def set_video(scene, **settings):
 def small(scene):
     cuts = (Cut(camera="overview", until=40.0), Cut(camera="cutaway"))
     return set_video(scene, width=WIDTH + 1, height=HEIGHT, fps=FPS, speed=SPEED, cuts=cuts)
-
-
-@pytest.fixture
-def egl():
-    try:
-        ctypes.CDLL("libEGL.so.1")
-    except OSError:
-        pytest.skip("libEGL is not installed")
 
 
 @pytest.mark.long
@@ -83,14 +76,9 @@ def test_members_turn_from_blue_to_red_with_the_sign_of_their_force(site, log, r
 @pytest.mark.render
 @pytest.mark.usefixtures("egl")
 def test_goal_markers_are_seen_where_they_project(small, log):
-    goals = np.array([goal.position for goal in small.task.motion.goals])
-    model = video._compile(small)
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    with video._open_renderer(model, 1280, 720) as renderer:
-        renderer.update_scene(data, "cutaway", video._choose_groups("cutaway"))
-        places = project(renderer.scene, goals, 1280, 720)
-        frame = renderer.render().astype(int)
+    with closing(Stage(small, compile_view(small), (1280, 720), 1.0)) as stage:
+        picture, places = stage.draw("cutaway", log.nodes[0], log.axial(small.truss.ends)[0]).result()
+    frame = picture.astype(int)
     green = (frame[..., 1] > frame[..., 0] + 30) & (frame[..., 1] > frame[..., 2] + 30)
     for column, row in np.round(places).astype(int):
         assert green[row - RADIUS : row + RADIUS, column - RADIUS : column + RADIUS].any()
@@ -114,7 +102,7 @@ def test_without_egl_the_package_is_named_and_the_rest_is_written(small, log, re
     def refuse(*_):
         raise ImportError("Cannot initialize a EGL device display")
 
-    monkeypatch.setattr(mujoco, "Renderer", refuse)
+    monkeypatch.setattr(mujoco, "GLContext", refuse)
     missing = write_outputs(small, log, report, tmp_path, video=True)
     assert isinstance(missing, MissingLibraryError)
     assert missing.needed == "EGL"
@@ -137,7 +125,8 @@ def test_without_an_encoder_the_package_is_named(small, log, report, tmp_path, m
 @pytest.mark.usefixtures("egl")
 def test_one_camera_can_be_asked_for(small, log, report, tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr(video, "_choose_groups", lambda camera: seen.append(camera) or mujoco.MjvOption())
+    draw = Stage.draw
+    monkeypatch.setattr(Stage, "draw", lambda stage, *what: seen.append(what[0]) or draw(stage, *what))
     assert film(small, log, report, tmp_path, "riser") == tmp_path / "video.mp4"
     assert set(seen) == {"riser"}
 
@@ -165,10 +154,37 @@ def test_texts_and_scale_stay_inside_the_picture_and_apart(width, height):
 
 
 def test_marks_outside_the_picture_are_left_out():
-    overlay = make_overlay(WIDTH, HEIGHT, "", 1.0)
+    overlay = make_overlay(WIDTH, HEIGHT, "", 1.0, ("far", "behind", "near"))
     black = np.zeros((HEIGHT, WIDTH, 3), np.uint8)
     values = ("",) * 5
     far = (Mark("far", -50.0, 3.0, False), Mark("behind", float("nan"), float("nan"), False))
     np.testing.assert_array_equal(draw_overlay(overlay, black, values, far), draw_overlay(overlay, black, values, ()))
     near = (Mark("near", WIDTH / 2, HEIGHT / 2, True),)
     assert (draw_overlay(overlay, black, values, near) != draw_overlay(overlay, black, values, ())).any()
+
+
+@pytest.mark.long
+@pytest.mark.render
+@pytest.mark.usefixtures("egl")
+def test_frames_are_the_same_for_any_number_of_cores(small, log, report, monkeypatch):
+    times = np.linspace(0.0, 80.0, 7)  # of both cameras
+    films = []
+    for count in (1, 3):
+        monkeypatch.setattr(video, "_count_stages", lambda count=count: count)
+        films.append(list(draw_frames(small, log, report, times, (WIDTH, HEIGHT), small.task.video.cuts)))
+    np.testing.assert_array_equal(*films)
+
+
+def test_a_scene_that_stands_still_is_drawn_once_and_nothing_that_shows_is_left_out(log):
+    nodes, axial = log.nodes[0], np.zeros(5)
+    here = video._Instant(0.0, 0, "cutaway", nodes, axial)
+    creeps = [dataclasses.replace(here, time=k, nodes=nodes + k * 0.4 * video._STILL) for k in range(4)]
+    brightens = dataclasses.replace(creeps[3], axial=axial + 3 * video._SHADE)
+    elsewhere = dataclasses.replace(brightens, camera="riser")
+    drawn = []
+    hands = [SimpleNamespace(draw=lambda *_, hand=hand: drawn.append(hand) or len(drawn)) for hand in "ab"]
+    shown = list(video._share(iter([here, *creeps, brightens, brightens, elsewhere]), hands, 1.0))
+    assert [now.time for now, _ in shown] == [0.0, 0, 1, 2, 3, 3, 3, 3]
+    # the last creep has left the place that was drawn, though each is near the one before
+    assert [drawing for _, drawing in shown] == [1, 1, 1, 1, 2, 3, 3, 4]
+    assert drawn == ["a", "b", "a", "b"]

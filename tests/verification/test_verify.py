@@ -101,12 +101,14 @@ def test_every_measure_has_its_limit_in_the_scene_and_every_limit_its_measure(sc
 
 def test_order_of_the_checks_is_that_of_the_design():
     assert CHECK_NAMES == (
+        "record",
         "closure",
         "kinematics_agreement",
         "tracking",
         "axial_purity",
         "axial_force",
         "actuator_stroke",
+        "actuator_speed",
         "actuator_force",
         "member_utilisation",
         "clearance",

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
+import tempfile
+import traceback
+import warnings
 from enum import IntEnum
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from vgtsim import __version__
 from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
@@ -21,11 +26,14 @@ if TYPE_CHECKING:  # the checks load SciPy, which `--help` does without
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
+    pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     help="Simulate a long-reach variable-geometry-truss arm in a waste tank, and verify every claim about it.",
 )
-OUT = Console(width=None if sys.stdout.isatty() else 140)  # a pipe has no width of its own
-ERR = Console(stderr=True)
+# Texts from files and paths are no markup. A pipe has no width of its own.
+OUT = Console(width=None if sys.stdout.isatty() else 140, markup=False, emoji=False)
+ERR = Console(stderr=True, markup=False, emoji=False)
+_LONGEST = 4000  # signs of a message
 
 
 class Status(IntEnum):
@@ -36,6 +44,8 @@ class Status(IntEnum):
     BAD_INPUT = 2
     DIVERGED = 3
     MISSING_LIBRARY = 4
+    DEFECT = 70  # of the program itself; EX_SOFTWARE of sysexits
+    BROKEN_PIPE = 141  # as of a program that SIGPIPE ends
 
 
 SceneName = Annotated[Path, typer.Argument(help="TOML file of a scene, or name of a shipped one.", show_default=False)]
@@ -68,11 +78,11 @@ def show_report(report: Report, folder: Path) -> None:
         sign = "<=" if check.sense == "at most" else ">="
         table.add_row(
             f"{check.name}: {check.quantity}",
-            f"[{colour}]{check.measured:.3g}[/]",
+            Text(f"{check.measured:.3g}", style=colour),
             f"{sign} {check.limit:.3g}",
             check.unit,
             check.where,
-            f"{check.when:.2f}",
+            "" if isnan(check.when) else f"{check.when:.2f}",
         )
     OUT.print(table)
     factor = report.performance["real_time_factor"]
@@ -88,6 +98,7 @@ def finish(passed: bool, missing: MissingLibraryError | None) -> None:
 
 def main() -> None:
     """Run the command line and turn errors into exit statuses."""
+    warnings.showwarning = _show_warning
     try:
         app()
     except MissingLibraryError as error:
@@ -96,8 +107,42 @@ def main() -> None:
         _complain(str(error), Status.DIVERGED)
     except VgtError as error:
         _complain(str(error), Status.BAD_INPUT)
+    except OSError as error:  # a full disk, a folder without permission
+        place = f"{error.filename}: " if error.filename else ""
+        _complain(f"{place}{error.strerror or error}", Status.BAD_INPUT)
+    except SystemExit as error:
+        if isinstance(error.__context__, BrokenPipeError):  # Typer would end with the status of a failed check
+            sys.exit(Status.BROKEN_PIPE)
+        raise
+    except Exception as error:
+        _report_defect(error)
+
+
+def _show_warning(message: Warning | str, category: type[Warning], filename: str, line: int, *_: object) -> None:
+    """Print a warning as a message to the user; one of a library says where it comes from."""
+    ours = category.__module__.startswith("vgtsim.")
+    said = str(message) if ours else f"{category.__name__}: {message} ({Path(filename).name}, line {line})"
+    ERR.print(Text("warning: ", style="bold yellow").append(_plain(said), style="default"), soft_wrap=True)
+
+
+def _report_defect(error: Exception) -> None:
+    """Say that the program has a defect, and keep what a developer needs in a file."""
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    with tempfile.NamedTemporaryFile("w", prefix="vgtsim-defect-", suffix=".txt", delete=False) as file:
+        file.write(f"vgtsim {__version__}, Python {sys.version}\n{shlex.join(sys.argv)}\n\n")
+        traceback.print_exception(error, file=file)
+    where = f"{Path(frame.filename).name}, line {frame.lineno}"
+    said = f"a defect of vgtsim, not of your input: {type(error).__name__}: {error} ({where})"
+    _complain(f"{said}; please report it with {file.name}", Status.DEFECT)
+
+
+def _plain(message: str) -> str:
+    """A message of bearable length without signs that steer a terminal."""
+    if len(message) > _LONGEST:
+        message = f"{message[: _LONGEST // 2]} ... {message[-_LONGEST // 2 :]}"
+    return "".join(sign if sign.isprintable() or sign == "\n" else repr(sign)[1:-1] for sign in message)
 
 
 def _complain(message: str, status: Status) -> None:
-    ERR.print(f"[bold red]error:[/] {escape(message)}", soft_wrap=True, highlight=False)
+    ERR.print(Text("error: ", style="bold red").append(_plain(message), style="default"), soft_wrap=True)
     sys.exit(status)

@@ -78,7 +78,7 @@ def workspace(
     from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
     from vgtsim.output import prepare_folder
     from vgtsim.output.arm_drawing import write_drawing
-    from vgtsim.output.workspace_plot import plot_workspace
+    from vgtsim.output.maps import plot_workspace
     from vgtsim.site import load_arm
 
     chain = load_arm(arm_name)
@@ -114,8 +114,8 @@ def capacity(
 
     from vgtsim.kinematics.ties import first_greatest, first_least
     from vgtsim.output import prepare_folder
-    from vgtsim.output.capacity_map import write_capacity
-    from vgtsim.planning.capacity import unload
+    from vgtsim.output.maps import write_capacity
+    from vgtsim.planning.capacity import unload_map
     from vgtsim.site import load_arm
     from vgtsim.statics import draw_shapes, find_gain, map_capacity
 
@@ -126,8 +126,7 @@ def capacity(
     found = plane
     if resolve:
         with ERR.status("unloading postures"):
-            moved = unload(chain, plane.q, payload, GRAVITY, safety_factor)
-            found = map_capacity(chain, np.concatenate([plane.q, moved]), GRAVITY, safety_factor, payload)
+            found = unload_map(chain, plane, GRAVITY, safety_factor)
     list_files(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
     far, least = int(first_greatest(found.radius)), int(first_least(found.payload))
     for words, i in (("at full reach", far), ("least", least)):

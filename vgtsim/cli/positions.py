@@ -46,7 +46,7 @@ def ik(
     if json_file is not None:
         json_file.write_text(answer_as_json(answer), encoding="utf-8")
     if plot is not None:
-        from vgtsim.output.posture_plot import draw_posture
+        from vgtsim.output.truss_plot import draw_posture
 
         draw_posture(chain, answer.q, position, plot)
 
@@ -82,7 +82,8 @@ def track(
     clear = float(facts.get("least clearance, m", wanted))
     spare = float(facts["least distance to the end of a stroke, m"])
     if clear < wanted or spare < 0:
-        ERR.print(f"[bold red]clearance {clear:.3f} m, wanted {wanted:.3f} m; stroke to spare {spare:.4f} m[/]")
+        found = f"clearance {clear:.3f} m, wanted {wanted:.3f} m; stroke to spare {spare:.4f} m"
+        ERR.print(found, style="bold red")
     finish(clear >= wanted and spare >= 0, None)
 
 

@@ -2,11 +2,13 @@
 
 from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
+from vgtsim.description.changes import Steps, change_entries, locate
 from vgtsim.description.files import (
     dump_scene,
     is_scene,
     load_manipulator,
     load_scene,
+    load_study,
     load_tank,
     load_tool_path,
     parse_scene,
@@ -26,9 +28,10 @@ from vgtsim.description.modules import (
 )
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.description.scene import Bend, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
-from vgtsim.description.schema import closest
+from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
+from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study, Work
 from vgtsim.description.tank import Equipment, Riser, Shell, Tank
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 
@@ -38,6 +41,7 @@ __all__ = [
     "OBJECTIVES",
     "Actuated",
     "ArcPiece",
+    "Axis",
     "Bend",
     "Block",
     "CameraName",
@@ -45,6 +49,7 @@ __all__ = [
     "Cut",
     "Cylinder",
     "CylinderSize",
+    "Description",
     "DoubleOctahedral",
     "Equipment",
     "GeneralDoubleOctahedral",
@@ -61,19 +66,27 @@ __all__ = [
     "Payload",
     "Prism",
     "RasterPiece",
+    "RepeatedCapacity",
+    "RepeatedRun",
+    "RepeatedWorkspace",
     "Riser",
     "Scene",
     "SceneFile",
     "SectionModule",
     "Shell",
     "Simulation",
+    "Span",
     "SplinePiece",
+    "Steps",
+    "Study",
     "Tank",
     "Tetrahedral",
     "ToolPath",
     "Tube",
     "TubeSize",
     "Video",
+    "Work",
+    "change_entries",
     "choose_coupling",
     "closest",
     "dump_scene",
@@ -84,8 +97,10 @@ __all__ = [
     "load_catalogue",
     "load_manipulator",
     "load_scene",
+    "load_study",
     "load_tank",
     "load_tool_path",
+    "locate",
     "parse_scene",
     "split_objective",
     "write_sized_arm",

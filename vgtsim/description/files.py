@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import json
 import os
-import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
 from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.shipped import Kind, find_file
+from vgtsim.description.study import AXES, VERBS, Study, StudyFile
 from vgtsim.description.tank import Tank
+from vgtsim.description.toml_file import read_toml
 from vgtsim.description.tool_path import SHAPES, ToolPath
 from vgtsim.errors import DescriptionError
 from vgtsim.units import to_base
 
 _Model = TypeVar("_Model", bound=Description)
 
+_BASES = 16  # files that a scene may stand on, one over the other
+_CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES}  # a union adds the choice to the path of an error
 _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
@@ -56,6 +60,17 @@ def load_scene(scene: str | Path) -> Scene:
     return Scene(task=task, manipulator=manipulator, tank=tank, file=file)
 
 
+def load_study(study: str | Path) -> Study:
+    """Read a study and its scene: the path of the study's TOML file, or the name of a shipped one.
+
+    Raises:
+        DescriptionError: One of the files is missing, is not TOML, or is inconsistent.
+    """
+    file = find_file(study, "study")
+    task = load_description(file, StudyFile)
+    return Study(task, load_scene(find_file(task.scene, "scene", beside=file.parent)), file)
+
+
 def dump_scene(scene: Scene) -> str:
     """Write a scene, its arm and its tank as one JSON text for a log; figures are SI. `parse_scene` reads it back."""
     parts = {"task": scene.task, "manipulator": scene.manipulator, "tank": scene.tank}
@@ -86,21 +101,24 @@ def is_scene(path: str | Path) -> bool:
     Raises:
         DescriptionError: The file is missing or is not TOML.
     """
-    return not {"manipulator", "base"}.isdisjoint(_read_toml(Path(path)))
+    return not {"manipulator", "base"}.isdisjoint(read_toml(Path(path)))
 
 
 def _read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
     """Read the tables of a scene over those of its base; `above` are the files that led here."""
-    data = _read_toml(file)
+    data = read_toml(file)
     base = data.pop("base", None)
     if base is None:
         return data
     if not isinstance(base, str):
         raise DescriptionError(file, "base", _short(base), "the path of a scene's file")
     path = find_file(base, "scene", beside=file.parent)
-    if path.resolve() in (file.resolve(), *above):
+    above = (*above, Path(os.path.realpath(file)))
+    if Path(os.path.realpath(path)) in above:
         raise DescriptionError(file, "base", base, "a scene that does not lead back here")
-    under = _read_scene(path, (*above, file.resolve()))
+    if len(above) > _BASES:
+        raise DescriptionError(file, "base", f"scenes over scenes, {len(above)} of them", f"at most {_BASES}")
+    under = _read_scene(path, above)
     kinds: dict[str, Kind] = {"manipulator": "arm", "tank": "tank"}
     for name, kind in kinds.items():
         if isinstance(under.get(name), str):
@@ -121,20 +139,25 @@ def load_description(file: Path, kind: type[_Model]) -> _Model:
     Raises:
         DescriptionError: The file is missing, is not TOML, or describes nothing of that kind.
     """
-    return _validate(file, kind, _read_toml(file))
+    return _validate(file, kind, read_toml(file))
 
 
 def _validate(file: Path, kind: type[_Model], data: dict[str, Any]) -> _Model:
     plain, provenance = _split_provenance(data, "", file)
+    if "provenance" in plain:
+        raise DescriptionError(
+            file, "provenance", _short(plain["provenance"]), "labels beside the figures, no such key"
+        )
     if "provenance" in kind.model_fields:
         plain["provenance"] = provenance
     try:
         model = kind.model_validate(plain)
     except ValidationError as error:
-        raise _translate(error, file) from None
+        raise translate(error, file) from None
     for key, label in provenance.items():
         if label.range is not None:
             _require_range(file, key, _find(plain, key), label.range)
+    warn_of_unusual(file, model)
     return model
 
 
@@ -147,6 +170,8 @@ def _find(plain: Any, key: str) -> Any:
 def _require_range(file: Path, key: str, value: Any, limits: tuple[float | str, float | str]) -> None:
     """Refuse a figure outside the range that its own file declares; of a vector, every figure has that range."""
     entries = value if isinstance(value, list) else [value]
+    if any(isinstance(entry, bool) or not isinstance(entry, int | float | str) for entry in entries):
+        raise DescriptionError(file, f"{key}.range", _short(list(limits)), "a range beside a figure or a vector")
     try:
         low, high, *numbers = (to_base(item) for item in (*limits, *entries))
     except ValueError as error:
@@ -159,23 +184,16 @@ def _require_range(file: Path, key: str, value: Any, limits: tuple[float | str, 
             raise DescriptionError(file, key, _short(entry), f"{limits[0]} to {limits[1]}, the range beside it")
 
 
-def _read_toml(file: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DescriptionError(file, "", error.strerror or str(error), "a readable TOML file") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DescriptionError(file, "", f"a TOML syntax error, {error}", "TOML 1.0") from None
-
-
 def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, Provenance]]:
     """Replace each `{value, label, note, range}` table by its value and collect the labels by key path."""
     if isinstance(node, dict) and "value" in node:
-        label = {name: entry for name, entry in node.items() if name != "value"}
+        label, value = {name: entry for name, entry in node.items() if name != "value"}, node["value"]
+        if isinstance(value[0] if isinstance(value, list) and value else value, dict):
+            raise DescriptionError(file, key, "a label beside a table", "labels beside figures and texts in the table")
         try:
-            return node["value"], {key: Provenance.model_validate(label)}
+            return value, {key: Provenance.model_validate(label)}
         except ValidationError as error:
-            raise _translate(error, file, key) from None
+            raise translate(error, file, key) from None
     entries = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
     found: dict[str, Provenance] = {}
     plain: dict[Any, Any] = {}
@@ -187,10 +205,10 @@ def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, P
     return (list(plain.values()), found) if isinstance(node, list) else (node, found)
 
 
-def _translate(error: ValidationError, file: Path, prefix: str = "") -> DescriptionError:
+def translate(error: ValidationError, file: Path | None, prefix: str = "") -> DescriptionError:
     """Turn the first of pydantic's complaints into ours, counting the others."""
     first, *others = error.errors(include_url=False)
-    path = [str(part) for part in first["loc"] if part not in (*KINDS, *SHAPES)]  # a union adds the choice
+    path = [str(part) for part in first["loc"] if part not in _CHOICES]
     allowed = first["msg"].removeprefix("Value error, ")
     if others:
         allowed += f" [and {len(others)} more: {', '.join('.'.join(map(str, o['loc'])) for o in others[:4])}]"
@@ -200,7 +218,9 @@ def _translate(error: ValidationError, file: Path, prefix: str = "") -> Descript
 
 
 def _short(value: Any) -> str:
-    if isinstance(value, dict):
-        return f"a table with {', '.join(map(str, value))}"
-    text = repr(value)
+    """Show a value from a file in at most 60 signs."""
+    try:
+        text = f"a table with {', '.join(map(repr, value))}" if isinstance(value, dict) else repr(value)
+    except ValueError:  # Python writes no integer of thousands of digits
+        text = "a figure of thousands of digits"
     return text if len(text) <= 60 else text[:57] + "..."

@@ -6,8 +6,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from vgtsim.description.figures import Angle, Force, Gap, Moment, Number, Pressure, Speed, Time, Tolerance
 from vgtsim.description.schema import Description
-from vgtsim.units import Angle, Force, Length, Moment, Number, Pressure, Time
 
 CameraName = Literal["overview", "cutaway", "riser", "tool"]
 
@@ -18,6 +18,11 @@ class Limits(Description):
     Attributes:
         closure: Greatest gap between a member's end and its hub.
         kinematics_agreement: Greatest distance of a node from forward kinematics.
+        record_time: Greatest distance of a record from its instant; `missing_records` is the number of records or stages
+            of the tour that may be missing.
+        command: Greatest distance of a cylinder, or of its command, from what was planned for it.
+        actuator_speed: Speed of a cylinder over its rated one; `actuator_acceleration` is that over the scene's.
+        logged_speed: Difference of a logged speed from that of the lengths.
         tracking_position: Distance of the tool from a settled goal; `tracking_angle` is that of its direction.
         end_moment: Moment at a member's end.
         excess_shear: Shear beyond that of the member's weight and inertia.
@@ -32,9 +37,15 @@ class Limits(Description):
         saturation: Part of the records in which a cylinder may be at a limit of force, pressure, flow or stroke.
     """
 
-    closure: Length = Field(gt=0)
-    kinematics_agreement: Length = Field(gt=0)
-    tracking_position: Length = Field(gt=0)
+    closure: Tolerance
+    kinematics_agreement: Tolerance
+    record_time: Time = Field(default=1e-6, gt=0)  # a thousandth of a short step
+    missing_records: int = Field(default=0, ge=0)
+    command: Tolerance = 1e-5
+    actuator_speed: Number = Field(default=1.0, gt=0)
+    actuator_acceleration: Number = Field(default=1.0, gt=0)
+    logged_speed: Speed = 1e-4  # a hundredth of a slow cylinder's speed
+    tracking_position: Tolerance
     tracking_angle: Angle = Field(gt=0)
     end_moment: Moment = Field(gt=0)
     excess_shear: Force = Field(gt=0)
@@ -43,10 +54,10 @@ class Limits(Description):
     axial_force_moving: Number = Field(gt=0)
     member_utilisation: Number = Field(gt=0)
     actuator_force: Number = Field(gt=0)
-    actuator_stroke: Length = Field(ge=0)
-    clearance: Length = Field(ge=0)
-    contacts: int = Field(ge=0)
-    safety_factor: Number = Field(ge=1)
+    actuator_stroke: Gap
+    clearance: Gap
+    contacts: int = Field(ge=0, le=1_000_000)
+    safety_factor: Number = Field(ge=1, le=100)
     chamber_pressure: Pressure = 0.0
     saturation: Number = Field(default=0.0, ge=0)
 
@@ -64,7 +75,7 @@ class Video(Description):
     width: int = Field(default=1280, ge=160, le=3840)
     height: int = Field(default=720, ge=120, le=2160)
     fps: int = Field(default=25, ge=1, le=60)
-    speed: Number = Field(default=2.0, gt=0)
+    speed: Number = Field(default=2.0, ge=0.01, le=1e4)
     cuts: tuple[Cut, ...] = (Cut(camera="cutaway"),)
 
     @model_validator(mode="after")

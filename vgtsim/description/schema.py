@@ -8,7 +8,11 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+_PRINTED = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*$"  # no sign that steers a terminal or breaks a line
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=64)]
+Title = Annotated[str, StringConstraints(pattern=_PRINTED, max_length=200)]
+Note = Annotated[str, StringConstraints(pattern=_PRINTED, max_length=2000)]
 
 
 class Description(BaseModel):
@@ -48,5 +52,5 @@ class Provenance(Description):
     """The source of a figure, its derivation or the reason for it; a figure outside its `range` is refused."""
 
     label: Annotated[str, Field(pattern="^(sourced|derived|assumed)$")]
-    note: str
+    note: Note
     range: tuple[float | str, float | str] | None = None

@@ -1,14 +1,15 @@
-"""The shipped arms, tanks, scenes and paths: found by name, in a checkout and in an installed package alike."""
+"""The shipped arms, tanks, scenes, paths and studies: found by name, in a checkout and in an installed package alike."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Literal
 
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError
 
-Kind = Literal["arm", "model", "tank", "scene", "path"]  # a model is the MJCF of an arm
+Kind = Literal["arm", "model", "tank", "scene", "path", "study"]  # a model is the MJCF of an arm
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 # The wheel holds both folders inside the package; in a checkout they stand beside it.
@@ -20,6 +21,7 @@ _PATTERNS: dict[Kind, str] = {
     "tank": "scenes/tanks/*.toml",
     "scene": "scenes/*.toml",
     "path": "scenes/paths/*.toml",
+    "study": "scenes/studies/*.toml",
 }
 
 
@@ -35,10 +37,12 @@ def find_file(name: str | Path, *kinds: Kind, beside: Path | None = None) -> Pat
     A name may stand for a shipped description of any of the `kinds`.
 
     Raises:
-        DescriptionError: There is no such name; the error gives the nearest one and the list.
+        DescriptionError: There is no such name; the error gives the nearest one and the list. Or no path can be so.
     """
+    if "\0" in str(name):
+        raise DescriptionError(None, " or ".join(kinds), repr(str(name)), "a path without a zero byte")
     path = (beside or Path()) / name
-    if path.is_file() or Path(name).name != str(name) or Path(name).suffix:
+    if os.path.isfile(path) or Path(name).name != str(name) or Path(name).suffix:
         return path
     known = {key: file for kind in kinds for key, file in list_shipped(kind).items()}
     if str(name) not in known:

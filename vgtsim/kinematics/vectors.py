@@ -22,8 +22,3 @@ def cross(a: Array, b: Array) -> Array:
 def dot(a: Array, b: Array) -> Array:
     """Scalar products, shape (..., 1), of vectors whose shapes broadcast."""
     return (a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])[..., None]
-
-
-def across(vector: Array, unit: Array) -> Array:
-    """Part of vectors that is square to unit vectors, shape (..., 3)."""
-    return vector - dot(vector, unit) * unit

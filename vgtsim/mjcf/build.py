@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -21,6 +22,7 @@ from vgtsim.mjcf.arm import add_arm
 from vgtsim.mjcf.keyframes import HOLDING_WEIGHTS, add_keyframes, reach_pose, withdrawn_poses
 from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.rows import select_drive, stiffen
+from vgtsim.mjcf.sections import add_sections
 from vgtsim.mjcf.tank import add_tank
 from vgtsim.mjcf.views import add_arm_views, add_goal_markers, add_tank_cameras, light_tank
 from vgtsim.site import Site
@@ -44,18 +46,7 @@ def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: f
     task, simulation = site.task, site.task.simulation
     step = timestep or simulation.timestep
     keyed = withdrawn_poses(site) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
-    rigging = Rigging(
-        chain=site.chain,
-        mast=site.mast,
-        feed_range=(0.0, max(lift for _, lift in keyed.values())),
-        payload=task.payload,
-        reference=site.start,
-        timestep=step,
-        servo_stiffness=simulation.servo_stiffness,
-        servo_damping=simulation.servo_damping,
-        elastic=simulation.members == "elastic",
-        lumped=simulation.lumped,
-    )
+    rigging = _rig(site, step, (0.0, max(lift for _, lift in keyed.values())))
     spec, bare = (_start_spec(task.name, step, simulation.gravity, simulation.weight_scale) for _ in range(2))
     if rigging.elastic and simulation.drive != "servo":
         spec.option.iterations = bare.option.iterations = ELASTIC_ITERATIONS
@@ -112,8 +103,20 @@ def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.
     if poses:
         return finish_model(build_spec(site, poses), site)
     if site not in _MODELS:
-        _MODELS[site] = finish_model(build_spec(site), site)
+        sections = site.task.simulation.members == "sections"
+        _MODELS[site] = _build_sections(site) if sections else finish_model(build_spec(site), site)
     return copy.copy(_MODELS[site])
+
+
+def _build_sections(site: Site) -> mujoco.MjModel:
+    """Compile the arm with rigid sections, without tank and keyframes."""
+    simulation = site.task.simulation
+    spec = _start_spec(site.task.name, simulation.timestep, simulation.gravity, simulation.weight_scale)
+    add_sections(spec, replace(_rig(site, simulation.timestep, (0.0, 0.0)), lumped=True))
+    model = spec.compile()
+    stiffen(model, simulation.weight_scale)
+    select_drive(model, simulation.drive)
+    return model
 
 
 def finish_model(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
@@ -127,6 +130,22 @@ def finish_model(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
     select_drive(model, site.task.simulation.drive)
     _check_compiled(model, site.truss)
     return model
+
+
+def _rig(site: Site, timestep: float, feed_range: tuple[float, float]) -> Rigging:
+    simulation = site.task.simulation
+    return Rigging(
+        chain=site.chain,
+        mast=site.mast,
+        feed_range=feed_range,
+        payload=site.task.payload,
+        reference=site.start,
+        timestep=timestep,
+        servo_stiffness=simulation.servo_stiffness,
+        servo_damping=simulation.servo_damping,
+        elastic=simulation.members == "elastic",
+        lumped=simulation.lumped,
+    )
 
 
 def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float) -> mujoco.MjSpec:

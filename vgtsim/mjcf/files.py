@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -60,7 +61,7 @@ def _write(
     stiffen(scaled, factor)
     (plain_sag, plain_gap), (scaled_sag, scaled_gap) = measure_sag(plain, key), measure_sag(scaled, key)
     header = _HEADER.format(
-        title=title,
+        title=re.sub("-(?=-)", "- ", title),  # two hyphens would end the comment
         version=__version__,
         step=plain.opt.timestep,
         keys=", ".join(plain.key(i).name for i in range(plain.nkey)),

@@ -3,6 +3,7 @@
 from vgtsim.output.write import (
     clear_folder,
     film,
+    naming_folder,
     prepare_file,
     prepare_folder,
     save_log,
@@ -13,6 +14,7 @@ from vgtsim.output.write import (
 __all__ = [
     "clear_folder",
     "film",
+    "naming_folder",
     "prepare_file",
     "prepare_folder",
     "save_log",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +22,7 @@ _SOFT = (170, 178, 188, 255)
 _INK = (242, 244, 246, 255)
 _ACTIVE = (110, 240, 150)
 _LEAST_FONT = 9  # pixels; smaller letters cannot be read
+_HALO = 2  # pixels of dark rim around a goal's name
 
 
 @dataclass(frozen=True)
@@ -40,19 +42,23 @@ class Overlay:
     Attributes:
         pieces: Panel, scale bar and title, with opacity, and the column and row of their upper left corners.
         unit: Height of the letters, pixels; every other distance is a multiple.
-        font: For the panel; `small` is for the goals' names.
+        font: For the panel.
         values: Column and row of each value in the panel, pixels.
+        names: Every goal's name as it is when another goal is approached, and when this one is.
     """
 
     pieces: tuple[tuple[Image.Image, tuple[int, int]], ...]
     unit: int
     font: ImageFont.FreeTypeFont
-    small: ImageFont.FreeTypeFont
     values: tuple[tuple[int, int], ...]
+    names: dict[str, tuple[Image.Image, Image.Image]]
 
 
-def make_overlay(width: int, height: int, title: str, end: float) -> Overlay:
-    """Draw the static parts once, for frames of a size in pixels; the scale of axial force ends at `end`, N."""
+def make_overlay(width: int, height: int, title: str, end: float, goals: Iterable[str] = ()) -> Overlay:
+    """Draw the static parts once, for frames of a size in pixels; the scale of axial force ends at `end`, N.
+
+    Only the names of these goals can be written.
+    """
     unit = max(_LEAST_FONT, round(height / 36))
     folder, less = Path(mpl.get_data_path()) / "fonts" / "ttf", max(_LEAST_FONT, round(0.8 * unit))
     font, small = (ImageFont.truetype(folder / "DejaVuSans.ttf", size) for size in (unit, less))
@@ -71,7 +77,17 @@ def make_overlay(width: int, height: int, title: str, end: float) -> Overlay:
     draw.text((left, (foot[1] + foot[3]) // 2), title, font=bold, fill=_INK, anchor="lm")
     scale = _draw_scale(layer, draw, small, unit, end)
     pieces = tuple((layer.crop((a, b, c + 1, d + 1)), (a, b)) for a, b, c, d in (panel, scale, foot))
-    return Overlay(pieces, unit, font, small, tuple((left + round(8.3 * unit), row) for row in rows))
+    values = tuple((left + round(8.3 * unit), row) for row in rows)
+    names = {goal: (_draw_name(goal, small, _INK), _draw_name(goal, small, _ACTIVE)) for goal in goals}
+    return Overlay(pieces, unit, font, values, names)
+
+
+def _draw_name(name: str, font: ImageFont.FreeTypeFont, ink: tuple[int, ...]) -> Image.Image:
+    """Draw a name with its rim; its upper left corner is that of the letters' line."""
+    _, _, right, bottom = font.getbbox(name, stroke_width=_HALO)
+    image = Image.new("RGBA", (int(right) + 1, int(bottom) + 1), (0, 0, 0, 0))
+    ImageDraw.Draw(image).text((0, 0), name, font=font, fill=ink, stroke_width=_HALO, stroke_fill=_GROUND[:3])
+    return image
 
 
 def _draw_scale(
@@ -105,8 +121,8 @@ def draw_overlay(overlay: Overlay, frame: Picture, values: tuple[str, ...], mark
     shift = 0.7 * overlay.unit
     for mark in marks:
         if 0 <= mark.column < image.width and 0 <= mark.row < image.height:
-            place, ink = (mark.column + shift, mark.row - shift), _ACTIVE if mark.active else _INK[:3]
-            draw.text(place, mark.text, font=overlay.small, fill=ink, stroke_width=2, stroke_fill=_GROUND[:3])
+            name = overlay.names[mark.text][mark.active]
+            image.paste(name, (round(mark.column + shift), round(mark.row - shift)), name)
     for piece, corner in overlay.pieces:
         image.paste(piece, corner, piece)
     for text, place in zip(values, overlay.values, strict=True):

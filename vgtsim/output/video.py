@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+from collections import deque
 from collections.abc import Callable, Generator, Iterator
-from contextlib import closing, contextmanager
-from itertools import chain
+from concurrent.futures import Future
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
+from itertools import chain, cycle
 from pathlib import Path
 
 import numpy as np
@@ -12,26 +16,23 @@ from numpy.typing import NDArray
 
 from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
-from vgtsim.graphics import mujoco
 from vgtsim.kinematics.ties import first_greatest
-from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.colours import scale_end
-from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
+from vgtsim.output.overlay import Mark, Overlay, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
-from vgtsim.output.replay import camera_at, frame_times, interpolate, make_replay, pose_model, project
+from vgtsim.output.replay import camera_at, frame_times, interpolate
+from vgtsim.output.stage import Picture, Stage, compile_view
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report, goal_name
 
 Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]
 
-_DIM = 0.6
-_AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
-_SLICES, _STACKS = 14, 6  # of a round geom, a few pixels wide; finer ones take most of a frame's time
-_INSIDE = ("riser", "tool")
-_ENCODER = ["-preset", "veryfast", "-movflags", "+faststart"]
+_STILL, _SHADE = 1e-4, 1e-3  # m, and part of the colour scale: a tenth of a pixel, and half a level of a colour
+_MOST_STAGES = 4  # more than the texts and the encoder keep up with
+_AHEAD = 2  # pictures in work for each stage, so that none waits for the encoder
+_ENCODER = ["-preset", "veryfast", "-movflags", "+faststart", "-threads", "1"]  # more threads, other bits
 _QUALITY = 6  # of ten; constant rate factor 20
 
 
@@ -65,80 +66,99 @@ def render_video(
                     progress(drawn, len(times))
 
 
+@dataclass(frozen=True)
+class _Instant:
+    """What a frame shows: the record before it, the camera, nodes (N, 3), m, and axial forces (M,), N."""
+
+    time: float
+    record: int
+    camera: str
+    nodes: Array
+    axial: Array
+
+    def repeats(self, other: _Instant, end: float) -> bool:
+        """Whether the picture of another instant is this one's too; the colour scale ends at this force, N."""
+        still = np.abs(self.nodes - other.nodes).max() < _STILL
+        return self.camera == other.camera and still and np.abs(self.axial - other.axial).max() < _SHADE * end
+
+
 def draw_frames(
     site: Site, log: RunLog, report: Report, times: Array, size: tuple[int, int], cuts: tuple[Cut, ...]
 ) -> Generator[Picture, None, None]:
     """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_video`.
 
+    The cores share the work; the pictures do not depend on their number.
+
     Raises:
         MissingLibraryError: There is no EGL.
     """
-    width, height = size
     axial = log.axial(site.truss.ends)
-    model = _compile(site)
-    replay = make_replay(model, site.truss, scale_end(axial))
-    overlay = make_overlay(width, height, site.task.title, replay.end)
-    goals = np.array([goal.position for goal in site.task.motion.goals])
-    with _open_renderer(model, width, height) as renderer:
-        for time in times:
-            record, nodes, forces = interpolate(log, axial, float(time))
-            pose_model(replay, nodes, forces)
-            camera = camera_at(cuts, float(time))
-            renderer.update_scene(replay.data, camera, _choose_groups(camera))
-            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
-            renderer.scene.flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0
-            values = _values(site, log, report, record, float(time), forces)
-            places = project(renderer.scene, goals, width, height).tolist()
-            marks = tuple(
-                Mark(text=goal.name, column=column, row=row, active=index == log.goal[record])
-                for index, (goal, (column, row)) in enumerate(zip(site.task.motion.goals, places, strict=True))
-            )
-            yield draw_overlay(overlay, renderer.render(), values, marks)
+    end = scale_end(axial)
+    overlay = make_overlay(*size, site.task.title, end, (goal.name for goal in site.task.motion.goals))
+    instants = (
+        _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)
+        for time in times
+        for record, nodes, forces in [interpolate(log, axial, float(time))]
+    )
+    with ExitStack() as stack:
+        model = compile_view(site)
+        stages = [stack.enter_context(closing(Stage(site, model, size, end))) for _ in range(_count_stages())]
+        waiting = deque[tuple[_Instant, Future[tuple[Picture, Array]]]]()
+        for now, drawing in _share(instants, stages, end):
+            waiting.append((now, drawing))
+            if len(waiting) > _AHEAD * len(stages):
+                yield _label(site, log, report, overlay, *waiting.popleft())
+        while waiting:
+            yield _label(site, log, report, overlay, *waiting.popleft())
 
 
-def _compile(site: Site) -> mujoco.MjModel:
-    """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
-    model = build_model(site)
-    model.mat(f"{names.TANK}/liner").rgba[:3] *= _DIM
-    model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
-    model.light_diffuse[:] = _DIFFUSE
-    model.vis.quality.numslices, model.vis.quality.numstacks = _SLICES, _STACKS
-    return model
+def _count_stages() -> int:
+    """One for each core, as far as they can be fed."""
+    return min(len(os.sched_getaffinity(0)), _MOST_STAGES)
 
 
-def _choose_groups(camera: str) -> mujoco.MjvOption:
-    """Hide the front half of the tank from the cameras outside it."""
-    view = mujoco.MjvOption()
-    view.geomgroup[[tank.FRONT_GROUP, tank.FRONT_COVER_GROUP]] = camera in _INSIDE
-    return view
+def _share(
+    instants: Iterator[_Instant], stages: list[Stage], end: float
+) -> Iterator[tuple[_Instant, Future[tuple[Picture, Array]]]]:
+    """Give the stages instants to draw, in turns; an instant that repeats the one drawn last shares its picture."""
+    turns = cycle(stages)
+    shown = next(instants)
+    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial)
+    for now in chain([shown], instants):
+        if not now.repeats(shown, end):
+            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial)
+        yield now, drawing
 
 
-def _values(site: Site, log: RunLog, report: Report, record: int, time: float, forces: Array) -> tuple[str, ...]:
+def _label(
+    site: Site,
+    log: RunLog,
+    report: Report,
+    overlay: Overlay,
+    now: _Instant,
+    drawing: Future[tuple[Picture, Array]],
+) -> Picture:
+    """Write texts and goals' names of an instant on its picture."""
+    picture, places = drawing.result()
+    marks = tuple(
+        Mark(text=goal.name, column=column, row=row, active=index == int(log.goal[now.record]))
+        for index, (goal, (column, row)) in enumerate(zip(site.task.motion.goals, places.tolist(), strict=True))
+    )
+    return draw_overlay(overlay, picture, _values(site, log, report, now), marks)
+
+
+def _values(site: Site, log: RunLog, report: Report, now: _Instant) -> tuple[str, ...]:
     """Write the texts of one instant, one for each of the overlay's labels."""
-    goal = goal_name(site, int(log.goal[record])) or "none"
+    record, goal = now.record, goal_name(site, int(log.goal[now.record])) or "none"
     error = report.series.get("tool_position_error")
-    worst = int(first_greatest(np.abs(forces)))
+    worst = int(first_greatest(np.abs(now.axial)))
     return (
-        f"{time:.2f} s",
+        f"{now.time:.2f} s",
         f"{goal}{' (settled)' if log.settled[record] else ''}",
         format_quantity(float(error[record]), "m") if error is not None and np.isfinite(error[record]) else "",
-        f"{forces[worst] / 1e3:+.1f} kN".replace("-", MINUS),
+        f"{now.axial[worst] / 1e3:+.1f} kN".replace("-", MINUS),
         site.truss.members[worst].name,
     )
-
-
-@contextmanager
-def _open_renderer(model: mujoco.MjModel, width: int, height: int) -> Iterator[mujoco.Renderer]:
-    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-    try:
-        renderer = mujoco.Renderer(model, height, width)
-    except (ImportError, AttributeError, RuntimeError, mujoco.FatalError):
-        # which of them depends on what is missing: the library, its driver, or a device
-        raise MissingLibraryError("EGL", "apt-get install libegl1 libgl1-mesa-dri") from None
-    try:
-        yield renderer
-    finally:
-        renderer.close()
 
 
 @contextmanager

@@ -26,7 +26,7 @@ LOG, JSON, HTML, VIDEO = "run.npz", "report.json", "report.html", "video.mp4"
 def prepare_folder(out_dir: str | Path) -> Path:
     """Make a folder, and make sure that files can be written in it, before any long work; else a `DescriptionError`."""
     folder = Path(out_dir)
-    with _naming(folder):
+    with naming_folder(folder):
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
@@ -49,7 +49,7 @@ def prepare_file(path: Path, suffixes: tuple[str, ...] = ()) -> Path:
 
 def clear_folder(folder: Path) -> None:
     """Take away the files of an earlier run, so that no old verdict or film stands beside a new log."""
-    with _naming(folder):
+    with naming_folder(folder):
         for name in (LOG, JSON, HTML, VIDEO):
             (folder / name).unlink(missing_ok=True)
 
@@ -58,7 +58,7 @@ def save_log(site: Site, log: RunLog, folder: Path) -> None:
     """Write `run.npz` of a run, finished or not, into an existing folder, whole or not at all."""
     from vgtsim.runlog import save_run
 
-    with _naming(folder), replacing(folder / LOG) as partial:
+    with naming_folder(folder), replacing(folder / LOG) as partial:
         save_run(partial, site.scene, log)
 
 
@@ -84,7 +84,7 @@ def write_reports(site: Site, log: RunLog, report: Report, folder: Path) -> None
     """Write `report.json` and `report.html` into an existing folder."""
     from vgtsim.output.html_report import write_report_html
 
-    with _naming(folder):
+    with naming_folder(folder):
         write_report_json(report, folder / JSON)
         write_report_html(site, log, report, folder / HTML)
 
@@ -110,7 +110,7 @@ def film(site: Site, log: RunLog, report: Report, out_dir: str | Path, camera: s
         raise DescriptionError(None, "camera", repr(camera), f"a camera of the scene{closest(camera, known)}")
     cuts = None if camera is None else (Cut.model_validate({"camera": camera}),)
     path = prepare_folder(out_dir) / VIDEO
-    with _naming(path.parent), _progress_bar() as advance:
+    with naming_folder(path.parent), _progress_bar() as advance:
         render_video(site, log, report, path, advance, cuts)
     return path
 
@@ -130,7 +130,7 @@ def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
 
 
 @contextmanager
-def _naming(folder: Path) -> Iterator[None]:
+def naming_folder(folder: Path) -> Iterator[None]:
     """Name the folder in an error of the file system."""
     try:
         yield

@@ -9,7 +9,7 @@ from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain
 from vgtsim.positioning import Differences, GoalSpace, NewtonSettings, Position, Problem, inside, make_box, solve
-from vgtsim.statics import find_use, make_load_model, make_sections, smooth_peak
+from vgtsim.statics import CapacityMap, find_use, make_load_model, make_sections, map_capacity, smooth_peak
 
 Array = NDArray[np.float64]
 
@@ -43,3 +43,13 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
     problem = Problem(box, goal, Differences("utilisation", used))
     found = solve(problem, start, NewtonSettings(most=_STEPS, optimality=_PROMISED))
     return found.q[found.met]
+
+
+def unload_map(chain: Chain, plane: CapacityMap, gravity: float, safety_factor: float) -> CapacityMap:
+    """Map the postures of a map and the unloaded ones together, at its reference payload; see `unload`.
+
+    Raises:
+        TrussError: The arm is a mechanism in one of the postures.
+    """
+    moved = unload(chain, plane.q, plane.reference, gravity, safety_factor)
+    return map_capacity(chain, np.concatenate([plane.q, moved]), gravity, safety_factor, plane.reference)

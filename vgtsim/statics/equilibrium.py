@@ -19,7 +19,7 @@ from vgtsim.kinematics import Truss
 from vgtsim.kinematics.vectors import cross, dot
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
-from vgtsim.statics.loads import LoadModel, add_up, block_loads, hub_loads, member_loads
+from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import NodeMotion
 
 Array = NDArray[np.float64]
@@ -157,12 +157,9 @@ def _load(truss: Truss, nodes: Array, loading: Loading, part: slice) -> tuple[Ar
     else:
         motion = loading.motion and loading.motion.at(part)
         loads = member_loads(model, nodes, motion)
-        force, near, far = hub_loads(model, nodes, motion) + add_up(truss, loads), loads.near, loads.far
+        force, near, far = hub_loads(model, nodes, motion) + loads.total, loads.near, loads.far
         if len(truss.rings):
-            foot, _, head = truss.rings.reshape(-1, 3).T
-            posts = block_loads(model, nodes, motion)
-            force[:, foot] += posts.near
-            force[:, head] += posts.far
+            force += block_loads(model, nodes, motion).total
     if loading.forces is not None:
         force += np.asarray(loading.forces)[part]
     return force, near, far

@@ -54,74 +54,32 @@ class Framework:
         return (index == self.ends[:, 0]).astype(float) - (index == self.ends[:, 1])
 
     @cached_property
-    def groups(self) -> tuple[Group, ...] | None:
+    def elimination(self) -> Elimination | None:
         """The groups of nodes that can be solved one after the other, the first one last; None where they cannot."""
         node, axis = self.equations
-        last = self.group[self.ends].max(axis=1)
-        found = []
-        for number in np.unique(self.group[node])[::-1]:
-            bars, rows = np.flatnonzero(last == number), np.flatnonzero(self.group[node] == number)
-            if len(bars) != len(rows):
-                return None
-            touched = np.unique(self.ends[bars])
-            found.append(
-                Group(
-                    bars=bars,
-                    rows=_shorten(3 * node[rows] + axis[rows]),
-                    axis=axis[rows],
-                    sign=self.incidence[node[rows]][:, bars],
-                    touched=_shorten(touched),
-                    pulls=self.incidence[touched][:, bars],
-                )
-            )
-        return tuple(found) if len(last) == len(node) else None
-
-    @cached_property
-    def blocks(self) -> tuple[Blocks, ...]:
-        """The groups by their size: those of one size are inverted together."""
-        groups, found = self.groups or (), []
-        for size in {len(group.bars) for group in groups}:
-            places = [place for place, group in enumerate(groups) if len(group.bars) == size]
-            columns = (np.array([getattr(groups[i], name) for i in places]) for name in ("bars", "axis", "sign"))
-            found.append(Blocks(places, *columns))
-        return tuple(found)
+        last, numbers = self.group[self.ends].max(axis=1), np.unique(self.group[node])[::-1]
+        bars, rows = ([np.flatnonzero(which == k) for k in numbers] for which in (last, self.group[node]))
+        sizes = [len(item) for item in bars]
+        if len(last) != len(node) or sizes != [len(item) for item in rows]:
+            return None
+        row = np.concatenate([np.empty(0, np.intp), *rows])
+        begin = np.cumsum([0, *sizes])
+        order = np.concatenate([np.empty(0, np.intp), *bars])
+        return Elimination(bars=order, node=node[row], axis=axis[row], begin=begin, ends=self.ends.copy())
 
 
 @dataclass(frozen=True)
-class Group:
-    """The k bars that hold the nodes of one group, and their k equations.
+class Elimination:
+    """Bars, and nodes and axes of the equations that give their forces, shapes (B,), group by group, and where each begins.
 
-    Attributes:
-        bars: Indices, shape (k,).
-        rows: Of the equations among three a node, shape (k,).
-        axis: Of each equation, shape (k,).
-        sign: Incidence of the bars at the equations' nodes, shape (k, k).
-        touched: Nodes at the bars' ends, shape (n,).
-        pulls: Incidence of the bars at those, shape (n, k).
+    `ends` are the nodes of all bars, shape (B, 2).
     """
 
     bars: Indices
-    rows: Indices | slice
+    node: Indices
     axis: Indices
-    sign: Array
-    touched: Indices | slice
-    pulls: Array
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """G groups of one size k by their places: bars and axes, shape (G, k), and signs, shape (G, k, k), as in `Group`."""
-
-    places: list[int]
-    bars: Indices
-    axis: Indices
-    sign: Array
-
-
-def _shorten(indices: Indices) -> Indices | slice:
-    """Indices that follow one another as a slice, which is quicker to look up."""
-    first, count = int(indices[0]), len(indices)
-    return slice(first, first + count) if np.array_equal(indices, np.arange(first, first + count)) else indices
+    begin: Indices
+    ends: Indices
 
 
 @lru_cache(maxsize=64)

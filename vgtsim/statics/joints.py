@@ -7,9 +7,10 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import TrussError
-from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, warn_poor
-from vgtsim.statics.framework import Framework, Group, diagnose
+from vgtsim.kinematics.conditioning import POOR, SINGULAR, warn_poor
+from vgtsim.statics.framework import Framework, diagnose
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -29,45 +30,109 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
     Raises:
         TrussError: A mechanism, or a self-stress; bars are named.
     """
-    groups = frame.groups
-    if groups is None:
+    if (order := frame.elimination) is None:
         diagnose(frame, nodes[0])
         raise TrussError(len(frame.ends), (), "isostatic, but not group by group of nodes")
-    inverse = _invert(frame, groups, unit, nodes, start)
-    loads, poses, count = force.shape[:3]
-    total, found = np.array(force.transpose(1, 2, 3, 0), order="C"), np.empty((*unit.shape[:-1], loads))
-    rows, at_node = total.reshape(poses, 3 * count, loads), total.reshape(poses, count, 3 * loads)  # views
-    wide = unit[..., None]
-    for group, block in zip(groups, inverse, strict=True):
-        found[:, group.bars] = pull = -(block @ rows[:, group.rows])
-        along = pull[:, :, None] * wide[:, group.bars]
-        at_node[:, group.touched] += group.pulls @ along.reshape(poses, len(group.bars), 3 * loads)
-    return found.transpose(2, 0, 1), total.transpose(3, 0, 1, 2)
-
-
-def _invert(frame: Framework, groups: tuple[Group, ...], unit: Array, nodes: Array, start: int) -> list[Array]:
-    """Inverses of the groups' equilibrium matrices, each shape (T, k, k)."""
-    inverse = [np.empty(0)] * len(groups)
-    for alike in frame.blocks:
-        matrix = alike.sign * unit[:, alike.bars[:, None, :], alike.axis[:, :, None]]
-        blocks = _invert_blocks(frame, matrix, alike.bars, nodes, start)
-        for place, which in enumerate(alike.places):
-            inverse[which] = blocks[:, place]
-    return inverse
-
-
-def _invert_blocks(frame: Framework, matrix: Array, bars: Indices, nodes: Array, start: int) -> Array:
-    """Inverse of each block, shape (T, G, n, n); refuses those so near singular that nothing is left of them."""
-    inverse, sine = invert(matrix, 1.0)
-    if sine is not None and sine.min() < POOR:
+    total, found = np.array(force, float, order="C"), np.empty((len(force), *unit.shape[:-1]))
+    sine = np.empty((len(unit), len(order.begin) - 1))
+    _substitute(by_rows(unit), order.ends, order.bars, order.node, order.axis, order.begin, total, found, sine)
+    if sine.size and sine.min() < POOR:
         least = sine.min(axis=1)
         worst = int(np.argmax(least < SINGULAR) if least.min() < SINGULAR else np.argmin(least))
-        group = bars[int(np.argmin(sine[worst]))]
+        group = int(np.argmin(sine[worst]))
+        bars = order.bars[order.begin[group] : order.begin[group + 1]]
         if least[worst] < SINGULAR:
-            _refuse(frame, group, nodes[worst], start + worst, float(least[worst]))
-        names = ", ".join(frame.bars[i] for i in group[:3])
+            _refuse(frame, bars, nodes[worst], start + worst, float(least[worst]))
+        names = ", ".join(frame.bars[i] for i in bars[:3])
         warn_poor(f"instant {start + worst}: smallest sine between bars {names}, ...", float(least[worst]), POOR)
-    return inverse
+    return found, total
+
+
+@compiled
+def _substitute(
+    unit: Array,
+    ends: Indices,
+    bars: Indices,
+    node: Indices,
+    axis: Indices,
+    begin: Indices,
+    total: Array,
+    found: Array,
+    sine: Array,
+) -> None:
+    """Solve the groups, see `Elimination`; loads in `total` are replaced by what the bars leave of them.
+
+    `sine` gets the smallest sine between a bar and the span of the others of its group, shape (T, G): the product of the
+    norms of a column and of the row of the inverse is one over it. It is 0 where there is no inverse.
+    """
+    most = 0
+    for g in range(len(begin) - 1):
+        most = max(most, begin[g + 1] - begin[g])
+    work, rows, length, pull = np.empty((most, most)), np.empty(most, np.intp), np.empty(most), np.empty(most)
+    for t in range(len(unit)):
+        for g in range(len(begin) - 1):
+            first, count = begin[g], begin[g + 1] - begin[g]
+            for j in range(count):
+                bar, length[j] = bars[first + j], 0.0
+                for i in range(count):
+                    value = unit[t, bar, axis[first + i]]
+                    if ends[bar, 1] == node[first + i]:
+                        value = -value
+                    elif ends[bar, 0] != node[first + i]:
+                        value = 0.0
+                    work[i, j] = value
+                    length[j] += value * value
+            sine[t, g] = 0.0
+            if _invert(work, rows, count):
+                worst = 0.0
+                for j in range(count):
+                    square = 0.0
+                    for i in range(count):
+                        square += work[j, i] * work[j, i]
+                    worst = max(worst, max(length[j], 1.0) * square)
+                sine[t, g] = 1 / np.sqrt(worst) if worst < np.inf else 0.0
+            for load in range(len(total)):
+                for j in range(count):
+                    pull[j] = 0.0
+                    for i in range(count):
+                        pull[j] -= work[j, i] * total[load, t, node[first + i], axis[first + i]]
+                for j in range(count):
+                    bar = bars[first + j]
+                    found[load, t, bar] = pull[j]
+                    for k in range(3):
+                        total[load, t, ends[bar, 0], k] += pull[j] * unit[t, bar, k]
+                        total[load, t, ends[bar, 1], k] -= pull[j] * unit[t, bar, k]
+
+
+@compiled
+def _invert(matrix: Array, rows: Indices, count: int) -> bool:
+    """Invert the first rows and columns in place, by Gauss and Jordan with the greatest pivots; whether there is an inverse."""
+    for p in range(count):
+        best = p
+        for i in range(p + 1, count):
+            if abs(matrix[i, p]) > abs(matrix[best, p]):
+                best = i
+        rows[p] = best
+        if not abs(matrix[best, p]) > 0.0:  # nor where it is no number
+            return False
+        scale = 1 / matrix[best, p]
+        for j in range(count):
+            value = matrix[best, j]
+            matrix[best, j] = matrix[p, j]
+            matrix[p, j] = value * scale
+        matrix[p, p] = scale
+        for i in range(count):
+            if i != p:
+                part = matrix[i, p]
+                matrix[i, p] = 0.0
+                for j in range(count):
+                    matrix[i, j] -= part * matrix[p, j]
+    for p in range(count - 1, -1, -1):  # columns in the place of the rows that were exchanged
+        for i in range(count):
+            value = matrix[i, p]
+            matrix[i, p] = matrix[i, rows[p]]
+            matrix[i, rows[p]] = value
+    return True
 
 
 def _refuse(frame: Framework, bars: Indices, nodes: Array, instant: int, sine: float) -> NoReturn:

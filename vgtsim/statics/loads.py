@@ -9,11 +9,11 @@ segment's own hub, so that the bar force left between them is the force where th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.kinematics.inertia import (
@@ -24,10 +24,11 @@ from vgtsim.kinematics.inertia import (
     make_member_inertia,
     make_plate_inertia,
 )
-from vgtsim.kinematics.vectors import across, cross, dot
+from vgtsim.kinematics.vectors import cross, dot
 from vgtsim.statics.motion import NodeMotion
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -57,36 +58,19 @@ class LoadModel:
         parts = self.members.mass.sum() + self.blocks.mass.sum() + self.hub_mass.sum()
         return float(parts) + self.plate.mass + self.payload.mass
 
-    @cached_property
-    def member_parts(self) -> _Parts:
-        """The members' segments."""
-        return _Parts(self.truss.ends, self.members)
-
-    @cached_property
-    def block_parts(self) -> _Parts:
-        """The posts of the joint blocks, between feet and heads."""
-        return _Parts(self.truss.rings[:, :, [0, 2]].reshape(-1, 2), self.blocks)
-
-
-class _Parts:
-    """Bodies of two segments between two nodes each, as `_share` needs them; near and far apart, shapes (M, 1)."""
-
-    def __init__(self, ends: NDArray[np.intp], inertia: MemberInertia) -> None:
-        self.ends = ends
-        columns = (inertia.mass, inertia.first_moment, inertia.about_end)
-        self.mass, self.first_moment, self.about_end = (np.moveaxis(item, -1, 0)[..., None] for item in columns)
-
 
 @dataclass(frozen=True)
 class MemberLoads:
     """Weight and inertia of each member, shared between its near and far hubs, shape (..., M, 3), N; in frame G.
 
-    `direction` is the unit vector from the near to the far hub, shape (..., M, 3).
+    `direction` is the unit vector from the near to the far hub, shape (..., M, 3); `total` are the sums at the nodes, shape
+    (..., N, 3), N.
     """
 
     direction: Array
     near: Array
     far: Array
+    total: Array
 
 
 def make_load_model(
@@ -123,43 +107,85 @@ def member_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = Non
 
     Source: moment equilibrium of each segment about the member's ends; no counterpart in the dissertation.
     """
-    return _share(model.member_parts, model.gravity, nodes, motion)
-
-
-def add_up(truss: Truss, loads: MemberLoads) -> Array:
-    """Loads of members added up at their nodes, shape (..., N, 3), N."""
-    near, far = _selections(truss)
-    return near @ loads.near + far @ loads.far
-
-
-@lru_cache(maxsize=64)
-def _selections(truss: Truss) -> tuple[Array, Array]:
-    """Matrices that add up values of members at their near and at their far nodes, shapes (N, M)."""
-    node = np.arange(len(truss.nodes))[:, None]
-    return (node == truss.ends[:, 0]).astype(float), (node == truss.ends[:, 1]).astype(float)
+    return _share(model, model.truss.ends, model.members, nodes, motion)
 
 
 def block_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> MemberLoads:
     """As `member_loads` for the posts of the joint blocks, between feet and heads."""
-    return _share(model.block_parts, model.gravity, nodes, motion)
+    return _share(model, model.truss.rings[:, :, [0, 2]].reshape(-1, 2), model.blocks, nodes, motion)
 
 
-def _share(parts: _Parts, gravity: Array, nodes: Array, motion: NodeMotion | None) -> MemberLoads:
-    first, second = parts.ends[:, 0], parts.ends[:, 1]
-    span = nodes[..., second, :] - nodes[..., first, :]
-    length = np.sqrt(dot(span, span))
-    unit = span / length
-    mass, first_moment, about_end = parts.mass, parts.first_moment, parts.about_end
-    pulls, turn = [gravity, gravity], 0.0
-    if motion is not None:
-        pulls = [gravity - motion.acceleration[..., end, :] for end in (first, second)]
-        turn = _direction_acceleration(parts.ends, unit, length, motion)
-    crossed1 = across(first_moment[0] * pulls[0] - about_end[0] * turn, unit) / length
-    crossed2 = across(first_moment[1] * pulls[1] + about_end[1] * turn, unit) / length
-    exchange = crossed2 - crossed1
-    near = mass[0] * pulls[0] - first_moment[0] * turn + exchange
-    far = mass[1] * pulls[1] + first_moment[1] * turn - exchange
-    return MemberLoads(unit, near, far)
+def _share(
+    model: LoadModel, ends: Index, inertia: MemberInertia, nodes: Array, motion: NodeMotion | None
+) -> MemberLoads:
+    flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
+    moved = () if motion is None else (motion.velocity, motion.acceleration)
+    velocity, acceleration = [by_rows(item.reshape(flat.shape)) for item in moved] or [np.empty((0, 0, 0))] * 2
+    shares, total = np.empty((3, len(flat), len(ends), 3)), np.zeros(flat.shape)
+    parts, gravity = np.array([inertia.mass, inertia.first_moment, inertia.about_end]), np.array(model.gravity, float)
+    _fill_shares(np.array(ends, np.intp), parts, gravity, flat, velocity, acceleration, shares, total)
+    direction, near, far = shares.reshape(3, *nodes.shape[:-2], len(ends), 3)
+    return MemberLoads(direction, near, far, total.reshape(nodes.shape))
+
+
+@compiled
+def _fill_shares(
+    ends: Index,
+    inertia: Array,
+    gravity: Array,
+    nodes: Array,
+    velocity: Array,
+    acceleration: Array,
+    shares: Array,
+    total: Array,
+) -> None:
+    """Directions of bodies of two segments and their loads at either end, shape (3, T, M, 3), and the sums at the nodes.
+
+    `inertia` has masses, first moments and moments of inertia about the ends, shape (3, M, 2). Velocities and accelerations
+    are empty at rest.
+    """
+    unit, turn, spin, second = np.empty(3), np.zeros(3), np.empty(3), np.empty(3)
+    pull, cross = np.empty((2, 3)), np.empty((2, 3))
+    for t in range(len(nodes)):
+        for m in range(len(ends)):
+            i, j = ends[m, 0], ends[m, 1]
+            square = 0.0
+            for k in range(3):
+                unit[k] = nodes[t, j, k] - nodes[t, i, k]
+                square += unit[k] * unit[k]
+            length = np.sqrt(square)
+            for k in range(3):
+                unit[k] /= length
+                pull[0, k] = pull[1, k] = gravity[k]
+            if len(velocity):
+                # the second time derivative of the unit vector: its turning, and the pull inwards as it turns
+                stretch = along = spun = 0.0
+                for k in range(3):
+                    spin[k] = velocity[t, j, k] - velocity[t, i, k]
+                    second[k] = acceleration[t, j, k] - acceleration[t, i, k]
+                    stretch += spin[k] * unit[k]
+                    along += second[k] * unit[k]
+                    pull[0, k] -= acceleration[t, i, k]
+                    pull[1, k] -= acceleration[t, j, k]
+                for k in range(3):
+                    spin[k] = (spin[k] - stretch * unit[k]) / length
+                    spun += spin[k] * spin[k]
+                for k in range(3):
+                    turn[k] = (second[k] - along * unit[k] - 2 * stretch * spin[k]) / length - spun * unit[k]
+            for s in range(2):
+                sign, lean = 1.0 - 2.0 * s, 0.0
+                for k in range(3):
+                    cross[s, k] = inertia[1, m, s] * pull[s, k] - sign * inertia[2, m, s] * turn[k]
+                    lean += cross[s, k] * unit[k]
+                for k in range(3):
+                    cross[s, k] = (cross[s, k] - lean * unit[k]) / length
+            for k in range(3):
+                exchange = cross[1, k] - cross[0, k]
+                near = inertia[0, m, 0] * pull[0, k] - inertia[1, m, 0] * turn[k] + exchange
+                far = inertia[0, m, 1] * pull[1, k] + inertia[1, m, 1] * turn[k] - exchange
+                shares[0, t, m, k], shares[1, t, m, k], shares[2, t, m, k] = unit[k], near, far
+                total[t, i, k] += near
+                total[t, j, k] += far
 
 
 def tool_point(model: LoadModel, nodes: Array) -> Array:
@@ -181,16 +207,6 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
     total = np.zeros(nodes.shape)
     total[..., model.truss.tip, :] = _spread(force, moment, (x, y, z), model.face_side)
     return total
-
-
-def _direction_acceleration(ends: NDArray[np.intp], unit: Array, length: Array, motion: NodeMotion) -> Array:
-    """Second time derivative of the members' unit vectors, shape (..., M, 3), 1/s², for lengths of shape (..., M, 1), m."""
-    first, second = ends[:, 0], ends[:, 1]
-    rate, second_rate = (v[..., second, :] - v[..., first, :] for v in (motion.velocity, motion.acceleration))
-    stretch = dot(rate, unit)
-    spin = (rate - stretch * unit) / length
-    turning = (across(second_rate, unit) - 2 * stretch * spin) / length
-    return turning - dot(spin, spin) * unit
 
 
 def hub_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> Array:

@@ -16,7 +16,7 @@ from vgtsim.kinematics import Truss
 from vgtsim.kinematics.vectors import cross
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.elasticity import ElasticModel
-from vgtsim.statics.loads import add_up, hub_loads, member_loads, tool_point
+from vgtsim.statics.loads import hub_loads, member_loads, tool_point
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
 
@@ -113,8 +113,7 @@ def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
 
 def node_loads(model: ElasticModel, nodes: Array, motion: NodeMotion | None = None) -> Array:
     """Weight, and inertia in a motion, of everything: shape (..., N, 3), N, for nodes of shape (..., N, 3)."""
-    shares = member_loads(model.loads, nodes, motion)
-    return hub_loads(model.loads, nodes, motion) + add_up(model.truss, shares)
+    return hub_loads(model.loads, nodes, motion) + member_loads(model.loads, nodes, motion).total
 
 
 def gather(truss: Truss, nodes: Array, force: Array) -> Array:

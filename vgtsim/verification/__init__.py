@@ -1,6 +1,6 @@
 """Verdicts on a run, independent of MuJoCo."""
 
-from vgtsim.verification.checks import CHECK_NAMES
+from vgtsim.verification.checks import CHECK_NAMES, MEASURES
 from vgtsim.verification.evidence import Evidence, find_riser_reaction
 from vgtsim.verification.instant import Instant, find_instant
 from vgtsim.verification.report import Check, Report
@@ -9,6 +9,7 @@ from vgtsim.verification.verify import verify
 
 __all__ = [
     "CHECK_NAMES",
+    "MEASURES",
     "Check",
     "Evidence",
     "Hold",

@@ -30,6 +30,43 @@ def check_stroke_room(run: Evidence) -> Finding:
     return least_of(np.minimum(run.log.actual - low, high - run.log.actual), run.log.time, run.actuator_names)
 
 
+@report_as("actuator_speed", "speed over rated speed", unit="1", limit="actuator_speed")
+def check_speed(run: Evidence) -> Finding:
+    """Greatest speed of a cylinder over its rated one, from differenced lengths."""
+    speed = np.abs(np.diff(run.log.actual, axis=0)) / np.diff(run.log.time)[:, None]
+    return worst_of(speed / collect(run.site, "rate"), run.log.time[1:], run.actuator_names)
+
+
+@report_as(
+    "actuator_speed",
+    "acceleration over the scene's",
+    unit="1",
+    limit="actuator_acceleration",
+    applies=when(drive="rigid", members=("rigid", "sections")),
+)
+def check_acceleration(run: Evidence) -> Finding:
+    """Greatest acceleration of a cylinder over that of the scene's motion, from differenced lengths."""
+    return _find_acceleration(run, run.log.actual)
+
+
+@report_as("actuator_speed", "commanded acceleration over the scene's", unit="1", limit="actuator_acceleration")
+def check_commanded_acceleration(run: Evidence) -> Finding:
+    """Greatest acceleration that a cylinder was asked for, over that of the scene's motion; an arm that gives rings."""
+    return _find_acceleration(run, run.log.commanded)
+
+
+def _find_acceleration(run: Evidence, lengths: Array) -> Finding:
+    step = run.log.time[1] - run.log.time[0]
+    part = np.abs(np.diff(lengths, n=2, axis=0)) / (step**2 * run.site.task.motion.acceleration)
+    return worst_of(part, run.log.time[1:-1], run.actuator_names)
+
+
+@report_as("actuator_speed", "logged speed to differenced lengths", unit="m/s", limit="logged_speed")
+def check_logged_speed(run: Evidence) -> Finding:
+    """Greatest difference of a logged cylinder speed from that of the lengths."""
+    return worst_of(np.abs(run.log.rates - run.speeds), run.log.time, run.actuator_names)
+
+
 @report_as("actuator_force", "drive force over capacity", unit="1", limit="actuator_force")
 def check_actuators(run: Evidence) -> Finding:
     """Greatest drive force over what the supply pressure holds."""

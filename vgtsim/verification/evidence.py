@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import Clearance, arm_clearance, make_profile, obstacles, self_clearance
-from vgtsim.kinematics.inertia import member_radii
+from vgtsim.geometry import Clearance
+from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import (
@@ -32,12 +34,36 @@ _BESIDE = 2  # records on either side of one that its acceleration is made of, s
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
+class PlannedLeg(Protocol):
+    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m."""
+
+    @property
+    def goal(self) -> int: ...  # noqa: D102
+
+    @property
+    def lengths(self) -> Array: ...  # noqa: D102
+
+
+class PlannedTour(Protocol):
+    """What the commands of a log are held against: legs in their order, with the time step, s."""
+
+    @property
+    def legs(self) -> Sequence[PlannedLeg]: ...  # noqa: D102
+
+    @property
+    def timestep(self) -> float: ...  # noqa: D102
+
+
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """A run and everything that several checks read out of it; T records, M members. Vectors are in frame G."""
+    """A run and everything that several checks read out of it; T records, M members. Vectors are in frame G.
+
+    The tour is the planned one, where it is known.
+    """
 
     site: Site
     log: RunLog
+    tour: PlannedTour | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -53,6 +79,16 @@ class Evidence:
     def motion(self) -> NodeMotion:
         """Velocities and accelerations of the nodes; NaN where they are unknown."""
         return motion_from_log(self.log.time, self.log.nodes)
+
+    @cached_property
+    def speeds(self) -> Array:
+        """Speeds of the cylinders half a step before each record, from differenced lengths, shape (T, J), m/s.
+
+        MuJoCo's speeds, which the log has, stand there: they are those of the step that led to the record.
+        """
+        found = motion_from_log(self.log.time, self.log.actual[..., None])
+        step = self.site.task.simulation.timestep
+        return (found.velocity - step / 2 * found.acceleration)[..., 0]
 
     @cached_property
     def lengths(self) -> Array:
@@ -94,6 +130,10 @@ class Evidence:
         """Expected forces of the settled records alone: at rest, or with the inertia of an elastic arm's ringing."""
         nodes = self.log.nodes[self.settled]
         return self.moving.at(self.settled) if self._rings else solve_members(self.site.load_model, nodes)
+
+    def expect(self, *, settled: bool) -> tuple[Index, MemberForces]:
+        """Settled or all records, and the forces expected in them."""
+        return (self.settled, self.resting) if settled else (np.arange(len(self.log.time)), self.moving)
 
     @property
     def _rings(self) -> bool:
@@ -138,26 +178,19 @@ class Evidence:
         return corner.mean(axis=1) + self.site.arm.tip_plate.tool_offset * normal, normal
 
     @cached_property
+    def proximity(self) -> Proximity:
+        """Measures the arm's distances."""
+        return Proximity(self.site)
+
+    @cached_property
     def around(self) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste at every record."""
-        site, tank, payload = self.site, self.site.tank, self.site.task.payload
-        ball, radii = (self.tool[0], payload.radius) if payload.mass else None, member_radii(site.arm, site.truss)
-        around = (tank, make_profile(tank.shell), obstacles(tank), ball)
-        return arm_clearance(self.log.nodes, site.truss.ends, radii, site.arm.hub.radius, *around)
+        return self.proximity.around(self.log.nodes, self.tool[0])
 
     @cached_property
     def among(self) -> tuple[Array, Index]:
-        """Least distance of the arm from itself and the mast, shape (T,), m, and the pair of members, shape (T, 2).
-
-        The mast, before the first module, and the payload, in the last one, follow the members.
-        """
-        site, nodes, count = self.site, self.log.nodes, self.log.nodes.shape[1]
-        radius, pivot = site.mast.outer_diameter / 2, site.chain.mount[:3, 3]
-        axis = (np.broadcast_to(pivot + [0, 0, up], (len(nodes), 1, 3)) for up in (radius, site.mast.length))
-        points = np.concatenate([nodes, *axis, self.tool[0][:, None]], axis=1)
-        ends = np.concatenate([site.truss.ends, [[count, count + 1], [count + 2, count + 2]]])
-        radii = np.append(member_radii(site.arm, site.truss), [radius, site.task.payload.radius])
-        return self_clearance(points, ends, radii, np.append(site.truss.module, [-1, len(site.arm.modules) - 1]))
+        """Least distance of the arm from itself and the mast, shape (T,), m, and the pair of parts, shape (T, 2)."""
+        return self.proximity.among(self.log.nodes, self.tool[0])
 
     @cached_property
     def clearance(self) -> Array:

@@ -35,7 +35,8 @@ class Finding:
 class Measure:
     """One row of the report: a figure, in words and with its unit, held against the limit of a key in the scene's `limits`.
 
-    `applies` says whether the row is in the report of a site; `find` measures the figure.
+    `applies` says whether the row is in the report of a site, and `planned` that it is only in one with a plan; `find`
+    measures the figure.
     """
 
     check: str
@@ -44,6 +45,7 @@ class Measure:
     limit: str
     sense: Literal["at most", "at least"]
     applies: Callable[[Site], bool]
+    planned: bool
     find: Callable[[Evidence], Finding]
 
     def __call__(self, run: Evidence) -> Finding:
@@ -59,16 +61,29 @@ def report_as(
     limit: str,
     sense: Literal["at most", "at least"] = "at most",
     applies: Callable[[Site], bool] = lambda _: True,
+    planned: bool = False,
 ) -> Callable[[Callable[[Evidence], Finding]], Measure]:
     """Make a row of the report of the function below; the arguments are the fields of `Measure`."""
     return lambda find: Measure(
-        check=check, quantity=quantity, unit=unit, limit=limit, sense=sense, applies=applies, find=find
+        check=check,
+        quantity=quantity,
+        unit=unit,
+        limit=limit,
+        sense=sense,
+        applies=applies,
+        planned=planned,
+        find=find,
     )
 
 
 def when(**settings: object) -> Callable[[Site], bool]:
-    """Whether a scene's simulation has some settings, for example `when(drive="hydraulic")`."""
-    return lambda site: all(getattr(site.task.simulation, name) == value for name, value in settings.items())
+    """Whether a scene's simulation has some settings, for example `when(drive="hydraulic")`; of a tuple, any one."""
+
+    def applies(site: Site) -> bool:
+        found = ((getattr(site.task.simulation, name), wanted) for name, wanted in settings.items())
+        return all(value in wanted if isinstance(wanted, tuple) else value == wanted for value, wanted in found)
+
+    return applies
 
 
 def has_cases(site: Site) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification.evidence import Array, Evidence
+from vgtsim.verification.evidence import Array, Evidence, Index
 from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
 
 
@@ -28,8 +28,8 @@ def check_tool_direction(run: Evidence) -> Finding:
     "tracking",
     "cylinder length to its command",
     unit="m",
-    limit="tracking_position",
-    applies=when(drive="rigid", members="rigid"),
+    limit="command",
+    applies=when(drive="rigid", members=("rigid", "sections")),
 )
 def check_command(run: Evidence) -> Finding:
     """Greatest distance of a cylinder's length from its command.
@@ -37,6 +37,29 @@ def check_command(run: Evidence) -> Finding:
     Rigid drives of a rigid arm have no excuse to trail; others may, and are judged at the goals.
     """
     return worst_of(np.abs(run.log.actual - run.log.commanded), run.log.time, run.actuator_names)
+
+
+@report_as("tracking", "commanded length to the plan", unit="m", limit="command", planned=True)
+def check_plan(run: Evidence) -> Finding:
+    """Greatest distance of a logged command from the planned one of its instant.
+
+    A leg begins at some step between the last record before it and its first one. The log does not say which, so every
+    step between is tried.
+    """
+    log, tour = run.log, run.tour
+    assert tour is not None  # the row is for reports with a plan
+    every = round(1 / (run.site.task.simulation.log_rate * tour.timestep))  # steps between records
+    error = np.abs(log.commanded - tour.legs[0].lengths[0])
+    for leg in tour.legs:
+        rows = np.flatnonzero(log.goal == leg.goal)
+        ways = (_follow(leg.lengths, every * np.arange(len(rows)) + begun) for begun in range(every))
+        error[rows] = min((np.abs(log.commanded[rows] - way) for way in ways), key=lambda off: off.max(initial=0.0))
+    return worst_of(error, log.time, run.actuator_names)
+
+
+def _follow(lengths: Array, steps: Index) -> Array:
+    """Lengths at some steps of a leg, the last ones after its end."""
+    return lengths[np.minimum(steps, len(lengths) - 1)]
 
 
 def _find_worst_held(run: Evidence, errors: Array) -> Finding:

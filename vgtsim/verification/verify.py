@@ -9,20 +9,21 @@ import numpy as np
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.checks import MEASURES
-from vgtsim.verification.evidence import Array, Evidence
+from vgtsim.verification.evidence import Array, Evidence, PlannedTour
 from vgtsim.verification.measures import Finding, Measure, missing
 from vgtsim.verification.report import Check, Report
 
 
-def verify(site: Site, log: RunLog) -> Report:
+def verify(site: Site, log: RunLog, tour: PlannedTour | None = None) -> Report:
     """Hold a run against the description and the project's own kinematics and statics. MuJoCo takes no part.
 
-    A log that is damaged, or of another arm, fails every check.
+    With a tour, which planning makes of the same scene, the commands are held against it as well. A log that is damaged,
+    or of another arm, fails every check.
     """
-    truss, run = site.truss, Evidence(site, log)
+    truss, run = site.truss, Evidence(site, log, tour)
     counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.motion.goals))
     fault = log.find_fault() or log.find_misfit(*counts)
-    rows = [measure for measure in MEASURES if measure.applies(site)]
+    rows = [measure for measure in MEASURES if measure.applies(site) and (tour is not None or not measure.planned)]
     checks = tuple(_judge(site, row, missing(fault, "the log") if fault else row.find(run)) for row in rows)
     series = {} if fault else _collect_series(run)
     return Report(site.task.name, checks, log.performance, log.versions, series)

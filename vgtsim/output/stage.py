@@ -1,0 +1,142 @@
+"""The scene drawn offscreen: the whole of it once for each camera that stands still, then only the part with the arm in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from copy import copy
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.errors import MissingLibraryError
+from vgtsim.graphics import mujoco
+from vgtsim.mjcf import build_model, names, tank
+from vgtsim.output.replay import make_replay, pose_model, project
+from vgtsim.site import Site
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+Box = tuple[int, int, int, int]  # left, top, right and bottom, pixels
+
+_DIM = 0.6
+_AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
+_SLICES, _STACKS = (
+    14,
+    4,
+)  # of a round geom, a few pixels wide; more stacks change no pixel that is seen, and cost a third
+_INSIDE = ("riser", "tool")
+_MOST = 10_000  # drawn shapes; a scene has some hundreds
+_EDGE = 2  # pixels around the arm, for the smoothing of its edges
+_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+
+
+def compile_view(site: Site) -> mujoco.MjModel:
+    """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
+    model = build_model(site)
+    model.mat(f"{names.TANK}/liner").rgba[:3] *= _DIM
+    model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
+    model.light_diffuse[:] = _DIFFUSE
+    model.vis.quality.numslices, model.vis.quality.numstacks = _SLICES, _STACKS
+    return model
+
+
+class Stage:
+    """A model that is posed and drawn, with a thread of its own, which its OpenGL context needs; several draw at once."""
+
+    def __init__(self, site: Site, model: mujoco.MjModel, size: tuple[int, int], end: float) -> None:
+        """Prepare a copy of a model for pictures of a width and height, pixels; the colour scale ends at this force, N.
+
+        Raises:
+            MissingLibraryError: There is no EGL.
+        """
+        self._model, self._size = copy(model), size
+        self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
+        self._replay = make_replay(self._model, site.truss, end)
+        self._scene = mujoco.MjvScene(self._model, _MOST)
+        for effect in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
+            self._scene.flags[effect] = 0
+        self._moving = np.flatnonzero(self._model.body_weldid[self._model.geom_bodyid])
+        boxes = self._model.geom_aabb[self._moving, None]
+        self._corners = boxes[..., :3] + boxes[..., 3:] * _CORNERS
+        self._grounds: dict[str, Picture] = {}
+        self._points = np.array([goal.position for goal in site.task.motion.goals])
+        self._thread = ThreadPoolExecutor(1)
+        self._close: Callable[[], None] = lambda: None
+        try:
+            self._thread.submit(self._open).result()
+        except (ImportError, AttributeError, RuntimeError, mujoco.FatalError):
+            # which of them depends on what is missing: the library, its driver, or a device
+            self.close()
+            raise MissingLibraryError("EGL", "apt-get install libegl1 libgl1-mesa-dri") from None
+
+    def draw(self, camera: str, nodes: Array, axial: Array) -> Future[tuple[Picture, Array]]:
+        """Draw nodes in frame G, shape (N, 3), m, members coloured by axial force, shape (M,), N.
+
+        The picture, shape (height, width, 3), comes with column and row of every goal, see `project`.
+        """
+        return self._thread.submit(self._draw, camera, nodes, axial)
+
+    def close(self) -> None:
+        """End the thread and free the memory of the graphics."""
+        self._thread.submit(self._close).result()
+        self._thread.shutdown()
+
+    def _open(self) -> None:
+        context = mujoco.GLContext(*self._size)
+        self._close = context.free
+        context.make_current()
+        self._context = mujoco.MjrContext(self._model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._close = lambda: (self._context.free(), context.free())[0]
+
+    def _draw(self, camera: str, nodes: Array, axial: Array) -> tuple[Picture, Array]:
+        pose_model(self._replay, nodes, axial)
+        whole = (0, 0, *self._size)
+        if self._model.body_weldid[self._model.cam(camera).bodyid].any():  # the camera moves, and all with it
+            self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
+            places = project(self._scene, self._points, *self._size)
+            return self._take(whole), places
+        if camera not in self._grounds:
+            self._look(camera, mujoco.mjtCatBit.mjCAT_STATIC)
+            self._grounds[camera] = self._take(whole)
+        self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
+        places = project(self._scene, self._points, *self._size)
+        left, top, right, bottom = box = self._find_arm()
+        picture = self._grounds[camera].copy()
+        if left < right and top < bottom:
+            picture[top:bottom, left:right] = self._take(box)
+        return picture, places
+
+    def _look(self, camera: str, shown: mujoco.mjtCatBit) -> None:
+        """Fill the scene with what a camera sees; the cameras outside the tank see no front half of it."""
+        view, eye = mujoco.MjvOption(), mujoco.MjvCamera()
+        view.geomgroup[[tank.FRONT_GROUP, tank.FRONT_COVER_GROUP]] = camera in _INSIDE
+        eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.cam(camera).id
+        mujoco.mjv_updateScene(self._model, self._replay.data, view, None, eye, shown, self._scene)
+
+    def _find_arm(self) -> Box:
+        """Find the part of the picture that the arm may be in; where it comes beside the camera, the whole."""
+        data, width_height = self._replay.data, np.array(self._size)
+        turns = data.geom_xmat[self._moving].reshape(-1, 3, 3)
+        points = data.geom_xpos[self._moving, None] + self._corners @ np.swapaxes(turns, 1, 2)
+        places = project(self._scene, points.reshape(-1, 3), *self._size)
+        if not np.isfinite(places).all():
+            return 0, 0, *self._size
+        low = np.clip(np.floor(places.min(axis=0)) - _EDGE, 0, width_height).astype(int)
+        high = np.clip(np.ceil(places.max(axis=0)) + _EDGE, 0, width_height).astype(int)
+        return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+    def _take(self, box: Box) -> Picture:
+        """Draw a part of the picture: its pixels are those of the whole."""
+        (left, top, right, bottom), (width, height) = box, self._size
+        for eye in self._scene.camera:  # one for each eye of a stereo picture; MuJoCo takes their mean
+            pixel = (eye.frustum_top - eye.frustum_bottom) / height
+            upper = eye.frustum_top
+            eye.frustum_top, eye.frustum_bottom = upper - top * pixel, upper - bottom * pixel
+            eye.frustum_center = ((left + right) / 2 - width / 2) * pixel
+        pixels = np.empty((bottom - top, right - left, 3), np.uint8)
+        corner = mujoco.MjrRect(0, 0, right - left, bottom - top)
+        mujoco.mjr_render(corner, self._scene, self._context)
+        mujoco.mjr_readPixels(pixels, None, corner, self._context)
+        return pixels[::-1]  # OpenGL counts rows from below

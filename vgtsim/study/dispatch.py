@@ -1,0 +1,124 @@
+"""The loop of a study: cases to workers in batches, rows back, and the loss of workers on the way."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+
+from vgtsim.errors import ClusterError
+from vgtsim.study.cases import Case, Order
+from vgtsim.study.engines import Engine
+from vgtsim.study.work import Row, make_row, work_off
+
+_BATCH_S = 1.0  # seconds of work in a batch of short cases: a scheduler takes milliseconds for each batch
+_LARGEST = 1000  # cases of a batch
+_ALONE = 2  # losses of a worker after which a case goes alone
+_BREAKS = 3  # of a pool of processes that has not given one row: it cannot work at all
+_CONDEMNED = 2  # losses of a worker by a case that was alone, after which it is the cause
+
+
+def dispatch(
+    order: Order, cases: Iterable[Case], engine: Engine, receive: Callable[[Sequence[Row]], None], tick_s: float = 1.0
+) -> None:
+    """Work off cases; `receive` gets the rows of each batch, in the order of arrival, and an empty list now and then.
+
+    The batch of a lost worker is done again. A case that was in hand at several losses is done again alone, so that no
+    case is blamed for what another did, and none is lost; one that loses its worker alone, too, is a row with that error.
+
+    Raises:
+        ClusterError: The cluster is gone, or a worker has other versions.
+    """
+    loop = _Loop(order, engine, deque(cases))
+    while loop.fill():
+        try:
+            rows = loop.collect(tick_s)
+        except Empty:
+            rows = ()
+        receive(rows)
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Cases under way in an executor; `alone` if nothing else was under way."""
+
+    cases: tuple[Case, ...]
+    pool: Executor
+    alone: bool
+
+
+class _Loop:
+    """Cases that wait, batches under way, and losses so far."""
+
+    def __init__(self, order: Order, engine: Engine, waiting: deque[Case]) -> None:
+        self.order, self.engine, self.waiting = order, engine, waiting
+        self.pool = engine.open()
+        self.suspects: deque[Case] = deque()
+        self.running: dict[Future[list[Row]], _Batch] = {}
+        self.arrived: SimpleQueue[Future[list[Row]]] = SimpleQueue()
+        self.losses: Counter[str] = Counter()
+        self.alone: Counter[str] = Counter()
+        self.breaks: int | None = 0  # of the pool before its first row
+        self.mean_s = _BATCH_S  # of a case, so that the first batches have one each
+
+    def fill(self) -> bool:
+        """Send batches until enough are under way; False when all is done."""
+        while self.waiting and len(self.running) < self.engine.width:
+            share = len(self.waiting) // (2 * self.engine.width)  # the last batches are small, so that all end together
+            size = max(min(int(_BATCH_S / self.mean_s), _LARGEST, share), 1)
+            self._send(tuple(self.waiting.popleft() for _ in range(size)))
+        if self.suspects and not self.running:
+            self._send((self.suspects.popleft(),), alone=True)
+        return bool(self.running)
+
+    def _send(self, cases: tuple[Case, ...], *, alone: bool = False) -> None:
+        try:
+            future = self.pool.submit(work_off, self.order, cases)
+        except BrokenExecutor:  # noticed before one of its futures was
+            self._reopen()
+            future = self.pool.submit(work_off, self.order, cases)
+        self.running[future] = _Batch(cases, self.pool, alone)
+        future.add_done_callback(self.arrived.put)
+
+    def _reopen(self) -> None:
+        if self.breaks is not None:
+            self.breaks += 1
+            if self.breaks > _BREAKS:
+                raise ClusterError(self.engine.place, "its processes end before the first case does")
+        self.pool = self.engine.open()
+
+    def collect(self, patience: float) -> list[Row]:
+        """Rows of the next batch that arrives, or `queue.Empty` after a while, s."""
+        future = self.arrived.get(timeout=patience)
+        batch = self.running.pop(future)
+        try:
+            rows = future.result()
+        except self.engine.lost as error:
+            if isinstance(error, BrokenExecutor) and batch.pool is self.pool:
+                self._reopen()
+            return self._resend(batch)
+        except CancelledError:
+            raise ClusterError(self.engine.place, "the scheduler is gone") from None
+        except ImportError as error:
+            raise ClusterError(self.engine.place, str(error)) from None
+        self.breaks = None
+        spent = sum(row["processor_s"] for row in rows) / len(rows)
+        self.mean_s = max(0.9 * self.mean_s + 0.1 * spent, 1e-4)
+        return rows
+
+    def _resend(self, batch: _Batch) -> list[Row]:
+        """Line up the cases of a lost batch again; the row of one that is the cause."""
+        rows = []
+        for case in batch.cases:
+            self.losses[case.digest] += 1
+            self.alone[case.digest] += batch.alone
+            if self.alone[case.digest] >= _CONDEMNED:
+                kept: Row = dict.fromkeys(self.order.columns)
+                rows.append(make_row(self.order, case, kept, "LostWorker: the case ends its process", 0.0))
+            elif self.losses[case.digest] >= _ALONE:
+                self.suspects.append(case)
+            else:
+                self.waiting.appendleft(case)
+        return rows

@@ -1,0 +1,48 @@
+"""Is the log whole: no record is missing, moved or doubled, and every stage of the tour is there, in its order?"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vgtsim.verification.evidence import Evidence
+from vgtsim.verification.measures import Finding, report_as, worst_of
+from vgtsim.verification.tracking import find_holds, goal_name
+
+_ROUNDING = 1e-6  # of a record: times are sums of steps
+_BESIDE = 1  # records by which a stage may be longer or shorter than its time: it begins between two records
+
+
+@report_as("record", "record from its instant", unit="s", limit="record_time")
+def check_instants(run: Evidence) -> Finding:
+    """Greatest distance of a record from its instant: the first is at zero, the others follow at the scene's rate."""
+    due = np.arange(len(run.log.time)) / run.site.task.simulation.log_rate
+    return worst_of(np.abs(run.log.time - due)[:, None], run.log.time, ("the log",))
+
+
+@report_as("record", "records missing or too many", unit="1", limit="missing_records")
+def check_count(run: Evidence) -> Finding:
+    """Difference of the number of records from that of the simulated time."""
+    simulated = run.log.performance["simulated_s"]
+    due, count = int(np.ceil(simulated * run.site.task.simulation.log_rate - _ROUNDING)), len(run.log.time)
+    return Finding(float(abs(count - due)), "the log", detail=f"{count} records of {simulated:.6g} s, {due} are due")
+
+
+@report_as("record", "stages of the tour missing or out of place", unit="1", limit="missing_records")
+def check_stages(run: Evidence) -> Finding:
+    """Count the stages that are not as the scene has them: rest, then the way to each goal in turn and a hold there.
+
+    The rest and each hold must last the scene's `hold`.
+    """
+    log, site = run.log, run.site
+    count, due = len(site.task.motion.goals), site.task.motion.hold * site.task.simulation.log_rate
+    holds, faults = find_holds(log), []
+    if log.goal[0] != -1 or abs(np.argmax(log.goal != -1) - due) > _BESIDE:
+        faults.append("the rest before the first goal")
+    leaps = np.flatnonzero(~np.isin(np.diff(log.goal), (0, 1)))
+    faults += [f"goals out of order at {log.time[i + 1]:.6g} s" for i in leaps]
+    for goal in range(count):
+        there = [hold for hold in holds if hold.goal == goal]
+        last = np.flatnonzero(log.goal == goal)[-1:]
+        if len(there) != 1 or there[0].last != last[0] or abs(there[0].last + 1 - there[0].first - due) > _BESIDE:
+            faults.append(f"the hold at {goal_name(site, goal)}")
+    return Finding(float(len(faults)), faults[0] if faults else "none", detail="; ".join(faults))
