@@ -65,13 +65,8 @@ def test_each_function_is_compiled_once():
                 solve(Problem(box, tool_goal(position - 0.01, direction), wanted), box.middle)
     for path in FILES:
         for item in vars(load(path)).values():
-<<<<<<< HEAD
             if isinstance(item, Dispatcher) and not item.__name__.startswith("_"):
-                assert len(item.signatures) <= 1, item
-=======
-            if isinstance(item, Dispatcher):
                 assert len(item.signatures) <= 1, item.signatures
->>>>>>> main
 
 
 @pytest.mark.long
