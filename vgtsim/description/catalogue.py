@@ -110,6 +110,8 @@ def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Cat
             if field.endswith("_tube") or field == "cylinder":
                 table[field] = _figure(getattr(module, field), reason)
     header = list(takewhile(lambda line: line.startswith("#") or not line.strip(), text.splitlines()))
+    if target.parent.resolve() != source.parent.resolve():  # the path of the schema is relative to the source
+        header = [line for line in header if not line.startswith("#:schema")]
     with replacing(target) as partial:
         partial.write_text("\n".join([*header, *_toml_lines(data)]) + "\n", encoding="utf-8")
 

@@ -11,13 +11,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import inf, pi
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, Field, GetCoreSchemaHandler
+from pydantic import BaseModel, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from vgtsim.errors import UnusualWarning
 from vgtsim.units import to_si
+
+_TEXT = r"^\s*[-+\u2212]?[0-9.]"  # of a quantity, for editors: the loader reads all of it
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,10 @@ class Figure:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Read the quantity, check what the field demands of it, then its size."""
         return core_schema.no_info_wrap_validator_function(self._read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """A number within the bounds, or a text with a unit."""
+        return {"anyOf": [handler(schema["schema"]), {"type": "string", "pattern": _TEXT}]}  # type: ignore[typeddict-item]
 
     def _read(self, value: Any, check: Callable[[Any], float]) -> float:
         number = check(to_si(value, self.unit))
@@ -94,7 +100,8 @@ def _figures(node: Any, key: str) -> Iterator[tuple[str, float, Figure]]:
 
 def find_figure(annotation: Any, metadata: list[Any]) -> Figure | None:
     """Figure of a field, or of the one beside None in its union; None where the field holds no single figure."""
-    for choice in (metadata, *(getattr(part, "__metadata__", ()) for part in getattr(annotation, "__args__", ()))):
+    parts = get_args(annotation) if type(None) in get_args(annotation) else ()
+    for choice in (metadata, *(getattr(part, "__metadata__", ()) for part in parts)):
         for item in choice:
             if isinstance(item, Figure):
                 return item
