@@ -112,6 +112,7 @@ def capacity(
     """Map the allowable payload of an arm over radius and depth, the governing limit, and the sag of the tip."""
     import numpy as np
 
+    from vgtsim.errors import DescriptionError
     from vgtsim.kinematics.ties import first_greatest, first_least
     from vgtsim.output import prepare_folder
     from vgtsim.output.maps import write_capacity
