@@ -117,6 +117,10 @@ def main() -> None:
             sys.exit(Status.BROKEN_PIPE)
         raise
     except Exception as error:
+        from pydantic import ValidationError
+
+        if isinstance(error, ValidationError):  # of an option that becomes part of a description
+            _complain(f"{error.title}: {error.errors()[0]['msg'].removeprefix('Value error, ')}", Status.BAD_INPUT)
         _report_defect(error)
 
 
