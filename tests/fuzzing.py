@@ -375,9 +375,8 @@ def warm_up() -> None:
     """Import what the verbs import, so that a child has it at once."""
     import vgtsim.cli
     import vgtsim.mjcf
-    import vgtsim.output.capacity_map
+    import vgtsim.output.maps
     import vgtsim.output.track_files
-    import vgtsim.output.workspace_plot
     import vgtsim.planning.capacity
     import vgtsim.planning.design
     import vgtsim.planning.following

@@ -56,7 +56,7 @@ BAD_INPUT = {
     ),
     "outside the tank": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["12.5 m", "1.74 m", "2.5 m"]', ["behind", "shell"]),
     "pivot": (SCENE, 'pivot_depth = { value = "1.75 m"', 'pivot_depth = { value = "9.5 m"', ["mast.pivot_depth"]),
-    "out of reach": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["0 m", "-1 m", "8.0 m"]', ["behind", "out of reach by"]),
+    "out of reach": (SCENE, '["9.96 m", "0.87 m", "2.5 m"]', '["-3 m", "0 m", "3.0 m"]', ["behind", "out of reach by"]),
 }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from fuzzing import make_case, run_case, warm_up
 
-CASES = 60  # some ten seconds of processor time
+CASES = 48  # most of a minute of processor time
 FIRST = 20_000
 
 

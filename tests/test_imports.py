@@ -13,13 +13,14 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ROOMS = (
     ("errors",),
-    ("compilation", "constants", "graphics", "replacing", "units"),
+    ("compilation", "constants", "digests", "graphics", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),
     ("kinematics",),
     ("statics",),
     ("positioning",),
     ("site",),
+    ("proximity",),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
     ("posture", "study"),

@@ -9,7 +9,7 @@ import pytest
 
 SCIPY = {f"scipy.{part}" for part in ("interpolate", "optimize", "signal", "spatial", "sparse")}
 DRAWING = {"PIL", "imageio_ffmpeg", "matplotlib", "meshio", "trimesh"}
-HEAVY = {"mujoco", "numba", "numpy", "pint", "pydantic", "scipy"} | SCIPY | DRAWING
+HEAVY = {"distributed", "mujoco", "numba", "numpy", "pint", "polars", "pyarrow", "pydantic", "scipy"} | SCIPY | DRAWING
 HELP = "import sys; sys.argv[1:] = {}\ntry:\n    from vgtsim.cli import main; main()\nexcept SystemExit: pass"
 
 

@@ -49,15 +49,23 @@ class SingularPoseError(AssemblyError):
 
 
 class SingularityError(AssemblyError):
-    """Given lengths lie behind a singularity; the module may be on another assembly mode there.
+    """Given lengths lie behind a singularity, which `reason` names; the module may be on another assembly mode there.
 
     `value` is the smallest singular value at the end of the way, `member` the member with the largest part in it, and
     `reached` the fraction of the way covered.
     """
 
-    def __init__(self, module: str, value: float, member: str, residual: float, reached: float) -> None:
+    def __init__(
+        self,
+        module: str,
+        value: float,
+        member: str,
+        residual: float,
+        reached: float,
+        reason: str = "a singularity lies between",
+    ) -> None:
         detail = f"smallest singular value {value:.2g}, {member}; {reached:.3f} of the way covered"
-        super().__init__(module, residual, f"a singularity lies between, {detail}")
+        super().__init__(module, residual, f"{reason}, {detail}")
         self.value, self.member, self.reached = value, member, reached
 
 
@@ -139,6 +147,10 @@ class TrussError(VgtError):
 
 class NearSingularWarning(UserWarning):
     """A truss or pose is sound, but so near a singular one that results have few digits; the figure is in the message."""
+
+
+class UnusualWarning(UserWarning):
+    """A figure in a file is possible but unusual; the message names file, key, figure and usual range."""
 
 
 class DivergenceError(VgtError):

@@ -10,12 +10,10 @@ from __future__ import annotations
 import math
 import re
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Any
-
-from pydantic import BeforeValidator
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     import pint
 
@@ -217,21 +215,3 @@ def _write(powers: Mapping[str, Any]) -> str:
 def _factor(text: str, unit: str) -> float:
     """Number of one unit in another."""
     return float(_registry().Quantity(1.0, _unit(text)).to(_unit(unit)).magnitude)
-
-
-def _parser(unit: str) -> Callable[[Any], float]:
-    return lambda value: to_si(value, unit)
-
-
-Length = Annotated[float, BeforeValidator(_parser("m"))]
-Mass = Annotated[float, BeforeValidator(_parser("kg"))]
-Time = Annotated[float, BeforeValidator(_parser("s"))]
-Frequency = Annotated[float, BeforeValidator(_parser("1/s"))]
-Speed = Annotated[float, BeforeValidator(_parser("m/s"))]
-Acceleration = Annotated[float, BeforeValidator(_parser("m/s**2"))]
-Force = Annotated[float, BeforeValidator(_parser("N"))]
-Moment = Annotated[float, BeforeValidator(_parser("N*m"))]
-Pressure = Annotated[float, BeforeValidator(_parser("Pa"))]
-Density = Annotated[float, BeforeValidator(_parser("kg/m**3"))]
-Angle = Annotated[float, BeforeValidator(_parser("rad"))]
-Number = Annotated[float, BeforeValidator(_parser("dimensionless"))]

@@ -132,7 +132,7 @@ def test_the_departure_of_a_spinning_bar_is_that_of_a_finite_turn(site):
     data.qvel[:] = 0.0
     data.qvel[ball : ball + 3] = w
     mujoco.mj_step1(model, data)
-    gaps = np.array(data.efc_pos[correction._closures])
+    gaps = np.array(data.efc_pos[: data.ne])
     correction._speeds = np.array(data.qvel)
     found = correction._find_departures(plant.state.lengths, gaps).reshape(-1, 3)
     R, length = data.site(names.near(member.name)).xmat.reshape(3, 3), model.site(names.far(member.name)).pos[2]
@@ -180,7 +180,7 @@ def test_turns_are_foreseen_where_accelerations_jump(sites, name, left, monkeypa
     errors = []
 
     def watch(plant):
-        joints = plant._correction._foresight._joints
+        joints = plant._correction._foresight._turns._joints
         turned = np.concatenate([joints.balls[:, :2].ravel(), joints.tip, joints.turns[:, :2].ravel(), joints.pins])
         errors.append([np.abs(speeds - plant.data.qvel)[turned].max() for speeds in seen[-1]])
 

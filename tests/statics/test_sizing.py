@@ -173,12 +173,12 @@ def test_catalogue_whose_cylinders_are_all_too_long_is_refused(hanging_arm, dema
 
 def test_catalogue_that_is_no_text_is_named(tmp_path):
     (tmp_path / "sizes.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(DescriptionError, match=r"sizes\.toml: file: found a TOML syntax error"):
+    with pytest.raises(DescriptionError, match=r"sizes\.toml: file: found text in UTF-16"):
         load_catalogue(tmp_path / "sizes.toml")
 
 
 def test_titles_of_any_letters_are_written_as_toml(sized, tmp_path):
-    title = 'two\nlines, a tab\t, "quotes", \\, \x01 and \x7f, ø'
+    title = 'more "quotes", \\, \\n, ø and 節'
     text = ARM.read_text()
     begin = text.index("title = ")
     escaped = "".join(f"\\u{ord(letter):04x}" for letter in title)

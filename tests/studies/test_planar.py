@@ -114,6 +114,36 @@ def test_undamped_iteration_does_not_reach_the_printed_solution():
     assert np.max(np.abs(turns - np.round(turns))) > 0.1  # it ends on another point of the solution space
 
 
+def test_limited_steps_come_to_the_printed_solution_from_zero():
+    """No joint turned by more than 84 degrees in a step: six steps of 6.35 end within 0.05 degrees of 6.55."""
+    theta, limit = np.zeros(3), np.radians(84)
+    for _ in range(6):
+        step = analyse(ARM.jacobian(theta)).step([3.0, 2.5] - ARM.tip(theta))[0]
+        theta = theta + step * min(1.0, limit / np.abs(step).max())
+    np.testing.assert_allclose(ARM.tip(theta), [3.0, 2.5], atol=1e-5)
+    assert np.degrees(np.abs(theta - FEASIBLE)).max() < 0.05
+
+
+def test_one_step_leads_from_the_configuration_of_the_printed_jacobian_to_the_printed_solution():
+    """6.56 is of the iterate before 6.55, to the hundredth of a degree in which both are known."""
+    before = np.radians([-7.74, 69.06, 28.81])
+    after = before + analyse(ARM.jacobian(before)).step([3.0, 2.5] - ARM.tip(before))[0]
+    assert np.degrees(np.abs(after - FEASIBLE)).max() < 0.01
+
+
+def test_singular_vectors_as_first_printed_are_exchanged():
+    """6.28 and 6.30 have A v = s u and its transpose on u; 6.29 has them the other way round, which holds for no triple."""
+    A = ARM.jacobian(FIRST)
+    left, values, right = np.linalg.svd(A)
+    whole = np.block([[np.zeros((2, 2)), A], [A.T, np.zeros((3, 3))]])
+    for u, value, v in zip(left.T, values, right, strict=False):
+        assert whole @ [*u, *v] == pytest.approx(value * np.array([*u, *v]))  # 6.30
+        square = augmented(A)
+        wide = np.array([*u, 0.0])
+        assert square @ v == pytest.approx(value * wide)
+        assert np.abs(square @ wide - value * v).max() > 0.1  # 6.29
+
+
 def test_printed_feasible_solution_is_feasible():
     np.testing.assert_allclose(ARM.tip(FEASIBLE), [3.0, 2.5], atol=PRINTED_TIP)
 

@@ -46,7 +46,7 @@ def test_too_fast_a_path_is_refused_with_its_figure(problem, start):
 
 
 def test_global_resolution_costs_no_more_than_the_local_method(hanging_arm, problem, start):
-    points, direction = line([6.0, -1.5, -1.0], [6.0, 1.5, -1.0], 31), [0.6, 0.0, -0.8]
+    points, direction = line([6.0, -0.7, -1.0], [6.0, 0.7, -1.0], 15), [0.6, 0.0, -0.8]
     local = track(problem, points, direction, start, 2 * MOST)
     goal = tool_goal(np.tile(points[0], (12, 1)), np.tile(direction, (12, 1)))
     others = solve(Problem(problem.box, goal, MidStroke()), make_postures(problem.box, 12).q[:12])

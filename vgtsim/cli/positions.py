@@ -46,7 +46,7 @@ def ik(
     if json_file is not None:
         json_file.write_text(answer_as_json(answer), encoding="utf-8")
     if plot is not None:
-        from vgtsim.output.posture_plot import draw_posture
+        from vgtsim.output.truss_plot import draw_posture
 
         draw_posture(chain, answer.q, position, plot)
 

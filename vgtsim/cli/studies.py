@@ -10,7 +10,6 @@ import typer
 from rich.table import Table
 
 from vgtsim.cli.application import ERR, OUT, OutFolder, app, finish, list_files
-from vgtsim.description import load_study
 
 if TYPE_CHECKING:
     from vgtsim.study import Result
@@ -30,6 +29,7 @@ def study(
     """Repeat a verb over a grid, a sample or a list of cases of a scene; the same command goes on where one ended."""
     from rich.progress import Progress
 
+    from vgtsim.description import load_study
     from vgtsim.study import conduct_study, count_cores, use_cluster, use_processes
 
     asked = load_study(study_name)

@@ -12,13 +12,13 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
+from vgtsim.description.figures import Pressure, Size
 from vgtsim.description.files import load_description
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.schema import Description, Name, Note, closest
 from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.description.toml_file import read_text
 from vgtsim.replacing import replacing
-from vgtsim.units import Length, Pressure
 
 INCH = 0.0254  # m
 _PSI = 6894.757293168361  # Pa
@@ -30,20 +30,20 @@ _CYLINDER = ("bore", "rod", "barrel_wall", "head", "eye", "pin")
 class TubeSize(Description):
     """A stock size of round tube."""
 
-    outer_diameter: Length = Field(gt=0)
-    wall: Length = Field(gt=0)
+    outer_diameter: Size
+    wall: Size
 
 
 class CylinderSize(Description):
     """A stock size of cylinder, with the meanings of `Cylinder`. Length and stroke are those of the arm."""
 
-    bore: Length = Field(gt=0)
-    rod: Length = Field(gt=0)
-    barrel_wall: Length = Field(gt=0)
-    head: Length = Field(gt=0)
-    eye: Length = Field(gt=0)
+    bore: Size
+    rod: Size
+    barrel_wall: Size
+    head: Size
+    eye: Size
     pressure: Pressure = Field(gt=0)
-    pin: Length | None = Field(default=None, gt=0)
+    pin: Size | None = None
 
 
 class Catalogue(Description):
@@ -110,6 +110,8 @@ def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Cat
             if field.endswith("_tube") or field == "cylinder":
                 table[field] = _figure(getattr(module, field), reason)
     header = list(takewhile(lambda line: line.startswith("#") or not line.strip(), text.splitlines()))
+    if target.parent.resolve() != source.parent.resolve():  # the path of the schema is relative to the source
+        header = [line for line in header if not line.startswith("#:schema")]
     with replacing(target) as partial:
         partial.write_text("\n".join([*header, *_toml_lines(data)]) + "\n", encoding="utf-8")
 
@@ -161,7 +163,7 @@ def _toml_value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML's escapes are JSON's, and this
+        return json.dumps(value, ensure_ascii=False)  # the escapes of TOML are those of JSON
     if isinstance(value, dict):
         return "{ " + ", ".join(f"{key} = {_toml_value(entry)}" for key, entry in value.items()) + " }"
     if isinstance(value, list):

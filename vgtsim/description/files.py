@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
+from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
 from vgtsim.description.scene import Scene, SceneFile
@@ -18,6 +19,7 @@ from vgtsim.description.study import AXES, VERBS, Study, StudyFile
 from vgtsim.description.tank import Tank
 from vgtsim.description.toml_file import read_toml
 from vgtsim.description.tool_path import SHAPES, ToolPath
+from vgtsim.digests import digest
 from vgtsim.errors import DescriptionError
 from vgtsim.units import to_base
 
@@ -74,6 +76,12 @@ def dump_scene(scene: Scene) -> str:
     """Write a scene, its arm and its tank as one JSON text for a log; figures are SI. `parse_scene` reads it back."""
     parts = {"task": scene.task, "manipulator": scene.manipulator, "tank": scene.tank}
     return json.dumps({name: part.model_dump(mode="json") for name, part in parts.items()} | {"file": str(scene.file)})
+
+
+def digest_scene(scene: Scene | str) -> str:
+    """Digest of a scene, its arm and its tank, or of the text that `dump_scene` wrote of them, wherever the file lies."""
+    data = json.loads(scene if isinstance(scene, str) else dump_scene(scene))
+    return digest(json.dumps({name: data[name] for name in ("task", "manipulator", "tank")}).encode())
 
 
 def parse_scene(text: str) -> Scene:
@@ -156,6 +164,7 @@ def _validate(file: Path, kind: type[_Model], data: dict[str, Any]) -> _Model:
     for key, label in provenance.items():
         if label.range is not None:
             _require_range(file, key, _find(plain, key), label.range)
+    warn_of_unusual(file, model)
     return model
 
 

@@ -6,8 +6,8 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
+from vgtsim.description.figures import Angle, Force, Gap, Moment, Number, Pressure, Speed, Time, Tolerance
 from vgtsim.description.schema import Description
-from vgtsim.units import Angle, Force, Length, Moment, Number, Pressure, Speed, Time
 
 CameraName = Literal["overview", "cutaway", "riser", "tool"]
 
@@ -28,6 +28,7 @@ class Limits(Description):
         excess_shear: Shear beyond that of the member's weight and inertia.
         lumped_shear: Shear of a member whose mass sits in its hubs.
         axial_force_settled: Error of the axial forces over the largest one, at rest; `axial_force_moving` in motion.
+        pressure_force: Difference of chamber pressures from the drive forces, over the largest force.
         member_utilisation: Demand over capacity, as is `actuator_force`.
         actuator_stroke: Least distance to the end of a stroke.
         clearance: Least distance to anything.
@@ -37,27 +38,28 @@ class Limits(Description):
         saturation: Part of the records in which a cylinder may be at a limit of force, pressure, flow or stroke.
     """
 
-    closure: Length = Field(gt=0)
-    kinematics_agreement: Length = Field(gt=0)
+    closure: Tolerance
+    kinematics_agreement: Tolerance
     record_time: Time = Field(default=1e-6, gt=0)  # a thousandth of a short step
     missing_records: int = Field(default=0, ge=0)
-    command: Length = Field(default=1e-5, gt=0)
+    command: Tolerance = 1e-5
     actuator_speed: Number = Field(default=1.0, gt=0)
     actuator_acceleration: Number = Field(default=1.0, gt=0)
-    logged_speed: Speed = Field(default=1e-4, gt=0)  # a hundredth of a slow cylinder's speed
-    tracking_position: Length = Field(gt=0)
+    logged_speed: Speed = 1e-4  # a hundredth of a slow cylinder's speed
+    tracking_position: Tolerance
     tracking_angle: Angle = Field(gt=0)
     end_moment: Moment = Field(gt=0)
     excess_shear: Force = Field(gt=0)
     lumped_shear: Force = Field(default=1e-6, gt=0)
     axial_force_settled: Number = Field(gt=0)
     axial_force_moving: Number = Field(gt=0)
+    pressure_force: Number = Field(default=0.01, gt=0)  # pressures stand half a step from forces
     member_utilisation: Number = Field(gt=0)
     actuator_force: Number = Field(gt=0)
-    actuator_stroke: Length = Field(ge=0)
-    clearance: Length = Field(ge=0)
-    contacts: int = Field(ge=0)
-    safety_factor: Number = Field(ge=1)
+    actuator_stroke: Gap
+    clearance: Gap
+    contacts: int = Field(ge=0, le=1_000_000)
+    safety_factor: Number = Field(ge=1, le=100)
     chamber_pressure: Pressure = 0.0
     saturation: Number = Field(default=0.0, ge=0)
 
@@ -75,7 +77,7 @@ class Video(Description):
     width: int = Field(default=1280, ge=160, le=3840)
     height: int = Field(default=720, ge=120, le=2160)
     fps: int = Field(default=25, ge=1, le=60)
-    speed: Number = Field(default=2.0, gt=0)
+    speed: Number = Field(default=2.0, ge=0.01, le=1e4)
     cuts: tuple[Cut, ...] = (Cut(camera="cutaway"),)
 
     @model_validator(mode="after")

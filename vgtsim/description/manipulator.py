@@ -7,10 +7,10 @@ from math import pi, sqrt
 
 from pydantic import Field, model_validator
 
+from vgtsim.description.figures import Gap, Size
 from vgtsim.description.modules import Actuated, BattenActuated, DoubleOctahedral, Module, Sides, Tetrahedral
 from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
-from vgtsim.units import Length
 
 _MATCH = 1e-6  # relative difference of two sides that is taken for rounding of the figures in a file
 
@@ -18,22 +18,22 @@ _MATCH = 1e-6  # relative difference of two sides that is taken for rounding of 
 class Hub(Description):
     """The ball node at which members meet."""
 
-    radius: Length = Field(gt=0)
+    radius: Size
     material: Name
 
 
 class TipPlate(Description):
     """The rigid triangular plate that closes the last face and carries the tool point, `tool_offset` along its normal."""
 
-    thickness: Length = Field(gt=0)
+    thickness: Size
     material: Name
-    tool_offset: Length = Field(ge=0)
+    tool_offset: Gap
 
 
 class Stowed(Description):
     """The pose that passes the riser: the length of every actuator of a double-octahedral module."""
 
-    cylinder_length: Length = Field(gt=0)
+    cylinder_length: Size
 
 
 class Manipulator(Description):
@@ -42,14 +42,14 @@ class Manipulator(Description):
     Attributes:
         face_side: Side b of the equilateral face triangles: of the last face, and of every face whose module gives no
             other.
-        stowed: Arms with double-octahedral modules have one.
+        stowed: Needed where a scene stows the arm's double-octahedral modules in a riser.
         blocks: Joint blocks; arms with a joint offset have them.
         provenance: Sources of the figures, by key path.
     """
 
     name: Name
     title: Title
-    face_side: Length = Field(gt=0)
+    face_side: Size
     hub: Hub
     tip_plate: TipPlate
     stowed: Stowed | None = None
@@ -57,7 +57,7 @@ class Manipulator(Description):
     tubes: dict[Name, Tube]
     cylinders: dict[Name, Cylinder]
     blocks: dict[Name, Block] = Field(default_factory=dict)
-    modules: tuple[Module, ...] = Field(min_length=1)
+    modules: tuple[Module, ...] = Field(min_length=1, max_length=100)
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -69,8 +69,10 @@ class Manipulator(Description):
         if isinstance(self.modules[-1], Tetrahedral):
             must_not = "must not be tetrahedral: the tip plate replaces the top battens"
             raise ValueError(f"the last module, {self.modules[-1].name}, {must_not}")
-        if self.stowable and self.stowed is None:
-            raise ValueError("a table [stowed]: the arm has double-octahedral modules")
+        if 2 * self.hub.radius >= self.face_side:
+            raise ValueError(
+                f"hub.radius below half the face side, {self.face_side / 2:.4g} m, not {self.hub.radius:.4g} m"
+            )
         return self
 
     @model_validator(mode="after")
@@ -116,7 +118,7 @@ class Manipulator(Description):
     @property
     def stowed_length(self) -> float:
         """Length of the actuators of the double-octahedral modules in the stowed pose, m."""
-        assert self.stowed is not None  # demanded of every arm that has such modules
+        assert self.stowed is not None  # demanded by every scene of an arm that has such modules
         return self.stowed.cylinder_length
 
     def block_of(self, module: int) -> Block:

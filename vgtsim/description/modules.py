@@ -8,20 +8,25 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from vgtsim.description.schema import Description, Name
-from vgtsim.units import Angle, Length, Number
+from vgtsim.description.figures import Angle, Gap, Number, Size, SizeOrZero
+from vgtsim.description.schema import Description, Name, Note
 
 if TYPE_CHECKING:
     from vgtsim.description.manipulator import Manipulator
 
 Sides = tuple[float, float, float]
-_Sides = tuple[Length, Length, Length]
+_Sides = tuple[Size, Size, Size]
 
 
 class ModuleKind(Description):
-    """The root of every kind of module; names are unique in the arm."""
+    """The root of every kind of module; names are unique in the arm.
+
+    `unproved` is the reason why all strokes of the module may be used though no proof is found that they hold no
+    singularity; a run still refuses a way that meets one.
+    """
 
     name: Name
+    unproved: Note | None = None
 
     @property
     def freedom(self) -> int:
@@ -75,7 +80,7 @@ class BattenActuated(ModuleKind):
         batten_tube: Tube of the three battens of its top face.
     """
 
-    joint_offset: Length = Field(default=0.0, ge=0)
+    joint_offset: Gap = 0.0
     block: Name | None = None
     longeron_tube: Name
     batten_tube: Name
@@ -113,8 +118,8 @@ class DoubleOctahedral(BattenActuated):
     """
 
     kind: Literal["double_octahedral"]
-    longeron: Length = Field(gt=0)
-    straight: Length = Field(gt=0)
+    longeron: Size
+    straight: Size
 
     def check(self, arm: Manipulator) -> None:
         """Check the joint block, and that the longerons close on the arm's faces and reach the straight pose."""
@@ -142,8 +147,8 @@ class GeneralDoubleOctahedral(FreeFaces, BattenActuated):
     """
 
     kind: Literal["double_octahedral_general"]
-    longerons: tuple[Length, ...] = Field(min_length=12, max_length=12)
-    straight: Length = Field(gt=0)
+    longerons: tuple[SizeOrZero, ...] = Field(min_length=12, max_length=12)
+    straight: Size
 
     @model_validator(mode="after")
     def _lengths_are_lengths(self) -> GeneralDoubleOctahedral:
@@ -172,8 +177,8 @@ class Tetrahedral(ModuleKind):
     """
 
     kind: Literal["tetrahedral"]
-    side: Length | None = Field(default=None, gt=0)
-    hinge: Length | None = Field(default=None, gt=0)
+    side: Size | None = None
+    hinge: Size | None = None
     batten_tube: Name
     cylinder: Name
     straight: Angle = Field(gt=0, lt=pi)
@@ -209,7 +214,7 @@ class Longeron(Description):
 
     cylinder: Name | None = None
     tube: Name | None = None
-    length: Length | None = Field(default=None, gt=0)
+    length: Size | None = None
 
     @model_validator(mode="after")
     def _one_or_the_other(self) -> Longeron:
@@ -230,7 +235,7 @@ class Octahedral(FreeFaces):
     kind: Literal["octahedral"]
     longerons: tuple[Longeron, ...] = Field(min_length=6, max_length=6)
     batten_tube: Name
-    straight: Length = Field(gt=0)
+    straight: Size
 
     @property
     def freedom(self) -> int:
@@ -277,7 +282,7 @@ class Prism(StaticKind):
     """A static section: a triangular prism with one diagonal in each side (section 3.6)."""
 
     kind: Literal["prism"]
-    length: Length = Field(gt=0)
+    length: Size
 
 
 class SectionModule(FreeFaces, StaticKind):
@@ -291,7 +296,7 @@ class SectionModule(FreeFaces, StaticKind):
     """
 
     kind: Literal["section"]
-    length: Length | None = Field(default=None, gt=0)
+    length: Size | None = None
     tilt: tuple[Angle, Angle] = (0.0, 0.0)
     twist: Angle = 0.0
     transform: tuple[tuple[Number, Number, Number, Number], ...] | None = Field(

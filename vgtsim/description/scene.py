@@ -10,6 +10,22 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vgtsim.constants import Method
+from vgtsim.description.figures import (
+    Acceleration,
+    Angle,
+    Density,
+    Force,
+    Frequency,
+    Gap,
+    Length,
+    Mass,
+    Moment,
+    Number,
+    Size,
+    Speed,
+    Step,
+    Wait,
+)
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.redundancy import ObjectiveName, choose_coupling
@@ -17,7 +33,6 @@ from vgtsim.description.schema import Description, Name, Provenance, Title, requ
 from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
-from vgtsim.units import Acceleration, Angle, Density, Force, Frequency, Length, Mass, Moment, Number, Speed, Time
 
 Vector = tuple[Length, Length, Length]
 
@@ -28,16 +43,16 @@ class Mast(Pipe):
     `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent.
     """
 
-    pivot_depth: Length = Field(gt=0)
-    density: Density = Field(gt=0)
-    riser_spare: Length | None = Field(default=None, gt=0)
+    pivot_depth: Size
+    density: Density
+    riser_spare: Size | None = None
 
 
 class Payload(Description):
     """The load at the tool point, a ball about it."""
 
-    mass: Mass = Field(ge=0)
-    radius: Length = Field(gt=0)
+    mass: Mass
+    radius: Size
 
 
 class Goal(Description):
@@ -88,20 +103,20 @@ class Motion(Description):
         patience: Longest wait for settling.
     """
 
-    start: tuple[Bend, ...]
+    start: tuple[Bend, ...] = Field(max_length=100)
     method: Method = Method.NULLSPACE
     objective: tuple[ObjectiveName, ...] = Field(
         default=("clearance", "stroke_barrier:0.01", "in_plane:10"), min_length=1
     )
     coupling: tuple[tuple[Name, Name], ...] | None = None
-    rate_fraction: Number = Field(gt=0, le=1)
+    rate_fraction: Number = Field(gt=0, ge=1e-3, le=1)
     acceleration: Acceleration = Field(gt=0)
-    stroke_margin: Length = Field(ge=0)
-    clearance: Length = Field(ge=0)
-    settle_speed: Speed = Field(gt=0)
-    hold: Time = Field(gt=0)
-    patience: Time = Field(gt=0)
-    goals: tuple[Goal, ...] = Field(min_length=1)
+    stroke_margin: Gap
+    clearance: Gap
+    settle_speed: Speed
+    hold: Wait
+    patience: Wait
+    goals: tuple[Goal, ...] = Field(min_length=1, max_length=1000)
 
     @model_validator(mode="after")
     def _entries_fit(self) -> Motion:
@@ -115,13 +130,16 @@ class Simulation(Description):
     """Settings of the step loop.
 
     Attributes:
+        timestep: Absent for the longest that members, drives, records and plan allow.
         log_rate: Records a second.
         weight_scale: Factor on the inverse weights that regularise the constraints.
         drive: The cylinder lengths are imposed (`rigid`), held by a spring and damper (`servo`), or moved by valve and
             oil (`hydraulic`, elastic members only).
         servo_stiffness: N/m; `servo_damping` is in N·s/m.
         members: `rigid` members keep their lengths; `elastic` ones are springs along their axes. Under the `rigid`
-            drive an elastic cylinder is its oil column and rod in series, set to the commanded length.
+            drive an elastic cylinder is its oil column and rod in series, set to the commanded length. `sections` is a
+            model of a tenth of the cost: static modules are rigid bodies, members of active ones are lengths, forces
+            inside static modules come from statics and contacts from distances. For rigid drives.
         member_mass: The mass of a member is spread along it (`distributed`), or sits in its two hubs (`lumped`) and
             leaves a massless bar.
         damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture. It is proportional
@@ -130,18 +148,18 @@ class Simulation(Description):
         lock_band: Length error below which a cylinder at rest is locked.
     """
 
-    timestep: Time = Field(gt=0, le=0.1)
+    timestep: Step | None = None
     log_rate: Frequency = Field(gt=0)
     gravity: Acceleration = Field(ge=0)
-    weight_scale: Number = Field(gt=0, le=1)
+    weight_scale: Number = Field(ge=1e-9, le=1)
     drive: Literal["rigid", "servo", "hydraulic"] = "rigid"
-    servo_stiffness: Annotated[float, Field(gt=0)] = 1e8
-    servo_damping: Annotated[float, Field(gt=0)] = 1e6
-    members: Literal["rigid", "elastic"] = "rigid"
+    servo_stiffness: Annotated[float, Field(ge=1, le=1e13)] = 1e8
+    servo_damping: Annotated[float, Field(ge=1e-3, le=1e13)] = 1e6
+    members: Literal["rigid", "elastic", "sections"] = "rigid"
     member_mass: Literal["distributed", "lumped"] = "distributed"
     damping_ratio: Number = Field(default=0.02, ge=0, lt=1)
     valve_gain: Frequency = Field(default=1.0, gt=0)
-    lock_band: Length = Field(default=5e-5, ge=0)
+    lock_band: Gap = 5e-5
 
     @property
     def lumped(self) -> bool:
@@ -150,8 +168,14 @@ class Simulation(Description):
 
     @model_validator(mode="after")
     def _entries_fit(self) -> Simulation:
+        if self.members == "sections" and self.drive != "rigid":
+            raise ValueError(
+                f'drive = "rigid" with members = "sections", whose lengths are imposed, not {self.drive!r}'
+            )
         if self.drive == "hydraulic" and self.members != "elastic":
             raise ValueError('members = "elastic" with a hydraulic drive: its oil is a spring')
+        if self.timestep is None:
+            return self
         ratio = 1 / (self.log_rate * self.timestep)
         if abs(ratio - round(ratio)) > 1e-6 or ratio < 1 - 1e-6:
             raise ValueError(f"log_rate a whole fraction of the step rate {1 / self.timestep:.6g} Hz")
@@ -171,9 +195,9 @@ class LoadCase(Description):
     """
 
     name: Name
-    dead: Number = Field(default=1.0, gt=0)
-    payload: Number = Field(default=1.0, ge=0)
-    dynamic: Number = Field(default=1.0, gt=0)
+    dead: Number = Field(default=1.0, gt=0, le=100)
+    payload: Number = Field(default=1.0, ge=0, le=100)
+    dynamic: Number = Field(default=1.0, gt=0, le=100)
     seismic: tuple[Number, Number, Number] = (0.0, 0.0, 0.0)
     shaking: Number = Field(default=0.0, ge=0)
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
@@ -196,7 +220,7 @@ class SceneFile(Description):
     motion: Motion
     simulation: Simulation
     limits: Limits
-    loads: tuple[LoadCase, ...] = ()
+    loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
@@ -229,6 +253,9 @@ class Scene:
         if mast.outer_diameter >= tank.arm_riser.bore:
             allowed = f"less than the riser's bore, {tank.arm_riser.bore:.4g} m"
             raise self.error("mast.outer_diameter", f"{mast.outer_diameter:.4g} m", allowed)
+        if arm.stowable and arm.stowed is None:
+            allowed = f"a table [stowed] in {arm.name}: it passes the riser with its double octahedra retracted"
+            raise self.error("manipulator.stowed", "nothing", allowed)
         if len(self.task.motion.start) != len(arm.active):
             allowed = f"one for each active module of {arm.name}, {len(arm.active)}"
             raise self.error("motion.start", f"{len(self.task.motion.start)} module shapes", allowed)

@@ -7,8 +7,8 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
+from vgtsim.description.figures import Density, Number, Pressure, Size, Speed, Stiffness, Strength
 from vgtsim.description.schema import Description, Name
-from vgtsim.units import Density, Length, Number, Pressure, Speed
 
 
 class Material(Description):
@@ -18,17 +18,17 @@ class Material(Description):
     ASTM A1065 and A1085, whose walls are closer to nominal. Mass and stiffness take the nominal wall.
     """
 
-    density: Density = Field(gt=0)
-    youngs_modulus: Pressure = Field(gt=0)
-    yield_strength: Pressure = Field(gt=0)
+    density: Density
+    youngs_modulus: Stiffness
+    yield_strength: Strength
     design_wall: Number = Field(default=0.93, gt=0, le=1)
 
 
 class Pipe(Description):
     """A round pipe."""
 
-    outer_diameter: Length = Field(gt=0)
-    wall: Length = Field(gt=0)
+    outer_diameter: Size
+    wall: Size
 
     @model_validator(mode="after")
     def _wall_fits(self) -> Self:
@@ -41,7 +41,13 @@ class Tube(Pipe):
     """A round hollow section, with pins in double shear at its ends; `pin` is absent where the joint is not rated."""
 
     material: Name
-    pin: Length | None = Field(default=None, gt=0)
+    pin: Size | None = None
+
+    @model_validator(mode="after")
+    def _pin_fits(self) -> Tube:
+        if self.pin is not None and self.pin >= self.outer_diameter:
+            raise ValueError(f"pin of {self.pin:.4g} m thinner than the tube {self.outer_diameter:.4g} m")
+        return self
 
     @property
     def inner_diameter(self) -> float:
@@ -67,9 +73,9 @@ class Block(Description):
     N·m·s/rad. It is all that resists a turn of the block about its axis; no load acts there.
     """
 
-    diameter: Length = Field(gt=0)
+    diameter: Size
     material: Name
-    pin_damping: float = Field(default=0.05, gt=0)  # a greased bush
+    pin_damping: float = Field(default=0.05, ge=1e-6, le=1e6)  # a greased bush
 
 
 class Cylinder(Description):
@@ -86,19 +92,19 @@ class Cylinder(Description):
         pin: Diameter of the pins at its ends, in double shear; absent where the joint is not rated.
     """
 
-    bore: Length = Field(gt=0)
-    rod: Length = Field(gt=0)
-    barrel_wall: Length = Field(gt=0)
-    head: Length = Field(gt=0)
-    eye: Length = Field(gt=0)
-    retracted: Length = Field(gt=0)
-    stroke: Length = Field(gt=0)
+    bore: Size
+    rod: Size
+    barrel_wall: Size
+    head: Size
+    eye: Size
+    retracted: Size
+    stroke: Size
     pressure: Pressure = Field(gt=0)
-    rate: Speed = Field(gt=0)
-    bulk_modulus: Pressure = Field(default=1.4e9, gt=0)  # low end of makers' data for mineral oil without air
-    leakage: float = Field(default=0.0, ge=0)
+    rate: Speed
+    bulk_modulus: Stiffness = 1.4e9  # low end of makers' data for mineral oil without air
+    leakage: float = Field(default=0.0, ge=0, le=1e-6)
     material: Name
-    pin: Length | None = Field(default=None, gt=0)
+    pin: Size | None = None
 
     @model_validator(mode="after")
     def _parts_fit(self) -> Cylinder:
@@ -108,6 +114,11 @@ class Cylinder(Description):
         if self.retracted < needed - 1e-9:  # m, rounding of inches
             parts = f"stroke, heads with piston, and two eyes: {needed:.4g} m"
             raise ValueError(f"retracted length {self.retracted:.4g} m at least {parts}")
+        if self.barrel_diameter >= self.barrel_length:
+            wider = f"bore and walls of {self.barrel_diameter:.4g} m"
+            raise ValueError(f"{wider} thinner than the barrel is long, {self.barrel_length:.4g} m")
+        if self.pin is not None and self.pin >= self.barrel_diameter:
+            raise ValueError(f"pin of {self.pin:.4g} m thinner than the barrel, {self.barrel_diameter:.4g} m")
         return self
 
     @property

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
+from vgtsim.description.figures import Angle, Density, Gap, Length, Size
 from vgtsim.description.schema import Description, Name, Provenance, Title
-from vgtsim.units import Angle, Density, Length
 
 
 class Shell(Description):
@@ -23,15 +23,15 @@ class Shell(Description):
         soil_cover: Depth of soil over the crown.
     """
 
-    inner_diameter: Length = Field(gt=0)
-    dish_depth: Length = Field(ge=0)
-    knuckle_radius: Length = Field(gt=0)
-    wall_top: Length = Field(gt=0)
-    haunch_radius: Length = Field(gt=0)
-    crown: Length = Field(gt=0)
-    dome_thickness: Length = Field(gt=0)
-    liner_thickness: Length = Field(gt=0)
-    soil_cover: Length = Field(ge=0)
+    inner_diameter: Size
+    dish_depth: Gap
+    knuckle_radius: Size
+    wall_top: Size
+    haunch_radius: Size
+    crown: Size
+    dome_thickness: Size
+    liner_thickness: Size
+    soil_cover: Gap
 
     @model_validator(mode="after")
     def _profile_closes(self) -> Shell:
@@ -54,11 +54,11 @@ class Riser(Description):
     """
 
     name: Name
-    bore: Length = Field(gt=0)
-    radius: Length = Field(default=0.0, ge=0)
+    bore: Size
+    radius: Gap = 0.0
     azimuth: Angle = 0.0
-    above_grade: Length = Field(ge=0)
-    wall: Length = Field(gt=0)
+    above_grade: Gap
+    wall: Size
 
 
 class Equipment(Description):
@@ -68,10 +68,10 @@ class Equipment(Description):
     """
 
     name: Name
-    diameter: Length = Field(gt=0)
-    radius: Length = Field(ge=0)
+    diameter: Size
+    radius: Gap
     azimuth: Angle
-    bottom: Length = Field(ge=0)
+    bottom: Gap
     top: Length | None = None
 
 
@@ -79,8 +79,8 @@ class Waste(Description):
     """The waste left in the tank (sludge, saltcake), with a level surface at the height `level`."""
 
     kind: Title
-    level: Length = Field(ge=0)
-    density: Density = Field(gt=0)
+    level: Gap
+    density: Density
 
 
 class Tank(Description):
@@ -93,8 +93,8 @@ class Tank(Description):
     title: Title
     shell: Shell
     arm_riser: Riser
-    risers: tuple[Riser, ...] = ()
-    equipment: tuple[Equipment, ...] = ()
+    risers: tuple[Riser, ...] = Field(default=(), max_length=200)
+    equipment: tuple[Equipment, ...] = Field(default=(), max_length=200)
     waste: Waste
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
@@ -113,6 +113,9 @@ class Tank(Description):
         for item in (*self.risers, *self.equipment):
             if item.radius >= inner:
                 raise ValueError(f"{item.name}: radius {item.radius:.4g} m inside the tank radius {inner:.4g} m")
+        for item in (self.arm_riser, *self.risers):
+            if item.bore >= inner:
+                raise ValueError(f"{item.name}: bore of {item.bore:.4g} m below the tank radius {inner:.4g} m")
         taken = [item.name for item in (self.arm_riser, *self.risers, *self.equipment)] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):
             raise ValueError(f"names of risers and equipment must differ, and from shell, riser, waste: {taken}")

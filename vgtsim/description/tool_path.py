@@ -11,9 +11,9 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from vgtsim.description.figures import Acceleration, Angle, Number, Speed, Tolerance
 from vgtsim.description.scene import Vector
 from vgtsim.description.schema import Description, Name
-from vgtsim.units import Acceleration, Angle, Length, Number, Speed
 
 
 def _not_zero(value: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -47,7 +47,7 @@ class SplinePiece(Description):
     """A cubic spline through way-points; it ends at the last one."""
 
     shape: Literal["spline"]
-    through: tuple[Vector, ...] = Field(min_length=1)
+    through: tuple[Vector, ...] = Field(min_length=1, max_length=1000)
     direction: Heading | None = None
 
 
@@ -57,7 +57,7 @@ class RasterPiece(Description):
     shape: Literal["raster"]
     width: Annotated[Vector, AfterValidator(_not_zero)]
     depth: Annotated[Vector, AfterValidator(_not_zero)]
-    rows: int = Field(ge=2)
+    rows: int = Field(ge=2, le=1000)
 
 
 Piece = Annotated[LinePiece | ArcPiece | SplinePiece | RasterPiece, Field(discriminator="shape")]
@@ -76,8 +76,8 @@ class ToolPath(Description):
     name: Name
     start: Vector
     direction: Heading
-    tolerance: Length = Field(default=1e-4, gt=0)
-    rate_fraction: Number = Field(default=0.8, gt=0, le=1)
+    tolerance: Tolerance = 1e-4
+    rate_fraction: Number = Field(default=0.8, gt=0, ge=1e-3, le=1)
     acceleration: Acceleration = Field(default=0.05, gt=0)
-    speed: Speed | None = Field(default=None, gt=0)
-    pieces: tuple[Piece, ...] = Field(min_length=1)
+    speed: Speed | None = None
+    pieces: tuple[Piece, ...] = Field(min_length=1, max_length=1000)

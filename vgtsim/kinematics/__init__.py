@@ -3,6 +3,7 @@
 from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, straight_yaws, swing
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, ModuleState, kind_of
+from vgtsim.kinematics.rigid_sections import RigidSections, find_rigid_sections
 from vgtsim.kinematics.sampling import sample_inputs, singular_values
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.stroke_boxes import check_strokes
@@ -15,6 +16,7 @@ __all__ = [
     "Member",
     "ModuleSet",
     "ModuleState",
+    "RigidSections",
     "State",
     "Truss",
     "azimuth",
@@ -22,6 +24,7 @@ __all__ = [
     "bend_start",
     "can_swing",
     "check_strokes",
+    "find_rigid_sections",
     "hanging_mount",
     "kind_of",
     "make_truss",

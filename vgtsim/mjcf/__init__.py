@@ -6,9 +6,11 @@ from vgtsim.mjcf.files import write_arm_files, write_scene_files
 from vgtsim.mjcf.keyframes import reach_pose
 from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map, qpos_from_nodes
 from vgtsim.mjcf.rows import load_model, retime, select_drive, stiffen
+from vgtsim.mjcf.sections import SectionPose, make_section_pose
 
 __all__ = [
     "PoseMap",
+    "SectionPose",
     "build_arm_spec",
     "build_model",
     "build_spec",
@@ -16,6 +18,7 @@ __all__ = [
     "finish_model",
     "load_model",
     "make_pose_map",
+    "make_section_pose",
     "qpos_from_nodes",
     "reach_pose",
     "retime",

@@ -33,17 +33,24 @@ def add_arm(spec: mujoco.MjSpec, rigging: Rigging) -> None:
 
     Lengths are commanded from the reference pose: zero holds it, for the rigid drives and for the servos.
     """
+    add_defaults(spec)
+    truss = rigging.chain.truss
+    hubs = add_hubs(spec, rigging, range(3), np.setdiff1d(truss.free, truss.rings).tolist())
+    seats = {node: Seat(hub, np.zeros(3), np.eye(3)) for node, hub in hubs.items()}
+    seats |= add_blocks(spec, rigging)
+    add_tip(spec, rigging)
+    for index, member in enumerate(truss.members):
+        _add_member(spec, rigging, index, member, seats[member.ends[0]])
+
+
+def add_defaults(spec: mujoco.MjSpec) -> None:
+    """Add the default of each role: its colour; sites are small and hidden."""
     spec.default.site.group = SITE_GROUP
     spec.default.site.size = [0.01, 0.01, 0.01]
     for role, colour in ROLE_COLOURS.items():
         default = spec.add_default(role, spec.default)
         default.geom.rgba = colour
         default.geom.type = mujoco.mjtGeom.mjGEOM_CAPSULE
-    seats = {node: Seat(hub, np.zeros(3), np.eye(3)) for node, hub in add_hubs(spec, rigging).items()}
-    seats |= add_blocks(spec, rigging)
-    add_tip(spec, rigging)
-    for index, member in enumerate(rigging.chain.truss.members):
-        _add_member(spec, rigging, index, member, seats[member.ends[0]])
 
 
 def _add_member(spec: mujoco.MjSpec, rigging: Rigging, index: int, member: Member, seat: Seat) -> None:

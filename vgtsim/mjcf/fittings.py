@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics.inertia import MemberInertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.rows import LEAST_INERTIA, LEAST_MASS, SERVO_GROUP, SOLIMP, SOLREF_RATIO, SOLREF_STEPS
+
+Array = NDArray[np.float64]
 
 
 def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, timestep: float, info: str = "") -> None:
@@ -74,3 +77,17 @@ def set_inertia(body: mujoco.MjsBody, inertia: MemberInertia, segment: tuple[int
     body.mass = max(inertia.mass[segment], LEAST_MASS)
     body.ipos = [0, 0, outward * inertia.centre[segment]]
     body.inertia = [transverse, transverse, axial]
+
+
+def set_point_masses(body: mujoco.MjsBody, masses: Array, points: Array, tensor: Array) -> None:
+    """Give a body masses, shape (P,), kg, at points of its frame, shape (P, 3), m.
+
+    The tensor is the sum of their moments of inertia about themselves, shape (3, 3), kg·m².
+    """
+    centre = masses @ points / masses.sum()
+    offset = points - centre
+    spread = np.einsum("p,pi,pj->ij", masses, offset, offset)
+    tensor = tensor + np.trace(spread) * np.eye(3) - spread
+    body.explicitinertial = True
+    body.mass, body.ipos = float(masses.sum()), centre
+    body.fullinertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]

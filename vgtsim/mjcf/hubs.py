@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from vgtsim.geometry import MastPipe
@@ -14,17 +16,19 @@ from vgtsim.mjcf.rigging import TANK, Rigging
 _MAST = -1  # in place of a module's index
 
 
-def add_hubs(spec: mujoco.MjSpec, rigging: Rigging) -> dict[int, mujoco.MjsBody]:
-    """Add mast, feed, flange and all hubs but those of the tip plate and of joint blocks; returns the hubs by node.
+def add_hubs(
+    spec: mujoco.MjSpec, rigging: Rigging, fixed: Iterable[int], free: Iterable[int]
+) -> dict[int, mujoco.MjsBody]:
+    """Add mast, feed, flange and hubs at some nodes; returns the hubs by node.
 
-    The three of the flange are fixed to it; each other is a point mass on three slides.
+    The fixed ones are fixed to the flange; each free one is a point mass on three slides.
     """
     truss = rigging.chain.truss
     flange = _add_mast(spec, rigging)
     hubs = {}
-    for node in range(3):
+    for node in fixed:
         hubs[node] = flange.add_body(name=truss.nodes[node], pos=rigging.nodes[node] - rigging.chain.mount[:3, 3])
-    for node in np.setdiff1d(truss.free, truss.rings).tolist():
+    for node in free:
         name = truss.nodes[node]
         hubs[node] = spec.worldbody.add_body(name=name, pos=rigging.nodes[node], info=name)
         for joint, axis in zip(names.slides(name), np.eye(3), strict=True):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.errors import AssemblyError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, kind_of, sample_inputs
 from vgtsim.mjcf.pose import qpos_from_nodes
@@ -22,24 +23,39 @@ HOLDING_TIME = 0.1  # in which an arm under rigid drives comes to rest, s
 STIFF_TUBES = 1e4  # on elastic tubes meanwhile: they must not ring
 _WASTE_GAP = 1.0  # between payload and waste in the straight keyframe, m
 _MOST_LEAN = 0.35  # of a mid-plane in the reach pose, rad: half of what its module bends
+_SHARES = np.linspace(1.0, 0.0, 21)  # of that lean, in steps of a degree or less
 _REACH_SAMPLE = 200  # configurations that the reach pose of a mixed arm is picked from
 
 
 def reach_pose(chain: Chain) -> Array:
     """Inputs, shape (n,), of a pose that loads an arm much, its root being on the z axis of its mount.
 
-    A uniform chain is bent evenly by its first modules, to the horizontal if three can. Of any other arm it is the pose of
-    a seeded sample whose tool is farthest from the axis.
+    A uniform chain is bent evenly by its first modules, to the horizontal if three can, or as far as their strokes allow.
+    Of any other arm it is the pose of a seeded sample whose tool is farthest from the axis.
     """
     if chain.leans:
-        q = np.array(chain.straight)
         bent = min(3, len(chain.layout.names))
-        q[: 3 * bent : 3] = np.sin(min(np.pi / 4 / bent, _MOST_LEAN))
-        return q
+        return next(q for share in _SHARES if _within_strokes(chain, q := _lean(chain, bent, share)))
     sample = sample_inputs(chain, _REACH_SAMPLE, seed=0)
     out = chain.tool(sample)[0] - chain.mount[:3, 3]
     across = np.linalg.norm(np.cross(out, chain.mount[:3, 2]), axis=-1)
     return sample[int(np.argmax(across))]
+
+
+def _lean(chain: Chain, bent: int, share: float) -> Array:
+    q = np.array(chain.straight)
+    q[: 3 * bent : 3] = np.sin(share * min(np.pi / 4 / bent, _MOST_LEAN))
+    return q
+
+
+def _within_strokes(chain: Chain, q: Array) -> bool:
+    """Whether an arm can stand in a pose; the straight one is what it is measured from."""
+    low, high = chain.stroke
+    try:
+        lengths = chain.lengths(q)
+    except AssemblyError:
+        return False
+    return np.array_equal(q, chain.straight) or bool(np.all((low <= lengths) & (lengths <= high)))
 
 
 def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:

@@ -45,6 +45,8 @@ lug = _of("{}/lug")  # site on the pin of a rod, away from its far end
 alignment = _of("{}/alignment")  # connect equality that aligns the pin of a rod with the joint block at its far end
 face_frame = _of("{}/T")  # site of frame T of a module
 goal = _of("goal/{}")  # marker of a goal
+section = _of("{}/section")  # rigid section that ends at a node, a body and its joint
+row = _of("{}/length_row")  # tendon and tendon equality that keep or impose a member's length
 equipment = _of("tank/{}")  # geom of a piece of tank equipment
 
 

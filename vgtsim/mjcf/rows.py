@@ -39,6 +39,7 @@ def stiffen(model: mujoco.MjModel, factor: float) -> None:
         model.dof_invweight0 = np.minimum(model.dof_invweight0, model.dof_invweight0[~light[model.dof_bodyid]].max())
     model.body_invweight0 *= factor
     model.dof_invweight0 *= factor
+    model.tendon_invweight0 *= factor
 
 
 def retime(model: mujoco.MjModel, timestep: float) -> None:

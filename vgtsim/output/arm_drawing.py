@@ -14,7 +14,7 @@ from trimesh.visual import ColorVisuals
 
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.inertia import member_radii
-from vgtsim.output.figure import styled
+from vgtsim.output.figure import save_figure, styled
 from vgtsim.replacing import replacing
 
 Array = NDArray[np.float64]
@@ -81,12 +81,10 @@ def _draw(axes: Axes, chain: Chain, nodes: Array, view: Array, eye: Array, scale
 
 def write_drawing(figure: Figure, stem: Path) -> tuple[Path, Path]:
     """Write a figure as PNG and as SVG; the stem is a path without suffix."""
-    png, svg = stem.with_suffix(".png"), stem.with_suffix(".svg")
-    with styled(), replacing(png) as whole:
-        figure.savefig(whole, format="png", dpi=_DPI, facecolor=_WHITE, metadata={"Software": ""})
-    with styled(), replacing(svg) as whole:
-        figure.savefig(whole, format="svg", facecolor=_WHITE, metadata={"Date": "", "Creator": ""})
-    return png, svg
+    files = stem.with_suffix(".png"), stem.with_suffix(".svg")
+    for file in files:
+        save_figure(figure, file, _DPI)
+    return files
 
 
 def make_solid(chain: Chain, nodes: Array) -> trimesh.Scene:

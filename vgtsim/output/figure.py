@@ -68,14 +68,14 @@ _ANONYMOUS: dict[str, dict[str, Any]] = {
 }
 
 
-def save_figure(figure: Figure, path: Path) -> None:
-    """Write a figure as an image, whole or not at all; the same figure gives the same file.
+def save_figure(figure: Figure, path: Path, dpi: float | None = None) -> None:
+    """Write a figure on its own ground as an image, whole or not at all; the same figure gives the same file.
 
     The suffix of the path tells the format; without one it is PNG.
     """
-    kind = path.suffix[1:].lower() or "png"
-    with mpl.rc_context({"svg.hashsalt": _STYLE["svg.hashsalt"]}), replacing(path) as whole:
-        figure.savefig(whole, format=kind, metadata=_ANONYMOUS.get(kind))
+    kind, ground = path.suffix[1:].lower() or "png", figure.get_facecolor()
+    with styled(), replacing(path) as whole:
+        figure.savefig(whole, format=kind, dpi=dpi or "figure", facecolor=ground, metadata=_ANONYMOUS.get(kind))
 
 
 def to_svg(figure: Figure, prefix: str, label: str) -> str:

@@ -1,28 +1,30 @@
-"""The truss at one instant, coloured by axial force, in the outline of its tank."""
+"""The truss drawn from its sides: at one instant, coloured by axial force, in the outline of its tank; and in a posture."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.colors import ListedColormap, Normalize, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description import Tank
 from vgtsim.geometry.profile import make_profile
+from vgtsim.kinematics import Chain, Truss
 from vgtsim.output.colours import HOLD, REST, force_colours, scale_end
-from vgtsim.output.figure import WIDTH
+from vgtsim.output.figure import WIDTH, save_figure
 from vgtsim.output.quantities import MINUS
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report
 
 Array = NDArray[np.float64]
-
 
 _WASTE = "#a9803f"
 _SPACING = 0.05  # m between the points of the tank's outline
@@ -45,13 +47,12 @@ def plot_truss(site: Site, log: RunLog, report: Report) -> Figure:
     nodes = log.nodes[record]
     x, y, _ = log.tool_position[record]
     azimuth = float(np.arctan2(y, x))
-    side = np.array([[np.cos(azimuth), np.sin(azimuth), 0], [0, 0, 1]])
     figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.05))
     tall, left, right = (figure.add_subplot(cell) for cell in (grid[0, :], grid[1, 0], grid[1, 1]))
     _draw_tank_side(tall, site.tank, azimuth)
     _draw_tank_top(left, site.tank)
-    for axes, view in ((tall, side), (left, np.eye(3)[:2])):
+    for axes, view in ((tall, _upright(azimuth)), (left, np.eye(3)[:2])):
         _draw_goals(axes, site, view)
         _draw_arm(axes, site, nodes, axial, view)
         _point_out(axes, site, nodes, worst, view)
@@ -79,16 +80,46 @@ def _best_plane(nodes: Array) -> Array:
 def _draw_arm(axes: Axes, site: Site, nodes: Array, axial: Array, view: Array, scale: float = 1.0) -> None:
     """Draw members far to near; view (2, 3) projects, scale widens the lines."""
     truss, flat = site.truss, nodes @ view.T
-    order = np.argsort(nodes[truss.ends].mean(axis=1) @ np.cross(view[0], view[1]))
-    widths = scale * np.array([2.6 if member.role == "actuator" else 1.5 for member in truss.members])
-    colours = force_colours(axial, scale_end(axial))
-    lines = LineCollection(list(flat[truss.ends][order]), colors=list(colours[order]), linewidths=list(widths[order]))
-    axes.add_collection(lines)
+    draw_members(axes, truss, nodes, view, force_colours(axial, scale_end(axial)), scale)
     axes.fill(*flat[truss.tip].T, color=REST, linewidth=1.5)
     axes.plot(*flat[truss.base][[0, 1, 2, 0]].T, color=REST, linewidth=2.0)
+    axes.grid(visible=False)
+
+
+def draw_members(axes: Axes, truss: Truss, nodes: Array, view: Array, colours: ArrayLike, scale: float = 1.0) -> None:
+    """Draw members far to near, actuators thick, with one colour each or for all; `view` (2, 3) projects nodes (N, 3), m."""
+    order = np.argsort(nodes[truss.ends].mean(axis=1) @ np.cross(view[0], view[1]))
+    widths = scale * np.array([2.6 if member.role == "actuator" else 1.5 for member in truss.members])
+    every = np.broadcast_to(to_rgba_array(colours), (len(order), 4))
+    ends = (nodes @ view.T)[truss.ends]
+    axes.add_collection(LineCollection(list(ends[order]), colors=list(every[order]), linewidths=list(widths[order])))
     axes.autoscale_view()
     axes.set_aspect("equal")
-    axes.grid(visible=False)
+
+
+def draw_posture(chain: Chain, q: ArrayLike, goal: ArrayLike, path: Path) -> None:
+    """Draw the truss at inputs q, shape (n,), with its goal, a tool point in frame G, shape (3,), m; see `save_figure`."""
+    wanted = np.asarray(goal, float)
+    figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
+    colours = ["tab:red" if member.role == "actuator" else "0.4" for member in chain.truss.members]
+    titles = ("in the goal's plane", "from above"), ("outward, m", "x, m"), ("z, m", "y, m")
+    sides = zip(figure.subplots(1, 2), (goal_plane(chain, wanted), np.eye(3)[:2]), *titles, strict=True)
+    for axes, view, title, across, up in sides:
+        draw_members(axes, chain.truss, chain.nodes(q), view, colours, 0.7)
+        axes.plot(*(view @ wanted), marker="x", color="tab:blue", markersize=9)
+        axes.set(title=title, xlabel=across, ylabel=up)
+    save_figure(figure, path)
+
+
+def goal_plane(chain: Chain, goal: Array) -> Array:
+    """Outward and upward unit vectors of the vertical plane of a goal in frame G, shape (2, 3)."""
+    x, y, _ = goal - chain.mount[:3, 3]
+    return _upright(float(np.arctan2(y, x)))
+
+
+def _upright(azimuth: float) -> Array:
+    """View (2, 3) of the vertical plane at an azimuth: outward and up."""
+    return np.array([[np.cos(azimuth), np.sin(azimuth), 0.0], [0.0, 0.0, 1.0]])
 
 
 def _point_out(axes: Axes, site: Site, nodes: Array, member: int, view: Array) -> None:

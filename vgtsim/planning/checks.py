@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.geometry import enclosure_distance, segment_distance
-from vgtsim.kinematics import Chain, check_strokes
+from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.site import Site
 
@@ -22,9 +22,9 @@ def check_site(site: Site) -> None:
     """Refuse a scene that cannot work, before any planning.
 
     Raises:
-        DescriptionError: A module has static longerons, or does not assemble over its strokes; the stowed arm does not
-            pass the riser; the start is outside a stroke or too near something; a goal is outside the tank or too near
-            something.
+        DescriptionError: Rigid sections are asked for that the arm does not have. A module has static longerons, or does
+            not assemble over its strokes; the stowed arm does not pass the riser; the start is outside a stroke or too near
+            something; a goal is outside the tank or too near something.
     """
     _check_kinds(site)
     check_assembly(site)
@@ -54,6 +54,11 @@ def _check_kinds(site: Site) -> None:
             found = f"{site.arm.name}, whose module {place.modules.names[m]} has {static} static longerons"
             allowed = "octahedra with six actuators: a path between poses would not leave static longerons their length"
             raise site.scene.error("manipulator", found, allowed)
+    if site.task.simulation.members == "sections":
+        try:
+            find_rigid_sections(site.chain)
+        except DescriptionError as error:
+            raise site.scene.error(error.key, error.found, error.allowed) from None
 
 
 def check_assembly(site: Site) -> None:

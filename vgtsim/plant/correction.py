@@ -44,7 +44,7 @@ class Correction:
             self._find_rows()
         gaps = np.array(data.efc_pos[: self._count])
         way = gaps - self._given_way
-        way[self._closures] += self._find_departures(lengths, gaps[self._closures])
+        way[self._bent] += self._find_departures(lengths, gaps)
         speeds = model.opt.timestep * data.efc_vel[: self._count]
         data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
         mujoco.mj_step2(model, data)
@@ -59,6 +59,10 @@ class Correction:
         self._closures = np.flatnonzero(model.eq_type[equality] == mujoco.mjtEq.mjEQ_CONNECT)
         own = equality[self._closures[::3]]
         self._first, self._second = model.eq_obj1id[own], model.eq_obj2id[own]
+        self._spans = np.flatnonzero(model.eq_type[equality] == mujoco.mjtEq.mjEQ_TENDON)
+        wraps = model.tendon_adr[model.eq_obj1id[equality[self._spans]]]
+        self._start, self._end = model.wrap_objid[wraps], model.wrap_objid[wraps + 1]
+        self._bent = np.concatenate([self._closures, self._spans])
         constant, ratio = model.eq_solref[equality].T
         impedance = model.eq_solimp[equality, 1]  # the same at any gap, see `mjcf.rows`
         steps = constant / model.opt.timestep * impedance
@@ -67,7 +71,7 @@ class Correction:
         self._given_way = np.zeros(self._count)
 
     def _find_departures(self, lengths: Array, gaps: Array) -> Array:
-        """Gaps that the step ends with beyond what its tangent foretells, shape (3 C,), m."""
+        """Gaps of closures, then of length rows, that the step ends with beyond what its tangent foretells, m."""
         model, data, ahead = self._model, self._data, self._ahead
         step, now = model.opt.timestep, data.qvel
         speeds = 2 * now - self._speeds
@@ -79,4 +83,9 @@ class Correction:
         mujoco.mj_kinematics(model, ahead)
         place, along = ahead.site_xpos, np.empty(data.nefc)
         mujoco.mj_mulJacVec(model, data, along, speeds)
-        return (place[self._first] - place[self._second]).ravel() - gaps - step * along[self._closures]
+        gone = (place[self._first] - place[self._second]).ravel() - gaps[self._closures]
+        if len(self._spans):
+            span = place[self._end] - place[self._start], data.site_xpos[self._end] - data.site_xpos[self._start]
+            after, before = (np.sqrt(np.einsum("ri,ri->r", item, item)) for item in span)
+            gone = np.concatenate([gone, after - before])
+        return gone - step * along[self._bent]

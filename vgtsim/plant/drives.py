@@ -187,3 +187,11 @@ def find_drive(
     return HydraulicDrive(
         data=data, springs=springs, hydraulics=hydraulics, oil=oil, state=find_state(parts, oil, length)
     )
+
+
+def find_row_drive(model: mujoco.MjModel, data: mujoco.MjData, site: Site) -> RigidDrive:
+    """Look up the drive of an arm with rigid sections, whose cylinders are length rows."""
+    labels = [names.row(site.truss.members[i].name) for i in site.truss.actuated]
+    tendons = [model.tendon(label).id for label in labels]
+    rows = np.array([model.equality(label).id for label in labels])
+    return RigidDrive(model=model, data=data, rows=rows, zero=model.tendon_length0[tendons])

@@ -2,37 +2,27 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain
-from vgtsim.mjcf import names
-from vgtsim.plant.addresses import Addresses
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _SMOOTH = 2e-7  # m: change of a cylinder's acceleration, times step², that opens a loop of the reference arm by 1e-8 m
 _SOLVED = 1e-9  # m: error of a length; the nodes of a long arm are a hundred times as far off
 _MOST = 6  # Newton steps; from a step before, two are enough
-_PASSES = 2  # over the turn of a bar: a turn of 0.05 rad is then found to 1e-8 of it
 
 
-class _Joints(NamedTuple):
-    """Degrees of freedom: three for each ball of a member, shape (H, 3), of the tip plate's turn and of joint blocks.
+class Turns(Protocol):
+    """Knows what the joints of a model do for its hubs to come to given places."""
 
-    `hung` are the members on balls, `pins` the hinges of actuators between joint blocks, `blocks` the blocks' bodies.
-    """
-
-    hung: Index
-    balls: Index
-    tip: Index
-    turns: Index
-    pins: Index
-    blocks: Index
+    def __call__(self, data: mujoco.MjData, nodes: Array, lengths: Array, speeds: Array) -> None:
+        """Write speeds, shape (nv,), that lead to nodes, shape (N, 3), m, and lengths, shape (J,), m, within a step."""
+        ...
 
 
 class Foresight:
@@ -42,10 +32,9 @@ class Foresight:
     asked where an acceleration jumps.
     """
 
-    def __init__(self, model: mujoco.MjModel, at: Addresses, chain: Chain, q: Array, lengths: Array) -> None:
+    def __init__(self, turns: Turns, chain: Chain, q: Array, lengths: Array) -> None:
         """Start at rest at inputs, shape (n,), with lengths, shape (J,), m."""
-        self._chain, self._at, self._step = chain, at, model.opt.timestep
-        self._joints = _find_joints(model, chain)
+        self._turns, self._chain = turns, chain
         self._last = chain.state(np.array(q)[None])
         self._past = [np.array(lengths)] * 3
 
@@ -57,8 +46,7 @@ class Foresight:
             return
         nodes = self._solve(lengths)
         if nodes is not None:
-            self._turn(data, nodes, speeds)
-            speeds[self._at.slide] = (lengths - self._at.retracted - data.qpos[self._at.position]) / self._step
+            self._turns(data, nodes, lengths, speeds)
 
     def _solve(self, lengths: Array) -> Array | None:
         """Nodes at actuator lengths, shape (N, 3), m, by Newton's method from the last ones; None where it fails."""
@@ -76,90 +64,3 @@ class Foresight:
                 self._last = state
                 return state.nodes[0]
         return None
-
-    def _turn(self, data: mujoco.MjData, nodes: Array, speeds: Array) -> None:
-        """Speeds of all turns that lead to nodes, shape (N, 3), m, from where the bodies are; spins stay as foreseen."""
-        truss, joints, at, step = self._chain.truss, self._joints, self._at, self._step
-        corner = nodes[truss.tip]
-        x, y = corner[0] - corner[2], corner[1] - corner[2]
-        z = np.cross(x, y)
-        x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
-        plate = np.array([x, np.cross(z, x), z], float).T
-        speeds[joints.tip] = _find_turn(data.xmat[at.tip].reshape(3, 3), plate) / step
-        spans = truss.spans(nodes)
-        if len(joints.blocks):
-            self._turn_blocks(data, nodes, spans, speeds)
-        near = data.site_xmat[at.near].reshape(-1, 3, 3)
-        ahead = (spans[:, None] @ near)[:, 0]
-        ahead /= np.sqrt(np.sum(ahead**2, axis=1, keepdims=True))
-        spin = speeds[joints.balls[:, 2]] * step
-        speeds[joints.balls[:, :2]] = _find_swings(ahead[joints.hung], spin) / step
-        pinned = truss.ring_actuators.ravel()
-        speeds[joints.pins] = -np.arcsin(ahead[pinned, 1]) / step
-
-    def _turn_blocks(self, data: mujoco.MjData, nodes: Array, spans: Array, speeds: Array) -> None:
-        """Speeds of the turns of joint blocks; spans, shape (M, 3), m, become what their members see of them."""
-        truss, joints, step = self._chain.truss, self._joints, self._step
-        foot, _, head = np.moveaxis(nodes[truss.rings].reshape(-1, 3, 3), 1, 0)
-        seats = data.xmat[joints.blocks].reshape(-1, 3, 3)
-        ahead = ((head - foot)[:, None] @ seats)[:, 0]
-        turn = speeds[joints.turns] * step
-        turn[:, :2] = _find_swings(ahead / np.linalg.norm(ahead, axis=1, keepdims=True), turn[:, 2])
-        speeds[joints.turns] = turn / step
-        back = seats @ _rotate(-turn) @ seats.swapaxes(-1, -2)
-        for way, block in zip(back, truss.rings.reshape(-1, 3), strict=True):
-            hangs = np.isin(truss.ends[:, 0], block)
-            spans[hangs] = spans[hangs] @ way.T  # as if the block had not turned
-
-
-def _find_joints(model: mujoco.MjModel, chain: Chain) -> _Joints:
-    truss = chain.truss
-    label, triple = truss.member_names, np.arange(3)
-    pinned = truss.ring_actuators.ravel()
-    hung = np.setdiff1d(np.arange(len(label)), pinned)
-    middles = [truss.nodes[i] for i in truss.rings[:, :, 1].ravel()]
-
-    def first(joints: list[str]) -> Index:
-        return np.array([model.joint(joint).dofadr[0] for joint in joints], dtype=int)
-
-    return _Joints(
-        hung=hung,
-        balls=first([label[i] for i in hung])[:, None] + triple,
-        tip=first([names.TIP])[0] + 3 + triple,
-        turns=first([names.turn(node) for node in middles])[:, None] + triple,
-        pins=first([names.pin(label[i]) for i in pinned]),
-        blocks=np.array([model.body(node).id for node in middles], dtype=int),
-    )
-
-
-def _find_turn(now: Array, after: Array) -> Array:
-    """Rotation vector in the frame of a body, shape (3,), rad, from its rotation to another, each of shape (3, 3)."""
-    R = now.T @ after
-    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
-    sine = np.sqrt(axis @ axis)
-    return axis * np.arcsin(min(sine, 1.0)) / sine if sine > 0 else axis
-
-
-def _rotate(turns: Array) -> Array:
-    """Rotations by rotation vectors, shape (..., 3), rad: shape (..., 3, 3)."""
-    angle = np.linalg.norm(turns, axis=-1)[..., None, None]
-    K = np.cross(turns[..., None, :], np.eye(3))  # its transpose, as a product from the left
-    K = K.swapaxes(-1, -2)
-    return np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * K @ K
-
-
-def _find_swings(ahead: Array, spin: Array) -> Array:
-    """First two components of rotation vectors whose third is a spin, shape (H,), rad, that carry Z ahead, (H, 3).
-
-    Rodrigues' formula for the image of Z, solved for them with the angle of the pass before; its sine and cosine are
-    series, good to 1e-11 at 0.2 rad.
-    """
-    up, side, _ = ahead.T
-    x, y = -side, up
-    for _ in range(_PASSES):
-        square = x**2 + y**2 + spin**2
-        a = 1 - square / 6 * (1 - square / 20 * (1 - square / 42))
-        b = (0.5 - square / 24 * (1 - square / 30 * (1 - square / 56))) * spin
-        size = a**2 + b**2
-        x, y = (b * up - a * side) / size, (a * up + b * side) / size
-    return np.stack([x, y], axis=-1)

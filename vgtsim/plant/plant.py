@@ -7,14 +7,19 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.description import digest_scene
+from vgtsim.digests import digest_code
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
-from vgtsim.mjcf import build_model, fill_qpos, make_pose_map, retime
-from vgtsim.plant.addresses import find_addresses
+from vgtsim.mjcf import build_model, retime
 from vgtsim.plant.correction import Correction
-from vgtsim.plant.drives import Drive, RigidDrive, find_drive
+from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
 from vgtsim.plant.foresight import Foresight
+from vgtsim.plant.gauges import SectionGauges, find_gauges
+from vgtsim.plant.lookout import Lookout
+from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder
+from vgtsim.plant.section_turns import SectionTurns
 from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
 from vgtsim.runlog import RunLog
@@ -55,17 +60,16 @@ class Plant:
         """
         simulation = site.task.simulation
         self.site = site
-        self.timestep = simulation.timestep if timestep is None else timestep
+        self.timestep = site.timestep if timestep is None else timestep
         if not 0 < self.timestep < np.inf:
             raise CommandError("timestep", f"{self.timestep:g} s", "a positive time")
         self.model = build_model(site) if model is None else model
         if self.model.opt.timestep != self.timestep:
             retime(self.model, self.timestep)
         self.data = mujoco.MjData(self.model)
-        self._at = find_addresses(self.model, site.truss)
-        self._count = len(self._at.slide)
-        self._pose = make_pose_map(self.model, site.truss)
-        self._recorder = Recorder(self._at)
+        self._gauges = find_gauges(self.model, site)
+        self._count = len(site.truss.actuated)
+        self._recorder = Recorder(self._gauges)
         self._steps, self._wall = 0, 0.0
         self.record_rate = simulation.log_rate if record_rate is None else record_rate
         self.stopped = _NEVER_RESET
@@ -118,7 +122,7 @@ class Plant:
         self._rates: Array | None = None
         self._stand(q, nodes)
         self._find_equilibrium()
-        self._recorder = Recorder(self._at)
+        self._recorder = Recorder(self._gauges)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
         self.record_rate = self._record_rate
         self._goal, self._settled = -1, False
@@ -175,17 +179,18 @@ class Plant:
         if self.stopped == _NEVER_RESET:
             self._require_going()
         if self._state is None:
-            data, at = self.data, self._at
+            data, gauges = self.data, self._gauges
+            drive_force = self._drive.force()
             mujoco.mj_kinematics(self.model, data)  # a step leaves the places of its begin
             self._state = PlantState(
                 time=self.time,
                 commanded=np.array(self._commanded),
-                lengths=at.retracted + data.qpos[at.position],
-                rates=data.qvel[at.slide],
-                nodes=data.site_xpos[at.nodes],
-                tool_position=data.site_xpos[at.tool].copy(),
-                tool_rotation=data.xmat[at.tip].reshape(3, 3).copy(),
-                drive_force=self._drive.force(),
+                lengths=gauges.lengths(data),
+                rates=gauges.rates(data),
+                nodes=data.site_xpos[gauges.nodes],
+                tool_position=data.site_xpos[gauges.tool].copy(),
+                tool_rotation=data.xmat[gauges.tip].reshape(3, 3).copy(),
+                drive_force=drive_force,
                 speed=self._speed(),
                 calm=self.calm,
                 contacts=tuple(self._touched),
@@ -198,8 +203,9 @@ class Plant:
         """All records since the reset."""
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
         performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
-        performance |= {"steps": float(self._steps), "nv": float(self.model.nv)}
-        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped)
+        performance |= {"timestep_s": self.timestep, "steps": float(self._steps), "nv": float(self.model.nv)}
+        digests = {"description": digest_scene(self.site.scene), "code": digest_code()}
+        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped, digests)
 
     def _require_going(self) -> None:
         if self.stopped:
@@ -216,10 +222,17 @@ class Plant:
             springs = fit_springs(self.model, self.data, self.site, nodes)
             nodes = settle(self.site.held_model, nodes)
             self._calm_steps = round(springs.period / self.timestep)  # a ringing arm stands still twice a period
-        fill_qpos(self._pose, self.site.truss, nodes, self.data.qpos)
-        self._drive: Drive = find_drive(self.model, self.data, self.site, self._at, springs, nodes)
-        imposed = isinstance(self._drive, RigidDrive)
-        foresight = Foresight(self.model, self._at, self.site.chain, q, self._target) if imposed else None
+        model, chain, gauges = self.model, self.site.chain, self._gauges
+        gauges.stand(self.data, nodes)
+        self._lookout, foresight = None, None
+        if isinstance(gauges, SectionGauges):
+            self._drive: Drive = find_row_drive(model, self.data, self.site)
+            self._lookout = Lookout(self.site)
+            foresight = Foresight(SectionTurns(model, gauges.pose), chain, q, self._target)
+        else:
+            self._drive = find_drive(model, self.data, self.site, gauges.at, springs, nodes)
+            if isinstance(self._drive, RigidDrive):
+                foresight = Foresight(MemberTurns(model, gauges.at, chain), chain, q, self._target)
         self._correction = Correction(self.model, self.data, foresight)
 
     def _find_equilibrium(self) -> None:
@@ -229,7 +242,7 @@ class Plant:
         for _ in range(round(motion.patience / self.timestep)):
             self._drive.command(self._target)
             gaps = self._correction.step(self._target)
-            touched = touched or list_contacts(self.model, self.data)
+            touched = touched or self._list_contacts()
             try:
                 check_state(self.model, self.data, gaps)
             except DivergenceError:
@@ -244,7 +257,7 @@ class Plant:
 
     def _speed(self) -> float:
         """Greatest speed of a node along an axis, m/s."""
-        return float(np.abs(self.data.qvel[self._at.hub_speeds]).max())
+        return float(np.abs(self.data.qvel[self._gauges.hub_speeds]).max())
 
     def _advance(self) -> None:
         """One step: drives, MuJoCo, divergence, record, rest, contact."""
@@ -252,7 +265,7 @@ class Plant:
         if self._rates is not None:
             self._target = self._target + self._rates * self.timestep
         recorded = self._start_step()
-        rates = data.qvel[self._at.slide]
+        speeds = np.array(data.qvel) if recorded else data.qvel
         self._recorder.note_saturation(self._drive.command(self._target))
         gaps = self._correction.step(self._target)
         self._steps += 1
@@ -267,14 +280,13 @@ class Plant:
                 data,
                 time=(self._steps - 1) * self.timestep,
                 commanded=self._commanded,
-                rates=rates,
+                speeds=speeds,
                 goal=self._goal,
                 settled=self._settled,
                 pressure=self._drive.pressure,
             )
         self._note_rest()
-        if data.ncon:
-            self._note_contacts()
+        self._note_contacts(self._list_contacts())
         self._wall += time.perf_counter() - begin
 
     def _start_step(self) -> bool:
@@ -293,8 +305,17 @@ class Plant:
         self._slow = self._slow + 1 if self._speed() < self.site.task.motion.settle_speed else 0
         self._commanded = self._target
 
-    def _note_contacts(self) -> None:
-        contacts = list_contacts(self.model, self.data)
+    def _list_contacts(self) -> list[Contact]:
+        """What touches at the begin of the last step."""
+        data = self.data
+        if self._lookout is None:
+            return list_contacts(self.model, data) if data.ncon else []
+        places = data.site_xpos
+        return self._lookout.look(
+            data.time - self.timestep, places[self._gauges.nodes], places[self._gauges.tool], self._speed()
+        )
+
+    def _note_contacts(self, contacts: list[Contact]) -> None:
         self._recorder.note_contacts(contacts)
         self._touched += contacts
         if contacts:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.plant.addresses import Addresses
+from vgtsim.plant.gauges import Gauges
 from vgtsim.plant.watch import Contact
 from vgtsim.runlog import RunLog, empty_records
 
@@ -26,7 +26,7 @@ _MAX_CONTACTS = 1000  # of one run; a collision under rigid drives ends it long 
 class Recorder:
     """Collects records, one list a quantity, and the first thousand contacts; stacks them when a log is asked for."""
 
-    at: Addresses
+    gauges: Gauges
     records: dict[str, list[Any]] = field(default_factory=dict)
     contacts: list[Contact] = field(default_factory=list)
     _saturated: NDArray[np.int64] | int = 0
@@ -45,38 +45,26 @@ class Recorder:
         *,
         time: float,
         commanded: Array,
-        rates: Array,
+        speeds: Array,
         goal: int,
         settled: bool,
         pressure: Array | None = None,
     ) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
-        MuJoCo's force sensors give what the parent exerts on the child; the force of a member on its hub is the opposite.
-        Given for that instant are the time, s, commanded lengths, shape (J,), m, cylinder speeds, shape (J,), m/s, the goal
-        approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
+        Given for that instant are the time, s, commanded lengths, shape (J,), m, the speeds of all degrees of freedom,
+        shape (nv,), the goal approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
         """
-        at, sensed = self.at, data.sensordata
-        triple = np.arange(3)
-        turn = data.site_xmat[at.near].reshape(-1, 3, 3)
-        flange = data.site_xmat[at.flange].reshape(3, 3)
-        wrench = sensed[at.flange_force : at.flange_force + 6].reshape(2, 3)
+        gauges = self.gauges
         row = {
             "time": time,
-            "nodes": data.site_xpos[at.nodes],
-            "ends": np.stack([data.site_xpos[at.near], data.site_xpos[at.far]], axis=1),
             "commanded": commanded,
-            "actual": at.retracted + sensed[at.length],
-            "rates": rates,
-            "member_force": -np.einsum("mij,mj->mi", turn, sensed[at.force[:, None] + triple]),
-            "member_moment": -np.einsum("mij,mj->mi", turn, sensed[at.torque[:, None] + triple]),
-            "actuator_force": -sensed[at.drive_force + 2],
-            "mast_reaction": (wrench @ flange.T).ravel(),
-            "tool_position": data.site_xpos[at.tool].copy(),
-            "tool_direction": data.xmat[at.tip].reshape(3, 3)[:, 2].copy(),
+            **gauges.read(data, speeds),
+            "tool_position": data.site_xpos[gauges.tool].copy(),
+            "tool_direction": data.xmat[gauges.tip].reshape(3, 3)[:, 2].copy(),
             "goal": goal,
             "settled": settled,
-            "saturation": self._saturated | np.zeros(len(at.slide), dtype=np.int64),
+            "saturation": self._saturated | np.zeros(len(commanded), dtype=np.int64),
         }
         if pressure is not None:
             row["pressure"] = pressure
@@ -87,10 +75,12 @@ class Recorder:
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Stack the records: quantity to array, records along the first axis."""
         if not self.records:
-            return empty_records(len(self.at.nodes), len(self.at.near), len(self.at.slide))
-        return {name: np.array(values) for name, values in self.records.items()}
+            return empty_records(*self.gauges.counts)
+        return dict(self.gauges.complete({name: np.array(values) for name, values in self.records.items()}))
 
-    def make_log(self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str) -> RunLog:
+    def make_log(
+        self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str, digests: dict[str, str]
+    ) -> RunLog:
         """Make the log of all records so far."""
         touched = self.contacts
         return RunLog(
@@ -102,6 +92,7 @@ class Recorder:
             performance=performance,
             versions=dict(_list_versions()),
             stopped=stopped,
+            digests=digests,
         )
 
 

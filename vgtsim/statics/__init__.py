@@ -16,7 +16,7 @@ from vgtsim.statics.modes import NaturalModes, damping_time, find_modes
 from vgtsim.statics.motion import NodeMotion, motion_from_log
 from vgtsim.statics.rating import SLENDERNESS_ADVICE, MemberSections, Ratings, make_sections, rate
 from vgtsim.statics.settling import settle
-from vgtsim.statics.sizing import Demand, Sizing, size_arm
+from vgtsim.statics.sizing import Demand, Sizing, grow_sizes, size_arm
 from vgtsim.statics.stiffness import Deflection, deflect, node_loads, tip_compliance
 from vgtsim.statics.utilisation import MODES, Utilisation, find_use, smooth_peak, utilise
 
@@ -45,6 +45,7 @@ __all__ = [
     "find_gain",
     "find_modes",
     "find_use",
+    "grow_sizes",
     "hold_cylinders",
     "make_elastic_model",
     "make_load_model",

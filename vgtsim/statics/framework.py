@@ -54,7 +54,7 @@ class Framework:
         return (index == self.ends[:, 0]).astype(float) - (index == self.ends[:, 1])
 
     @cached_property
-    def order(self) -> Order | None:
+    def elimination(self) -> Elimination | None:
         """The groups of nodes that can be solved one after the other, the first one last; None where they cannot."""
         node, axis = self.equations
         last, numbers = self.group[self.ends].max(axis=1), np.unique(self.group[node])[::-1]
@@ -64,11 +64,12 @@ class Framework:
             return None
         row = np.concatenate([np.empty(0, np.intp), *rows])
         begin = np.cumsum([0, *sizes])
-        return Order(np.concatenate([np.empty(0, np.intp), *bars]), node[row], axis[row], begin, self.ends.copy())
+        order = np.concatenate([np.empty(0, np.intp), *bars])
+        return Elimination(bars=order, node=node[row], axis=axis[row], begin=begin, ends=self.ends.copy())
 
 
 @dataclass(frozen=True)
-class Order:
+class Elimination:
     """Bars, and nodes and axes of the equations that give their forces, shapes (B,), group by group, and where each begins.
 
     `ends` are the nodes of all bars, shape (B, 2).

@@ -30,7 +30,7 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
     Raises:
         TrussError: A mechanism, or a self-stress; bars are named.
     """
-    if (order := frame.order) is None:
+    if (order := frame.elimination) is None:
         diagnose(frame, nodes[0])
         raise TrussError(len(frame.ends), (), "isostatic, but not group by group of nodes")
     total, found = np.array(force, float, order="C"), np.empty((len(force), *unit.shape[:-1]))
@@ -60,7 +60,7 @@ def _substitute(
     found: Array,
     sine: Array,
 ) -> None:
-    """Solve the groups, see `Order`; loads in `total` are replaced by what the bars leave of them.
+    """Solve the groups, see `Elimination`; loads in `total` are replaced by what the bars leave of them.
 
     `sine` gets the smallest sine between a bar and the span of the others of its group, shape (T, G): the product of the
     norms of a column and of the row of the inverse is one over it. It is 0 where there is no inverse.

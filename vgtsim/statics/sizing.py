@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from vgtsim.statics.utilisation import use_axial
 
 Array = NDArray[np.float64]
 Place = tuple[str, str]
+PlaceT = TypeVar("PlaceT")
 
 _FIELDS = {"longeron": "longeron_tube", "cross_longeron": "cross_longeron_tube", "batten": "batten_tube"}
 
@@ -69,17 +71,32 @@ def size_arm(chain: Chain, catalogue: Catalogue, demand: Demand, target: float =
             of a place; its forces are named. A module has a joint offset: bending is not rated here.
     """
     require_no_offset(chain, "an arm is sized")
-    sizes, rank, count = _Sizes(catalogue, chain.manipulator), dict.fromkeys(_places(chain), 0), 0
-    settled, used = not rank, {}
-    arm, chosen = _rebuild(chain.manipulator, rank, sizes)
-    while not settled:  # ends: ranks only grow, and there are finitely many
-        found, count, new = _find_carried(replace(chain, manipulator=arm), demand), count + 1, {}
+    sizes, used = _Sizes(catalogue, chain.manipulator), {}
+
+    def choose(rank: Mapping[Place, int]) -> dict[Place, int]:
+        arm, _ = _rebuild(chain.manipulator, rank, sizes)
+        found, new = _find_carried(replace(chain, manipulator=arm), demand), {}
         for place, carried in found.items():
             new[place], used[place] = _choose(arm, place, carried, sizes, demand.safety_factor, target, rank[place])
-        settled, rank = new == rank, new
-        arm, chosen = _rebuild(chain.manipulator, rank, sizes)
+        return new
+
+    rank, count = grow_sizes(_places(chain), choose)
+    arm, chosen = _rebuild(chain.manipulator, rank, sizes)
     masses = weigh(chain), weigh(replace(chain, manipulator=arm))
     return Sizing(manipulator=arm, chosen=chosen, utilisation=used, mass=masses, passes=count)
+
+
+def grow_sizes(
+    places: Iterable[PlaceT], choose: Callable[[Mapping[PlaceT, int]], dict[PlaceT, int]]
+) -> tuple[Mapping[PlaceT, int], int]:
+    """Start every place of any structure with the first of its sizes and let `choose` raise their ranks until it keeps them.
+
+    Returns the ranks and how often it chose; it must not lower a rank.
+    """
+    rank, new, count = {}, dict.fromkeys(places, 0), 0
+    while new != rank:  # ends: ranks only grow, and there are finitely many
+        rank, new, count = new, choose(new), count + 1
+    return rank, count
 
 
 class _Sizes:

@@ -42,7 +42,7 @@ def check_speed(run: Evidence) -> Finding:
     "acceleration over the scene's",
     unit="1",
     limit="actuator_acceleration",
-    applies=when(drive="rigid", members="rigid"),
+    applies=when(drive="rigid", members=("rigid", "sections")),
 )
 def check_acceleration(run: Evidence) -> Finding:
     """Greatest acceleration of a cylinder over that of the scene's motion, from differenced lengths."""

@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import Clearance, arm_clearance, make_profile, obstacles, self_clearance
-from vgtsim.kinematics.inertia import member_radii
+from vgtsim.geometry import Clearance
+from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import (
@@ -53,6 +53,9 @@ class PlannedTour(Protocol):
     @property
     def timestep(self) -> float: ...  # noqa: D102
 
+    @property
+    def digest(self) -> str: ...  # noqa: D102
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
@@ -87,7 +90,7 @@ class Evidence:
         MuJoCo's speeds, which the log has, stand there: they are those of the step that led to the record.
         """
         found = motion_from_log(self.log.time, self.log.actual[..., None])
-        step = self.site.task.simulation.timestep
+        step = self.log.performance.get("timestep_s", self.site.timestep)
         return (found.velocity - step / 2 * found.acceleration)[..., 0]
 
     @cached_property
@@ -178,26 +181,19 @@ class Evidence:
         return corner.mean(axis=1) + self.site.arm.tip_plate.tool_offset * normal, normal
 
     @cached_property
+    def proximity(self) -> Proximity:
+        """Measures the arm's distances."""
+        return Proximity(self.site)
+
+    @cached_property
     def around(self) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste at every record."""
-        site, tank, payload = self.site, self.site.tank, self.site.task.payload
-        ball, radii = (self.tool[0], payload.radius) if payload.mass else None, member_radii(site.arm, site.truss)
-        around = (tank, make_profile(tank.shell), obstacles(tank), ball)
-        return arm_clearance(self.log.nodes, site.truss.ends, radii, site.arm.hub.radius, *around)
+        return self.proximity.around(self.log.nodes, self.tool[0])
 
     @cached_property
     def among(self) -> tuple[Array, Index]:
-        """Least distance of the arm from itself and the mast, shape (T,), m, and the pair of members, shape (T, 2).
-
-        The mast, before the first module, and the payload, in the last one, follow the members.
-        """
-        site, nodes, count = self.site, self.log.nodes, self.log.nodes.shape[1]
-        radius, pivot = site.mast.outer_diameter / 2, site.chain.mount[:3, 3]
-        axis = (np.broadcast_to(pivot + [0, 0, up], (len(nodes), 1, 3)) for up in (radius, site.mast.length))
-        points = np.concatenate([nodes, *axis, self.tool[0][:, None]], axis=1)
-        ends = np.concatenate([site.truss.ends, [[count, count + 1], [count + 2, count + 2]]])
-        radii = np.append(member_radii(site.arm, site.truss), [radius, site.task.payload.radius])
-        return self_clearance(points, ends, radii, np.append(site.truss.module, [-1, len(site.arm.modules) - 1]))
+        """Least distance of the arm from itself and the mast, shape (T,), m, and the pair of parts, shape (T, 2)."""
+        return self.proximity.among(self.log.nodes, self.tool[0])
 
     @cached_property
     def clearance(self) -> Array:

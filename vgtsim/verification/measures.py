@@ -77,8 +77,13 @@ def report_as(
 
 
 def when(**settings: object) -> Callable[[Site], bool]:
-    """Whether a scene's simulation has some settings, for example `when(drive="hydraulic")`."""
-    return lambda site: all(getattr(site.task.simulation, name) == value for name, value in settings.items())
+    """Whether a scene's simulation has some settings, for example `when(drive="hydraulic")`; of a tuple, any one."""
+
+    def applies(site: Site) -> bool:
+        found = ((getattr(site.task.simulation, name), wanted) for name, wanted in settings.items())
+        return all(value in wanted if isinstance(wanted, tuple) else value == wanted for value, wanted in found)
+
+    return applies
 
 
 def has_cases(site: Site) -> bool:

@@ -26,7 +26,7 @@ def check_closure(run: Evidence) -> Finding:
     "node to forward kinematics",
     unit="m",
     limit="kinematics_agreement",
-    applies=when(members="rigid"),
+    applies=when(members=("rigid", "sections")),
 )
 def check_kinematics(run: Evidence) -> Finding:
     """Greatest distance of a node from the forward kinematics of the actual lengths."""

@@ -15,11 +15,10 @@ def check_clearance(run: Evidence) -> Finding:
     around, (among, pair) = run.around, run.among
     worst = int(first_least(run.clearance))
     if among[worst] < around.least[worst]:
-        members = [*run.names, "mast", "payload"]
-        where = " and ".join(members[i] for i in pair[worst])
+        where = " and ".join(run.proximity.name_among(i) for i in pair[worst])
     else:
-        place, names = int(around.nearest[worst]), [*run.names, *run.site.truss.nodes, "payload"]
-        where = f"{names[int(around.body[worst, place])]} to {around.places[place]}"
+        place = int(around.nearest[worst])
+        where = f"{run.proximity.name_around(int(around.body[worst, place]))} to {around.places[place]}"
     each = dict(zip(around.places, around.distance.min(axis=0), strict=True)) | {"the arm itself": among.min()}
     detail = ", ".join(f"{place} {distance:.3f} m" for place, distance in each.items() if np.isfinite(distance))
     return Finding(float(run.clearance[worst]), where, float(run.log.time[worst]), f"least distances: {detail}")

@@ -29,7 +29,7 @@ def check_tool_direction(run: Evidence) -> Finding:
     "cylinder length to its command",
     unit="m",
     limit="command",
-    applies=when(drive="rigid", members="rigid"),
+    applies=when(drive="rigid", members=("rigid", "sections")),
 )
 def check_command(run: Evidence) -> Finding:
     """Greatest distance of a cylinder's length from its command.

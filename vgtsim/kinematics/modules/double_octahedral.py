@@ -252,7 +252,11 @@ class DoubleOctahedra(ModuleSet):
             phi = self._follow(lengths, start)[0][worst][None]
             value, row = worst_direction(double.angle_jacobian(geometry, phi)[0] / geometry.height[0])
             gap = np.abs(double.actuator_lengths(double.mid_nodes(geometry, phi)) - lengths[worst]).max()
-            raise SingularityError(name, value, f"{name}/actuator/{row + 1}", float(gap), float(reached[worst]))
+            reason = f"a singularity lies on the way to actuators of {np.array2string(lengths[worst], precision=4)} m"
+            if reached[worst] == _TURNED:
+                reason = reason.replace("a singularity lies", "the mid-plane turns tangent to a mid node's circle")
+            member = f"{name}/actuator/{row + 1}"
+            raise SingularityError(name, value, member, float(gap), float(reached[worst]), reason)
         return x
 
     def conditioned(self, x: Array) -> Array:

@@ -1,0 +1,103 @@
+"""A fault in the model, the run or the log is caught by the row that is there for it, or lies below the limits."""
+
+from __future__ import annotations
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from faults import LOG_FAULTS, MODEL_FAULTS, PAGE, RUN_FAULTS, write_page
+from playing import bend, change, shorten
+
+from vgtsim.mjcf import build_model
+from vgtsim.planning import Leg, Tour
+from vgtsim.plant import Plant, run, tour
+from vgtsim.site import Site, load_site
+from vgtsim.verification import verify
+
+pytestmark = pytest.mark.long
+
+HOLD, WAY = 0.4, 2.4  # s
+
+
+@pytest.fixture(scope="module")
+def program(site):
+    """From rest to rest twice, each on a smooth step of the seventh order in the inputs."""
+    step, legs = site.timestep, []
+    stations = [bend(site.scene, *pose) for pose in POSES]
+    s = np.linspace(0, 1, round(WAY / step) + 1)[:, None]
+    s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
+    for goal, (first, last) in enumerate(pairwise(stations)):
+        lengths = site.chain.lengths(first + s * (last - first))
+        legs.append(Leg(name=f"goal_{goal}", goal=goal, lengths=lengths, q=last, clearance=1.0, place="nothing"))
+    return Tour(stations[0], tuple(legs), step)
+
+
+POSES = (([0.5, 0.3], [0.4, 0.9]), ([0.53, 0.28], [0.43, 0.85]), ([0.5, 0.31], [0.5, 0.9]))  # bends and azimuths, rad
+
+
+@pytest.fixture(scope="module")
+def site():
+    """Two modules of the nine-actuator arm with 1000 lb, asked for the two poses that it is moved to."""
+    scene = change(shorten(load_site("arm9_nullspace").scene, 2), log_rate=25.0)
+    chain, motion, goals = Site(scene).chain, scene.task.motion, []
+    for index, pose in enumerate(POSES[1:]):
+        position, direction = chain.tool(bend(scene, *pose))
+        new = {"name": f"goal_{index}", "position": tuple(position), "direction": tuple(direction)}
+        goals.append(motion.goals[0].model_copy(update=new))
+    motion = motion.model_copy(
+        update={"goals": tuple(goals), "hold": HOLD, "acceleration": 0.1, "settle_speed": 1e-8, "patience": 1.0}
+    )
+    return Site(dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion})))
+
+
+@pytest.fixture(scope="module")
+def log(site, program):
+    return run(site, program)
+
+
+def test_run_without_a_fault_passes(site, program, log):
+    report = verify(site, log, program)
+    assert report.passed, [(check.quantity, check.measured) for check in report.checks if not check.passed]
+
+
+def judge(fault, site, log, program):
+    """The row that is there for the fault fails; without one, the report passes for the reason told."""
+    report = verify(site, log, program)
+    failed = {check.quantity: check.measured / max(check.limit, 1e-12) for check in report.checks if not check.passed}
+    assert bool(fault.caught) is not bool(fault.reason)
+    assert (fault.caught in failed) if fault.caught else report.passed, failed
+
+
+def ids(fault):
+    return fault.what
+
+
+@pytest.mark.parametrize("fault", LOG_FAULTS, ids=ids)
+def test_fault_in_the_log(site, program, log, fault):
+    judge(fault, site, fault.spoil(log), program)
+
+
+@pytest.mark.parametrize("fault", MODEL_FAULTS, ids=ids)
+def test_fault_in_the_model(site, program, fault):
+    model = build_model(site)
+    fault.spoil(model)
+    judge(fault, site, run(site, program, model), program)
+
+
+@pytest.mark.parametrize("fault", RUN_FAULTS, ids=ids)
+def test_fault_in_the_run(site, program, monkeypatch, fault):
+    class Spoilt(Plant):
+        def _advance(self):
+            fault.spoil(self)
+            super()._advance()
+
+    monkeypatch.setattr(tour, "Plant", Spoilt)
+    judge(fault, site, run(site, program), program)
+
+
+def test_every_fault_has_its_line_in_the_docs():
+    assert PAGE.read_text() == write_page(), f"python {PAGE.parents[1]}/tests/verification/faults.py writes it"
+    names = [fault.what for fault in (*MODEL_FAULTS, *RUN_FAULTS, *LOG_FAULTS)]
+    assert len(set(names)) == len(names) >= 40

@@ -1,0 +1,336 @@
+"""The reference of every key of every file, and the JSON schemas for editors: both are made from the descriptions."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Any, cast, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from vgtsim.description.catalogue import Catalogue
+from vgtsim.description.figures import Figure, find_figure
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.scene import SceneFile
+from vgtsim.description.schema import Description, Provenance
+from vgtsim.description.shipped import Kind, list_shipped
+from vgtsim.description.tank import Tank
+from vgtsim.description.tool_path import ToolPath
+
+FILES: dict[str, type[Description]] = {
+    "arm": Manipulator,
+    "tank": Tank,
+    "scene": SceneFile,
+    "path": ToolPath,
+    "catalogue": Catalogue,
+}
+CATALOGUE = Path(__file__).with_name("catalogue.toml")
+_BASE = "A scene that this one differs from, by path or shipped name; this file then holds only what differs."
+_COMMON = {  # meanings of keys whose name says nearly all; a table's own text goes first
+    "name": "Name: letters, digits and underscores, a letter first.",
+    "title": "One line for people.",
+    "material": "Name of a material in this file.",
+    "kind": "Kind of the module; of waste, a word for people.",
+    "shape": "Kind of the piece.",
+    "cylinder": "Name of a cylinder of the arm.",
+    "tube": "Name of a tube of the arm.",
+    "base": "Sides 12, 23, 31 of its base; absent for the arm's face side.",
+    "top": "Sides 12, 23, 31 of its top; absent for the arm's face side, or for the sides of a section's base.",
+    "longeron_tube": "Tube of the three longerons, by name.",
+    "cross_longeron_tube": "Tube of the three diagonals, by name.",
+    "batten_tube": "Tube of the three battens of its top face, by name.",
+    "outer_diameter": "Outer diameter.",
+    "inner_diameter": "Inner diameter.",
+    "diameter": "Diameter.",
+    "wall": "Thickness of the wall.",
+    "barrel_wall": "Thickness of the barrel's wall.",
+    "thickness": "Thickness.",
+    "dome_thickness": "Thickness of the dome.",
+    "liner_thickness": "Thickness of the liner.",
+    "density": "Mass over volume.",
+    "youngs_modulus": "Young's modulus E.",
+    "yield_strength": "Yield strength Fy.",
+    "bulk_modulus": "Bulk modulus of the oil.",
+    "length": "Length; of a static module, between the centroids of its faces.",
+    "longeron": "Length of each of the twelve longerons.",
+    "cylinder_length": "Length of every actuator in the stowed pose.",
+    "stroke": "Extended length less the retracted length.",
+    "bore": "Diameter of the piston.",
+    "rod": "Diameter of the rod.",
+    "head": "Total thickness of steel at bore diameter in the two heads and the piston.",
+    "eye": "Distance from a pin to the barrel or to the full rod.",
+    "pin": "Diameter of the pins at its ends, in double shear; absent where the joint is not rated.",
+    "pressure": "Supply pressure.",
+    "hub": "The ball nodes.",
+    "tip_plate": "The plate that carries the tool.",
+    "materials": "Materials by name.",
+    "tubes": "Tubes: by name in an arm, a list of stock sizes in a catalogue.",
+    "cylinders": "Cylinders: by name in an arm, a list of stock sizes in a catalogue.",
+    "modules": "The modules from the mast to the tool.",
+    "shell": "Liner and dome.",
+    "risers": "Risers besides the arm's own.",
+    "equipment": "What stands or hangs in the tank.",
+    "waste": "The waste left in the tank.",
+    "mast": "The pipe that carries the arm.",
+    "payload": "The load at the tool.",
+    "motion": "The tour and how it is driven.",
+    "simulation": "Settings of the step loop.",
+    "limits": "Limits of the checks.",
+    "video": "The film.",
+    "mass": "Mass.",
+    "radius": "Radius; of a hub or payload, of its ball.",
+    "method": "How redundancy is resolved.",
+    "goals": "Goals in the order of the tour.",
+    "timestep": "Step of the simulation.",
+    "gravity": "Acceleration of gravity, along -z of frame G.",
+    "width": "Width of the picture, pixels.",
+    "height": "Height of the picture, pixels.",
+    "fps": "Frames a second.",
+    "speed": "Simulated seconds in a second of film.",
+    "cuts": "Shots in order.",
+    "camera": "Camera of the shot.",
+    "position": "Tool point in frame G.",
+    "direction": "Outward normal of the tip plate in frame G, of any length; of a piece, at its end, absent to keep it.",
+    "axis": "Direction of the axis in frame G, of any length.",
+    "start": "Tool point at the beginning, in frame G.",
+    "pieces": "Pieces in sequence.",
+    "through": "Way-points in frame G; the spline ends at the last one.",
+    "rows": "Number of rows.",
+    "tube_standard": "Source of the tubes' sizes.",
+    "material_standard": "Source of the materials' figures.",
+    "tube_material": "Name of the material of all tubes.",
+    "cylinder_material": "Name of the material of all cylinders.",
+}
+_HEAD = """# Every key of every file
+
+Made by `scripts/make_reference` from the code that reads the files; do not edit it. A bare number is in the SI unit of the
+column "type"; a text is one number and one unit, such as "42 in", "3 1/2 in", "3 ft 6 in", "12° 30' 15\\"" or "1.5e-3 m". Any
+figure may be a table `{ value = ..., label = "sourced" | "derived" | "assumed", note = "...", range = [low, high] }`; a figure
+outside its range is refused. `vgtsim schema KIND` prints the JSON schema of a kind of file. An editor with TOML support takes
+it from a first line `#:schema PATH`.
+"""
+
+
+def write_schema(kind: str) -> str:
+    """JSON schema of a kind of file, as text."""
+    whole = FILES[kind].model_json_schema()
+    tables = {FILES[kind].__name__: whole, **whole.get("$defs", {})}
+    models = {model.__name__: model for model in find_models(FILES[kind])}
+    for name, table in tables.items():
+        if name in models:
+            _describe(table, models[name])
+    if kind == "scene":
+        whole["properties"]["base"] = {"type": "string", "description": _BASE}
+        needed = {key: tables[part["$ref"].split("/")[-1]].pop("required") for key, part in _tables_of(whole)}
+        demand = {
+            "required": whole.pop("required"),
+            "properties": {key: {"required": keys} for key, keys in needed.items()},
+        }
+        whole |= {"if": {"not": {"required": ["base"]}}, "then": demand}
+    whole["$schema"] = "http://json-schema.org/draft-07/schema#"
+    return json.dumps(whole, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def _tables_of(whole: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """Keys of a scene that hold one table which another scene may complete."""
+    return [(key, part) for key, part in whole["properties"].items() if "$ref" in part and key in whole["required"]]
+
+
+def _describe(table: dict[str, Any], model: type[BaseModel]) -> None:
+    """Give each key of a table its meaning and the form with a label; leave out the names that repeat the keys."""
+    table.pop("title", None)
+    table["description"] = summary(model)
+    table["properties"].pop("provenance", None)
+    for key, part in table["properties"].items():
+        part.pop("title", None)
+        meaning = {"description": find_meaning(model, key)}
+        if "$ref" in part or (part.get("items", {}) and _has_reference(part["items"])) or "const" in part:
+            table["properties"][key] = part | meaning
+            continue
+        default = {"default": part.pop("default")} if "default" in part else {}
+        table["properties"][key] = _label(part) | meaning | default
+
+
+def _label(part: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a value that may have a label beside it, as may each entry of a list."""
+    for item in (part, *part.get("anyOf", ())):
+        if entries := item.pop("prefixItems", None):  # all alike: points and directions
+            item["items"] = entries[0]
+        if "items" in item:
+            item["items"] = _label(item["items"])
+    label = {
+        "label": {"enum": ["sourced", "derived", "assumed"]},
+        "note": {"type": "string"},
+        "range": {"type": "array"},
+    }
+    labelled = {"type": "object", "properties": {"value": part, **label}, "required": ["value", "label", "note"]}
+    return {"anyOf": [part, labelled | {"additionalProperties": False}]}
+
+
+def _has_reference(part: Any) -> bool:
+    return "$ref" in json.dumps(part)
+
+
+def write_reference() -> str:
+    """The page of every key, as Markdown."""
+    examples = _collect_examples()
+    lines = [_HEAD]
+    seen: set[type[BaseModel]] = {Provenance}
+    for kind, root in FILES.items():
+        lines += [f"## Files of kind {kind}", ""]
+        for model in find_models(root):
+            if model in seen:
+                continue
+            seen.add(model)
+            lines += [f"### {model.__name__}", "", summary(model), ""]
+            lines += ["| key | type | default | meaning | example |", "|---|---|---|---|---|"]
+            fields = {key: field for key, field in model.model_fields.items() if key != "provenance"}
+            lines += [_row(model, key, field, examples) for key, field in fields.items()]
+            if model is SceneFile:
+                lines.append(f'| `base` | text | none | {_BASE} | `"type_ii_reach"` |')
+            lines.append("")
+    return "\n".join(lines)
+
+
+def _row(model: type[BaseModel], key: str, field: FieldInfo, examples: Mapping[tuple[str, str], Any]) -> str:
+    given = None if field.is_required() else field.get_default(call_default_factory=True)
+    default = "**needed**" if field.is_required() else "none" if given is None else f"`{_toml(given)}`"
+    example = examples.get((model.__name__, key))
+    shown = f"`{_toml(example)}`" if example is not None else _make_example(field)
+    cells = (f"`{key}`", write_type(field), default, find_meaning(model, key), shown)
+    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
+
+
+def write_type(field: FieldInfo) -> str:
+    """Type, unit and bounds of a field in words."""
+    figure = find_figure(field.annotation, field.metadata)
+    if figure is not None:
+        return f"quantity, {_unit(figure)}{_bounds(field)}"
+    form = str(field.annotation)
+    if models := list(_models_in(field.annotation)):
+        names = " or ".join(f"[{model.__name__}](#{model.__name__.lower()})" for model in models)
+        return ("tables by name: " if "dict[" in form else "list of " if "tuple[" in form else "") + names
+    inner = [item for item in _walk(field.annotation) if isinstance(item, Figure)]
+    if inner:
+        return f"list of quantities, {', '.join(dict.fromkeys(_unit(item) for item in inner))}"
+    literals = [item for item in _walk(field.annotation) if isinstance(item, str)]
+    if literals:
+        return " or ".join(f'`"{item}"`' for item in dict.fromkeys(literals))
+    kinds = [item for item in _walk(field.annotation) if isinstance(item, type)]
+    members = [f'`"{member.value}"`' for item in kinds if issubclass(item, Enum) for member in item]
+    if members:
+        return " or ".join(members)
+    word = {"str": "text", "int": "whole number", "float": "number", "bool": "true or false"}
+    names = [word[item.__name__] for item in kinds if item.__name__ in word]
+    return ("list of " if "tuple[" in form else "") + " or ".join(dict.fromkeys(names)) + _bounds(field)
+
+
+def _unit(figure: Figure) -> str:
+    return "pure number" if figure.unit == "dimensionless" else figure.unit
+
+
+def _bounds(field: FieldInfo) -> str:
+    signs = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
+    limits = [(word, getattr(item, sign, None)) for item in _walk_metadata(field) for sign, word in signs.items()]
+    found = [f"{word} {limit:g}" for word, limit in limits if limit is not None]
+    return f", {', '.join(dict.fromkeys(found))}" if found else ""
+
+
+def _walk_metadata(field: FieldInfo) -> Iterator[Any]:
+    for item in field.metadata:
+        yield from getattr(item, "metadata", None) or (item,)
+
+
+def _walk(annotation: Any) -> Iterator[Any]:
+    """Everything that an annotation is made of: types, literals and metadata."""
+    yield annotation
+    for item in (*get_args(annotation), *getattr(annotation, "__metadata__", ())):
+        yield from _walk(item)
+
+
+def _models_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    for item in dict.fromkeys(part for part in _walk(annotation) if isinstance(part, type)):
+        if issubclass(item, BaseModel):
+            yield item
+
+
+def find_models(root: type[BaseModel]) -> list[type[BaseModel]]:
+    """The tables of a file, the file itself first, each once."""
+    found = [root]
+    for model in found:
+        for field in model.model_fields.values():
+            found += [item for item in _models_in(field.annotation) if item not in found]
+    return found
+
+
+def summary(model: type[BaseModel]) -> str:
+    """What a table is, from the text of its class."""
+    text = inspect.cleandoc(model.__doc__ or "").split("Attributes:")[0]
+    return " ".join(text.split())
+
+
+def find_meaning(model: type[BaseModel], key: str) -> str:
+    """What a key means: from the texts of the table's classes, or else of all such keys; empty where none says so."""
+    for owner in model.__mro__:
+        text = inspect.cleandoc(owner.__doc__ or "") if owner.__module__.startswith("vgtsim.") else ""
+        _, _, attributes = text.partition("Attributes:")
+        for names, meaning in re.findall(r"(?m)^    ([a-z_, ]+): (.*(?:\n {8}.*)*)", attributes):
+            if key in names.split(", "):
+                return " ".join(meaning.split())
+        for sentence in re.split(r"(?<=[.;])\s+", " ".join(text.split())):
+            if f"`{key}`" in sentence:
+                return sentence
+    return _COMMON.get(key, "")
+
+
+def _collect_examples() -> dict[tuple[str, str], Any]:
+    """First value of each key in the shipped files."""
+    found: dict[tuple[str, str], Any] = {}
+    for kind, root in FILES.items():
+        files = [CATALOGUE] if kind == "catalogue" else list_shipped(cast(Kind, kind)).values()
+        for file in files:
+            _collect(tomllib.loads(file.read_text(encoding="utf-8")), root, found)
+    return found
+
+
+def _collect(data: dict[str, Any], model: type[BaseModel], found: dict[tuple[str, str], Any]) -> None:
+    for key, value in data.items():
+        plain = value["value"] if isinstance(value, dict) and "value" in value else value
+        field = model.model_fields.get(key)
+        inner = list(_models_in(field.annotation)) if field else []
+        if field is None or not inner:
+            found.setdefault((model.__name__, key), plain)
+            continue
+        tables = plain if isinstance(plain, list) else [*plain.values()] if "dict" in str(field.annotation) else [plain]
+        for table in tables:
+            named = [item for item in inner if table.get("kind", table.get("shape")) in set(_walk(_kind_of(item)))]
+            _collect(table, (named or inner)[0], found)
+
+
+def _kind_of(model: type[BaseModel]) -> Any:
+    field = model.model_fields.get("kind") or model.model_fields.get("shape")
+    return field.annotation if field else None
+
+
+def _make_example(field: FieldInfo) -> str:
+    figure = find_figure(field.annotation, field.metadata)
+    if figure is not None:
+        return "`1.0`" if figure.unit == "dimensionless" else f'`"1 {figure.unit}"`'
+    if any(_models_in(field.annotation)):
+        return "see its table"
+    form = str(field.annotation)
+    return "`[]`" if "tuple[" in form else '`"text"`' if "str" in form else "`1`"
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, BaseModel | dict):
+        return "{}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return f"{value:g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False)

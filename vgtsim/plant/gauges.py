@@ -1,0 +1,200 @@
+"""What is read from the model of a plant: of an arm whose members are bodies, or of one with rigid sections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.graphics import mujoco
+from vgtsim.kinematics import find_rigid_sections
+from vgtsim.mjcf import fill_qpos, make_pose_map, make_section_pose, names
+from vgtsim.plant.addresses import find_addresses
+from vgtsim.site import Site
+from vgtsim.statics import NodeMotion, make_load_model, motion_from_log, solve_members
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Records = Mapping[str, NDArray[Any]]
+
+_TRIPLE = np.arange(3)
+
+
+class Gauges(Protocol):
+    """Reads an arm of N nodes, M members and J cylinders in a model, and stands it in a posture.
+
+    Attributes:
+        nodes: Sites of the hubs, shape (N,).
+        tool: Site of the tool point.
+        tip: Body of the tip plate.
+        hub_speeds: Degrees of freedom that move hubs along an axis.
+        counts: N, M and J.
+    """
+
+    nodes: Index
+    tool: int
+    tip: int
+    hub_speeds: Index
+    counts: tuple[int, int, int]
+
+    def stand(self, data: mujoco.MjData, nodes: Array) -> None:
+        """Put the hubs at nodes, shape (N, 3), m."""
+        ...
+
+    def lengths(self, data: mujoco.MjData) -> Array:
+        """Lengths of the cylinders now, shape (J,), m; places of sites must be those of now."""
+        ...
+
+    def rates(self, data: mujoco.MjData) -> Array:
+        """Speeds of the cylinders now, shape (J,), m/s."""
+        ...
+
+    def read(self, data: mujoco.MjData, speeds: Array) -> dict[str, Array]:
+        """Quantities of a record at the begin of the last step, when the speeds were of shape (nv,)."""
+        ...
+
+    def complete(self, records: Records) -> Records:
+        """Add to stacked records the quantities that follow from them."""
+        ...
+
+
+class MemberGauges:
+    """Reads an arm whose members are bodies with force sensors."""
+
+    def __init__(self, model: mujoco.MjModel, site: Site) -> None:
+        """Look everything up."""
+        self.at = at = find_addresses(model, site.truss)
+        self._truss, self._pose = site.truss, make_pose_map(model, site.truss)
+        self.nodes, self.tool, self.tip, self.hub_speeds = at.nodes, at.tool, at.tip, at.hub_speeds
+        self.counts = _count(site)
+
+    def stand(self, data: mujoco.MjData, nodes: Array) -> None:
+        """See `Gauges.stand`."""
+        fill_qpos(self._pose, self._truss, nodes, data.qpos)
+
+    def lengths(self, data: mujoco.MjData) -> Array:
+        """See `Gauges.lengths`."""
+        return self.at.retracted + data.qpos[self.at.position]
+
+    def rates(self, data: mujoco.MjData) -> Array:
+        """See `Gauges.rates`."""
+        return data.qvel[self.at.slide]
+
+    def read(self, data: mujoco.MjData, speeds: Array) -> dict[str, Array]:
+        """See `Gauges.read`.
+
+        MuJoCo's force sensors give what the parent exerts on the child; the force of a member on its hub is the opposite.
+        """
+        at, sensed = self.at, data.sensordata
+        turn = data.site_xmat[at.near].reshape(-1, 3, 3)
+        flange = data.site_xmat[at.flange].reshape(3, 3)
+        wrench = sensed[at.flange_force : at.flange_force + 6].reshape(2, 3)
+        return {
+            "nodes": data.site_xpos[at.nodes],
+            "ends": np.stack([data.site_xpos[at.near], data.site_xpos[at.far]], axis=1),
+            "actual": at.retracted + sensed[at.length],
+            "rates": speeds[at.slide],
+            "member_force": -np.einsum("mij,mj->mi", turn, sensed[at.force[:, None] + _TRIPLE]),
+            "member_moment": -np.einsum("mij,mj->mi", turn, sensed[at.torque[:, None] + _TRIPLE]),
+            "actuator_force": -sensed[at.drive_force + 2],
+            "mast_reaction": (wrench @ flange.T).ravel(),
+        }
+
+    def complete(self, records: Records) -> Records:
+        """See `Gauges.complete`: nothing is missing."""
+        return records
+
+
+class SectionGauges:
+    """Reads an arm with rigid sections, whose length rows tell their axial forces.
+
+    All else that members carry follows from statics of the described arm, whose members have their mass along them. What
+    the forces of the rows differ by from statics of the simulated arm, whose mass is in its hubs, is added to it: a force
+    that is wrong in the simulation is wrong in the log.
+    """
+
+    def __init__(self, model: mujoco.MjModel, site: Site) -> None:
+        """Look everything up."""
+        self._model, self._site, truss = model, site, site.truss
+        self.pose, self.rows = make_section_pose(model, site.chain), find_rigid_sections(site.chain).rows
+        self.nodes = np.array([model.site(node).id for node in truss.nodes])
+        self.tool, self.tip = model.site(names.TOOL).id, model.body(names.TIP).id
+        self.hub_speeds = np.concatenate(
+            [self.pose.slide_speeds.ravel(), (self.pose.move_speeds[:, None] + _TRIPLE).ravel()]
+        )
+        labels = [names.row(truss.members[i].name) for i in self.rows]
+        self.tendons = np.array([model.tendon(label).id for label in labels])
+        self._equalities = [model.equality(label).id for label in labels]
+        self._driven = np.searchsorted(self.rows, truss.actuated)
+        self._order: Index | None = None
+        self.counts = _count(site)
+
+    def stand(self, data: mujoco.MjData, nodes: Array) -> None:
+        """See `Gauges.stand`."""
+        self.pose.fill(nodes, data.qpos)
+
+    def lengths(self, data: mujoco.MjData) -> Array:
+        """See `Gauges.lengths`."""
+        truss = self._site.truss
+        near, far = data.site_xpos[self.nodes[truss.ends[truss.actuated]]].swapaxes(0, 1)
+        return np.linalg.norm(far - near, axis=-1)
+
+    def rates(self, data: mujoco.MjData) -> Array:
+        """See `Gauges.rates`."""
+        mujoco.mj_comPos(self._model, data)
+        mujoco.mj_tendon(self._model, data)
+        mujoco.mj_fwdVelocity(self._model, data)
+        return data.ten_velocity[self.tendons[self._driven]]
+
+    def read(self, data: mujoco.MjData, speeds: Array) -> dict[str, Array]:  # noqa: ARG002  MuJoCo keeps the rows' speeds
+        """See `Gauges.read`."""
+        if self._order is None:
+            place = {int(row): i for i, row in enumerate(data.efc_id[: data.ne])}
+            self._order = np.array([place[row] for row in self._equalities])
+        driven = self.tendons[self._driven]
+        return {
+            "nodes": data.site_xpos[self.nodes],
+            "actual": data.ten_length[driven],
+            "rates": data.ten_velocity[driven],
+            "row_force": -data.efc_force[self._order],
+        }
+
+    def complete(self, records: Records) -> Records:
+        """See `Gauges.complete`: forces, and ends of members, which are off their hubs by what their rows are off."""
+        site, truss, nodes = self._site, self._site.truss, records["nodes"]
+        motion = motion_from_log(records["time"], nodes)
+        still = (records["settled"] | ~np.isfinite(motion.acceleration).all(axis=(1, 2)))[:, None, None]
+        # at rest differences of records from before the rest say nothing
+        known = NodeMotion(*(np.where(still, 0.0, item) for item in (motion.velocity, motion.acceleration)))
+        task = site.task
+        lumped = make_load_model(site.chain, task.payload, task.simulation.gravity, lumped=True)
+        described, simulated = (solve_members(model, nodes, known) for model in (site.load_model, lumped))
+        off = np.zeros(described.bar.shape)
+        off[:, self.rows] = records["row_force"] - simulated.bar[:, self.rows]
+        force = described.near_axial + off
+        length = np.broadcast_to(truss.lengths(site.chain.nodes(site.chain.straight)), off.shape).copy()
+        length[:, truss.actuated] = records["actual"]
+        near = nodes[:, truss.ends[:, 0]]
+        on_flange = truss.ends < 3
+        pull = (off * (on_flange[:, 1] * 1.0 - on_flange[:, 0]))[..., None] * described.direction
+        foot = np.where(on_flange[:, :1], near, nodes[:, truss.ends[:, 1]]) - nodes[:, truss.base].mean(axis=1)[:, None]
+        extra = np.concatenate([pull.sum(axis=1), np.cross(foot, pull).sum(axis=1)], axis=-1)
+        added = {
+            "ends": np.stack([near, near + length[..., None] * described.direction], axis=2),
+            "member_force": force[..., None] * described.direction + described.near_transverse,
+            "member_moment": np.zeros((*off.shape, 3)),
+            "actuator_force": described.bar[:, truss.actuated] + off[:, truss.actuated],
+            "mast_reaction": described.reaction + extra,
+        }
+        return {name: value for name, value in records.items() if name != "row_force"} | added
+
+
+def _count(site: Site) -> tuple[int, int, int]:
+    return len(site.truss.nodes), len(site.truss.members), len(site.truss.actuated)
+
+
+def find_gauges(model: mujoco.MjModel, site: Site) -> MemberGauges | SectionGauges:
+    """The gauges of a site's model."""
+    return (SectionGauges if site.task.simulation.members == "sections" else MemberGauges)(model, site)

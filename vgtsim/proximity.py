@@ -1,0 +1,79 @@
+"""How near an arm in given postures comes to the tank with all that is in it, to the mast and to itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description.tank import Tank
+from vgtsim.geometry import (
+    Clearance,
+    MemberPairs,
+    Obstacles,
+    Profile,
+    arm_clearance,
+    make_profile,
+    nearest_pair,
+    obstacles,
+    pair_members,
+)
+from vgtsim.kinematics.inertia import member_radii
+from vgtsim.site import Site
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Proximity:
+    """Measures distances of a site's arm; nodes have shape (..., N, 3) and tool points shape (..., 3), m, in frame G."""
+
+    site: Site
+
+    @cached_property
+    def _radii(self) -> Array:
+        return member_radii(self.site.arm, self.site.truss)
+
+    @cached_property
+    def _tank(self) -> tuple[Tank, Profile, Obstacles]:
+        tank = self.site.tank
+        return tank, make_profile(tank.shell), obstacles(tank)
+
+    @cached_property
+    def _pairs(self) -> MemberPairs:
+        """Pairs of members of the arm, of the mast, which is before the first module, and of the payload in the last one."""
+        site, count = self.site, len(self.site.truss.nodes)
+        ends = np.concatenate([site.truss.ends, [[count, count + 1], [count + 2, count + 2]]])
+        radii = np.append(self._radii, [site.mast.outer_diameter / 2, site.task.payload.radius])
+        return pair_members(ends, radii, np.append(site.truss.module, [-1, len(site.arm.modules) - 1]), 2)
+
+    @cached_property
+    def _mast(self) -> Array:
+        """Ends of the mast's capsule, shape (2, 3), m."""
+        site = self.site
+        return site.chain.mount[:3, 3] + np.outer([site.mast.outer_diameter / 2, site.mast.length], [0, 0, 1])
+
+    def around(self, nodes: Array, tool: Array) -> Clearance:
+        """Distances of the arm from tank, riser, equipment and waste."""
+        site, payload = self.site, self.site.task.payload
+        ball = (tool, payload.radius) if payload.mass else None
+        return arm_clearance(nodes, site.truss.ends, self._radii, site.arm.hub.radius, *self._tank, ball)
+
+    def among(self, nodes: Array, tool: Array) -> tuple[Array, Index]:
+        """Least distance of the arm from itself and the mast, shape (...), m, and the pair of parts, shape (..., 2).
+
+        Parts are members, then the mast, then the payload.
+        """
+        mast = np.broadcast_to(self._mast, (*nodes.shape[:-2], 2, 3))
+        return nearest_pair(self._pairs, np.concatenate([nodes, mast, tool[..., None, :]], axis=-2))
+
+    def name_around(self, part: int) -> str:
+        """Name of a part in `Clearance.body`: members, then nodes, then the payload."""
+        return [*self.site.truss.member_names, *self.site.truss.nodes, "payload"][part]
+
+    def name_among(self, part: int) -> str:
+        """Name of a part in the pairs of `among`."""
+        return [*self.site.truss.member_names, "mast", "payload"][part]
