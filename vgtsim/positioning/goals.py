@@ -17,6 +17,8 @@ from vgtsim.kinematics.vectors import cross
 from vgtsim.positioning import rows
 
 Array = NDArray[np.float64]
+
+_FARTHEST = 1e9  # m: no arm asks for a goal beyond it, and squares and cubes of it are exact enough
 Index = NDArray[np.intp]
 
 TOLERANCE = 1e-9  # m and rad: far below what a drive can do, and within reach of Newton's last step
@@ -195,7 +197,8 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
     """
     at, along = np.asarray(position, float), np.asarray(direction, float)
     size = np.linalg.norm(along, axis=-1, keepdims=True)
-    if not (np.all(np.isfinite(at)) and np.all(np.isfinite(along)) and np.all(size > 1e-12)):
+    near = np.all(np.abs(at) < _FARTHEST) and np.all(size < _FARTHEST)  # finite, and their squares too
+    if not (near and np.all(size > 1e-12)):
         goal = f"goal at {np.array2string(at, threshold=6)} along {np.array2string(along, threshold=6)}"
         detail = f"{goal}: finite numbers and a direction that is not zero"
         raise GoalError(("tool x", "tool direction 1"), 0.0, detail)
