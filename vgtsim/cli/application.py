@@ -85,6 +85,8 @@ def show_report(report: Report, folder: Path) -> None:
             "" if isnan(check.when) else f"{check.when:.2f}",
         )
     OUT.print(table)
+    for note in report.notes:
+        OUT.print(Text(f"note: {note}", style="yellow"), soft_wrap=True)
     factor = report.performance["real_time_factor"]
     OUT.print(f"{'PASSED' if report.passed else 'FAILED'}; {factor:.1f} times real time; {folder / 'report.html'}")
 

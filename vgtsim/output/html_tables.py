@@ -51,9 +51,10 @@ def missing_checks(report: Report) -> list[str]:
     return [name for name in CHECK_NAMES if name not in present]
 
 
-def notices(log: RunLog) -> str:
-    """Write paragraphs of what went wrong in the run itself; none when nothing did."""
-    lines = [f"The run ended early: {log.stopped}"] if log.stopped else []
+def notices(log: RunLog, report: Report) -> str:
+    """Write paragraphs of the report's notes and of what went wrong in the run itself; none when there is nothing to tell."""
+    lines = [f"Note: {note}" for note in report.notes]
+    lines += [f"The run ended early: {log.stopped}"] if log.stopped else []
     lines += [f"MuJoCo warned: {text}" for text in log.warnings]
     pairs = {tuple(sorted(pair)) for pair in log.contact_pair.tolist()}
     lines += [f"Contact: {first} with {second}" for first, second in sorted(pairs)]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.scene import Goal
+from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.pace import choose_step
@@ -60,6 +61,12 @@ class Tour:
     def __post_init__(self) -> None:
         """Make the start read-only."""
         self.start.flags.writeable = False
+
+    @property
+    def digest(self) -> str:
+        """Digest of the timed lengths, the goals' indices and the time step."""
+        parts = (part for leg in self.legs for part in (str(leg.goal).encode(), leg.lengths.tobytes()))
+        return digest(repr(float(self.timestep)).encode(), *parts)
 
     @property
     def duration(self) -> float:

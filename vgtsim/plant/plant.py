@@ -7,6 +7,8 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.description import digest_scene
+from vgtsim.digests import digest_code
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import build_model, retime
@@ -202,7 +204,8 @@ class Plant:
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
         performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
         performance |= {"timestep_s": self.timestep, "steps": float(self._steps), "nv": float(self.model.nv)}
-        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped)
+        digests = {"description": digest_scene(self.site.scene), "code": digest_code()}
+        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped, digests)
 
     def _require_going(self) -> None:
         if self.stopped:

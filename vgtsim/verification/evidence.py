@@ -53,6 +53,9 @@ class PlannedTour(Protocol):
     @property
     def timestep(self) -> float: ...  # noqa: D102
 
+    @property
+    def digest(self) -> str: ...  # noqa: D102
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
