@@ -1,14 +1,17 @@
 """Functions that are compiled on first use: loops over poses and modules at the speed of machine code.
 
-The code is kept on disk, beside the source or, in an installation that cannot be written to, in the user's cache. Numba
-looks at one file to tell whether that code is still good, so a compiled function may only call those of its own file.
-It takes arrays of doubles stored by rows that may be written to, so that each function is compiled once.
+The code is kept on disk, beside the source or, in an installation that cannot be written to, in the user's cache. It is
+good as long as no file in the folder of its source changes, so a compiled function may only use what stands there. It
+takes arrays of doubles stored by rows that may be written to, so that each function is compiled once.
 """
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
-from typing import TypeVar, cast
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numba import njit
@@ -23,7 +26,18 @@ def compiled(function: Function) -> Function:
         made = njit(cache=True, error_model="numpy")(function)
     except RuntimeError:  # neither folder can be written to: it is compiled again in every process
         made = njit(error_model="numpy")(function)
+    # numba looks at one file alone to tell whether code that was kept is still good
+    kept: Any = getattr(getattr(made, "_cache", None), "_cache_file", None)
+    if hasattr(kept, "_source_stamp"):
+        kept._source_stamp = _stamp(Path(inspect.getfile(function)).parent)
     return cast("Function", made)
+
+
+@cache
+def _stamp(folder: Path) -> tuple[tuple[str, int, int], ...]:
+    """Names, times and sizes of the files in a folder."""
+    found = ((path.name, path.stat()) for path in sorted(folder.glob("*.py")))
+    return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in found)
 
 
 def by_rows(array: ArrayLike) -> NDArray[np.float64]:

@@ -16,14 +16,14 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.files import dump_scene, parse_scene
+from vgtsim.description.files import digest_scene, dump_scene, parse_scene
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 
 Array = NDArray[np.float64]
 
 _LEAST_RECORDS = 5  # for accelerations from positions
-_META: dict[str, type] = {"warnings": list, "performance": dict, "versions": dict, "stopped": str}
+_META: dict[str, type] = {"warnings": list, "performance": dict, "versions": dict, "stopped": str, "digests": dict}
 _PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
 _KINDS = {"f": "floats", "i": "integers", "b": "truth values", "U": "text"}
 _MAY_BE_EMPTY = ("saturation", "pressure")
@@ -54,6 +54,8 @@ class RunLog:
         pressure: Above the tank's on the bore's and the rod's side of each hydraulic cylinder, shape (T, J, 2), Pa; empty
             under other drives.
         stopped: Why the run ended early, or an empty string.
+        digests: Of the `description` (scene, arm and tank), the `programme` (the timed lengths of a tour) and the `code` of
+            this package; empty in logs of versions that made none.
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
     """
@@ -79,6 +81,7 @@ class RunLog:
     performance: dict[str, float]
     versions: dict[str, str]
     stopped: str = ""
+    digests: dict[str, str] = field(default_factory=dict)
     saturation: Annotated[NDArray[np.int64], "i", "TJ"] = field(
         default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
     )
@@ -184,6 +187,10 @@ def load_run(path: str | Path) -> tuple[Scene, RunLog]:
     if fault := _find_foreign(fields) or _find_wrong_meta(meta):
         raise DescriptionError(file, *fault)
     meta["warnings"] = tuple(meta["warnings"])
+    if (made := meta.get("digests", {}).get("description")) and made != digest_scene(text):
+        raise DescriptionError(
+            file, "scene", "a copy of the scene that was changed after the run", f"that of digest {made}"
+        )
     try:
         return parse_scene(text), RunLog(**fields, **meta)
     except DescriptionError as error:
@@ -209,6 +216,8 @@ def _find_wrong_meta(meta: object) -> tuple[str, str, str] | None:
     if not isinstance(meta, dict):
         return "meta", type(meta).__name__, f"a table of {', '.join(_META)}"
     for name, kind in _META.items():
+        if name not in meta and name == "digests":
+            continue
         if name not in meta:
             return f"meta.{name}", "nothing", "a run log of this version of vgtsim has it"
         if not isinstance(meta[name], kind):

@@ -54,7 +54,7 @@ def run(
             save_log(site, error.log, folder)
         raise
     with ERR.status("verifying"):
-        report = judge(site, log)
+        report = judge(site, log, tour)
     missing = write_outputs(site, log, report, folder, video=video)
     show_report(report, folder)
     finish(report.passed, missing)
@@ -85,13 +85,25 @@ def build(description: SceneOrArm, out: OutFolder = None) -> None:
 
 
 @app.command(epilog="Example: vgtsim verify out/type_ii_reach")
-def verify(folder: RunFolder) -> None:
-    """Make every check again from the log of a run, and write its report again."""
+def verify(
+    folder: RunFolder,
+    plan: Annotated[
+        bool, typer.Option("--plan/--no-plan", help="Hold the commands against the plan, made again.")
+    ] = True,
+) -> None:
+    """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
+    from vgtsim.description import find_original
     from vgtsim.output import prepare_folder, write_reports
+    from vgtsim.planning import plan_tour
+    from vgtsim.runlog import load_run
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    site, log = _load(folder)
-    report = judge(site, log)
+    copy, log = load_run(folder / "run.npz")
+    scene, notes = find_original(copy)
+    site = Site(scene)
+    with ERR.status("verifying"):
+        report = judge(site, log, plan_tour(site) if plan else None, notes)
     write_reports(site, log, report, prepare_folder(folder))
     show_report(report, folder)
     finish(report.passed, None)

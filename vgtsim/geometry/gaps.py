@@ -24,6 +24,12 @@ _SAMPLES, _CUTS = 17, 3  # the place of least distance is then known within 1/10
 
 
 @compiled
+def _hypot(x: float, y: float) -> float:
+    """Size of a pair, quicker than the library's, which cares for very great and small numbers."""
+    return np.sqrt(x * x + y * y)
+
+
+@compiled
 def _to_piece(curve: Array, k: int, rho: float, z: float) -> float:
     """Signed distance to a piece of the profile; infinite outside its sector."""
     r, h = rho - curve[k, 0], z - curve[k, 1]
@@ -33,7 +39,7 @@ def _to_piece(curve: Array, k: int, rho: float, z: float) -> float:
         return np.inf
     bend = curve[k, 8]
     # from the centre, in units of the radius; stays finite when the piece is straight
-    return (2 * y - bend * (x * x + y * y)) / (1 + np.hypot(bend * x, 1 - bend * y))
+    return (2 * y - bend * (x * x + y * y)) / (1 + _hypot(bend * x, 1 - bend * y))
 
 
 @compiled
@@ -51,7 +57,7 @@ def _enclose(curve: Array, mouth: Array, rho: float, z: float) -> tuple[float, i
     if z >= rim and (rho < bore or bore - rho > closed):
         return bore - rho, -2
     if below:
-        reach = np.hypot(rho - bore, z - rim)
+        reach = _hypot(rho - bore, z - rim)
         if reach < others:
             return reach, -1
         return others, nearest
@@ -72,7 +78,7 @@ def _lead_inward(
         along_r, along_z, bend = curve[nearest, 2], curve[nearest, 3], curve[nearest, 8]
         r, h = rho - curve[nearest, 0], z - curve[nearest, 1]
         turn_x, turn_y = bend * (r * along_r + h * along_z), 1 - bend * (h * along_r - r * along_z)
-        reach = np.hypot(turn_x, turn_y)
+        reach = _hypot(turn_x, turn_y)
         lean, rise = (-turn_x / reach, turn_y / reach) if reach > 0 else (-turn_x, 1.0)
         lead_r, lead_z = lean * along_r - rise * along_z, lean * along_z + rise * along_r
     inward[0] = lead_r * point[0] / rho if rho > 0 else lead_r
@@ -84,7 +90,7 @@ def _lead_inward(
 def measure_enclosure(curve: Array, mouth: Array, points: Array, distance: Array, inward: Array) -> None:
     """Signed distance of points, shape (R, 3), and its gradient, shape (R, 3)."""
     for i in range(len(points)):
-        rho = np.hypot(points[i, 0], points[i, 1])
+        rho = _hypot(points[i, 0], points[i, 1])
         distance[i], nearest = _enclose(curve, mouth, rho, points[i, 2])
         _lead_inward(curve, mouth, points[i], rho, distance[i], nearest, inward[i])
 
@@ -131,7 +137,7 @@ def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Arr
         points = balls[i]
         least[i], body[i] = np.inf, 0
         for c in range(len(points)):
-            depth[c], nearest = _enclose(curve, mouth, np.hypot(points[c, 0], points[c, 1]), points[c, 2])
+            depth[c], nearest = _enclose(curve, mouth, _hypot(points[c, 0], points[c, 1]), points[c, 2])
             at_mouth[c] = nearest < 0
         for m in range(len(radii)):
             a, b = (ends[m, 0], ends[m, 1]) if m < count else (m - count, m - count)
@@ -171,7 +177,7 @@ def _search_mouth(
     some = np.flatnonzero(at_mouth[ends[:, 0]] | at_mouth[ends[:, 1]])
     for j in range(len(some)):  # a member that can come nearer to neither than another one is already needs no search
         a, b = points[ends[some[j], 0]], points[ends[some[j], 1]]
-        middle = _enclose(curve, mouth, np.hypot(a[0] + b[0], a[1] + b[1]) / 2, (a[2] + b[2]) / 2)[0]
+        middle = _enclose(curve, mouth, _hypot(a[0] + b[0], a[1] + b[1]) / 2, (a[2] + b[2]) / 2)[0]
         end = min(depths[ends[some[j], 0]], depths[ends[some[j], 1]])
         if (end + middle - _apart(a, b) / 2) / 2 - radii[some[j]] >= max(least[0], least[1]):
             some[j] = -1
@@ -191,7 +197,7 @@ def _search_mouth(
             for k in range(_SAMPLES):
                 t = low[j] + step * k
                 x, y, z = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])
-                depth[k], nearest = _enclose(curve, mouth, np.hypot(x, y), z)
+                depth[k], nearest = _enclose(curve, mouth, _hypot(x, y), z)
                 mark[k] = nearest < 0
                 if depth[k] < depth[best]:
                     best = k
@@ -231,15 +237,21 @@ def _apart(a: Array, b: Array) -> float:
 
 
 @compiled
-def _ball_gap(points: Array, ends: Index, radii: Array, first: int, second: int) -> float:
-    """Distance of the balls about two members: no more than that of the members."""
-    square, own, other = 0.0, 0.0, 0.0
-    a, b, c, d = points[ends[first, 0]], points[ends[first, 1]], points[ends[second, 0]], points[ends[second, 1]]
-    for k in range(3):
-        square += (a[k] + b[k] - c[k] - d[k]) ** 2
-        own += (b[k] - a[k]) ** 2
-        other += (d[k] - c[k]) ** 2
-    return (np.sqrt(square) - np.sqrt(own) - np.sqrt(other)) / 2 - radii[first] - radii[second]
+def _wrap_members(ends: Index, radii: Array, points: Array, hulls: Array) -> None:
+    """A ball about each member, centre and radius, into shape (M, 4)."""
+    for m in range(len(ends)):
+        a, b, square = points[ends[m, 0]], points[ends[m, 1]], 0.0
+        for k in range(3):
+            hulls[m, k] = (a[k] + b[k]) / 2
+            square += (b[k] - a[k]) * (b[k] - a[k])
+        hulls[m, 3] = np.sqrt(square) / 2 + radii[m]
+
+
+@compiled
+def _beside(one: Array, other: Array, reach: float) -> bool:
+    """Whether two balls, centre and radius, are farther apart than a reach, which may be negative."""
+    x, y, z, room = one[0] - other[0], one[1] - other[1], one[2] - other[2], one[3] + other[3] + reach
+    return room < 0 or x * x + y * y + z * z >= room * room
 
 
 @compiled
@@ -249,10 +261,11 @@ def measure_pairs(pairs: Pairs, points: Array, least: Array, pair: Index) -> Non
     Balls about modules and members tell which of them need not be measured.
     """
     ends, radii, corners, thick, modules, members, begin = pairs
-    balls, lower = np.empty((len(corners), 4)), np.empty(modules.shape[1])
+    balls, hulls, lower = np.empty((len(corners), 4)), np.empty((len(ends), 4)), np.empty(modules.shape[1])
     for i in range(len(points)):
         least[i], pair[i] = np.inf, -1
         _wrap(corners, thick, points[i], balls)
+        _wrap_members(ends, radii, points[i], hulls)
         likely = 0
         if not len(lower):
             continue
@@ -267,7 +280,7 @@ def measure_pairs(pairs: Pairs, points: Array, least: Array, pair: Index) -> Non
                 continue
             for r in range(begin[k], begin[k + 1]):
                 a, b = members[0, r], members[1, r]
-                if _ball_gap(points[i], ends, radii, a, b) > least[i] + _TOUCHING:  # or rounding would lose it
+                if _beside(hulls[a], hulls[b], least[i] + _TOUCHING):  # or rounding would lose it
                     continue
                 away = _between(
                     points[i, ends[a, 0]], points[i, ends[a, 1]], points[i, ends[b, 0]], points[i, ends[b, 1]]
@@ -304,12 +317,13 @@ def find_near(
     """
     curve, mouth, axes, thick, level = tank
     ends, radii, corners, bulk, modules, members, begin = pairs
-    balls, count = np.empty((len(corners), 4)), 0
+    balls, hulls, count = np.empty((len(corners), 4)), np.empty((len(ends), 4)), 0
     fixed, capsules = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1)
     for i in range(len(points)):
         at = points[i]
+        _wrap_members(ends, radii, at, hulls)
         for c in range(fixed):
-            rho = np.hypot(at[c, 0], at[c, 1])
+            rho = _hypot(at[c, 0], at[c, 1])
             gap, nearest = _enclose(curve, mouth, rho, at[c, 2])
             if c >= 3 and gap - point_radii[c] < reach:
                 if count < len(gaps):
@@ -325,14 +339,11 @@ def find_near(
                 count += 1
         for k in range(len(axes)):
             for m in range(capsules):
+                # a ball about a member that is beside the whole upright line is beside the obstacle
+                room, x, y = hulls[m, 3] + thick[k] + reach, hulls[m, 0] - axes[k, 0, 0], hulls[m, 1] - axes[k, 0, 1]
+                if not meets[k, m] or x * x + y * y >= room * room:
+                    continue
                 a, b = at[ends[m, 0]], at[ends[m, 1]]
-                if not meets[k, m]:
-                    continue
-                # a ball about a capsule that is beside the whole upright line is beside the cylinder
-                room = _apart(a, b) / 2 + radii[m] + thick[k] + reach
-                x, y = (a[0] + b[0]) / 2 - axes[k, 0, 0], (a[1] + b[1]) / 2 - axes[k, 0, 1]
-                if x * x + y * y >= room * room:
-                    continue
                 away, s, t = _between(a, b, axes[k, 0], axes[k, 1])
                 if away - radii[m] - thick[k] < reach:
                     if count < len(gaps):
@@ -342,12 +353,11 @@ def find_near(
                     count += 1
         _wrap(corners, bulk, at, balls)
         for q in range(modules.shape[1]):
-            one, other = balls[modules[0, q]], balls[modules[1, q]]
-            if _apart(one, other) - one[3] - other[3] >= reach:
+            if _beside(balls[modules[0, q]], balls[modules[1, q]], reach):
                 continue
             for r in range(begin[q], begin[q + 1]):
                 m, n = members[0, r], members[1, r]
-                if _ball_gap(at, ends, radii, m, n) >= reach:
+                if _beside(hulls[m], hulls[n], reach):
                     continue
                 a0, a1, b0, b1 = at[ends[m, 0]], at[ends[m, 1]], at[ends[n, 0]], at[ends[n, 1]]
                 away, s, t = _between(a0, a1, b0, b1)

@@ -57,6 +57,8 @@ class State:
     @cached_property
     def valid(self) -> Mask:
         """Which active modules assemble, on the straight arm's mode, shape (b, A); elsewhere no number means anything."""
+        if self._layout.whole:
+            return self.parts[0].valid
         whole = np.empty((len(self.q), len(self._layout.names)), dtype=bool)
         for place, part in zip(self._layout.places, self.parts, strict=True):
             whole[:, place.active] = part.valid
@@ -65,7 +67,7 @@ class State:
     @property
     def assembles(self) -> Mask:
         """Which configurations are valid as a whole, shape (b,)."""
-        return np.all(self.valid, axis=1)
+        return np.asarray(self.valid.all(axis=1))
 
     @cached_property
     def _moving(self) -> tuple[Array, Array, Array, Array]:
@@ -117,24 +119,18 @@ class State:
         """Velocity of that body's point at the origin of G per input, shape (b, n, 3), m."""
         return self._moving[3]
 
+    @property
+    def motion(self) -> tuple[Array, Array, Array, Array]:
+        """Mast flange, tops, and angular and linear velocities, for compiled functions."""
+        _, top, angular, linear = self._moving
+        return self.chain.flange, top, angular, linear
+
     @cached_property
     def faces(self) -> Array:
         """Rotation beside origin of all K + 1 faces, the mast flange first, in G, shape (b, K + 1, 3, 4)."""
         layout = self._layout
         known = np.concatenate([np.broadcast_to(self.chain.mount[:3], (len(self.q), 1, 3, 4)), self.top], axis=1)
         return known.take(layout.face_from, axis=1) @ layout.face_offset
-
-    def face(self, face: int) -> tuple[Array, Array]:
-        """Frame of one face in G: 0 for the mast flange, k for the top of module k: R, (b, 3, 3), and P, (b, 3), m."""
-        layout = self._layout
-        source, offset = int(layout.face_from[face]), layout.face_offset[face]
-        if face == len(layout.face_from) - 1:
-            frame = self.base[:, -1]
-        elif source == 0:
-            frame = np.broadcast_to((self.chain.mount @ offset)[:3], (len(self.q), 3, 4))
-        else:
-            frame = self.top[:, source - 1] @ offset
-        return frame[..., :3], frame[..., 3]
 
     @cached_property
     def nodes(self) -> Array:

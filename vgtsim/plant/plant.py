@@ -7,6 +7,8 @@ import time
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.description import digest_scene
+from vgtsim.digests import digest_code
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import build_model, retime
@@ -58,7 +60,7 @@ class Plant:
         """
         simulation = site.task.simulation
         self.site = site
-        self.timestep = simulation.timestep if timestep is None else timestep
+        self.timestep = site.timestep if timestep is None else timestep
         if not 0 < self.timestep < np.inf:
             raise CommandError("timestep", f"{self.timestep:g} s", "a positive time")
         self.model = build_model(site) if model is None else model
@@ -201,8 +203,9 @@ class Plant:
         """All records since the reset."""
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
         performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
-        performance |= {"steps": float(self._steps), "nv": float(self.model.nv)}
-        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped)
+        performance |= {"timestep_s": self.timestep, "steps": float(self._steps), "nv": float(self.model.nv)}
+        digests = {"description": digest_scene(self.site.scene), "code": digest_code()}
+        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped, digests)
 
     def _require_going(self) -> None:
         if self.stopped:

@@ -78,7 +78,9 @@ class Recorder:
             return empty_records(*self.gauges.counts)
         return dict(self.gauges.complete({name: np.array(values) for name, values in self.records.items()}))
 
-    def make_log(self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str) -> RunLog:
+    def make_log(
+        self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str, digests: dict[str, str]
+    ) -> RunLog:
         """Make the log of all records so far."""
         touched = self.contacts
         return RunLog(
@@ -90,6 +92,7 @@ class Recorder:
             performance=performance,
             versions=dict(_list_versions()),
             stopped=stopped,
+            digests=digests,
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 
 import numpy as np
 from rich.console import Console
@@ -44,7 +45,8 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
     with _show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
-    return plant.log
+    log = plant.log
+    return replace(log, digests=log.digests | {"programme": tour.digest})
 
 
 def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:

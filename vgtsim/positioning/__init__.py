@@ -1,7 +1,7 @@
 """Positioning: which of the many shapes that meet a goal the arm takes.
 
 Three layers. The problem: goals, strokes, objective (`goals`, `strokes`, `objectives`, `problem`). The iteration:
-Newton's method in the null space (`newton`, `kkt`). The solution: `solve` takes a batch of goals from given
+Newton's method in the null space (`newton`, `descent`, `elimination`). The solution: `solve` takes a batch of goals from given
 configurations; `solve_goal` takes one goal by any method of the dissertation, with restarts and clearance.
 """
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Self
 
 import numpy as np
@@ -13,46 +14,15 @@ from vgtsim.errors import GoalError
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.vectors import cross
+from vgtsim.positioning import rows
 
 Array = NDArray[np.float64]
+
+_FARTHEST = 1e9  # m: no arm asks for a goal beyond it, and squares and cubes of it are exact enough
 Index = NDArray[np.intp]
 
 TOLERANCE = 1e-9  # m and rad: far below what a drive can do, and within reach of Newton's last step
 _AXES = "xyz"
-_OPPOSITE = 1e-6  # least 1 + cosine of an angle that is divided by: at half a turn the rows have no direction
-
-
-@dataclass(frozen=True)
-class FaceMotion:
-    """Where a face of b configurations stands and how the inputs move it.
-
-    Rotation R, shape (b, 3, 3), and centroid P, shape (b, 3), m, are in frame G. Angular velocity per input, and
-    velocity of the point at the origin of G, m, have shape (b, n, 3). The offset is the distance of the goal's point
-    from the face along its normal, m.
-    """
-
-    R: Array
-    P: Array
-    angular: Array
-    linear: Array
-    offset: float
-
-
-@dataclass(frozen=True)
-class Pull:
-    """Multipliers of one group of rows as linear forms on the motion of a face.
-
-    `inputs` is the number of the first inputs, which move the face; `offset` is the distance of the goal's point along
-    the normal, m. The forms, shape (b, 3), act on the point's velocity, the rate of the normal and the angular
-    velocity.
-    """
-
-    face: int
-    inputs: int
-    offset: float
-    point: Array
-    direction: Array
-    turn: Array
 
 
 class Rows:
@@ -62,6 +32,8 @@ class Rows:
     module: str | None
     tolerance: float
 
+    kind = rows.POSITION
+    columns: tuple[int, ...] = ()
     _target_axes = 1  # of the target of one goal
 
     @property
@@ -69,23 +41,19 @@ class Rows:
     def names(self) -> tuple[str, ...]:
         """One for each row."""
 
-    @abstractmethod
-    def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
-        """Errors, shape (b, r), and their derivatives by the inputs, shape (b, r, n)."""
-
-    @abstractmethod
-    def forms(self, target: Array, multipliers: Array) -> tuple[Array, Array, Array]:
-        """Linear forms of a `Pull` on point, direction and turn, for multipliers of shape (b, r) of rows that are met."""
-
     @property
     def count(self) -> int:
         """Number of goals."""
-        return int(np.prod(self.target.shape[: self.target.ndim - self._target_axes], dtype=int))
+        return prod(self.target.shape[: self.target.ndim - self._target_axes])
 
     def targets(self, which: Index) -> Array:
         """Targets of some goals, shape (b, 3) or (b, 3, 3)."""
         every = self.target.reshape(-1, *self.target.shape[self.target.ndim - self._target_axes :])
         return every[which if len(every) > 1 else np.zeros_like(which)]
+
+    def fill(self, targets: Array) -> None:
+        """Write the targets into a table, shape (G, 3, 3)."""
+        targets[:, 0] = self.target
 
     def choose(self, which: Index) -> Self:
         """The same rows for some of the goals; one target for all stays one."""
@@ -126,22 +94,9 @@ class Position(Rows):
         return tuple(f"{self.module or 'tool'} {axis}" for axis in self.axes)
 
     @property
-    def columns(self) -> list[int]:
+    def columns(self) -> tuple[int, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Which coordinates of the point count."""
-        return [_AXES.index(axis) for axis in self.axes]
-
-    def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
-        """Distance along each axis, m."""
-        point, rows = face.P + face.offset * face.R[..., 2], self.columns
-        velocity = face.linear + cross(face.angular, point[:, None])
-        return (point - target)[:, rows], np.swapaxes(velocity[..., rows], 1, 2)
-
-    def forms(self, target: Array, multipliers: Array) -> tuple[Array, Array, Array]:
-        """A force on the point."""
-        del target
-        force, none = np.zeros((2, len(multipliers), 3))
-        force[:, self.columns] = multipliers
-        return force, none, none
+        return tuple(_AXES.index(axis) for axis in self.axes)
 
 
 @dataclass(frozen=True)
@@ -155,24 +110,17 @@ class Direction(Rows):
     module: str | None = None
     tolerance: float = TOLERANCE
 
+    kind = rows.DIRECTION
+
     @property
     def names(self) -> tuple[str, ...]:
         """One for each row."""
         return tuple(f"{self.module or 'tool'} direction {i}" for i in (1, 2))
 
-    def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
-        """The part of the normal across the target, over half of 1 + the cosine."""
-        axes, direction = _across(target), face.R[..., 2]
-        along = np.maximum(1 + np.sum(direction * target, axis=-1), _OPPOSITE)[:, None]
-        turn = 2 * (axes @ direction[..., None])[..., 0] / along
-        rates = (2 * axes - turn[..., None] * target[:, None]) / along[..., None]
-        # rate of the direction is omega x direction, so its part along a row is omega . (direction x row)
-        return turn, cross(direction[:, None], rates) @ np.swapaxes(face.angular, 1, 2)
-
-    def forms(self, target: Array, multipliers: Array) -> tuple[Array, Array, Array]:
-        """A force on the end of the normal."""
-        none = np.zeros((len(multipliers), 3))
-        return none, (multipliers[:, None] @ _across(target))[:, 0], none
+    def fill(self, targets: Array) -> None:
+        """The direction, and two unit vectors across it."""
+        targets[:, 0] = self.target
+        targets[:, 1:] = _across(targets[:, 0])
 
 
 @dataclass(frozen=True)
@@ -186,6 +134,7 @@ class Orientation(Rows):
     module: str | None = None
     tolerance: float = TOLERANCE
 
+    kind = rows.TURN
     _target_axes = 2
 
     @property
@@ -193,20 +142,9 @@ class Orientation(Rows):
         """One for each row."""
         return tuple(f"{self.module or 'tool'} turn about {axis}" for axis in _AXES)
 
-    def evaluate(self, target: Array, face: FaceMotion) -> tuple[Array, Array]:
-        """2 tan(theta / 2) about the axis of the turn from the target, along the axes of G."""
-        off = face.R @ np.swapaxes(target, -1, -2)
-        scale = np.maximum(1 + np.trace(off, axis1=-2, axis2=-1), _OPPOSITE)[:, None]
-        skew = off - np.swapaxes(off, -1, -2)
-        gibbs = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1) / scale
-        rates = face.angular + np.sum(face.angular * gibbs[:, None], axis=-1, keepdims=True) * gibbs[:, None]
-        return 2 * gibbs, np.swapaxes(rates - cross(gibbs[:, None], face.angular), 1, 2)
-
-    def forms(self, target: Array, multipliers: Array) -> tuple[Array, Array, Array]:
-        """A moment on the face."""
-        del target
-        none = np.zeros((len(multipliers), 3))
-        return none, none, multipliers
+    def fill(self, targets: Array) -> None:
+        """The rotation."""
+        targets[:] = self.target
 
 
 @dataclass(frozen=True)
@@ -259,7 +197,8 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
     """
     at, along = np.asarray(position, float), np.asarray(direction, float)
     size = np.linalg.norm(along, axis=-1, keepdims=True)
-    if not (np.all(np.isfinite(at)) and np.all(np.isfinite(along)) and np.all(size > 1e-12)):
+    near = np.all(np.abs(at) < _FARTHEST) and np.all(size < _FARTHEST)  # finite, and their squares too
+    if not (near and np.all(size > 1e-12)):
         goal = f"goal at {np.array2string(at, threshold=6)} along {np.array2string(along, threshold=6)}"
         detail = f"{goal}: finite numbers and a direction that is not zero"
         raise GoalError(("tool x", "tool direction 1"), 0.0, detail)
@@ -272,15 +211,31 @@ def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index) -> tuple
     `which` is the goal of each configuration, shape (b,). Errors are reached less desired, those of directions and
     turns 2 tan(theta/2).
     """
-    errors, slopes = [], []
-    for part in goal.parts:
-        face, inputs = part.place(chain)
-        motion = FaceMotion(*state.face(face), state.angular, state.linear, part.offset(chain))
-        error, J = part.evaluate(part.targets(which), motion)
-        J[:, :, inputs:] = 0.0
-        errors.append(error)
-        slopes.append(J)
-    return np.concatenate(errors, axis=1), np.concatenate(slopes, axis=1)
+    return measure(tabulate(chain, goal), state, which)
+
+
+def measure(table: rows.Table, state: State, which: Index, slopes: bool = True) -> tuple[Array, Array]:
+    """As `evaluate`, of rows in a table; the Jacobian has no columns where it is not asked for."""
+    count, width = len(which), int(table[0][-1, 3] + table[0][-1, 4])
+    error, J = np.empty((count, width)), np.empty((count, width, state.q.shape[1] if slopes else 0))
+    rows.measure_rows(which, error, J, *table, *state.motion)
+    return error, J
+
+
+def tabulate(chain: Chain, goal: GoalSpace) -> rows.Table:
+    """The rows of all goals as compiled functions take them."""
+    count, layout, row = goal.count, chain.layout, 0
+    parts, axes = np.empty((len(goal.parts), 5), np.intp), np.zeros((len(goal.parts), 3), np.intp)
+    spots, targets = np.empty((len(goal.parts), 3, 5)), np.zeros((len(goal.parts), count, 3, 3))
+    for p, part in enumerate(goal.parts):
+        (face, inputs), width, offset = part.place(chain), len(part.names), part.offset(chain)
+        parts[p] = part.kind, layout.face_from[face], inputs, row, width
+        spots[p, :, :4] = layout.face_offset[face, :3]
+        spots[p, :, 4] = spots[p, :, 3] + offset * spots[p, :, 2]
+        axes[p, : len(part.columns)] = part.columns
+        part.fill(targets[p])
+        row += width
+    return parts, spots, axes, targets
 
 
 def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tuple[RowReport, ...]:
@@ -290,24 +245,12 @@ def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tupl
     wanted: list[float | None] = []
     for part in goal.parts:
         places = isinstance(part, Position)
-        wanted += part.targets(one)[0, part.columns].tolist() if places else [None] * len(part.names)
-    rows = zip(goal.names, wanted, error, goal.tolerance, strict=True)
+        wanted += part.targets(one)[0, list(part.columns)].tolist() if places else [None] * len(part.names)
+    lines = zip(goal.names, wanted, error, goal.tolerance, strict=True)
     return tuple(
         RowReport(name, value, None if value is None else value + float(gap), float(gap), float(tolerance))
-        for name, value, gap, tolerance in rows
+        for name, value, gap, tolerance in lines
     )
-
-
-def pulls(chain: Chain, goal: GoalSpace, which: Index, multipliers: Array) -> tuple[Pull, ...]:
-    """Multipliers of the rows, shape (b, m), as linear forms on the motion of faces, for rows that are met."""
-    found, row = [], 0
-    for part in goal.parts:
-        mine = multipliers[:, row : row + len(part.names)]
-        row += len(part.names)
-        (face, inputs), (point, direction, turn) = part.place(chain), part.forms(part.targets(which), mine)
-        pull = Pull(face=face, inputs=inputs, offset=part.offset(chain), point=point, direction=direction, turn=turn)
-        found.append(pull)
-    return tuple(found)
 
 
 def _across(target: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics import Chain, azimuth, straight_yaws
 from vgtsim.kinematics.state import State
+from vgtsim.positioning.rows import measure_strokes
 from vgtsim.positioning.strokes import StrokeBox
 from vgtsim.positioning.surroundings import Surroundings
 
@@ -34,10 +36,23 @@ class Configurations:
         """Inputs, shape (b, n)."""
         return self.state.q
 
-    @property
+    @cached_property
     def length(self) -> Array:
         """Actuator lengths, shape (b, J), m."""
-        return self.box.lengths(self.state.legs)
+        return np.ascontiguousarray(self.box.lengths(self.state.legs))
+
+    @cached_property
+    def strokes(self) -> tuple[Array, Array, Array, Array]:
+        """Least spare stroke, m, and the stroke barrier, shape (b,), with its derivatives by the lengths, shape (b, J)."""
+        length = self.length
+        room, value, first, second = (
+            np.empty(len(length)),
+            np.empty(len(length)),
+            np.empty(length.shape),
+            np.empty(length.shape),
+        )
+        measure_strokes(length, self.box.least, self.box.greatest, room, value, first, second)
+        return room, value, first, second
 
 
 @dataclass(frozen=True)
@@ -89,12 +104,12 @@ class StrokeBarrier(Objective):
 
     def terms(self, at: Configurations) -> Terms:
         """In closed form."""
-        first, second = at.box.slopes(at.length)
-        return _of_lengths(at, at.box.barrier(at.length), first, second)
+        _, value, first, second = at.strokes
+        return _of_lengths(at, value, first, second)
 
     def values(self, at: Configurations) -> Array:
         """Without slopes."""
-        return at.box.barrier(at.length)
+        return at.strokes[1]
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.errors import GoalError, ObjectiveError
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.state import State
-from vgtsim.kinematics.vectors import cross
-from vgtsim.positioning.goals import GoalSpace, Pull, evaluate, pulls
+from vgtsim.positioning import rows
+from vgtsim.positioning.goals import GoalSpace, measure, tabulate
 from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.newton import NewtonSettings, minimise
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, WeightedSum
@@ -65,6 +65,10 @@ class Problem:
         return np.concatenate([self.goal.tolerance, np.full(len(self.chain.layout.static), _STATIC)])
 
     @cached_property
+    def _table(self) -> rows.Table:
+        return tabulate(self.chain, self.goal)
+
+    @cached_property
     def guarded(self) -> Objective:
         """The objective with the stroke barrier beside it."""
         if isinstance(self.objective, StrokeBarrier) or self.barrier == 0:
@@ -79,11 +83,11 @@ class Problem:
         self._require_finite(terms.value)
         curve = np.zeros((*at.q.shape, at.q.shape[1])) if terms.curve is None else terms.curve
         if len(self.chain.layout.static):
-            rows = at.state.leg_slopes[:, len(self.box.least) :]
-            J = np.concatenate([J, rows], axis=1)
+            static = at.state.leg_slopes[:, len(self.box.least) :]
+            J = np.concatenate([J, static], axis=1)
             # changes no step that keeps static legs their length, and without it nothing would curve across them
             stiff = float(np.mean(2 / self.box.half**2))  # as the stroke barrier at mid-stroke, 1/m²
-            curve = curve + stiff * np.swapaxes(rows, 1, 2) @ rows
+            curve = curve + stiff * np.swapaxes(static, 1, 2) @ static
         slope, rough = terms.slope, terms.rough
         if self.reduction is not None:
             T = self.reduction.slope(z)
@@ -106,19 +110,22 @@ class Problem:
         good, at = self._at(z, which)
         values = self.guarded.values(at) if value else np.zeros(len(z))
         self._require_finite(values)
-        return good, self._rows(at)[0], values
+        return good, self._rows(at, slopes=False)[0], values
 
     def _at(self, z: Array, which: Index) -> tuple[Mask, Configurations]:
         """Which variables are inside all limits, shape (b,), and the configurations."""
         state = self.chain.state(self.inputs(z))
-        good = state.assembles & (np.min(self.box.spare(self.box.lengths(state.legs)), axis=1) > 0)
-        if not np.all(good):  # mid-stroke stands in for the others, whose numbers are never used
-            state = self.chain.state(np.where(good[:, None], state.q, self.box.middle))
-        return good, Configurations(self.box, state, which)
+        at = Configurations(self.box, state, which)
+        good = state.assembles & (at.strokes[0] > 0)
+        if good.all():
+            return good, at
+        # mid-stroke stands in for the others, whose numbers are never used
+        sound = self.chain.state(np.where(good[:, None], state.q, self.box.middle))
+        return good, Configurations(self.box, sound, which)
 
-    def _rows(self, at: Configurations) -> tuple[Array, Array]:
+    def _rows(self, at: Configurations, slopes: bool = True) -> tuple[Array, Array]:
         """Errors of the goal rows and then of static legs, shape (b, m + S), and the derivatives of the former."""
-        error, J = evaluate(self.chain, self.goal, at.state, at.which)
+        error, J = measure(self._table, at.state, at.which, slopes)
         if len(self.chain.layout.static):
             error = np.concatenate([error, at.state.legs[:, len(self.box.least) :] - self.chain.layout.static], axis=1)
         return error, J
@@ -130,10 +137,10 @@ class Problem:
     def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
         """Curvature of the Lagrangian that the model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""
         state = self.chain.state(self.inputs(z))
-        rows = len(self.goal.names)
+        count = len(self.goal.names)
         weights = np.zeros((len(z), len(self.box.least))) if by_length is None else by_length
-        weights = np.concatenate([weights, multipliers[:, rows:]], axis=1)
-        found = lagrangian_curvature(self.goal, state, which, multipliers[:, :rows], weights)
+        weights = np.concatenate([weights, multipliers[:, count:]], axis=1)
+        found = lagrangian_curvature(self._table, state, which, multipliers[:, :count].copy(), weights)
         found += self.objective.bend(Configurations(self.box, state, which))
         if self.reduction is None:
             return found
@@ -141,7 +148,9 @@ class Problem:
         return np.swapaxes(T, 1, 2) @ found @ T
 
 
-def lagrangian_curvature(goal: GoalSpace, state: State, which: Index, multipliers: Array, length_slope: Array) -> Array:
+def lagrangian_curvature(
+    table: rows.Table, state: State, which: Index, multipliers: Array, length_slope: Array
+) -> Array:
     """Second derivative, shape (b, n, n), of goal rows and leg lengths, weighted: what Gauss and Newton leave out.
 
     Rows have weights of shape (b, m); lengths of shape (b, J), or (b, J + S) with static legs. Direction rows and turns
@@ -149,55 +158,23 @@ def lagrangian_curvature(goal: GoalSpace, state: State, which: Index, multiplier
     v_j of an input j farther out, so it is omega_i x v_j. Within a module it is a difference of closed-form first
     derivatives, all modules moved at once.
     """
-    pull = pulls(state.chain, goal, which, multipliers)
-    owner = state.chain.layout.owner
-    batch, count = state.q.shape
-    total, raw = np.zeros((2, batch, count, count))
-    for part in pull:
-        upper = _between(part, state)
-        lower = np.swapaxes(upper, 1, 2)
-        total += (upper + lower) / (2 if np.any(part.turn) else 1)  # of a turn's rows the halves cancel
-        raw += upper if np.any(part.turn) else upper + lower
-    first = _gradient(pull, state, length_slope)
+    owner, (batch, count) = state.chain.layout.owner, state.q.shape
     place = np.arange(count) - np.searchsorted(owner, owner)  # among the module's own inputs
-    for i in range(int(place.max()) + 1):
-        mine = np.flatnonzero(place == i)
-        moved = state.q.copy()
-        moved[:, mine] += _STEP
-        change = (_gradient(pull, state.chain.state(moved), length_slope) - first) / _STEP
-        change -= raw[:, mine].sum(axis=1)
-        row = np.full(int(owner.max()) + 1, -1)
-        row[owner[mine]] = mine
-        has = row[owner] >= 0
-        total[:, row[owner[has]], np.flatnonzero(has)] += change[:, has]
-    return (total + np.swapaxes(total, 1, 2)) / 2
-
-
-def _gradient(pull: tuple[Pull, ...], state: State, length_slope: Array) -> Array:
-    """First derivative of the pulled quantities and weighted lengths by the inputs, shape (b, n)."""
-    total = state.pull(length_slope)
-    for part in pull:
-        # forces and moments about the origin of G that the multipliers are
-        R, P = state.face(part.face)
-        moment = cross(P + part.offset * R[..., 2], part.point) + cross(R[..., 2], part.direction) + part.turn
-        n = part.inputs
-        slope = state.linear[:, :n] @ part.point[:, :, None] + state.angular[:, :n] @ moment[:, :, None]
-        total[:, :n] += slope[..., 0]
+    total, raw = np.zeros((2, batch, count, count))
+    rows.curve_between(which, multipliers, owner, total, raw, *table, *state.motion)
+    steps = _STEP * (place == np.arange(place.max() + 1)[:, None])
+    moved = state.chain.state((state.q + steps[:, None]).reshape(-1, count))
+    first, there = (_gradient(table, at, multipliers, length_slope, which) for at in (state, moved))
+    rows.curve_within(first, there.reshape(-1, batch, count), _STEP, owner, place, raw, total)
     return total
 
 
-def _between(part: Pull, state: State) -> Array:
-    """Derivative by inputs nearer the base of what inputs farther out do, shape (b, n, n)."""
-    angular, owner = state.angular, state.chain.layout.owner
-    R, P = state.face(part.face)
-    velocity = state.linear + cross(angular, (P + part.offset * R[..., 2])[:, None])
-    turning = cross(angular, R[..., 2][:, None])
-    found = np.zeros((*angular.shape[:2], angular.shape[1]))
-    for weight, rate in ((part.point, velocity), (part.direction, turning), (part.turn, angular)):
-        if np.any(weight):
-            found += cross(weight[:, None], angular) @ np.swapaxes(rate, 1, 2)
-    found *= (owner[:, None] < owner[None, :]) & (np.arange(len(owner)) < part.inputs)[None, :]
-    return found
+def _gradient(table: rows.Table, state: State, multipliers: Array, length_slope: Array, which: Index) -> Array:
+    """First derivative of the weighted rows and lengths by the inputs, for goals, shape (b,), over and over again."""
+    times = len(state.q) // len(which)
+    slope = state.pull(np.tile(length_slope, (times, 1)))
+    rows.pull_rows(np.tile(which, times), np.tile(multipliers, (times, 1)), slope, *table, *state.motion)
+    return slope
 
 
 def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = None) -> Solution:
@@ -216,16 +193,17 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     """
     count = problem.goal.count
     z = problem.variables(np.broadcast_to(np.asarray(start, float), (count, problem.chain.layout.inputs)))
-    rows, free = len(problem.goal.names), z.shape[1] - len(problem.chain.layout.static)
-    if rows > free:
-        raise GoalError(problem.goal.names, 0.0, f"{rows} goal rows for {free} inputs that are left")
+    width, free = len(problem.goal.names), z.shape[1] - len(problem.chain.layout.static)
+    if width > free:
+        raise GoalError(problem.goal.names, 0.0, f"{width} goal rows for {free} inputs that are left")
     how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)
     if not isinstance(problem.objective, StrokeBarrier):
         z = _come_near(problem, z, how)
     chunk = min(_CHUNK, max(1, _CACHED // z.shape[1] ** 2))
     starts = range(0, count, chunk)
-    whole = join_solutions([_solve_some(problem, z, np.arange(i, min(i + chunk, count)), how) for i in starts])
-    return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :rows])
+    parts = [_solve_some(problem, z, np.arange(i, min(i + chunk, count)), how) for i in starts]
+    whole = parts[0] if len(parts) == 1 else join_solutions(parts)
+    return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :width])
 
 
 def _solve_some(problem: Problem, z: Array, which: Index, how: NewtonSettings) -> Solution:
@@ -235,7 +213,8 @@ def _solve_some(problem: Problem, z: Array, which: Index, how: NewtonSettings) -
         z[which],
         how,
         lambda at, i, y, by_length: problem.bend(at, which[i], y, by_length),
-        (lambda at, i, value: problem.glance(at, which[i], value)) if problem.objective.dear else None,
+        lambda at, i, value: problem.glance(at, which[i], value),
+        problem.objective.dear,
     )
 
 

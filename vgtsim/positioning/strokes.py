@@ -44,19 +44,6 @@ class StrokeBox:
         """Actuator lengths, shape (b, J), of the legs of a state, static ones included."""
         return legs[:, : len(self.least)]
 
-    def barrier(self, length: Array) -> Array:
-        """Barrier over all actuators, shape (...), of lengths inside the box, shape (..., J), m; zero at mid-stroke.
-
-        It is the sum of -log(4 (l - least)(greatest - l) / (greatest - least)²).
-        """
-        below, above = length - self.least, self.greatest - length
-        return -np.sum(np.log(4 * below * above / (self.greatest - self.least) ** 2), axis=-1)
-
-    def slopes(self, length: Array) -> tuple[Array, Array]:
-        """First and second derivatives of the barrier, 1/m and 1/m², at lengths inside the box, each shape (..., J)."""
-        below, above = 1 / (length - self.least), 1 / (self.greatest - length)
-        return above - below, above**2 + below**2
-
     def spare(self, length: Array) -> Array:
         """Distance of each actuator to the nearer end of its box, negative outside, shape (..., J), m."""
         return np.minimum(length - self.least, self.greatest - length)

@@ -53,6 +53,9 @@ class PlannedTour(Protocol):
     @property
     def timestep(self) -> float: ...  # noqa: D102
 
+    @property
+    def digest(self) -> str: ...  # noqa: D102
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
@@ -87,7 +90,7 @@ class Evidence:
         MuJoCo's speeds, which the log has, stand there: they are those of the step that led to the record.
         """
         found = motion_from_log(self.log.time, self.log.actual[..., None])
-        step = self.site.task.simulation.timestep
+        step = self.log.performance.get("timestep_s", self.site.timestep)
         return (found.velocity - step / 2 * found.acceleration)[..., 0]
 
     @cached_property

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from vgtsim.description import digest_scene
+from vgtsim.digests import digest_code
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.checks import MEASURES
@@ -14,11 +16,11 @@ from vgtsim.verification.measures import Finding, Measure, missing
 from vgtsim.verification.report import Check, Report
 
 
-def verify(site: Site, log: RunLog, tour: PlannedTour | None = None) -> Report:
+def verify(site: Site, log: RunLog, tour: PlannedTour | None = None, notes: tuple[str, ...] = ()) -> Report:
     """Hold a run against the description and the project's own kinematics and statics. MuJoCo takes no part.
 
     With a tour, which planning makes of the same scene, the commands are held against it as well. A log that is damaged,
-    or of another arm, fails every check.
+    or of another arm, fails every check. Notes stand in the report beside its own on what the log was made of.
     """
     truss, run = site.truss, Evidence(site, log, tour)
     counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.motion.goals))
@@ -26,7 +28,24 @@ def verify(site: Site, log: RunLog, tour: PlannedTour | None = None) -> Report:
     rows = [measure for measure in MEASURES if measure.applies(site) and (tour is not None or not measure.planned)]
     checks = tuple(_judge(site, row, missing(fault, "the log") if fault else row.find(run)) for row in rows)
     series = {} if fault else _collect_series(run)
-    return Report(site.task.name, checks, log.performance, log.versions, series)
+    return Report(
+        scene=site.task.name,
+        checks=checks,
+        performance=log.performance,
+        versions=log.versions,
+        series=series,
+        notes=(*notes, *_compare(run)),
+    )
+
+
+def _compare(run: Evidence) -> Iterator[str]:
+    """Say which of the log's digests are not those of site, tour and code."""
+    now = {"description": digest_scene(run.site.scene), "code": digest_code()}
+    if run.tour is not None:
+        now["programme"] = run.tour.digest
+    for name, found in now.items():
+        if run.log.digests.get(name, found) != found:
+            yield f"the {name} is not that of the run: digest {found[:12]}, in the log {run.log.digests[name][:12]}"
 
 
 def _collect_series(run: Evidence) -> Mapping[str, Array]:

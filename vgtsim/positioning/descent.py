@@ -1,0 +1,327 @@
+"""The iteration of `newton`, compiled: every goal goes its way until it needs something evaluated at its point.
+
+A goal's way is a row of marks and of numbers. `advance` takes goals whose wants have been answered on to their next want.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.compilation import compiled
+from vgtsim.positioning.elimination import (
+    add_row,
+    apply_matrix,
+    apply_row,
+    find_dot,
+    find_greatest,
+    find_size,
+    project,
+    set_up,
+    solve_equations,
+)
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+# inside, error, J, value, slope, curve, rough and by_length, see `Quadratic`; absent ones have no columns
+Point = tuple[Mask, Array, Array, Array, Array, Array, Array, Array]
+# Cholesky factors of W, shape (B, k, k), J W⁻¹, shape (B, m, k), and the pseudo-inverse of J W⁻¹ Jᵀ, shape (B, m, m)
+Factors = tuple[Array, Array, Array]
+# marks, numbers, variables z, trial point, step, the step put aside for an escape, and multipliers y, shapes (B, ...)
+Ways = tuple[Index, Array, Array, Array, Array, Array, Array]
+# curvature learned from changes of the slope, and curvature that the model leaves out, shape (B, k, k) or without entries
+Further = tuple[Array, Array]
+
+MODEL, GLANCE, ERRORS, BEND, DOWNHILL = 1, 2, 3, 4, 5  # what is wanted; the last two are put into `bent` and `step`
+WANT, PHASE, MODE, CUT, CUTS, BACKS, COUNT, AGE, DEFINITE, OPTIMAL, AGAIN, MOVES, DONE = range(13)  # marks
+PROMISE, PART, WEIGHT, BAR, OFF, WAY, PENALTY, SIZE = range(8)  # numbers
+_START, _ITERATE, _FACTOR, _LEAVE, _MAIN, _TRY = range(6)  # phases
+_BACK, _BACKED, _JUDGE, _ARRIVE, _FAILED, _AGAIN = range(6, 12)
+_ESCAPING, _SHORT, _LONG, _FURTHER = range(4)  # modes of a search
+
+KEPT = 4  # iterations for which the curvature that a model leaves out is kept
+_FULL = 0.02  # steps below this may raise the merit while the goal's error falls to a quarter: no crawling along curves
+_SLIGHT = 1e-5  # error, m or rad, that such a step may also leave
+_NEAR = 0.05  # error, m and rad, below which the whole curvature is worth its price
+_WEIGHT = 30.0  # of JᵀJ beside the curvature, by their traces
+_CUTS = 9  # thirds: steps shorter than 5e-5 of the full one are not tried
+_MOST_AGAIN = 4  # steps that one factorisation may serve after its own
+_SHRINKS = 0.2  # a step longer than this part of the last wants new factors
+_LEAP = 0.1  # greatest change of a variable on the way from a saddle
+_WAYS = 4  # thirds of it that are tried
+_STIFFER = 60  # doublings of a plain curvature's diagonal: it is not definite by rounding, or it is no number
+_RESTORED = 2  # corrections of the goal rows on a long step
+
+
+@compiled
+def _learn(shift: Array, change: Array, B: Array) -> None:
+    """Add what the change of the Lagrangian's slope says about its curvature beyond the known part.
+
+    Source: M. J. D. Powell's damped BFGS formula, Nocedal and Wright, Numerical Optimization, procedure 18.2.
+    """
+    length, k = find_dot(shift, shift), len(shift)
+    if length <= 1e-24:
+        return
+    if not np.any(B):
+        first = max(find_dot(shift, change), 1e-3 * find_size(change) * find_size(shift)) / length
+        for i in range(k):
+            B[i, i] = first
+    Bs = np.empty(k)
+    apply_matrix(B, shift, Bs)
+    curve, along = find_dot(shift, Bs), find_dot(shift, change)
+    if curve <= 0:
+        return
+    part = 1.0 if along >= 0.2 * curve else 0.8 * curve / (curve - along)
+    r = part * change + (1 - part) * Bs
+    scale = find_dot(r, shift)
+    for i in range(k):
+        add_row(B[i], r, r[i] / scale)
+        add_row(B[i], Bs, -Bs[i] / curve)
+
+
+@compiled
+def _equations(
+    marks: Index,
+    numbers: Array,
+    curve: Array,
+    J: Array,
+    near: bool,
+    i: int,
+    learned: Array,
+    bent: Array,
+    limit: float,
+    factors: Factors,
+) -> None:
+    """Newton's equations, with the whole curvature near a goal where it is definite in the null space.
+
+    A multiple of JᵀJ is added to it: that changes no step that meets the rows, and makes the matrix definite if, and
+    only if, the curvature in the null space is (Debreu's lemma). That multiple is the penalty; it is zero where the
+    quadratic model's curvature stands alone.
+    """
+    W, spread, inverse = factors
+    plain, k = curve.copy(), len(curve)
+    if len(learned):
+        plain += learned[i]
+    trace = np.trace(plain)
+    for a in range(k):
+        plain[a, a] += 1e-10 * trace / k + 1e-14
+    W[:] = plain
+    numbers[PENALTY] = 0.0
+    if near:
+        numbers[PENALTY] = _WEIGHT * trace / np.sum(J * J)
+        for a in range(k):
+            add_row(W[a], bent[i, a], 1.0)
+            for m in range(len(J)):
+                add_row(W[a], J[m], numbers[PENALTY] * J[m, a])
+    sound = set_up(W, J, spread, inverse, limit)
+    if len(bent):
+        marks[DEFINITE] = sound
+    for _ in range(_STIFFER):
+        if sound:
+            break
+        numbers[PENALTY] = 0.0
+        W[:] = plain
+        sound = set_up(W, J, spread, inverse, limit)
+        for a in range(k):  # only where rounding leaves nothing of the least curvature
+            plain[a, a] = 2 * plain[a, a] + 1e-14
+
+
+@compiled
+def _settle(marks: Index, numbers: Array, error: Array, value: Any, tolerance: Array, optimality: float) -> bool:
+    """Whether a goal is met and stationary; with a definite curvature it is optimal."""
+    done = numbers[PROMISE] <= optimality * (1 + abs(value))
+    for m in range(len(error)):
+        done = done and abs(error[m]) <= tolerance[m]
+    marks[OPTIMAL] = done and marks[DEFINITE]
+    return done
+
+
+@compiled
+def _search(
+    marks: Index, numbers: Array, mode: int, cuts: int, size: float, error: Array, value: Any, least: float
+) -> None:
+    """Get ready to take a step, or a part of it, where it lowers the merit enough."""
+    marks[MODE], marks[CUT], marks[CUTS], marks[BACKS], marks[PHASE] = mode, 0, cuts, _RESTORED, _TRY
+    numbers[PART], numbers[WEIGHT], numbers[OFF] = 1.0, 2 * size, find_size(error)
+    merit = value + numbers[WEIGHT] * numbers[OFF]
+    numbers[BAR] = merit - least + 1e-12 * (1 + abs(merit))
+
+
+@compiled
+def _judge(numbers: Array, step: Array, inside: Any, error: Array, value: Any) -> bool:
+    """Whether a trial point is good enough to go to."""
+    off, part = find_size(error), numbers[PART]
+    falls = value + numbers[WEIGHT] * off <= numbers[BAR]
+    short = part * find_greatest(step) < _FULL and part == 1.0
+    return inside and (falls or (short and (off <= 0.25 * numbers[OFF] or off <= _SLIGHT)))
+
+
+@compiled
+def _take_up(i: int, how: Array, tolerance: Array, ways: Ways, at: Point, factors: Factors, further: Further) -> None:
+    """A new step: Newton's equations set up and solved."""
+    marks, numbers, step, y = ways[0][i], ways[1][i], ways[4][i], ways[6][i]
+    error, J, value, slope, curve = at[1][i], at[2][i], at[3][i], at[4][i], at[5][i]
+    lower, spread, inverse = factors[0][i], factors[1][i], factors[2][i]
+    near = how[5] > 0 and find_size(error) < _NEAR
+    marks[AGE] += near
+    learned, bent = further
+    _equations(marks, numbers, curve, J, near, i, learned, bent, how[3], (lower, spread, inverse))
+    numbers[PROMISE] = solve_equations(lower, J, spread, inverse, slope, error, step, y)
+    numbers[SIZE] = find_size(y)
+    add_row(y, error, -numbers[PENALTY])
+    marks[DONE] = _settle(marks, numbers, error, value, tolerance, how[0])
+    largest = find_greatest(step)
+    if largest > how[2]:
+        step *= how[2] / largest
+
+
+@compiled
+def _go_on(i: int, how: Array, tolerance: Array, ways: Ways, at: Point, factors: Factors) -> bool:
+    """A further step by the same factors; whether the goal is settled."""
+    marks, numbers, step, y = ways[0][i], ways[1][i], ways[4][i], ways[6][i]
+    error, J, value = at[1][i], at[2][i], at[3][i]
+    slope, change = at[4][i].copy(), np.empty(len(y))
+    for m in range(len(y)):
+        add_row(slope, J[m], y[m])
+    marks[AGAIN] += 1
+    lower, spread, inverse = factors[0][i], factors[1][i], factors[2][i]
+    numbers[PROMISE] = solve_equations(lower, J, spread, inverse, slope, error, step, change)
+    if _settle(marks, numbers, error, value, tolerance, how[0]):
+        return True
+    way = find_greatest(step)
+    if way >= _SHRINKS * numbers[WAY]:
+        marks[COUNT] += 1
+        marks[PHASE] = _ITERATE
+    else:
+        numbers[WAY] = way
+        add_row(y, change, 1.0)
+        add_row(y, error, -numbers[PENALTY])
+        _search(marks, numbers, _FURTHER, 1, find_size(y), error, value, 0.0)
+    return False
+
+
+@compiled
+def _arrive(i: int, r: int, ways: Ways, at: Point, there: Point, learned: Array) -> None:
+    """Go to the trial point, which is point r of the answers; learn from the way."""
+    marks, z, trial, y = ways[0][i], ways[2][i], ways[3][i], ways[6][i]
+    if len(learned) and marks[MODE] != _ESCAPING:
+        shift, change, known = trial - z, there[4][r] - at[4][i], np.empty(len(z))
+        apply_matrix(at[5][i], shift, known)
+        add_row(change, known, -1.0)
+        for m in range(len(y)):
+            add_row(change, there[2][r, m], y[m])
+            add_row(change, at[2][i, m], -y[m])
+        _learn(shift, change, learned[i])
+    z[:] = trial
+    at[1][i], at[2][i], at[3][i], at[4][i], at[5][i] = there[1][r], there[2][r], there[3][r], there[4][r], there[5][r]
+    at[7][i] = there[7][r]
+
+
+@compiled
+def _count(marks: Index, numbers: Array, step: Array) -> None:
+    """What comes after a step."""
+    marks[PHASE] = _AGAIN if marks[MODE] == _FURTHER else _ITERATE
+    if marks[MODE] == _FURTHER:
+        return
+    marks[MOVES] += 1
+    if marks[MODE] == _SHORT and numbers[PENALTY] > 0:
+        marks[AGAIN], marks[PHASE], numbers[WAY] = 0, _AGAIN, find_greatest(step)
+        return
+    marks[COUNT] += 1
+    if marks[MODE] == _ESCAPING:
+        marks[AGE] = KEPT
+
+
+@compiled
+def advance(how: Array, tolerance: Array, which: Index, *tables: Any) -> None:
+    """Carry some goals, shape (c,), on to what they want next.
+
+    `how` is optimality, greatest count, greatest change of a variable, condition limit, whether slopes cost far more than
+    values, and whether the curvature that the model leaves out can be asked for. The tables are `there`, a `Point` of
+    answers to what was wanted, `Ways`, the `Point` of all goals, `Factors` and `Further`; given one by one, because a tuple
+    costs more than the work.
+    """
+    there, ways, at, factors, further = tables[:8], tables[8:15], tables[15:23], tables[23:26], tables[26:28]
+    back, row = np.empty(ways[2].shape[1]), np.empty(ways[6].shape[1])
+    for r in range(len(which)):
+        i = which[r]
+        marks, numbers, z, trial, step, main, y = (
+            ways[0][i],
+            ways[1][i],
+            ways[2][i],
+            ways[3][i],
+            ways[4][i],
+            ways[5][i],
+            ways[6][i],
+        )
+        marks[WANT] = 0
+        while marks[WANT] == 0:
+            phase, error, value = marks[PHASE], at[1][i], at[3][i]
+            near = find_size(error) < _NEAR
+            if phase == _START:
+                project(at[2][i], at[4][i], how[3], y, back)
+                marks[PHASE] = _ITERATE
+            elif phase == _ITERATE:
+                marks[PHASE] = _FACTOR
+                if how[5] > 0 and near and marks[AGE] >= KEPT:
+                    marks[WANT], marks[AGE] = BEND, 0
+            elif phase == _FACTOR:
+                _take_up(i, how, tolerance, ways, at, factors, further)
+                if marks[COUNT] >= how[1]:
+                    break
+                marks[PHASE] = _MAIN
+                if how[5] > 0 and not marks[DEFINITE]:
+                    main[:] = step
+                    marks[WANT], marks[PHASE] = DOWNHILL, _LEAVE
+            elif phase == _LEAVE:
+                # an escape must lower the merit by more than a null-space step promises, and by more than a settled goal
+                # may promise, so there are finitely many
+                step *= _LEAP
+                least = max(numbers[PROMISE], how[0] * (1 + abs(value)))
+                _search(marks, numbers, _ESCAPING, _WAYS, find_size(y), error, value, least)
+            elif phase == _MAIN:
+                if marks[DONE]:
+                    break
+                # long steps near a goal bend away from it and are brought back
+                mode = _LONG if near and find_greatest(step) > _FULL else _SHORT
+                _search(marks, numbers, mode, _CUTS, numbers[SIZE], error, value, 0.0)
+            elif phase == _TRY:
+                trial[:] = z
+                add_row(trial, step, numbers[PART])
+                marks[PHASE] = _BACK
+            elif phase == _BACK:
+                if marks[BACKS] and (marks[MODE] == _ESCAPING or marks[MODE] == _LONG):
+                    marks[WANT], marks[PHASE] = ERRORS, _BACKED
+                else:
+                    marks[PHASE] = _JUDGE
+                    marks[WANT] = MODEL if numbers[PART] == 1.0 or how[4] == 0 else GLANCE
+            elif phase == _BACKED:
+                apply_matrix(factors[2][i], there[1][r], row)
+                apply_row(row, factors[1][i], back)
+                add_row(trial, back, -1.0)
+                marks[BACKS] -= 1
+                marks[PHASE] = _BACK
+            elif phase == _JUDGE:
+                if _judge(numbers, step, there[0][r], there[1][r], there[3][r]):
+                    marks[PHASE] = _ARRIVE
+                    if numbers[PART] != 1.0 and how[4] > 0:
+                        marks[WANT] = MODEL
+                else:
+                    marks[CUT] += 1
+                    marks[BACKS] = _RESTORED
+                    numbers[PART] /= 3
+                    marks[PHASE] = _TRY if marks[CUT] < marks[CUTS] else _FAILED
+            elif phase == _ARRIVE:
+                _arrive(i, r, ways, at, there, further[0])
+                _count(marks, numbers, step)
+            elif phase == _FAILED and marks[MODE] == _ESCAPING:
+                step[:] = main
+                marks[PHASE] = _MAIN
+            elif marks[AGAIN] == _MOST_AGAIN or (phase == _FAILED and marks[MODE] == _FURTHER):
+                marks[COUNT] += 1
+                marks[AGAIN], marks[PHASE] = 0, _ITERATE
+            elif phase == _FAILED or _go_on(i, how, tolerance, ways, at, factors):
+                break
