@@ -52,7 +52,7 @@ def test_a_failed_case_is_a_row_with_its_error(make_study, one_thread, tmp_path)
     rows = conduct_study(make_study(text), tmp_path / "out", one_thread).table.to_pylist()
     assert rows[0]["error"] is None
     assert rows[1]["error"].startswith("DescriptionError: arm9_nullspace.toml: mast.pivot_depth: found 90 m")
-    assert rows[2]["error"].startswith("DescriptionError: arm9_nullspace.toml: scene.mast.pivot_depth: found -1.0")
+    assert rows[2]["error"].startswith("DescriptionError: arm9_nullspace.toml: scene.mast.pivot_depth: found '-1 m'")
     assert rows[1]["reach, m"] is None is rows[2]["mobility"]
 
 

@@ -116,9 +116,10 @@ def capacity(
     from vgtsim.kinematics.ties import first_greatest, first_least
     from vgtsim.output import prepare_folder
     from vgtsim.output.maps import write_capacity
-    from vgtsim.planning.capacity import unload_map
+    from vgtsim.planning.capacity import PIECE, unload_map
     from vgtsim.site import load_arm
     from vgtsim.statics import draw_shapes, find_gain, map_capacity
+    from vgtsim.study import spread_out
 
     chain = load_arm(arm_name)
     arm = chain.manipulator
@@ -126,8 +127,8 @@ def capacity(
         plane = map_capacity(chain, draw_shapes(chain), GRAVITY, safety_factor, payload)
     found = plane
     if resolve:
-        with ERR.status("unloading postures"):
-            found = unload_map(chain, plane, GRAVITY, safety_factor)
+        with ERR.status("unloading postures"), spread_out(len(plane.q) // PIECE) as spread:
+            found = unload_map(chain, plane, GRAVITY, safety_factor, spread)
     if not (np.isfinite(found.payload).all() and np.isfinite(found.sag).all()):
         allowed = "members and cylinders that carry a load in every pose of the map"
         raise DescriptionError(None, arm.name, "a payload or sag that is no number", allowed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Self
 
 import numpy as np
@@ -43,7 +44,7 @@ class Rows:
     @property
     def count(self) -> int:
         """Number of goals."""
-        return int(np.prod(self.target.shape[: self.target.ndim - self._target_axes], dtype=int))
+        return prod(self.target.shape[: self.target.ndim - self._target_axes])
 
     def targets(self, which: Index) -> Array:
         """Targets of some goals, shape (b, 3) or (b, 3, 3)."""
@@ -217,7 +218,7 @@ def measure(table: rows.Table, state: State, which: Index, slopes: bool = True) 
     """As `evaluate`, of rows in a table; the Jacobian has no columns where it is not asked for."""
     count, width = len(which), int(table[0][-1, 3] + table[0][-1, 4])
     error, J = np.empty((count, width)), np.empty((count, width, state.q.shape[1] if slopes else 0))
-    rows.measure_rows(table, state.motion, which, error, J)
+    rows.measure_rows(which, error, J, *table, *state.motion)
     return error, J
 
 
