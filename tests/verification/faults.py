@@ -220,7 +220,7 @@ MODEL_FAULTS = (
     Fault(
         "a closure loose",
         soften(names.closure(MEMBER)),
-        reason="the closure correction takes up what a soft row lets go",
+        NODES,
     ),
     Fault(
         "a drive loose", soften(names.drive(CYLINDER)), reason="the closure correction takes up what a soft row lets go"
