@@ -265,7 +265,7 @@ class Plant:
         if self._rates is not None:
             self._target = self._target + self._rates * self.timestep
         recorded = self._start_step()
-        speeds = np.array(data.qvel) if recorded else data.qvel
+        noted = self._gauges.note(data)
         self._recorder.note_saturation(self._drive.command(self._target))
         gaps = self._correction.step(self._target)
         self._steps += 1
@@ -280,7 +280,7 @@ class Plant:
                 data,
                 time=(self._steps - 1) * self.timestep,
                 commanded=self._commanded,
-                speeds=speeds,
+                noted=noted,
                 goal=self._goal,
                 settled=self._settled,
                 pressure=self._drive.pressure,

@@ -45,21 +45,21 @@ class Recorder:
         *,
         time: float,
         commanded: Array,
-        speeds: Array,
+        noted: Array,
         goal: int,
         settled: bool,
         pressure: Array | None = None,
     ) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
-        Given for that instant are the time, s, commanded lengths, shape (J,), m, the speeds of all degrees of freedom,
-        shape (nv,), the goal approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
+        Given for that instant are the time, s, commanded lengths, shape (J,), m, what the gauges noted before the step, the
+        goal approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
         """
         gauges = self.gauges
         row = {
             "time": time,
             "commanded": commanded,
-            **gauges.read(data, speeds),
+            **gauges.read(data, noted),
             "tool_position": data.site_xpos[gauges.tool].copy(),
             "tool_direction": data.xmat[gauges.tip].reshape(3, 3)[:, 2].copy(),
             "goal": goal,
