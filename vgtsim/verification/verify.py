@@ -6,26 +6,36 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
+from vgtsim.stretch import LogSource, cut, outline, thinning
 from vgtsim.verification.checks import MEASURES
 from vgtsim.verification.evidence import Array, Evidence, PlannedTour
 from vgtsim.verification.measures import Finding, Measure, missing
 from vgtsim.verification.report import Check, Report
 
 
-def verify(site: Site, log: RunLog, tour: PlannedTour | None = None) -> Report:
+def verify(site: Site, log: LogSource, tour: PlannedTour | None = None) -> Report:
     """Hold a run against the description and the project's own kinematics and statics. MuJoCo takes no part.
 
     With a tour, which planning makes of the same scene, the commands are held against it as well. A log that is damaged,
-    or of another arm, fails every check.
+    or of another arm, fails every check. A long one is read and judged in stretches; of each figure the worst counts.
     """
-    truss, run = site.truss, Evidence(site, log, tour)
+    truss, whole, every = site.truss, outline(log), thinning(log)
     counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.motion.goals))
-    fault = log.find_fault() or log.find_misfit(*counts)
     rows = [measure for measure in MEASURES if measure.applies(site) and (tour is not None or not measure.planned)]
-    checks = tuple(_judge(site, row, missing(fault, "the log") if fault else row.find(run)) for row in rows)
-    series = {} if fault else _collect_series(run)
+    found: list[list[Finding]] = [[] for _ in rows]
+    shown: list[Mapping[str, Array]] = []
+    for stretch in cut(log):
+        run = Evidence(site, stretch.log, tour, stretch, whole)
+        fault = stretch.wide.find_fault() or stretch.wide.find_misfit(*counts)
+        if fault:
+            found, shown = [[missing(fault, "the log")] for _ in rows], []
+            break
+        for row, parts in zip(rows, found, strict=True):
+            parts.append(row.find(run))
+        shown.append({name: value[-stretch.first % every :: every] for name, value in _collect_series(run).items()})
+    checks = tuple(_judge(site, row, row.join(parts)) for row, parts in zip(rows, found, strict=True))
+    series = {name: np.concatenate([part[name] for part in shown]) for name in shown[0]} if shown else {}
     return Report(site.task.name, checks, log.performance, log.versions, series)
 
 
