@@ -269,6 +269,8 @@ def _survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Any]]:
 
     if file.is_symlink() or not file.is_file():
         raise DescriptionError(file, "", "a link or no plain file", "a chunk of a run's log")
+    if file.stat().st_size > _MOST_BYTES:
+        raise DescriptionError(file, "", f"{file.stat().st_size} bytes", f"at most {_MOST_BYTES} in a chunk")
     try:
         with parquet.ParquetFile(file) as opened:
             footer, schema = opened.metadata, opened.schema_arrow
@@ -336,6 +338,12 @@ def _read_text(file: Path) -> dict[str, Any]:
             raise DescriptionError(file, name, found, f"{kind.__name__}, as a log of this version of vgtsim has it")
     for name in set(data) - set(wanted):
         raise DescriptionError(file, name[:80], "an unknown entry", f"one of {', '.join(wanted)}")
+    texts = [*enumerate(data.get("warnings", [])), *data.get("versions", {}).items()]
+    for name, value in texts:
+        if not isinstance(value, str):
+            raise DescriptionError(
+                file, f"{'warnings' if file.name == _END else 'versions'}.{name}", str(value)[:80], "a text"
+            )
     for name in _PERFORMANCE if "performance" in wanted else ():
         value = data["performance"].get(name, "nothing")
         if not isinstance(value, (int, float)):

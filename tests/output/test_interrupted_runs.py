@@ -157,7 +157,10 @@ def test_a_run_that_is_killed_loses_nothing(case, tmp_path, number):
 def test_a_second_run_into_a_folder_is_refused(case, tmp_path):
     with stage_results(tmp_path) as stage:
         (stage / "report.json").write_text("{}")
-        with pytest.raises(DescriptionError, match="a run at work; allowed: one run at a time"), stage_results(tmp_path):
+        with (
+            pytest.raises(DescriptionError, match="a run at work; allowed: one run at a time"),
+            stage_results(tmp_path),
+        ):
             pass
     assert [file.name for file in tmp_path.iterdir()] == ["report.json"]
 
