@@ -43,7 +43,7 @@ def bend(scene: Scene, angles: list[float], azimuths: list[float]) -> np.ndarray
 
 def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit: Edit | None = None) -> RunLog:
     """Move from one pose to another, smoothly, and hold."""
-    step = scene.task.simulation.timestep
+    step = Site(scene).timestep
     s = np.linspace(0, 1, max(round(duration / step), 1) + 1)[:, None]
     s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
     lengths = Site(scene).chain.lengths(start + s * (end - start))

@@ -79,7 +79,7 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
             goal=0,
             settled=True,
         )
-    return _measure(chain, vars(recorder.make_log((), {}, "")), lumped)
+    return _measure(chain, vars(recorder.make_log((), {}, "", {})), lumped)
 
 
 def _measure(chain: Chain, log: dict, lumped: bool) -> Standing:

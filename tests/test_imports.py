@@ -13,9 +13,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ROOMS = (
     ("errors",),
-    ("compilation", "constants", "graphics", "replacing", "units"),
+    ("compilation", "constants", "digests", "graphics", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),
+    ("logbook", "stretch"),
     ("kinematics",),
     ("statics",),
     ("positioning",),

@@ -20,7 +20,7 @@ from vgtsim.verification import verify
 
 SCENES = Path(__file__).parents[1] / "scenes"
 GOAL = 2e-9  # of the tool at the end of a leg, m and rad
-BEGINNING = 640  # steps that are simulated: 3.2 s, for the way of the first quarter of them: records are 40 ms apart
+BEGINNING = 160  # steps of 20 ms that are simulated, for the way of the first quarter of them: records are 40 ms apart
 ROUNDING = 1e-6  # of differences of lengths over a step squared, m/s²
 MODE = 1e-7  # of nodes from lengths alone against those of the plan, m
 

@@ -157,6 +157,7 @@ def test_size_writes_an_arm_that_stands_its_task(tmp_path):
             assert abs(force) < 0.9 * chain.manipulator.materials[tube.material].yield_strength * tube.area / 1.67
 
 
+@pytest.mark.filterwarnings("ignore::vgtsim.errors.UnusualWarning")
 def test_size_refuses_a_load_beyond_the_catalogue(tmp_path):
     said = refusal("size", NINE, "--task", small_task(tmp_path, "90000 kg"), "--out", tmp_path / "sized.toml")
     assert re.search(r"modules\.\w+\.\w+: found [\d.]+ kN of pull and [\d.]+ kN of push", said)

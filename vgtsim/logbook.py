@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.files import dump_scene, parse_scene
+from vgtsim.description.files import digest_scene, dump_scene, parse_scene
 from vgtsim.description.scene import Scene
 from vgtsim.errors import DescriptionError
 from vgtsim.replacing import replacing
@@ -27,7 +27,7 @@ _MOST_RECORDS = 100 * CHUNK  # of one chunk that is read
 _MOST_BYTES = 1 << 28  # of one chunk that is read; a chunk of the largest shipped arm has a tenth of it
 _TYPES = {"f": np.dtype(np.float64), "i": np.dtype(np.int64), "b": np.dtype(np.bool_)}
 _ENTRIES: dict[str, dict[str, type]] = {
-    _BEGIN: {"scene": dict, "versions": dict},
+    _BEGIN: {"scene": dict, "versions": dict, "digests": dict},
     _END: {"records": int, "warnings": list, "performance": dict, "stopped": str},
 }
 _PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
@@ -49,6 +49,7 @@ class LogWriter:
     folder: Path
     scene: Scene
     versions: Mapping[str, str]
+    digests: Mapping[str, str]
     resume: bool = False
     _chunks: int = 0
     _records: int = 0
@@ -57,6 +58,7 @@ class LogWriter:
         """Begin the log, or read how it was begun."""
         self.folder.mkdir(parents=True, exist_ok=True)
         begin = {"scene": json.loads(dump_scene(self.scene)), "versions": dict(self.versions)}
+        begin["digests"] = dict(self.digests)
         for left in self.folder.glob(".*.partial.*"):  # of a killed run
             left.unlink()
         if not self.resume or not (self.folder / _BEGIN).exists():
@@ -111,6 +113,7 @@ class LogBook:
     folder: Path
     scene: Scene
     versions: dict[str, str]
+    digests: dict[str, str]
     warnings: tuple[str, ...]
     performance: dict[str, float]
     stopped: str
@@ -136,6 +139,7 @@ class LogBook:
             warnings=self.warnings,
             performance=self.performance,
             versions=self.versions,
+            digests=self.digests,
             stopped=self.stopped,
         )
 
@@ -161,14 +165,19 @@ def open_log(folder: str | Path) -> LogBook:
     records = sum(counts)
     if not records:
         raise DescriptionError(place, "", "no record", "the log of a run that lived for a chunk of records")
+    text, made = json.dumps(begin["scene"]), begin["digests"].get("description")
     try:
-        scene = parse_scene(json.dumps(begin["scene"]))
+        scene = parse_scene(text)
     except DescriptionError as error:
         raise DescriptionError(place / _BEGIN, error.key, error.found, error.allowed) from None
+    if made and made != digest_scene(text):
+        found = "a copy of the scene that was changed after the run"
+        raise DescriptionError(place / _BEGIN, "scene", found, f"that of digest {made[:80]}")
     return LogBook(
         folder=place,
         scene=scene,
         versions=begin["versions"],
+        digests=begin["digests"],
         warnings=tuple(end["warnings"]) if end else (),
         performance=end["performance"] if end else _guess_performance(scene, records),
         stopped=_say_lacks(scene, records, end),
@@ -184,7 +193,7 @@ def open_log(folder: str | Path) -> LogBook:
 
 def save_log(folder: Path, scene: Scene, log: RunLog) -> None:
     """Write a whole log into a folder without one."""
-    writer = LogWriter(folder, scene, log.versions)
+    writer = LogWriter(folder, scene, log.versions, log.digests)
     nothing = {name: getattr(log, name)[:0] for name in _TOUCHES}
     last = max(log.count - 1, 0) // CHUNK * CHUNK
     for first in range(0, last, CHUNK):
@@ -200,10 +209,7 @@ def _list_known(log: RunLog) -> list[str]:
 
 def _guess_performance(scene: Scene, records: int) -> dict[str, float]:
     """What is known of a run without an end."""
-    simulation = scene.task.simulation
-    simulated, unknown = records / simulation.log_rate, float("nan")
-    known = {"simulated_s": simulated, "steps": float(round(simulated / simulation.timestep))}
-    return {name: known.get(name, unknown) for name in _PERFORMANCE}
+    return dict.fromkeys(_PERFORMANCE, float("nan")) | {"simulated_s": records / scene.task.simulation.log_rate}
 
 
 def _say_lacks(scene: Scene, records: int, end: Mapping[str, Any] | None) -> str:
@@ -338,12 +344,10 @@ def _read_text(file: Path) -> dict[str, Any]:
             raise DescriptionError(file, name, found, f"{kind.__name__}, as a log of this version of vgtsim has it")
     for name in set(data) - set(wanted):
         raise DescriptionError(file, name[:80], "an unknown entry", f"one of {', '.join(wanted)}")
-    texts = [*enumerate(data.get("warnings", [])), *data.get("versions", {}).items()]
+    texts = [*enumerate(data.get("warnings", [])), *data.get("versions", {}).items(), *data.get("digests", {}).items()]
     for name, value in texts:
         if not isinstance(value, str):
-            raise DescriptionError(
-                file, f"{'warnings' if file.name == _END else 'versions'}.{name}", str(value)[:80], "a text"
-            )
+            raise DescriptionError(file, str(name), str(value)[:80], "a text")
     for name in _PERFORMANCE if "performance" in wanted else ():
         value = data["performance"].get(name, "nothing")
         if not isinstance(value, (int, float)):

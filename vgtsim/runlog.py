@@ -47,6 +47,8 @@ class RunLog:
         pressure: Above the tank's on the bore's and the rod's side of each hydraulic cylinder, shape (T, J, 2), Pa; empty
             under other drives.
         stopped: Why the run ended early, or an empty string.
+        digests: Of the `description` (scene, arm and tank), the `programme` (the timed lengths of a tour) and the `code` of
+            this package; empty in logs of versions that made none.
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
     """
@@ -72,6 +74,7 @@ class RunLog:
     performance: dict[str, float]
     versions: dict[str, str]
     stopped: str = ""
+    digests: dict[str, str] = field(default_factory=dict)
     saturation: Annotated[NDArray[np.int64], "i", "TJ"] = field(
         default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
     )

@@ -30,6 +30,9 @@ class LogSource(Protocol):
     @property
     def versions(self) -> dict[str, str]: ...  # noqa: D102
 
+    @property
+    def digests(self) -> dict[str, str]: ...  # noqa: D102
+
     def read(self, first: int, stop: int, every: int = 1) -> RunLog:
         """The records from one to before another, or every so many of them, with all contacts."""
         ...

@@ -12,8 +12,9 @@ SCENE, TANK, ARM = list_shipped("scene")["arm9_nullspace"], list_shipped("tank")
 
 
 def load_with(tmp_path, file, key, value):
-    """The scene with the first figure of a key replaced in one of its files."""
+    """The scene with the first figure of a key replaced in one of its files; its time step is put in."""
     texts = {kind: source.read_text() for kind, source in (("scene", SCENE), ("tank", TANK), ("arm", ARM))}
+    texts["scene"] = texts["scene"].replace("[simulation]", '[simulation]\ntimestep = "5 ms"', 1)
     lines = texts[file].splitlines()
     place = next(i for i, line in enumerate(lines) if line.startswith(f"{key} = "))
     lines[place] = f"{key} = {value}"

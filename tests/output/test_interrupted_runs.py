@@ -26,7 +26,7 @@ from vgtsim.output import LOG, find_results, stage_results
 from vgtsim.output.staging import UNFINISHED
 from vgtsim.output.write import write_report_json
 from vgtsim.planning import Leg, Tour
-from vgtsim.plant import list_versions, record
+from vgtsim.plant import begin_log, record
 from vgtsim.site import Site
 from vgtsim.verification import verify
 
@@ -48,7 +48,7 @@ class Case:
 def go(site: Site, tour: Tour, folder: Path, resume: bool = False) -> None:
     """What `vgtsim run` does, without page and film."""
     with stage_results(folder, resume=resume) as stage:
-        writer = LogWriter(stage / LOG, site.scene, list_versions(), resume)
+        writer = begin_log(site, tour, stage / LOG, resume=resume)
         if not writer.ended:
             record(site, tour, writer)
         write_report_json(verify(site, open_log(stage / LOG)), stage / "report.json")
@@ -168,14 +168,14 @@ def test_a_second_run_into_a_folder_is_refused(case, tmp_path):
 def test_what_cannot_be_resumed_is_named(case, tmp_path):
     with pytest.raises(DescriptionError, match="no run that was interrupted"), stage_results(tmp_path, resume=True):
         pass
-    LogWriter(tmp_path / "log", case.site.scene, {"numpy": "0"})
+    LogWriter(tmp_path / "log", case.site.scene, {"numpy": "0"}, {})
     with pytest.raises(DescriptionError, match=r"_begin\.json: versions: found another versions"):
-        LogWriter(tmp_path / "log", case.site.scene, list_versions(), resume=True)
+        begin_log(case.site, case.tour, tmp_path / "log", resume=True)
 
 
 def test_a_chunk_of_another_run_is_not_gone_on_with(case, tmp_path):
     folder = tmp_path / UNFINISHED / LOG
-    LogWriter(folder, case.site.scene, list_versions())
+    begin_log(case.site, case.tour, folder)
     for name, content in case.chunks.items():
         (folder / name).write_bytes(content)
     shutil.copy(folder / "000002.parquet", folder / "000001.parquet")

@@ -123,15 +123,15 @@ def test_links_out_of_the_folder_are_not_followed(folder, tmp_path):
         ("_begin.json", "{", "file: found Expecting"),
         ("_begin.json", "[" * 100000, "file: found"),
         ("_begin.json", '{"scene": 1' + "0" * 5000 + "}", "file: found Exceeds the limit"),
-        ("_begin.json", '{"scene": {}, "versions": {}}', "scene in the log: found 'task'"),
-        ("_begin.json", '{"scene": {}, "versions": {}, "more": 1}', "more: found an unknown entry"),
+        ("_begin.json", '{"scene": {}, "versions": {}, "digests": {}}', "scene in the log: found 'task'"),
+        ("_begin.json", '{"scene": {}, "versions": {}, "digests": {}, "more": 1}', "more: found an unknown entry"),
         ("_end.json", "{}", "records: found nothing"),
         (
             "_end.json",
             '{"records": 1, "warnings": [], "performance": {}, "stopped": ""}',
             "performance.simulated_s: found",
         ),
-        ("_end.json", '{"records": 1, "warnings": [3], "performance": {}, "stopped": ""}', "warnings.0: found 3"),
+        ("_end.json", '{"records": 1, "warnings": [3], "performance": {}, "stopped": ""}', "0: found 3"),
     ],
 )
 def test_texts_that_are_not_a_logs_are_named(folder, name, text, said):

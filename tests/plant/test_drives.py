@@ -68,6 +68,24 @@ def test_servos_hold_an_elastic_arm_as_springs_of_their_stiffness(module):
     assert shape.check_settled_shape(Evidence(Site(scene), log)).value < 1e-5
 
 
+def test_an_arm_that_servos_press_on_something_bends_no_member(module):
+    """The solver stops where it is near enough, in contact too."""
+    scene = change(module, drive="servo")
+    motion = scene.task.motion.model_copy(update={"patience": 0.1})
+    scene = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
+    first, last = bend(scene, [0.2], [0.0]), bend(scene, [0.6], [0.8])
+
+    def put_wall(spec):
+        block = spec.worldbody.add_geom(name="block", type=6, size=[3, 0.1, 3], contype=1, conaffinity=0)
+        block.pos = [0, -1.22, scene.pivot_height]  # 47 mm inside the payload's last place
+
+    log = play(scene, first, last, 0.4, put_wall)
+    assert len(log.contact_time) > 20
+    assert log.contact_distance.min() > -0.04
+    assert np.linalg.norm(log.member_moment, axis=-1).max() < scene.task.limits.end_moment
+    assert np.abs(log.member_force).max() > 2e4
+
+
 def test_servo_at_its_force_limit_is_logged_and_fails_its_row(module):
     scene = change(weaken(module, pressure=0.3e6), drive="servo")
     q = bend(scene, [0.6], [0.4])

@@ -27,7 +27,7 @@ SERVO_LAG = 3e-3  # m: 0.1 m/s times damping over stiffness, 0.01 s, and 1e5 N o
 
 @pytest.fixture(scope="module")
 def module_scene(reach_scene):
-    return shorten(reach_scene, 1)
+    return change(shorten(reach_scene, 1), timestep=5e-3)
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +129,7 @@ def test_a_collision_says_which_drives_it_is_under():
 
 def test_a_loop_that_cannot_close_stops_the_run_and_names_the_row(module_scene, motion):
     """Two batten actuators ordered to lengths whose sum is less than the third's."""
-    chain, step = Site(module_scene).chain, module_scene.task.simulation.timestep
+    chain, step = Site(module_scene).chain, Site(module_scene).timestep
     start = chain.lengths(motion[0])
     lengths = start + np.linspace(0, 1, 401)[:, None] * (np.array([2.6, 0.9, 0.9]) - start)
     program = Tour(motion[0], (Leg("apart", 0, lengths, motion[0], 1.0, "nothing"),), step)

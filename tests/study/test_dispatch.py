@@ -77,5 +77,5 @@ def test_processes_that_cannot_work_at_all_end_the_study(shop):
 
 
 def test_workers_without_the_same_packages_end_the_study(shop):
-    with pytest.raises(ClusterError, match="of a test: gone"):
+    with pytest.raises(ClusterError, match="of a test: a worker cannot begin: gone"):
         shop(lambda case, _: case == 5, ImportError)

@@ -24,7 +24,7 @@ HOLD, WAY = 0.4, 2.4  # s
 @pytest.fixture(scope="module")
 def program(site):
     """From rest to rest twice, each on a smooth step of the seventh order in the inputs."""
-    step, legs = site.task.simulation.timestep, []
+    step, legs = site.timestep, []
     stations = [bend(site.scene, *pose) for pose in POSES]
     s = np.linspace(0, 1, round(WAY / step) + 1)[:, None]
     s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)

@@ -85,6 +85,8 @@ def show_report(report: Report, folder: Path) -> None:
             "" if isnan(check.when) else f"{check.when:.2f}",
         )
     OUT.print(table)
+    for note in report.notes:
+        OUT.print(Text(f"note: {note}", style="yellow"), soft_wrap=True)
     factor = report.performance["real_time_factor"]
     OUT.print(f"{'PASSED' if report.passed else 'FAILED'}; {factor:.1f} times real time; {folder / 'report.html'}")
 
@@ -115,6 +117,10 @@ def main() -> None:
             sys.exit(Status.BROKEN_PIPE)
         raise
     except Exception as error:
+        from pydantic import ValidationError
+
+        if isinstance(error, ValidationError):  # of an option that becomes part of a description
+            _complain(f"{error.title}: {error.errors()[0]['msg'].removeprefix('Value error, ')}", Status.BAD_INPUT)
         _report_defect(error)
 
 

@@ -70,8 +70,8 @@ def show(
 def workspace(
     arm_name: ArmName,
     out: OutFolder = None,
-    samples: Annotated[int, typer.Option(min=10, help="Number of configurations.")] = 5000,
-    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 0,
+    samples: Annotated[int, typer.Option(min=10, max=1_000_000, help="Number of configurations.")] = 5000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 0,
 ) -> None:
     """Sample the workspace of an arm: volume, tilt range, dexterity and singular regions, as drawings and figures."""
     from vgtsim.kinematics.stroke_boxes import check_strokes
@@ -102,8 +102,8 @@ def workspace(
 def capacity(
     arm_name: ArmName,
     out: OutFolder = None,
-    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0)] = PAYLOAD,
-    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0)] = SAFETY_FACTOR,
+    payload: Annotated[float, typer.Option(help="Payload of the sag, kg.", min=0.0, max=1e5)] = PAYLOAD,
+    safety_factor: Annotated[float, typer.Option(help="Omega of AISC 360.", min=1.0, max=100.0)] = SAFETY_FACTOR,
     resolve: Annotated[
         bool,
         typer.Option("--resolve/--plane-only", help="Use redundancy to unload the governing member in every cell."),
@@ -112,12 +112,14 @@ def capacity(
     """Map the allowable payload of an arm over radius and depth, the governing limit, and the sag of the tip."""
     import numpy as np
 
+    from vgtsim.errors import DescriptionError
     from vgtsim.kinematics.ties import first_greatest, first_least
     from vgtsim.output import prepare_folder
     from vgtsim.output.maps import write_capacity
-    from vgtsim.planning.capacity import unload_map
+    from vgtsim.planning.capacity import PIECE, unload_map
     from vgtsim.site import load_arm
     from vgtsim.statics import draw_shapes, find_gain, map_capacity
+    from vgtsim.study import spread_out
 
     chain = load_arm(arm_name)
     arm = chain.manipulator
@@ -125,8 +127,11 @@ def capacity(
         plane = map_capacity(chain, draw_shapes(chain), GRAVITY, safety_factor, payload)
     found = plane
     if resolve:
-        with ERR.status("unloading postures"):
-            found = unload_map(chain, plane, GRAVITY, safety_factor)
+        with ERR.status("unloading postures"), spread_out(len(plane.q) // PIECE) as spread:
+            found = unload_map(chain, plane, GRAVITY, safety_factor, spread)
+    if not (np.isfinite(found.payload).all() and np.isfinite(found.sag).all()):
+        allowed = "members and cylinders that carry a load in every pose of the map"
+        raise DescriptionError(None, arm.name, "a payload or sag that is no number", allowed)
     list_files(*write_capacity(found, f"{arm.name}: {arm.title}", prepare_folder(out or Path("out") / arm.name)))
     far, least = int(first_greatest(found.radius)), int(first_least(found.payload))
     for words, i in (("at full reach", far), ("least", least)):

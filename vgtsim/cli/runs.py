@@ -21,8 +21,8 @@ from vgtsim.cli.application import (
 from vgtsim.errors import MissingLibraryError
 
 if TYPE_CHECKING:
+    from vgtsim.description import Scene
     from vgtsim.logbook import LogBook
-    from vgtsim.site import Site
 
 
 @app.command(epilog="Example: vgtsim run type_ii_reach --video")
@@ -37,11 +37,11 @@ def run(
     The results of an earlier run stay there until the new ones are whole. Of a run that is interrupted the log is kept, and
     `--resume` ends it with the same log.
     """
-    from vgtsim.logbook import LogWriter, open_log
+    from vgtsim.logbook import open_log
     from vgtsim.mjcf import write_scene_files
     from vgtsim.output import LOG, stage_results, write_verdict
     from vgtsim.planning import plan_tour
-    from vgtsim.plant import list_versions, record
+    from vgtsim.plant import begin_log, record
     from vgtsim.site import load_site
     from vgtsim.verification import verify as judge
 
@@ -51,12 +51,12 @@ def run(
         tour = plan_tour(site)
     with stage_results(folder, resume=resume) as stage:
         write_scene_files(site, tour.legs[0].q, stage)
-        writer = LogWriter(stage / LOG, site.scene, list_versions(), resume)
+        writer = begin_log(site, tour, stage / LOG, resume=resume)
         if not writer.ended:
             record(site, tour, writer)
         log = open_log(stage / LOG)
         with ERR.status("verifying"):
-            report = judge(site, log)
+            report = judge(site, log, tour)
         missing = write_verdict(site, log, report, stage, video=video)
     show_report(report, folder)
     finish(report.passed, missing)
@@ -87,14 +87,24 @@ def build(description: SceneOrArm, out: OutFolder = None) -> None:
 
 
 @app.command(epilog="Example: vgtsim verify out/type_ii_reach")
-def verify(folder: RunFolder) -> None:
-    """Make every check again from the log of a run, and write its report again."""
+def verify(
+    folder: RunFolder,
+    plan: Annotated[
+        bool, typer.Option("--plan/--no-plan", help="Hold the commands against the plan, made again.")
+    ] = True,
+) -> None:
+    """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
+    from vgtsim.description import find_original
     from vgtsim.output import prepare_folder, write_reports
+    from vgtsim.planning import plan_tour
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    place, site, log = _load(folder)
+    place, copy, log = _load(folder)
+    scene, notes = find_original(copy)
+    site = Site(scene)
     with ERR.status("verifying"):
-        report = judge(site, log)
+        report = judge(site, log, plan_tour(site) if plan else None, notes)
     write_reports(site, log, report, prepare_folder(place))
     show_report(report, place)
     finish(report.passed, None)
@@ -107,9 +117,11 @@ def render(
 ) -> None:
     """Film the log of a run."""
     from vgtsim.output import film
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    place, site, log = _load(folder)
+    place, scene, log = _load(folder)
+    site = Site(scene)
     list_files(film(site, log, judge(site, log), place, camera))
 
 
@@ -122,9 +134,10 @@ def export(
     """Write the truss of one instant with loads and forces, for other tools: JSON, PyNiteFEA, VTK."""
     from vgtsim.output import prepare_folder
     from vgtsim.output.truss_export import write_truss
+    from vgtsim.site import Site
 
-    place, site, log = _load(folder)
-    list_files(*write_truss(site, log, prepare_folder(place), time, vtk=vtk))
+    place, scene, log = _load(folder)
+    list_files(*write_truss(Site(scene), log, prepare_folder(place), time, vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
@@ -145,11 +158,10 @@ def view(
         raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
 
 
-def _load(folder: Path) -> tuple[Path, Site, LogBook]:
-    """Folder with the results of a run, its site and its log."""
+def _load(folder: Path) -> tuple[Path, Scene, LogBook]:
+    """Folder with the results of a run, the scene of its log, and the log."""
     from vgtsim.logbook import open_log
     from vgtsim.output import LOG, find_results
-    from vgtsim.site import Site
 
     place = find_results(folder)
     log = open_log(place / LOG)
@@ -157,4 +169,4 @@ def _load(folder: Path) -> tuple[Path, Site, LogBook]:
         ERR.print(f"the log is not that of a whole run: {log.stopped}")
     elif (folder / "unfinished").exists():
         ERR.print(f"beside it, a later run was interrupted: see {folder / 'unfinished'}")
-    return place, Site(log.scene), log
+    return place, log.scene, log

@@ -4,6 +4,7 @@ from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.changes import Steps, change_entries, locate
 from vgtsim.description.files import (
+    digest_scene,
     dump_scene,
     is_scene,
     load_manipulator,
@@ -26,6 +27,7 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
+from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.description.scene import Bend, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
 from vgtsim.description.schema import Description, closest
@@ -89,8 +91,10 @@ __all__ = [
     "change_entries",
     "choose_coupling",
     "closest",
+    "digest_scene",
     "dump_scene",
     "find_file",
+    "find_original",
     "is_scene",
     "joint_offset",
     "list_shipped",

@@ -19,6 +19,7 @@ from vgtsim.description.study import AXES, VERBS, Study, StudyFile
 from vgtsim.description.tank import Tank
 from vgtsim.description.toml_file import read_toml
 from vgtsim.description.tool_path import SHAPES, ToolPath
+from vgtsim.digests import digest
 from vgtsim.errors import DescriptionError
 from vgtsim.units import to_base
 
@@ -75,6 +76,12 @@ def dump_scene(scene: Scene) -> str:
     """Write a scene, its arm and its tank as one JSON text for a log; figures are SI. `parse_scene` reads it back."""
     parts = {"task": scene.task, "manipulator": scene.manipulator, "tank": scene.tank}
     return json.dumps({name: part.model_dump(mode="json") for name, part in parts.items()} | {"file": str(scene.file)})
+
+
+def digest_scene(scene: Scene | str) -> str:
+    """Digest of a scene, its arm and its tank, or of the text that `dump_scene` wrote of them, wherever the file lies."""
+    data = json.loads(scene if isinstance(scene, str) else dump_scene(scene))
+    return digest(json.dumps({name: data[name] for name in ("task", "manipulator", "tank")}).encode())
 
 
 def parse_scene(text: str) -> Scene:

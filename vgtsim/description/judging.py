@@ -28,6 +28,7 @@ class Limits(Description):
         excess_shear: Shear beyond that of the member's weight and inertia.
         lumped_shear: Shear of a member whose mass sits in its hubs.
         axial_force_settled: Error of the axial forces over the largest one, at rest; `axial_force_moving` in motion.
+        pressure_force: Difference of chamber pressures from the drive forces, over the largest force.
         member_utilisation: Demand over capacity, as is `actuator_force`.
         actuator_stroke: Least distance to the end of a stroke.
         clearance: Least distance to anything.
@@ -52,6 +53,7 @@ class Limits(Description):
     lumped_shear: Force = Field(default=1e-6, gt=0)
     axial_force_settled: Number = Field(gt=0)
     axial_force_moving: Number = Field(gt=0)
+    pressure_force: Number = Field(default=0.01, gt=0)  # pressures stand half a step from forces
     member_utilisation: Number = Field(gt=0)
     actuator_force: Number = Field(gt=0)
     actuator_stroke: Gap

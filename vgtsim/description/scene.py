@@ -130,6 +130,7 @@ class Simulation(Description):
     """Settings of the step loop.
 
     Attributes:
+        timestep: Absent for the longest that members, drives, records and plan allow.
         log_rate: Records a second.
         weight_scale: Factor on the inverse weights that regularise the constraints.
         drive: The cylinder lengths are imposed (`rigid`), held by a spring and damper (`servo`), or moved by valve and
@@ -147,7 +148,7 @@ class Simulation(Description):
         lock_band: Length error below which a cylinder at rest is locked.
     """
 
-    timestep: Step
+    timestep: Step | None = None
     log_rate: Frequency = Field(gt=0)
     gravity: Acceleration = Field(ge=0)
     weight_scale: Number = Field(ge=1e-9, le=1)
@@ -173,6 +174,8 @@ class Simulation(Description):
             )
         if self.drive == "hydraulic" and self.members != "elastic":
             raise ValueError('members = "elastic" with a hydraulic drive: its oil is a spring')
+        if self.timestep is None:
+            return self
         ratio = 1 / (self.log_rate * self.timestep)
         if abs(ratio - round(ratio)) > 1e-6 or ratio < 1 - 1e-6:
             raise ValueError(f"log_rate a whole fraction of the step rate {1 / self.timestep:.6g} Hz")

@@ -57,6 +57,8 @@ class State:
     @cached_property
     def valid(self) -> Mask:
         """Which active modules assemble, on the straight arm's mode, shape (b, A); elsewhere no number means anything."""
+        if self._layout.whole:
+            return self.parts[0].valid
         whole = np.empty((len(self.q), len(self._layout.names)), dtype=bool)
         for place, part in zip(self._layout.places, self.parts, strict=True):
             whole[:, place.active] = part.valid
@@ -65,7 +67,7 @@ class State:
     @property
     def assembles(self) -> Mask:
         """Which configurations are valid as a whole, shape (b,)."""
-        return np.all(self.valid, axis=1)
+        return np.asarray(self.valid.all(axis=1))
 
     @cached_property
     def _moving(self) -> tuple[Array, Array, Array, Array]:

@@ -30,7 +30,9 @@ from vgtsim.site import Site
 Array = NDArray[np.float64]
 
 VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weights the sag grows as its square
-ELASTIC_ITERATIONS = 3  # of the solver: without contacts the problem is linear; zero tolerance would spend a hundred
+# Of the solver: at 1e-24 joints are short of equilibrium by 6e-8 N*m, at 1e-20 by more than a micronewton metre; below
+# 1e-28 rounding keeps it from stopping, and it spends all of its hundred iterations.
+SOLVED = 1e-27
 _SHORT_MAST = MastPipe(
     outer_diameter=0.9144, wall=0.0127, density=7850.0, length=2.0
 )  # the reference scene's, cut short
@@ -44,12 +46,10 @@ def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: f
     Keyframes besides `stowed` and `straight` are given as inputs, shape (n,), by name; a time step, s, replaces the scene's.
     """
     task, simulation = site.task, site.task.simulation
-    step = timestep or simulation.timestep
+    step = timestep or site.timestep
     keyed = withdrawn_poses(site) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
     rigging = _rig(site, step, (0.0, max(lift for _, lift in keyed.values())))
     spec, bare = (_start_spec(task.name, step, simulation.gravity, simulation.weight_scale) for _ in range(2))
-    if rigging.elastic and simulation.drive != "servo":
-        spec.option.iterations = bare.option.iterations = ELASTIC_ITERATIONS
     add_tank(spec, site.tank)
     for each in (spec, bare):
         add_arm(each, rigging)
@@ -111,8 +111,8 @@ def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.
 def _build_sections(site: Site) -> mujoco.MjModel:
     """Compile the arm with rigid sections, without tank and keyframes."""
     simulation = site.task.simulation
-    spec = _start_spec(site.task.name, simulation.timestep, simulation.gravity, simulation.weight_scale)
-    add_sections(spec, replace(_rig(site, simulation.timestep, (0.0, 0.0)), lumped=True))
+    spec = _start_spec(site.task.name, site.timestep, simulation.gravity, simulation.weight_scale)
+    add_sections(spec, replace(_rig(site, site.timestep, (0.0, 0.0)), lumped=True))
     model = spec.compile()
     stiffen(model, simulation.weight_scale)
     select_drive(model, simulation.drive)
@@ -156,7 +156,7 @@ def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float)
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     option.gravity = [0, 0, -gravity]
-    option.tolerance = 0.0  # an early stop leaves the joints short of equilibrium: moments of 1e-6 N*m at member ends
+    option.tolerance = SOLVED
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE  # closures are stiffer than two steps
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state must be seen, not hidden
     spec.add_numeric(name=names.WEIGHT_SCALE, data=[weight_scale])

@@ -77,7 +77,7 @@ def write_report_html(site: Site, log: RunLog, report: Report, path: str | Path)
         verdict="PASSED" if report.passed else "FAILED",
         verdict_class="pass" if report.passed else "fail",
         summary=escape(tables.summarise(report)),
-        notices=tables.notices(log),
+        notices=tables.notices(log, report),
         checks=tables.check_rows(report),
         goals=tables.goal_rows(site, log, report),
         members=tables.member_rows(site, log, report),

@@ -26,6 +26,7 @@ _COSTS = {
     "simulated_s": ("simulated time", "{:.2f} s"),
     "wall_s": ("wall time", "{:.2f} s"),
     "real_time_factor": ("times real time", "{:.3g}"),
+    "timestep_s": ("time step", "{:.4g} s"),
     "steps": ("steps", "{:.0f}"),
     "nv": ("degrees of freedom before constraints", "{:.0f}"),
 }
@@ -50,9 +51,10 @@ def missing_checks(report: Report) -> list[str]:
     return [name for name in CHECK_NAMES if name not in present]
 
 
-def notices(log: RunLog) -> str:
-    """Write paragraphs of what went wrong in the run itself; none when nothing did."""
-    lines = [f"The run ended early: {log.stopped}"] if log.stopped else []
+def notices(log: RunLog, report: Report) -> str:
+    """Write paragraphs of the report's notes and of what went wrong in the run itself; none when there is nothing to tell."""
+    lines = [f"Note: {note}" for note in report.notes]
+    lines += [f"The run ended early: {log.stopped}"] if log.stopped else []
     lines += [f"MuJoCo warned: {text}" for text in log.warnings]
     pairs = {tuple(sorted(pair)) for pair in log.contact_pair.tolist()}
     lines += [f"Contact: {first} with {second}" for first, second in sorted(pairs)]
@@ -188,7 +190,7 @@ def list_settings(site: Site) -> list[tuple[str, str]]:
         ("waste", describe_waste(site.tank)),
         ("pivot", f"{format_quantity(site.scene.pivot_height, 'm')} above the lowest floor point"),
         ("payload", f"{task.payload.mass:.4g} kg"),
-        ("time step", format_quantity(step.timestep * 1e3, "ms")),
+        ("time step", "fixed by the scene" if step.timestep else "the longest that the plan allows"),
         ("records", f"{step.log_rate:.4g} a second"),
         ("drive", step.drive),
         ("gravity", f"{step.gravity:.5g} m/s²"),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +15,9 @@ from vgtsim.positioning import Differences, GoalSpace, NewtonSettings, Position,
 from vgtsim.statics import CapacityMap, find_use, make_load_model, make_sections, map_capacity, smooth_peak
 
 Array = NDArray[np.float64]
+Spread = Callable[[Callable[[Array], Array], list[Array]], Iterable[Array]]
+
+PIECE = 64  # postures unloaded together: enough to be quick, and few enough to share the work among cores
 
 _STEPS = 60
 _PROMISED = 1e-4  # fall of the utilisation that is not worth another step
@@ -45,11 +51,17 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
     return found.q[found.met]
 
 
-def unload_map(chain: Chain, plane: CapacityMap, gravity: float, safety_factor: float) -> CapacityMap:
+def unload_map(
+    chain: Chain, plane: CapacityMap, gravity: float, safety_factor: float, spread: Spread = map
+) -> CapacityMap:
     """Map the postures of a map and the unloaded ones together, at its reference payload; see `unload`.
+
+    `spread` may unload pieces of the postures beside one another: it is called as `map` is. The figures stay the same.
 
     Raises:
         TrussError: The arm is a mechanism in one of the postures.
     """
-    moved = unload(chain, plane.q, plane.reference, gravity, safety_factor)
-    return map_capacity(chain, np.concatenate([plane.q, moved]), gravity, safety_factor, plane.reference)
+    settings = {"payload": plane.reference, "gravity": gravity, "safety_factor": safety_factor}
+    pieces = [plane.q[i : i + PIECE] for i in range(0, len(plane.q), PIECE)]
+    moved = spread(partial(unload, chain, **settings), pieces)
+    return map_capacity(chain, np.concatenate([plane.q, *moved]), gravity, safety_factor, plane.reference)

@@ -41,10 +41,33 @@ def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> Spee
     return SpeedLimits(np.array(rates), acceleration)
 
 
-def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
-    """Actuator lengths, shape (T, J), m, along a spline of inputs over 0 to 1, at every time step, s, from rest to rest.
+@dataclass(frozen=True)
+class TimedPath:
+    """A spline of inputs over 0 to 1 with its way in time, from rest to rest.
 
-    The first and last rows are those of the path's ends. Each row is computed from the inputs at its instant.
+    Attributes:
+        parameter: The spline's parameter over the way, 0 to `reach` seconds at full speed.
+        fraction: Part of the time spent in each ramp.
+        duration: s; 0 of a path on which no actuator moves.
+    """
+
+    spline: BSpline
+    parameter: BSpline | None
+    fraction: float
+    reach: float
+    duration: float
+
+    def inputs(self, timestep: float) -> Array:
+        """Inputs at every time step, s, the ends of the path included, shape (T, n)."""
+        if self.parameter is None:
+            return self.spline(np.array([0.0, 1.0]))
+        count = max(2, int(np.ceil(self.duration / timestep)))
+        travelled = _run(np.linspace(0.0, 1.0, count + 1), self.fraction) * self.reach
+        return self.spline(np.clip(self.parameter(travelled), 0.0, 1.0))
+
+
+def time_path(chain: Chain, spline: BSpline, limits: SpeedLimits) -> TimedPath:
+    """Time a spline of inputs over 0 to 1.
 
     Source: the project's own; the dissertation gives configurations and no motion in time.
     """
@@ -53,7 +76,7 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
     grid = np.linspace(0.0, 1.0, _GRID)
     speed = _scaled_speed(chain, spline, limits, grid)
     if np.max(speed) * limits.rate.max() < 1e-9:
-        return chain.lengths(spline(np.array([0.0, 1.0])))
+        return TimedPath(spline, None, 0.5, 0.0, 0.0)
     # a floor keeps the parameter's change finite where the path hardly moves an actuator
     speed = np.maximum(speed, 1e-3 * np.max(speed))
     steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
@@ -62,9 +85,15 @@ def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: f
     ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
     fraction, duration = _profile(reach[-1], ramp)
     duration *= _stretch(chain, spline, parameter, limits, duration, fraction, reach[-1])
-    count = max(2, int(np.ceil(duration / timestep)))
-    travelled = _run(np.linspace(0.0, 1.0, count + 1), fraction) * reach[-1]
-    return chain.lengths(spline(np.clip(parameter(travelled), 0.0, 1.0)))
+    return TimedPath(spline, parameter, fraction, float(reach[-1]), duration)
+
+
+def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
+    """Actuator lengths, shape (T, J), m, along a spline of inputs over 0 to 1, at every time step, s, from rest to rest.
+
+    The first and last rows are those of the path's ends. Each row is computed from the inputs at its instant.
+    """
+    return chain.lengths(time_path(chain, spline, limits).inputs(timestep))
 
 
 def _scaled_speed(chain: Chain, spline: BSpline, limits: SpeedLimits, parameter: Array) -> Array:

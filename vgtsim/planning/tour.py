@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.scene import Goal
+from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.checks import check_site
+from vgtsim.planning.pace import choose_step
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import MARGIN, Resolution, goal_keep, resolve_goal
-from vgtsim.planning.timing import make_limits, time_lengths
+from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
 from vgtsim.site import Site
@@ -61,6 +63,12 @@ class Tour:
         self.start.flags.writeable = False
 
     @property
+    def digest(self) -> str:
+        """Digest of the timed lengths, the goals' indices and the time step."""
+        parts = (part for leg in self.legs for part in (str(leg.goal).encode(), leg.lengths.tobytes()))
+        return digest(repr(float(self.timestep)).encode(), *parts)
+
+    @property
     def duration(self) -> float:
         """Time in motion, holds not counted, s."""
         return self.timestep * sum(len(leg.lengths) - 1 for leg in self.legs)
@@ -95,14 +103,22 @@ def plan_tour(site: Site) -> Tour:
         shapes.append(_aim_above(site, goal, q) if site.sags else q)
     corridor = Corridor(site.box, site.surroundings, site.clearance)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
-    legs = []
-    for index, (goal, first, last) in enumerate(zip(motion.goals, shapes[:-1], shapes[1:], strict=True)):
-        path = plan_path(corridor, first, last, goal.name)
-        lengths = time_lengths(site.chain, path.spline, limits, site.timestep)
-        legs.append(
-            Leg(name=goal.name, goal=index, lengths=lengths, q=last, clearance=path.clearance, place=path.place)
+    ends = zip(motion.goals, shapes[:-1], shapes[1:], strict=True)
+    paths = [plan_path(corridor, first, last, goal.name) for goal, first, last in ends]
+    ways = [time_path(site.chain, path.spline, limits) for path in paths]
+    timestep = choose_step(site, ((way, path.clearance) for way, path in zip(ways, paths, strict=True)))
+    legs = [
+        Leg(
+            name=goal.name,
+            goal=index,
+            lengths=site.chain.lengths(way.inputs(timestep)),
+            q=last,
+            clearance=path.clearance,
+            place=path.place,
         )
-    return Tour(site.start, tuple(legs), site.timestep)
+        for index, (goal, path, way, last) in enumerate(zip(motion.goals, paths, ways, shapes[1:], strict=True))
+    ]
+    return Tour(site.start, tuple(legs), timestep)
 
 
 def _configure(

@@ -17,10 +17,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.plant.foresight import Foresight
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 class Correction:
@@ -43,8 +45,7 @@ class Correction:
         if data.ne != self._count:
             self._find_rows()
         gaps = np.array(data.efc_pos[: self._count])
-        way = gaps - self._given_way
-        way[self._bent] += self._find_departures(lengths, gaps)
+        way = gaps - self._given_way + self._find_departures(lengths)
         speeds = model.opt.timestep * data.efc_vel[: self._count]
         data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
         mujoco.mj_step2(model, data)
@@ -56,13 +57,14 @@ class Correction:
         model, data = self._model, self._data
         self._count = data.ne
         equality = data.efc_id[: self._count]
-        self._closures = np.flatnonzero(model.eq_type[equality] == mujoco.mjtEq.mjEQ_CONNECT)
-        own = equality[self._closures[::3]]
-        self._first, self._second = model.eq_obj1id[own], model.eq_obj2id[own]
-        self._spans = np.flatnonzero(model.eq_type[equality] == mujoco.mjtEq.mjEQ_TENDON)
-        wraps = model.tendon_adr[model.eq_obj1id[equality[self._spans]]]
-        self._start, self._end = model.wrap_objid[wraps], model.wrap_objid[wraps + 1]
-        self._bent = np.concatenate([self._closures, self._spans])
+        kind, first, second = model.eq_type[equality], model.eq_obj1id[equality], model.eq_obj2id[equality]
+        self._closures, self._spans = (
+            np.flatnonzero(kind == of) for of in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_TENDON)
+        )
+        self._closures = self._closures[::3]
+        wraps = model.tendon_adr[first[self._spans]]
+        self._joined = np.stack([first[self._closures], second[self._closures]], axis=1).astype(np.intp)
+        self._spanned = np.stack([model.wrap_objid[wraps], model.wrap_objid[wraps + 1]], axis=1).astype(np.intp)
         constant, ratio = model.eq_solref[equality].T
         impedance = model.eq_solimp[equality, 1]  # the same at any gap, see `mjcf.rows`
         steps = constant / model.opt.timestep * impedance
@@ -70,8 +72,8 @@ class Correction:
         self._inertia = 1 + 2 / steps + self._stiffness
         self._given_way = np.zeros(self._count)
 
-    def _find_departures(self, lengths: Array, gaps: Array) -> Array:
-        """Gaps of closures, then of length rows, that the step ends with beyond what its tangent foretells, m."""
+    def _find_departures(self, lengths: Array) -> Array:
+        """Gaps that the step ends with beyond what its tangent foretells, shape (E,), m."""
         model, data, ahead = self._model, self._data, self._ahead
         step, now = model.opt.timestep, data.qvel
         speeds = 2 * now - self._speeds
@@ -81,11 +83,37 @@ class Correction:
         ahead.qpos = data.qpos
         mujoco.mj_integratePos(model, ahead.qpos, speeds, step)
         mujoco.mj_kinematics(model, ahead)
-        place, along = ahead.site_xpos, np.empty(data.nefc)
+        along, departures = np.empty(data.nefc), np.zeros(self._count)
         mujoco.mj_mulJacVec(model, data, along, speeds)
-        gone = (place[self._first] - place[self._second]).ravel() - gaps[self._closures]
-        if len(self._spans):
-            span = place[self._end] - place[self._start], data.site_xpos[self._end] - data.site_xpos[self._start]
-            after, before = (np.sqrt(np.einsum("ri,ri->r", item, item)) for item in span)
-            gone = np.concatenate([gone, after - before])
-        return gone - step * along[self._bent]
+        along *= step
+        here, there = data.site_xpos, ahead.site_xpos
+        measure_departures(self._closures, self._joined, here, there, along, departures)
+        measure_lengthening(self._spans, self._spanned, here, there, along, departures)
+        return departures
+
+
+@compiled
+def measure_departures(rows: Index, joined: Index, here: Array, there: Array, along: Array, departures: Array) -> None:
+    """Write how far two joined sites come apart beyond the way along tangents, for three rows from each of some, m.
+
+    Sites are here, and later there, both of shape (sites, 3), m; ways along tangents and departures have shape (E,), m.
+    """
+    for i in range(len(rows)):
+        row, first, second = rows[i], joined[i, 0], joined[i, 1]
+        for k in range(3):
+            apart = (there[first, k] - there[second, k]) - (here[first, k] - here[second, k])
+            departures[row + k] = apart - along[row + k]
+
+
+@compiled
+def measure_lengthening(
+    rows: Index, spanned: Index, here: Array, there: Array, along: Array, departures: Array
+) -> None:
+    """As `measure_departures`, for the length between two sites, one row each."""
+    for i in range(len(rows)):
+        start, end = spanned[i, 0], spanned[i, 1]
+        before, after = 0.0, 0.0
+        for k in range(3):
+            before += (here[end, k] - here[start, k]) ** 2
+            after += (there[end, k] - there[start, k]) ** 2
+        departures[rows[i]] = np.sqrt(after) - np.sqrt(before) - along[rows[i]]

@@ -48,11 +48,15 @@ class Gauges(Protocol):
         ...
 
     def rates(self, data: mujoco.MjData) -> Array:
-        """Speeds of the cylinders now, shape (J,), m/s."""
+        """Speeds of the cylinders in the last step, shape (J,), m/s; places of sites must be those of now."""
         ...
 
-    def read(self, data: mujoco.MjData, speeds: Array) -> dict[str, Array]:
-        """Quantities of a record at the begin of the last step, when the speeds were of shape (nv,)."""
+    def note(self, data: mujoco.MjData) -> Array:
+        """Keep before a step what `read` needs after it."""
+        ...
+
+    def read(self, data: mujoco.MjData, noted: Array) -> dict[str, Array]:
+        """Quantities of a record at the begin of the last step, before which something was noted."""
         ...
 
     def complete(self, records: Records) -> Records:
@@ -82,7 +86,11 @@ class MemberGauges:
         """See `Gauges.rates`."""
         return data.qvel[self.at.slide]
 
-    def read(self, data: mujoco.MjData, speeds: Array) -> dict[str, Array]:
+    def note(self, data: mujoco.MjData) -> Array:
+        """See `Gauges.note`: speeds of the cylinders, shape (J,), m/s."""
+        return self.rates(data)
+
+    def read(self, data: mujoco.MjData, noted: Array) -> dict[str, Array]:
         """See `Gauges.read`.
 
         MuJoCo's force sensors give what the parent exerts on the child; the force of a member on its hub is the opposite.
@@ -95,7 +103,7 @@ class MemberGauges:
             "nodes": data.site_xpos[at.nodes],
             "ends": np.stack([data.site_xpos[at.near], data.site_xpos[at.far]], axis=1),
             "actual": at.retracted + sensed[at.length],
-            "rates": speeds[at.slide],
+            "rates": noted,
             "member_force": -np.einsum("mij,mj->mi", turn, sensed[at.force[:, None] + _TRIPLE]),
             "member_moment": -np.einsum("mij,mj->mi", turn, sensed[at.torque[:, None] + _TRIPLE]),
             "actuator_force": -sensed[at.drive_force + 2],
@@ -117,7 +125,7 @@ class SectionGauges:
 
     def __init__(self, model: mujoco.MjModel, site: Site) -> None:
         """Look everything up."""
-        self._model, self._site, truss = model, site, site.truss
+        self._timestep, self._site, truss = model.opt.timestep, site, site.truss
         self.pose, self.rows = make_section_pose(model, site.chain), find_rigid_sections(site.chain).rows
         self.nodes = np.array([model.site(node).id for node in truss.nodes])
         self.tool, self.tip = model.site(names.TOOL).id, model.body(names.TIP).id
@@ -125,9 +133,8 @@ class SectionGauges:
             [self.pose.slide_speeds.ravel(), (self.pose.move_speeds[:, None] + _TRIPLE).ravel()]
         )
         labels = [names.row(truss.members[i].name) for i in self.rows]
-        self.tendons = np.array([model.tendon(label).id for label in labels])
         self._equalities = [model.equality(label).id for label in labels]
-        self._driven = np.searchsorted(self.rows, truss.actuated)
+        self._driven = np.array([model.tendon(names.row(truss.members[i].name)).id for i in truss.actuated])
         self._order: Index | None = None
         self.counts = _count(site)
 
@@ -143,21 +150,22 @@ class SectionGauges:
 
     def rates(self, data: mujoco.MjData) -> Array:
         """See `Gauges.rates`."""
-        mujoco.mj_comPos(self._model, data)
-        mujoco.mj_tendon(self._model, data)
-        mujoco.mj_fwdVelocity(self._model, data)
-        return data.ten_velocity[self.tendons[self._driven]]
+        return (self.lengths(data) - data.ten_length[self._driven]) / self._timestep
 
-    def read(self, data: mujoco.MjData, speeds: Array) -> dict[str, Array]:  # noqa: ARG002  MuJoCo keeps the rows' speeds
+    def note(self, data: mujoco.MjData) -> Array:
+        """See `Gauges.note`: lengths a step before, shape (J,), m."""
+        return data.ten_length[self._driven]
+
+    def read(self, data: mujoco.MjData, noted: Array) -> dict[str, Array]:
         """See `Gauges.read`."""
         if self._order is None:
             place = {int(row): i for i, row in enumerate(data.efc_id[: data.ne])}
             self._order = np.array([place[row] for row in self._equalities])
-        driven = self.tendons[self._driven]
+        length = data.ten_length[self._driven]
         return {
             "nodes": data.site_xpos[self.nodes],
-            "actual": data.ten_length[driven],
-            "rates": data.ten_velocity[driven],
+            "actual": length,
+            "rates": (length - noted) / self._timestep,
             "row_force": -data.efc_force[self._order],
         }
 

@@ -17,7 +17,7 @@ from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
 from vgtsim.plant.lookout import Lookout
 from vgtsim.plant.member_turns import MemberTurns
-from vgtsim.plant.recorder import Recorder
+from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.section_turns import SectionTurns
 from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
@@ -62,7 +62,7 @@ class Plant:
         """
         simulation = site.task.simulation
         self.site = site
-        self.timestep = simulation.timestep if timestep is None else timestep
+        self.timestep = site.timestep if timestep is None else timestep
         if not 0 < self.timestep < np.inf:
             raise CommandError("timestep", f"{self.timestep:g} s", "a positive time")
         self.model = build_model(site) if model is None else model
@@ -205,8 +205,8 @@ class Plant:
         """All records since the reset; with a store, those that it was not given yet."""
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
         performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
-        performance |= {"steps": float(self._steps), "nv": float(self.model.nv)}
-        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped)
+        performance |= {"timestep_s": self.timestep, "steps": float(self._steps), "nv": float(self.model.nv)}
+        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped, list_digests(self.site))
 
     def _require_going(self) -> None:
         if self.stopped:
@@ -266,7 +266,7 @@ class Plant:
         if self._rates is not None:
             self._target = self._target + self._rates * self.timestep
         recorded = self._start_step()
-        speeds = np.array(data.qvel) if recorded else data.qvel
+        noted = self._gauges.note(data)
         self._recorder.note_saturation(self._drive.command(self._target))
         gaps = self._correction.step(self._target)
         self._steps += 1
@@ -281,7 +281,7 @@ class Plant:
                 data,
                 time=(self._steps - 1) * self.timestep,
                 commanded=self._commanded,
-                speeds=speeds,
+                noted=noted,
                 goal=self._goal,
                 settled=self._settled,
                 pressure=self._drive.pressure,

@@ -12,10 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.description import digest_scene
+from vgtsim.digests import digest_code
 from vgtsim.graphics import mujoco
 from vgtsim.plant.gauges import Gauges
 from vgtsim.plant.watch import Contact
 from vgtsim.runlog import BESIDE, CHUNK, Piece, RunLog, empty_records, join_pieces
+from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
@@ -56,21 +59,21 @@ class Recorder:
         *,
         time: float,
         commanded: Array,
-        speeds: Array,
+        noted: Array,
         goal: int,
         settled: bool,
         pressure: Array | None = None,
     ) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
-        Given for that instant are the time, s, commanded lengths, shape (J,), m, the speeds of all degrees of freedom,
-        shape (nv,), the goal approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
+        Given for that instant are the time, s, commanded lengths, shape (J,), m, what the gauges noted before the step, the
+        goal approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
         """
         gauges = self.gauges
         row = {
             "time": time,
             "commanded": commanded,
-            **gauges.read(data, speeds),
+            **gauges.read(data, noted),
             "tool_position": data.site_xpos[gauges.tool].copy(),
             "tool_direction": data.xmat[gauges.tip].reshape(3, 3)[:, 2].copy(),
             "goal": goal,
@@ -105,7 +108,9 @@ class Recorder:
             "contact_distance": np.array([contact.gap for contact in self._contacts], dtype=float),
         }
 
-    def make_log(self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str) -> RunLog:
+    def make_log(
+        self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str, digests: dict[str, str]
+    ) -> RunLog:
         """Make the log of all records that were not given away."""
         return RunLog(
             **join_pieces([*self._pieces, self._make_piece()]),
@@ -113,6 +118,7 @@ class Recorder:
             performance=performance,
             versions=list_versions(),
             stopped=stopped,
+            digests=digests,
         )
 
 
@@ -125,3 +131,8 @@ def _find_versions() -> tuple[tuple[str, str], ...]:
 def list_versions() -> dict[str, str]:
     """Version of Python and of each package that takes part, by name."""
     return dict(_find_versions())
+
+
+def list_digests(site: Site) -> dict[str, str]:
+    """Digests of a site's description and of this code, by name."""
+    return {"description": digest_scene(site.scene), "code": digest_code()}

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -16,6 +18,7 @@ from vgtsim.logbook import LogWriter
 from vgtsim.planning import Tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.plant import Plant
+from vgtsim.plant.recorder import list_digests, list_versions
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 
@@ -36,7 +39,14 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
             pressure cannot hold the dead load somewhere on the tour.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
-    return _ride(Plant(site, timestep=tour.timestep, model=model), tour).log
+    log = _ride(Plant(site, timestep=tour.timestep, model=model), tour).log
+    return replace(log, digests=log.digests | {"programme": tour.digest})
+
+
+def begin_log(site: Site, tour: Tour, folder: Path, *, resume: bool = False) -> LogWriter:
+    """Begin the log of a tour in a folder, or go on with the one there; see `LogWriter` for errors."""
+    digests = list_digests(site) | {"programme": tour.digest}
+    return LogWriter(folder, site.scene, list_versions(), digests, resume)
 
 
 def record(site: Site, tour: Tour, writer: LogWriter) -> None:

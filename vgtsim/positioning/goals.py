@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
+from math import prod
 from typing import Self
 
 import numpy as np
@@ -16,6 +17,8 @@ from vgtsim.kinematics.vectors import cross
 from vgtsim.positioning import rows
 
 Array = NDArray[np.float64]
+
+_FARTHEST = 1e9  # m: no arm asks for a goal beyond it, and squares and cubes of it are exact enough
 Index = NDArray[np.intp]
 
 TOLERANCE = 1e-9  # m and rad: far below what a drive can do, and within reach of Newton's last step
@@ -41,7 +44,7 @@ class Rows:
     @property
     def count(self) -> int:
         """Number of goals."""
-        return int(np.prod(self.target.shape[: self.target.ndim - self._target_axes], dtype=int))
+        return prod(self.target.shape[: self.target.ndim - self._target_axes])
 
     def targets(self, which: Index) -> Array:
         """Targets of some goals, shape (b, 3) or (b, 3, 3)."""
@@ -194,7 +197,8 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
     """
     at, along = np.asarray(position, float), np.asarray(direction, float)
     size = np.linalg.norm(along, axis=-1, keepdims=True)
-    if not (np.all(np.isfinite(at)) and np.all(np.isfinite(along)) and np.all(size > 1e-12)):
+    near = np.all(np.abs(at) < _FARTHEST) and np.all(size < _FARTHEST)  # finite, and their squares too
+    if not (near and np.all(size > 1e-12)):
         goal = f"goal at {np.array2string(at, threshold=6)} along {np.array2string(along, threshold=6)}"
         detail = f"{goal}: finite numbers and a direction that is not zero"
         raise GoalError(("tool x", "tool direction 1"), 0.0, detail)
@@ -214,7 +218,7 @@ def measure(table: rows.Table, state: State, which: Index, slopes: bool = True) 
     """As `evaluate`, of rows in a table; the Jacobian has no columns where it is not asked for."""
     count, width = len(which), int(table[0][-1, 3] + table[0][-1, 4])
     error, J = np.empty((count, width)), np.empty((count, width, state.q.shape[1] if slopes else 0))
-    rows.measure_rows(table, state.motion, which, error, J)
+    rows.measure_rows(which, error, J, *table, *state.motion)
     return error, J
 
 

@@ -97,7 +97,7 @@ def minimise(
     tolerance = np.array(np.broadcast_to(how.tolerance, rows), float)
     which, there = every, at
     while True:
-        descent.advance(figures, tolerance, which, there, ways, at, factors, (learned, bent))
+        descent.advance(figures, tolerance, which, *there, *ways, *at, *factors, learned, bent)
         pending = np.flatnonzero(marks[:, descent.WANT])
         if not len(pending):
             break

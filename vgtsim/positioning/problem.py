@@ -161,7 +161,7 @@ def lagrangian_curvature(
     owner, (batch, count) = state.chain.layout.owner, state.q.shape
     place = np.arange(count) - np.searchsorted(owner, owner)  # among the module's own inputs
     total, raw = np.zeros((2, batch, count, count))
-    rows.curve_between(table, state.motion, which, multipliers, owner, total, raw)
+    rows.curve_between(which, multipliers, owner, total, raw, *table, *state.motion)
     steps = _STEP * (place == np.arange(place.max() + 1)[:, None])
     moved = state.chain.state((state.q + steps[:, None]).reshape(-1, count))
     first, there = (_gradient(table, at, multipliers, length_slope, which) for at in (state, moved))
@@ -173,7 +173,7 @@ def _gradient(table: rows.Table, state: State, multipliers: Array, length_slope:
     """First derivative of the weighted rows and lengths by the inputs, for goals, shape (b,), over and over again."""
     times = len(state.q) // len(which)
     slope = state.pull(np.tile(length_slope, (times, 1)))
-    rows.pull_rows(table, state.motion, np.tile(which, times), np.tile(multipliers, (times, 1)), slope)
+    rows.pull_rows(np.tile(which, times), np.tile(multipliers, (times, 1)), slope, *table, *state.motion)
     return slope
 
 
@@ -201,7 +201,8 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
         z = _come_near(problem, z, how)
     chunk = min(_CHUNK, max(1, _CACHED // z.shape[1] ** 2))
     starts = range(0, count, chunk)
-    whole = join_solutions([_solve_some(problem, z, np.arange(i, min(i + chunk, count)), how) for i in starts])
+    parts = [_solve_some(problem, z, np.arange(i, min(i + chunk, count)), how) for i in starts]
+    whole = parts[0] if len(parts) == 1 else join_solutions(parts)
     return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :width])
 
 

@@ -22,7 +22,7 @@ from vgtsim.study.verbs import VERBS
 from vgtsim.units import to_base
 
 _MOST = 10_000_000  # cases: those of a study are held in memory, some 300 bytes each
-_KEPT = ("vgtsim", "mujoco", "numpy", "scipy")  # packages whose versions a figure may hang on
+_KEPT = ("vgtsim", "mujoco", "numba", "numpy", "scipy")  # packages whose versions a figure may hang on
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from vgtsim.description import Study
 from vgtsim.output import naming_folder, prepare_folder
-from vgtsim.output.figure import save_figure
-from vgtsim.output.study_plot import plot_study
 from vgtsim.replacing import replacing
 from vgtsim.study.cases import plan_study
 from vgtsim.study.dispatch import dispatch
@@ -49,6 +47,9 @@ def conduct_study(
         MissingLibraryError: The extra `study` is not installed.
         ClusterError: The cluster is gone; the same call goes on where it ended.
     """
+    from vgtsim.output.figure import save_figure  # matplotlib, which workers do without
+    from vgtsim.output.study_plot import plot_study
+
     load_arrow()
     tell = advance or (lambda *_: None)
     folder = Path(out_dir).absolute()

@@ -13,8 +13,8 @@ from vgtsim.study.cases import Case, Order
 from vgtsim.study.engines import Engine
 from vgtsim.study.work import Row, make_row, work_off
 
-_BATCH_S = 1.0  # seconds of work in a batch of short cases: a scheduler takes milliseconds for each batch
 _LARGEST = 1000  # cases of a batch
+_BROKEN = "its processes end before the first case does; a program that calls this needs `if __name__ == '__main__':`"
 _ALONE = 2  # losses of a worker after which a case goes alone
 _BREAKS = 3  # of a pool of processes that has not given one row: it cannot work at all
 _CONDEMNED = 2  # losses of a worker by a case that was alone, after which it is the cause
@@ -29,7 +29,7 @@ def dispatch(
     case is blamed for what another did, and none is lost; one that loses its worker alone, too, is a row with that error.
 
     Raises:
-        ClusterError: The cluster is gone, or a worker has other versions.
+        ClusterError: The cluster is gone, or a worker cannot begin: it has not the same versions of the packages.
     """
     loop = _Loop(order, engine, deque(cases))
     while loop.fill():
@@ -61,13 +61,13 @@ class _Loop:
         self.losses: Counter[str] = Counter()
         self.alone: Counter[str] = Counter()
         self.breaks: int | None = 0  # of the pool before its first row
-        self.mean_s = _BATCH_S  # of a case, so that the first batches have one each
+        self.mean_s = engine.batch_s  # of a case, so that the first batches have one each
 
     def fill(self) -> bool:
         """Send batches until enough are under way; False when all is done."""
         while self.waiting and len(self.running) < self.engine.width:
             share = len(self.waiting) // (2 * self.engine.width)  # the last batches are small, so that all end together
-            size = max(min(int(_BATCH_S / self.mean_s), _LARGEST, share), 1)
+            size = max(min(int(self.engine.batch_s / self.mean_s), _LARGEST, share), 1)
             self._send(tuple(self.waiting.popleft() for _ in range(size)))
         if self.suspects and not self.running:
             self._send((self.suspects.popleft(),), alone=True)
@@ -86,7 +86,7 @@ class _Loop:
         if self.breaks is not None:
             self.breaks += 1
             if self.breaks > _BREAKS:
-                raise ClusterError(self.engine.place, "its processes end before the first case does")
+                raise ClusterError(self.engine.place, _BROKEN)
         self.pool = self.engine.open()
 
     def collect(self, patience: float) -> list[Row]:
@@ -101,8 +101,8 @@ class _Loop:
             return self._resend(batch)
         except CancelledError:
             raise ClusterError(self.engine.place, "the scheduler is gone") from None
-        except ImportError as error:
-            raise ClusterError(self.engine.place, str(error)) from None
+        except Exception as error:  # not of a case: those are rows
+            raise ClusterError(self.engine.place, f"a worker cannot begin: {str(error).strip()}") from error
         self.breaks = None
         spent = sum(row["processor_s"] for row in rows) / len(rows)
         self.mean_s = max(0.9 * self.mean_s + 0.1 * spent, 1e-4)

@@ -11,23 +11,24 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 from vgtsim.errors import ClusterError, MissingLibraryError
 
 INSTALL = "pip install 'vgtsim[study]'"
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-_AHEAD = (
-    4096  # batches that a cluster has at a time: some for each of a thousand cores, so that none waits for this process
-)
+_ENOUGH = 2  # pieces for a process, which takes a second to start
+_AHEAD = 4096  # batches that a cluster has at a time: some for each of a thousand cores
+_BATCH_S = 10.0  # a scheduler takes milliseconds for a batch: a thousand cores then ask for a hundred of them a second
 
 
 @dataclass(frozen=True)
 class Engine:
-    """Gives executors of a place; `width` batches are under way at a time.
+    """Gives executors of a place; `width` batches are under way at a time, those of short cases with `batch_s` of work each, s.
 
     `lost` are the errors of a batch whose worker was lost. After a `BrokenExecutor` a new executor is opened.
     """
@@ -36,6 +37,7 @@ class Engine:
     open: Callable[[], Executor]
     width: int
     lost: tuple[type[BaseException], ...]
+    batch_s: float = 1.0
 
 
 def count_cores() -> int:
@@ -93,4 +95,15 @@ def use_cluster(address: str) -> Iterator[Engine]:
     except (OSError, ValueError) as error:
         raise ClusterError(address, f"no scheduler answers: {error}") from None
     with client:
-        yield Engine(address, lambda: client.get_executor(pure=False), _AHEAD, (KilledWorker,))
+        yield Engine(address, lambda: client.get_executor(pure=False), _AHEAD, (KilledWorker,), _BATCH_S)
+
+
+@contextmanager
+def spread_out(pieces: int) -> Iterator[Callable[..., Iterable[Any]]]:
+    """Give `map`, or one that works in processes if there are enough pieces, of a second or more each, and cores for them."""
+    workers = min(count_cores(), pieces // _ENOUGH)
+    if workers < 2:
+        yield map
+        return
+    with use_processes(workers) as engine:
+        yield engine.open().map

@@ -54,6 +54,9 @@ class PlannedTour(Protocol):
     @property
     def timestep(self) -> float: ...  # noqa: D102
 
+    @property
+    def digest(self) -> str: ...  # noqa: D102
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
@@ -117,7 +120,7 @@ class Evidence:
         MuJoCo's speeds, which the log has, stand there: they are those of the step that led to the record.
         """
         found = self._differentiate(self.wide.actual[..., None])
-        step = self.site.task.simulation.timestep
+        step = self.log.performance.get("timestep_s", self.site.timestep)
         return (found.velocity - step / 2 * found.acceleration)[..., 0]
 
     @cached_property

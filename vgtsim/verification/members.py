@@ -186,7 +186,7 @@ def _find_reaction_error(run: Evidence, *, settled: bool) -> Finding:
     "axial_force",
     "chamber pressures against drive force",
     unit="1",
-    limit="axial_force_moving",
+    limit="pressure_force",
     applies=when(drive="hydraulic"),
 )
 def check_pressure_force(run: Evidence) -> Finding:

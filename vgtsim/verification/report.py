@@ -52,6 +52,7 @@ class Report:
     Attributes:
         performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
         versions: Version of each package that took part.
+        notes: What a reader must know beside the figures: limits, description, programme or code that are not the run's.
         series: Figures over time for plots; keys `closure` (T,) m, `tool_position_error` (T,) m and `tool_angle_error`
             (T,) rad (NaN where no goal is approached), `utilisation` (T, M) and its parts `utilisation_tension` and
             `utilisation_compression` (T, M), `clearance_time` (K,) s and `clearance` (K,) m.
@@ -62,6 +63,7 @@ class Report:
     performance: Mapping[str, float]
     versions: Mapping[str, str]
     series: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -75,4 +77,5 @@ class Report:
         for row in rows:
             row |= {name: float(row[name]) if np.isfinite(row[name]) else None for name in ("measured", "when")}
         figures = {"performance": dict(self.performance), "versions": dict(self.versions)}
-        return {"scene": self.scene, "passed": self.passed, "checks": rows} | figures
+        head = {"scene": self.scene, "passed": self.passed, "notes": list(self.notes)}
+        return head | {"checks": rows} | figures

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from vgtsim.description import digest_scene
+from vgtsim.digests import digest_code
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource, cut, outline, thinning
 from vgtsim.verification.checks import MEASURES
@@ -14,11 +16,12 @@ from vgtsim.verification.measures import Finding, Measure, missing
 from vgtsim.verification.report import Check, Report
 
 
-def verify(site: Site, log: LogSource, tour: PlannedTour | None = None) -> Report:
+def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: tuple[str, ...] = ()) -> Report:
     """Hold a run against the description and the project's own kinematics and statics. MuJoCo takes no part.
 
     With a tour, which planning makes of the same scene, the commands are held against it as well. A log that is damaged,
-    or of another arm, fails every check. A long one is read and judged in stretches; of each figure the worst counts.
+    or of another arm, fails every check. Notes stand in the report beside its own on what the log was made of. A long log
+    is read and judged in stretches; of each figure the worst counts.
     """
     truss, whole, every = site.truss, outline(log), thinning(log)
     counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.motion.goals))
@@ -34,9 +37,24 @@ def verify(site: Site, log: LogSource, tour: PlannedTour | None = None) -> Repor
         for row, parts in zip(rows, found, strict=True):
             parts.append(row.find(run))
         shown.append({name: value[-stretch.first % every :: every] for name, value in _collect_series(run).items()})
-    checks = tuple(_judge(site, row, row.join(parts)) for row, parts in zip(rows, found, strict=True))
-    series = {name: np.concatenate([part[name] for part in shown]) for name in shown[0]} if shown else {}
-    return Report(site.task.name, checks, log.performance, log.versions, series)
+    return Report(
+        scene=site.task.name,
+        checks=tuple(_judge(site, row, row.join(parts)) for row, parts in zip(rows, found, strict=True)),
+        performance=log.performance,
+        versions=log.versions,
+        series={name: np.concatenate([part[name] for part in shown]) for name in shown[0]} if shown else {},
+        notes=(*notes, *_compare(site, log, tour)),
+    )
+
+
+def _compare(site: Site, log: LogSource, tour: PlannedTour | None) -> Iterator[str]:
+    """Say which of the log's digests are not those of site, tour and code."""
+    now = {"description": digest_scene(site.scene), "code": digest_code()}
+    if tour is not None:
+        now["programme"] = tour.digest
+    for name, found in now.items():
+        if log.digests.get(name, found) != found:
+            yield f"the {name} is not that of the run: digest {found[:12]}, in the log {log.digests[name][:12]}"
 
 
 def _collect_series(run: Evidence) -> Mapping[str, Array]:
