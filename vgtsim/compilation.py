@@ -7,7 +7,6 @@ arrays of doubles stored by rows that may be written to, so that each function i
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path

@@ -129,7 +129,12 @@ def pursue(how: Array, tolerance: Array, which: Index, goals: Index, *tables: An
     marks, z, trial, y = ways[0], ways[2], ways[3], ways[6]
     (rows, count), size = at[2].shape[1:], at[7].shape[1]
     inside, error, J, value = np.ones(1, np.bool_), np.empty((1, rows)), np.empty((1, rows, count)), np.empty(1)
-    slope, whole, rough, first = np.empty((1, count)), np.empty((1, count, count)), np.empty((1, 0)), np.empty((1, size))
+    slope, whole, rough, first = (
+        np.empty((1, count)),
+        np.empty((1, count, count)),
+        np.empty((1, 0)),
+        np.empty((1, size)),
+    )
     one, goal = np.empty(1, np.intp), np.empty(1, np.intp)
     for i in which:
         one[0], goal[0] = i, goals[i]
@@ -141,7 +146,9 @@ def pursue(how: Array, tolerance: Array, which: Index, goals: Index, *tables: An
             if not at[0][i]:
                 continue
         while True:
-            advance(how, tolerance, one, inside, error, J, value, slope, whole, rough, first, *ways, *at, *factors, *further)
+            advance(
+                how, tolerance, one, inside, error, J, value, slope, whole, rough, first, *ways, *at, *factors, *further
+            )
             want = marks[i, descent.WANT]
             if want == descent.BEND:
                 curve_rows(goal, z[i : i + 1], y[i : i + 1], at[7][i : i + 1], further[1][i : i + 1], *rest)

@@ -188,8 +188,13 @@ def _leave(J: Array, inverse: Array, slope: Array, y: Array, rest: Array) -> Non
 
 
 @compiled
-def find_stationarity(J: Array, slope: Array, limit: float, found: Array) -> None:
-    """Norm of slopes, shape (b, k), in the null space of J, shape (b, m, k), over 1 + the whole norm, shape (b,)."""
+def judge(
+    J: Array, slope: Array, error: Array, limit: float, tolerance: Array, stationarity: Array, met: NDArray[np.bool_]
+) -> None:
+    """Stationarity, and which goals are met, shape (b,), of Jacobians (b, m, k), slopes (b, k) and errors (b, m).
+
+    The stationarity is the norm of a slope in the null space of its Jacobian over 1 + the whole norm.
+    """
     size = J.shape[1]
     y, first, rest, square, inverse = (
         np.empty(size),
@@ -203,7 +208,9 @@ def find_stationarity(J: Array, slope: Array, limit: float, found: Array) -> Non
         pseudo_inverse(square, limit, inverse)
         _leave(J[i], inverse, slope[i], y, first)  # twice, for the last digits
         _leave(J[i], inverse, first, y, rest)
-        found[i] = find_size(rest) / (1 + find_size(slope[i]))
+        stationarity[i], met[i] = find_size(rest) / (1 + find_size(slope[i])), True
+        for m in range(size):
+            met[i] = met[i] and abs(error[i, m]) <= tolerance[m]
 
 
 @compiled

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import prod
 from typing import Self
 
@@ -13,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.errors import GoalError
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.state import State
-from vgtsim.kinematics.vectors import cross
 from vgtsim.positioning import rows
 
 Array = NDArray[np.float64]
@@ -40,6 +40,11 @@ class Rows:
     @abstractmethod
     def names(self) -> tuple[str, ...]:
         """One for each row."""
+
+    @property
+    def width(self) -> int:
+        """Number of rows."""
+        return len(self.names)
 
     @property
     def count(self) -> int:
@@ -94,6 +99,11 @@ class Position(Rows):
         return tuple(f"{self.module or 'tool'} {axis}" for axis in self.axes)
 
     @property
+    def width(self) -> int:
+        """One row for each axis."""
+        return len(self.axes)
+
+    @property
     def columns(self) -> tuple[int, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Which coordinates of the point count."""
         return tuple(_AXES.index(axis) for axis in self.axes)
@@ -111,6 +121,7 @@ class Direction(Rows):
     tolerance: float = TOLERANCE
 
     kind = rows.DIRECTION
+    width = 2  # pyright: ignore[reportAssignmentType]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -120,7 +131,7 @@ class Direction(Rows):
     def fill(self, targets: Array) -> None:
         """The direction, and two unit vectors across it."""
         targets[:, 0] = self.target
-        targets[:, 1:] = _across(targets[:, 0])
+        rows.fill_across(targets)
 
 
 @dataclass(frozen=True)
@@ -135,6 +146,7 @@ class Orientation(Rows):
     tolerance: float = TOLERANCE
 
     kind = rows.TURN
+    width = 3  # pyright: ignore[reportAssignmentType]
     _target_axes = 2
 
     @property
@@ -161,7 +173,12 @@ class GoalSpace:
     @property
     def tolerance(self) -> Array:
         """Of each row, shape (m,), m or rad."""
-        return np.concatenate([np.full(len(part.names), part.tolerance) for part in self.parts])
+        return np.array([part.tolerance for part in self.parts for _ in range(part.width)])
+
+    @property
+    def width(self) -> int:
+        """Number of rows m."""
+        return sum(part.width for part in self.parts)
 
     @property
     def count(self) -> int:
@@ -224,18 +241,31 @@ def measure(table: rows.Table, state: State, which: Index, slopes: bool = True) 
 
 def tabulate(chain: Chain, goal: GoalSpace) -> rows.Table:
     """The rows of all goals as compiled functions take them."""
-    count, layout, row = goal.count, chain.layout, 0
-    parts, axes = np.empty((len(goal.parts), 5), np.intp), np.zeros((len(goal.parts), 3), np.intp)
-    spots, targets = np.empty((len(goal.parts), 3, 5)), np.zeros((len(goal.parts), count, 3, 3))
-    for p, part in enumerate(goal.parts):
-        (face, inputs), width, offset = part.place(chain), len(part.names), part.offset(chain)
-        parts[p] = part.kind, layout.face_from[face], inputs, row, width
+    targets = np.zeros((len(goal.parts), goal.count, 3, 3))
+    for part, own in zip(goal.parts, targets, strict=True):
+        part.fill(own)
+    kinds = tuple((type(part), part.module, getattr(part, "axes", "")) for part in goal.parts)
+    return *_seat(chain, kinds), targets
+
+
+@lru_cache(maxsize=16)  # of the goals of a few arms: a plan asks for the same kinds again and again
+def _seat(chain: Chain, kinds: tuple[tuple[type[Rows], str | None, str], ...]) -> tuple[Index, Array, Index]:
+    """Of a table all but the targets."""
+    layout, row, none = chain.layout, 0, np.zeros(3)
+    parts, axes, spots = (
+        np.empty((len(kinds), 5), np.intp),
+        np.zeros((len(kinds), 3), np.intp),
+        np.empty((len(kinds), 3, 5)),
+    )
+    for p, (kind, module, names) in enumerate(kinds):
+        part = kind(none, names, module) if kind is Position else kind(none, module)
+        face, inputs = part.place(chain)
+        parts[p] = part.kind, layout.face_from[face], inputs, row, part.width
         spots[p, :, :4] = layout.face_offset[face, :3]
-        spots[p, :, 4] = spots[p, :, 3] + offset * spots[p, :, 2]
+        spots[p, :, 4] = spots[p, :, 3] + part.offset(chain) * spots[p, :, 2]
         axes[p, : len(part.columns)] = part.columns
-        part.fill(targets[p])
-        row += width
-    return parts, spots, axes, targets
+        row += part.width
+    return parts, spots, axes
 
 
 def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tuple[RowReport, ...]:
@@ -251,11 +281,3 @@ def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tupl
         RowReport(name, value, None if value is None else value + float(gap), float(gap), float(tolerance))
         for name, value, gap, tolerance in lines
     )
-
-
-def _across(target: Array) -> Array:
-    """Two unit vectors across each direction, shape (b, 2, 3)."""
-    helper = np.eye(3)[np.argmin(np.round(np.abs(target), 9), axis=-1)]  # the first of equals
-    first = cross(target, helper)
-    first /= np.linalg.norm(first, axis=-1, keepdims=True)
-    return np.stack([first, cross(target, first)], axis=1)

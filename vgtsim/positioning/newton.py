@@ -119,7 +119,8 @@ def minimise(
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
     learned, bent = np.zeros(curve.shape) if learns else none, np.zeros(curve.shape) if bends else none
     figures = np.array([how.optimality, how.most, how.turn, how.limit, dear and glance is not None, bends], float)
-    tolerance = np.array(np.broadcast_to(how.tolerance, rows), float)
+    tolerance = np.empty(rows)
+    tolerance[:] = how.tolerance
     which, there = every, at
     while True:
         if course is None:
@@ -144,14 +145,14 @@ def minimise(
         else:
             inside, error_there, values = glance(trial[which], which, want == descent.GLANCE)
             there = (stored(inside), stored(error_there), J, stored(values), slope, curve, rough, by_length)
-    stationarity = np.empty(count)
-    elimination.find_stationarity(J, slope, how.limit, stationarity)
+    stationarity, met = np.empty(count), np.empty(count, bool)
+    elimination.judge(J, slope, error, how.limit, tolerance, stationarity, met)
     return Solution(
         q=z,
         error=error,
         value=value,
         iterations=marks[:, descent.MOVES].copy(),
-        met=np.all(np.abs(error) <= tolerance, axis=1),
+        met=met,
         stationarity=stationarity,
         promise=numbers[:, descent.PROMISE].copy(),
         optimal=marks[:, descent.OPTIMAL] > 0,

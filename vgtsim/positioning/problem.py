@@ -62,7 +62,8 @@ class Problem:
     @property
     def tolerance(self) -> Array:
         """Of all rows, those of the goal and then one for each static leg, shape (m + S,), m and rad."""
-        return np.concatenate([self.goal.tolerance, np.full(len(self.chain.layout.static), _STATIC)])
+        static = len(self.chain.layout.static)
+        return np.concatenate([self.goal.tolerance, np.full(static, _STATIC)]) if static else self.goal.tolerance
 
     @cached_property
     def _table(self) -> rows.Table:
@@ -79,7 +80,7 @@ class Problem:
         if not np.isfinite(meant).all():  # the general way names the objective
             return None
         weights = np.array([1.0 if isinstance(self.objective, StrokeBarrier) else self.barrier, weight])
-        sizes = len(self.goal.names), self.chain.layout.inputs, len(self.box.least)
+        sizes = self.goal.width, self.chain.layout.inputs, len(self.box.least)
         return Course(np.arange(self.goal.count), (*self._table, *body, weights, meant), sizes)
 
     @cached_property
@@ -206,8 +207,9 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     Source: chapter 6. Differs: see `newton`.
     """
     count = problem.goal.count
-    z = problem.variables(np.broadcast_to(np.asarray(start, float), (count, problem.chain.layout.inputs)))
-    width, free = len(problem.goal.names), z.shape[1] - len(problem.chain.layout.static)
+    z, shape = np.asarray(start, float), (count, problem.chain.layout.inputs)
+    z = problem.variables(z if z.shape == shape else np.broadcast_to(z, shape))
+    width, free = problem.goal.width, z.shape[1] - len(problem.chain.layout.static)
     if width > free:
         raise GoalError(problem.goal.names, 0.0, f"{width} goal rows for {free} inputs that are left")
     how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)
@@ -217,13 +219,21 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     starts = range(0, count, chunk)
     parts = [_solve_some(problem, z, np.arange(i, min(i + chunk, count)), how) for i in starts]
     whole = parts[0] if len(parts) == 1 else join_solutions(parts)
+    if problem.course is not None:
+        return whole
     return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :width])
 
 
 def _solve_some(problem: Problem, z: Array, which: Index, how: NewtonSettings) -> Solution:
     """Solve the goals that are solved at a time, from variables of all goals, shape (B, k)."""
     if problem.course is not None:
-        return minimise(problem.model, z[which], how, problem.bend, course=problem.course.choose(which))
+        return minimise(
+            problem.model,
+            z[which],
+            how,
+            problem.bend,
+            course=problem.course if len(which) == len(z) else problem.course.choose(which),
+        )
     return minimise(
         lambda at, i: problem.model(at, which[i]),
         z[which],

@@ -47,6 +47,22 @@ def _dot(a: Array, b: Array) -> float:
 
 
 @compiled
+def fill_across(targets: Array) -> None:
+    """Two unit vectors across each direction, the first row of a target, shape (G, 3, 3), into its other rows."""
+    axis = np.empty(3)
+    for target in targets:
+        least = 0
+        for k in range(1, 3):  # the first of equals
+            if np.rint(1e9 * abs(target[0, k])) < np.rint(1e9 * abs(target[0, least])):
+                least = k
+        axis[:] = 0.0
+        axis[least] = 1.0
+        _cross(target[0], axis, target[1])
+        target[1] /= np.sqrt(_dot(target[1], target[1]))
+        _cross(target[0], target[1], target[2])
+
+
+@compiled
 def measure_rows(which: Index, error: Array, J: Array, *tables: Any) -> None:
     """Errors, shape (b, m), and Jacobians, shape (b, m, n), of goals, shape (b,); an empty Jacobian is not asked for.
 

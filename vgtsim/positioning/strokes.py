@@ -46,7 +46,10 @@ class StrokeBox:
         place = layout.places[0]
         own, turn = place.modules, np.arange(layout.inputs) % place.modules.inputs
         body = own.figures, own.straight, chain.root, layout.steps, layout.owner, turn, place.legs, place.columns
-        return tuple(np.require(x, requirements="CW") for x in (chain.flange, *body, self.least, self.greatest, self.middle[None]))
+        return tuple(
+            np.require(x, requirements="CW")
+            for x in (chain.flange, *body, self.least, self.greatest, self.middle[None])
+        )
 
     @property
     def half(self) -> Array:
