@@ -72,14 +72,32 @@ def apply_row(vector: Array, matrix: Array, out: Array) -> None:
 @compiled
 def _factorise(W: Array) -> bool:
     """Cholesky's factor of a symmetric matrix in its upper triangle, and whether it is definite."""
-    for k in range(len(W)):
-        if not W[k, k] > 0:
+    n = len(W)
+    for k in range(0, n, 2):  # two rows at a time: half the ways through the matrix
+        if not _scale(W[k], k):
             return False
-        root = np.sqrt(W[k, k])
-        for j in range(k, len(W)):
-            W[k, j] /= root
-        for i in range(k + 1, len(W)):
-            add_row(W[i, i:], W[k, i:], -W[k, i])
+        if k + 1 == n:
+            break
+        first = W[k]
+        add_row(W[k + 1, k + 1 :], first[k + 1 :], -first[k + 1])
+        if not _scale(W[k + 1], k + 1):
+            return False
+        second = W[k + 1]
+        for i in range(k + 2, n):
+            row, p, q = W[i], first[i], second[i]
+            for j in range(i, n):
+                row[j] -= p * first[j] + q * second[j]
+    return True
+
+
+@compiled
+def _scale(row: Array, k: int) -> bool:
+    """Divide a row from its diagonal on by the root of that, and whether it has one."""
+    if not row[k] > 0:
+        return False
+    root = np.sqrt(row[k])
+    for j in range(k, len(row)):
+        row[j] /= root
     return True
 
 

@@ -213,9 +213,9 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
         GoalError: A value is not finite, or a direction is zero.
     """
     at, along = np.asarray(position, float), np.asarray(direction, float)
-    size = np.linalg.norm(along, axis=-1, keepdims=True)
-    near = np.all(np.abs(at) < _FARTHEST) and np.all(size < _FARTHEST)  # finite, and their squares too
-    if not (near and np.all(size > 1e-12)):
+    size = np.sqrt((along * along).sum(axis=-1, keepdims=True))
+    near = max(np.abs(at).max(initial=0.0), size.max(initial=0.0)) < _FARTHEST  # finite, and their squares too
+    if not (near and size.min(initial=1.0) > 1e-12):
         goal = f"goal at {np.array2string(at, threshold=6)} along {np.array2string(along, threshold=6)}"
         detail = f"{goal}: finite numbers and a direction that is not zero"
         raise GoalError(("tool x", "tool direction 1"), 0.0, detail)

@@ -91,7 +91,7 @@ class Objective:
         return self.terms(at).value
 
     def squares(self, box: StrokeBox) -> tuple[float, Array] | None:  # noqa: ARG002
-        """Weight and lengths, shape (B, J) or (J,), m, of an objective that is half squares of ways from lengths, or none."""
+        """Weight and lengths, shape (B, J) or (1, J), m, of an objective that is half squares of ways from lengths, or none."""
         return None
 
     def bend(self, at: Configurations) -> Array | float:
@@ -113,7 +113,7 @@ class StrokeBarrier(Objective):
 
     def squares(self, box: StrokeBox) -> tuple[float, Array]:
         """None: the barrier stands alone."""
-        return 0.0, box.least
+        return 0.0, box.least[None]
 
     def values(self, at: Configurations) -> Array:
         """Without slopes."""
@@ -132,7 +132,7 @@ class MidStroke(Objective):
 
     def squares(self, box: StrokeBox) -> tuple[float, Array]:
         """From mid-stroke."""
-        return 1.0, (box.least + box.greatest) / 2
+        return 1.0, (box.least + box.greatest)[None] / 2
 
 
 @dataclass(frozen=True)
@@ -147,9 +147,9 @@ class Nearness(Objective):
         before = self.previous.reshape(-1, at.length.shape[1])
         return _half_square(at, (at.length - (before[at.which] if len(before) > 1 else before)) / at.box.half)
 
-    def squares(self, box: StrokeBox) -> tuple[float, Array]:  # noqa: ARG002
+    def squares(self, box: StrokeBox) -> tuple[float, Array]:
         """From the lengths before."""
-        return 1.0, self.previous
+        return 1.0, np.array(self.previous.reshape(-1, len(box.least)), float)
 
 
 @dataclass(frozen=True)

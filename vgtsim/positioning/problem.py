@@ -75,9 +75,8 @@ class Problem:
         squares, body = self.objective.squares(self.box), self.box.body
         if squares is None or body is None or self.reduction is not None:
             return None
-        weight, lengths = squares
-        meant = np.array(lengths, float).reshape(-1, len(self.box.least))
-        if not np.isfinite(meant).all():  # the general way names the objective
+        weight, meant = squares
+        if weight and not np.isfinite(meant).all():  # the general way names the objective
             return None
         weights = np.array([1.0 if isinstance(self.objective, StrokeBarrier) else self.barrier, weight])
         sizes = self.goal.width, self.chain.layout.inputs, len(self.box.least)
@@ -207,8 +206,9 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     Source: chapter 6. Differs: see `newton`.
     """
     count = problem.goal.count
-    z, shape = np.asarray(start, float), (count, problem.chain.layout.inputs)
-    z = problem.variables(z if z.shape == shape else np.broadcast_to(z, shape))
+    q = np.empty((count, problem.chain.layout.inputs))
+    q[:] = start
+    z = problem.variables(q)
     width, free = problem.goal.width, z.shape[1] - len(problem.chain.layout.static)
     if width > free:
         raise GoalError(problem.goal.names, 0.0, f"{width} goal rows for {free} inputs that are left")
