@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -11,7 +12,7 @@ from vgtsim.description import Manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.mjcf import build_arm_spec, fill_qpos, make_pose_map, names, select_drive, stiffen
-from vgtsim.plant.addresses import find_addresses
+from vgtsim.plant.gauges import MemberGauges
 from vgtsim.plant.recorder import Recorder
 from vgtsim.statics import make_load_model, solve_members
 
@@ -48,10 +49,11 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
     select_drive(model, "rigid")
     chain = Chain(manipulator, hanging_mount(float(model.body(names.MAST).pos[2])))
     truss = chain.truss
-    pose, recorder = make_pose_map(model, truss), Recorder(find_addresses(model, truss))
+    pose, recorder = make_pose_map(model, truss), Recorder(MemberGauges(model, SimpleNamespace(truss=truss)))
     actuators = [truss.member_names[i] for i in truss.actuated]
     rows = np.array([model.equality(names.drive(name)).id for name in actuators])
-    zero = recorder.at.retracted + model.qpos0[recorder.at.position]
+    at = recorder.gauges.at
+    zero = at.retracted + model.qpos0[at.position]
     data = mujoco.MjData(model)
     wanted = chain.lengths(poses)
     fill_qpos(pose, truss, chain.nodes(poses[0]), data.qpos)
@@ -73,11 +75,11 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
             data,
             time=float(k),
             commanded=wanted[k],
-            rates=data.qvel[recorder.at.slide],
+            speeds=data.qvel,
             goal=0,
             settled=True,
         )
-    return _measure(chain, recorder.arrays(), lumped)
+    return _measure(chain, vars(recorder.make_log((), {}, "", {})), lumped)
 
 
 def _measure(chain: Chain, log: dict, lumped: bool) -> Standing:

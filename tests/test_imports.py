@@ -16,6 +16,7 @@ ROOMS = (
     ("compilation", "constants", "digests", "graphics", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),
+    ("logbook", "stretch"),
     ("kinematics",),
     ("statics",),
     ("positioning",),

@@ -11,9 +11,8 @@ from typer.testing import CliRunner
 
 from vgtsim import cli
 from vgtsim.errors import DescriptionError
-from vgtsim.output import save_log
+from vgtsim.logbook import open_log, save_log
 from vgtsim.plant import Plant
-from vgtsim.runlog import load_run
 from vgtsim.site import Site, load_site
 from vgtsim.verification import verify
 
@@ -42,7 +41,7 @@ def test_loosened_limits_in_a_log_do_not_let_a_gap_pass(loosened, tmp_path):
     site, log = loosened
     ends = np.array(log.ends)
     ends[5, 0, 1] += [GAP, 0, 0]
-    save_log(site, replace(log, ends=ends), tmp_path)
+    save_log(tmp_path / "log", site.scene, replace(log, ends=ends))
     result = CliRunner().invoke(cli.app, ["verify", str(tmp_path), "--no-plan"], env={"COLUMNS": "200"})
     assert result.exit_code == 1
     assert "limits changed since the run" in result.output
@@ -57,13 +56,11 @@ def test_loosened_limits_in_a_log_do_not_let_a_gap_pass(loosened, tmp_path):
 
 def test_copy_of_the_scene_that_was_edited_in_the_log_is_refused(loosened, tmp_path):
     site, log = loosened
-    save_log(site, log, tmp_path)
-    with np.load(tmp_path / "run.npz") as data:
-        arrays = {name: data[name] for name in data.files}
-    arrays["scene"] = np.array(str(arrays["scene"]).replace('"safety_factor": 1.67', '"safety_factor": 1.0'))
-    np.savez(tmp_path / "run.npz", **arrays)
+    save_log(tmp_path, site.scene, log)
+    begin = tmp_path / "_begin.json"
+    begin.write_text(begin.read_text().replace('"safety_factor": 1.67', '"safety_factor": 1.0'))
     with pytest.raises(DescriptionError, match="changed after the run"):
-        load_run(tmp_path / "run.npz")
+        open_log(tmp_path)
 
 
 def test_log_says_what_it_was_made_of(loosened):

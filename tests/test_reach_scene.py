@@ -6,10 +6,10 @@ import json
 
 import pytest
 
+from vgtsim.logbook import open_log
 from vgtsim.output import write_outputs
 from vgtsim.planning import plan_tour
 from vgtsim.plant import run
-from vgtsim.runlog import load_run
 from vgtsim.site import Site
 from vgtsim.verification import CHECK_NAMES, verify
 
@@ -35,14 +35,15 @@ def test_every_check_passes(folder):
 
 
 def test_log_verifies_again_without_the_description_files(folder):
-    scene, log = load_run(folder / "run.npz")
-    assert verify(Site(scene), log).passed
+    book = open_log(folder / "log")
+    assert verify(Site(book.scene), book).passed
 
 
 def test_a_goal_that_was_moved_fails_tracking(folder):
     import dataclasses
 
-    scene, log = load_run(folder / "run.npz")
+    log = open_log(folder / "log")
+    scene = log.scene
     goals = list(scene.task.motion.goals)
     x, y, z = goals[2].position
     goals[2] = goals[2].model_copy(update={"position": (x, y, z + 0.002)})

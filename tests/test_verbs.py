@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from vgtsim.description import load_manipulator
 from vgtsim.description.files import load_scene
 from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.output.write import save_log
+from vgtsim.logbook import save_log
 from vgtsim.planning import solve_first_goal
 from vgtsim.site import Site
 from vgtsim.statics.equilibrium import solve_members
@@ -48,7 +49,7 @@ def folder(reach_scene, tmp_path_factory):
     """What a short run of one module leaves."""
     folder = tmp_path_factory.mktemp("run")
     scene = change(shorten(reach_scene, 1), log_rate=40.0)
-    save_log(Site(scene), play(scene, bend(scene, [0.3], [0.2]), bend(scene, [0.5], [0.5]), 1.0), folder)
+    save_log(folder / "log", scene, play(scene, bend(scene, [0.3], [0.2]), bend(scene, [0.5], [0.5]), 1.0))
     return folder
 
 
@@ -112,9 +113,9 @@ def test_export_writes_a_truss_in_equilibrium(folder):
 
 
 def test_export_without_vtk_leaves_it_out(folder, tmp_path):
-    (tmp_path / "run.npz").write_bytes((folder / "run.npz").read_bytes())
+    shutil.copytree(folder / "log", tmp_path / "log")
     assert invoke("export", tmp_path, "--no-vtk").exit_code == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["run.npz", "truss.json", "truss_pynite.py"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["log", "truss.json", "truss_pynite.py"]
 
 
 def small_task(tmp_path, mass):
@@ -181,7 +182,7 @@ def test_size_refuses_a_load_beyond_the_catalogue(tmp_path):
             ("size", MODELS / "mixed/mixed.toml", "--task", ROOT / "scenes/type_ii_reach.toml"),
             r"5 module shapes; allowed: .*mixed, 4",
         ),
-        (("export", "nowhere"), r"nowhere/run\.npz"),
+        (("export", "nowhere"), r"nowhere/log/_begin\.json"),
         (("models", ROOT / "docs"), r"docs: file: found no arms"),
         (("show", MODELS / "arm9/arm9.toml", "--lengths", "m1=1,1"), r"--lengths m1: found 2 values"),
         (("workspace", "none.toml"), r"none\.toml: file"),

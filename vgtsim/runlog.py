@@ -1,32 +1,25 @@
-"""The run log: what the step loop saw, as whole arrays, and the file it lives in.
+"""The run log: what the step loop saw, as whole arrays.
 
 It stands apart from the simulation so that verification can read it without MuJoCo.
 """
 
 from __future__ import annotations
 
-import json
-import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, get_type_hints
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.files import digest_scene, dump_scene, parse_scene
-from vgtsim.description.scene import Scene
-from vgtsim.errors import DescriptionError
-
 Array = NDArray[np.float64]
 
+Piece = Mapping[str, NDArray[Any]]  # arrays of a log by name, records along the first axis
+
+CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene, which a kill loses at most
+BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
-_META: dict[str, type] = {"warnings": list, "performance": dict, "versions": dict, "stopped": str, "digests": dict}
-_PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
-_KINDS = {"f": "floats", "i": "integers", "b": "truth values", "U": "text"}
-_MAY_BE_EMPTY = ("saturation", "pressure")
+MAY_BE_EMPTY = ("saturation", "pressure")
 
 
 @dataclass(frozen=True)
@@ -89,8 +82,18 @@ class RunLog:
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for name in _ARRAYS:
+        for name in ARRAYS:
             getattr(self, name).flags.writeable = False
+
+    @property
+    def count(self) -> int:
+        """Number of records."""
+        return len(self.time)
+
+    def read(self, first: int, stop: int, every: int = 1) -> RunLog:
+        """The records from one to before another, or every so many of them, with all contacts."""
+        arrays = {name: getattr(self, name) for name, (_, sizes) in ARRAYS.items() if sizes[0] == "T"}
+        return replace(self, **{name: value[first:stop:every] for name, value in arrays.items()})
 
     def find_fault(self) -> str:
         """Say which quantity is not finite or has another number of records, or that records are too few or not evenly spaced.
@@ -98,9 +101,9 @@ class RunLog:
         Empty when nothing is wrong.
         """
         count = len(self.time)
-        for name, (_, sizes) in _ARRAYS.items():
+        for name, (_, sizes) in ARRAYS.items():
             value = getattr(self, name)
-            if sizes[0] != "T" or (name in _MAY_BE_EMPTY and not value.size):
+            if sizes[0] != "T" or (name in MAY_BE_EMPTY and not value.size):
                 continue
             if len(value) != count:
                 return f"{name} has {len(value)} records, time has {count}"
@@ -116,9 +119,9 @@ class RunLog:
     def find_misfit(self, nodes: int, members: int, actuators: int, goals: int) -> str:
         """Say which array does not fit the counts of an arm, or that a goal is none of the scene's; empty when all fits."""
         counts = {"T": len(self.time), "N": nodes, "M": members, "J": actuators, "C": len(self.contact_time)}
-        for name, (_, sizes) in _ARRAYS.items():
+        for name, (_, sizes) in ARRAYS.items():
             value, wanted = getattr(self, name), _read_shape(sizes, counts)
-            if value.shape != wanted and not (name in _MAY_BE_EMPTY and not value.size):
+            if value.shape != wanted and not (name in MAY_BE_EMPTY and not value.size):
                 return f"{name} has shape {value.shape}, that of the scene's arm is {wanted}"
         low, high = (self.goal.min(), self.goal.max()) if len(self.goal) else (-1, -1)
         if low < -1 or high >= goals:
@@ -146,7 +149,7 @@ class RunLog:
 
 
 # kind and shape of each array, the latter in the letters of `RunLog`
-_ARRAYS: dict[str, tuple[str, str]] = {
+ARRAYS: dict[str, tuple[str, str]] = {
     name: hint.__metadata__
     for name, hint in get_type_hints(RunLog, include_extras=True).items()
     if hasattr(hint, "__metadata__")
@@ -160,73 +163,10 @@ def _read_shape(sizes: str, counts: Mapping[str, int]) -> tuple[int, ...]:
 def empty_records(nodes: int, members: int, actuators: int) -> dict[str, NDArray[Any]]:
     """Arrays of a log without any record, by name, contacts apart."""
     counts, types = {"T": 0, "N": nodes, "M": members, "J": actuators}, {"f": float, "i": np.int64, "b": bool}
-    records = {name: form for name, form in _ARRAYS.items() if form[1][0] == "T"}
+    records = {name: form for name, form in ARRAYS.items() if form[1][0] == "T"}
     return {name: np.zeros(_read_shape(sizes, counts), dtype=types[kind]) for name, (kind, sizes) in records.items()}
 
 
-def save_run(path: str | Path, scene: Scene, log: RunLog) -> None:
-    """Write a log as compressed npz, with its scene, arm and tank: the file can be verified and filmed alone."""
-    fields: dict[str, Any] = {name: getattr(log, name) for name in _ARRAYS}
-    meta = json.dumps({name: getattr(log, name) for name in _META})
-    np.savez_compressed(path, scene=np.array(dump_scene(scene)), meta=np.array(meta), **fields)
-
-
-def load_run(path: str | Path) -> tuple[Scene, RunLog]:
-    """Read a log and its scene from a file written by `save_run`.
-
-    Raises:
-        DescriptionError: The file is missing, is damaged or is not a run log of this version.
-    """
-    file = Path(path)
-    try:
-        with np.load(file) as data:
-            fields = {name: data[name] for name in data.files if name not in ("meta", "scene")}
-            meta, text = json.loads(str(data["meta"])), str(data["scene"])
-    except (OSError, EOFError, KeyError, TypeError, ValueError, BadZipFile, zlib.error) as error:
-        raise DescriptionError(file, "", str(error) or "an empty file", "a run log written by `vgtsim run`") from None
-    if fault := _find_foreign(fields) or _find_wrong_meta(meta):
-        raise DescriptionError(file, *fault)
-    meta["warnings"] = tuple(meta["warnings"])
-    if (made := meta.get("digests", {}).get("description")) and made != digest_scene(text):
-        raise DescriptionError(
-            file, "scene", "a copy of the scene that was changed after the run", f"that of digest {made}"
-        )
-    try:
-        return parse_scene(text), RunLog(**fields, **meta)
-    except DescriptionError as error:
-        raise DescriptionError(file, error.key, error.found, error.allowed) from None
-
-
-def _find_foreign(fields: Mapping[str, NDArray[Any]]) -> tuple[str, str, str] | None:
-    """Key, what is found and what is allowed of the first array that is not a log's."""
-    for name, (kind, sizes) in _ARRAYS.items():
-        if name not in fields:
-            if name in _MAY_BE_EMPTY:
-                continue
-            return name, "nothing", "a run log of this version of vgtsim has it"
-        value, wanted = fields[name], f"{_KINDS[kind]} in {len(sizes)} dimensions"
-        if value.dtype.kind != kind or value.ndim != len(sizes):
-            return name, f"{value.dtype} in {value.ndim} dimensions", wanted
-    unknown = [name for name in fields if name not in _ARRAYS]
-    return (unknown[0], "an unknown array", f"one of {', '.join(_ARRAYS)}") if unknown else None
-
-
-def _find_wrong_meta(meta: object) -> tuple[str, str, str] | None:
-    """The same of what stands beside the arrays."""
-    if not isinstance(meta, dict):
-        return "meta", type(meta).__name__, f"a table of {', '.join(_META)}"
-    for name, kind in _META.items():
-        if name not in meta and name == "digests":
-            continue
-        if name not in meta:
-            return f"meta.{name}", "nothing", "a run log of this version of vgtsim has it"
-        if not isinstance(meta[name], kind):
-            return f"meta.{name}", type(meta[name]).__name__, kind.__name__
-    unknown = [name for name in meta if name not in _META]
-    if unknown:
-        return f"meta.{unknown[0]}", "an unknown entry", f"one of {', '.join(_META)}"
-    for name in _PERFORMANCE:
-        found = meta["performance"].get(name, "nothing")
-        if not isinstance(found, (int, float)):
-            return f"meta.performance.{name}", str(found), "a number"
-    return None
+def join_pieces(pieces: Sequence[Piece]) -> dict[str, NDArray[Any]]:
+    """One array a quantity of pieces that follow one another, of the quantities that the first one has."""
+    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}

@@ -107,7 +107,7 @@ def test_without_egl_the_package_is_named_and_the_rest_is_written(small, log, re
     assert isinstance(missing, MissingLibraryError)
     assert missing.needed == "EGL"
     assert "libegl1" in missing.package
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["report.html", "report.json", "run.npz"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["log", "report.html", "report.json"]
 
 
 def test_without_an_encoder_the_package_is_named(small, log, report, tmp_path, monkeypatch):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from vgtsim.errors import DescriptionError
+from vgtsim.logbook import open_log
 from vgtsim.output.write import prepare_folder, write_outputs, write_report_json
 from vgtsim.replacing import replacing
-from vgtsim.runlog import load_run
 from vgtsim.verification.report import CHECK_NAMES
 
 CHECK_FIELDS = {"name", "measured", "limit", "unit", "passed", "where", "when", "source"}
@@ -21,12 +21,12 @@ PERFORMANCE_FIELDS = {"simulated_s", "wall_s", "real_time_factor", "steps", "nv"
 def test_reports_and_log_are_written_and_nothing_else(site, log, report, tmp_path):
     assert write_outputs(site, log, report, tmp_path / "a" / "b") is None
     assert sorted(file.name for file in (tmp_path / "a" / "b").iterdir()) == [
+        "log",
         "report.html",
         "report.json",
-        "run.npz",
     ]
-    _, read = load_run(tmp_path / "a" / "b" / "run.npz")
-    np.testing.assert_array_equal(read.nodes, log.nodes)
+    book = open_log(tmp_path / "a" / "b" / "log")
+    np.testing.assert_array_equal(book.read(0, book.count).nodes, log.nodes)
 
 
 def test_a_folder_that_cannot_be_made_is_named(site, log, report, tmp_path):
@@ -50,8 +50,8 @@ def test_a_failed_block_leaves_nothing(tmp_path):
 
 
 def test_a_partial_file_keeps_its_suffix(tmp_path):
-    with replacing(tmp_path / "run.npz") as partial:
-        assert partial.suffix == ".npz"
+    with replacing(tmp_path / "run.json") as partial:
+        assert partial.suffix == ".json"
         assert partial.parent == tmp_path
         partial.write_bytes(b"")
 

@@ -11,11 +11,12 @@ import pytest
 from playing import bend, change, play, shorten
 
 from vgtsim.errors import DescriptionError, DivergenceError
+from vgtsim.logbook import open_log, save_log
 from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Contact, run
 from vgtsim.plant.watch import list_contacts, name_collision
-from vgtsim.runlog import RunLog, load_run, save_run
+from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 
 pytestmark = pytest.mark.long
@@ -71,9 +72,10 @@ def test_same_scene_gives_the_same_log(log, module_scene, motion):
 
 
 def test_log_and_scene_survive_their_file(log, module_scene, tmp_path):
-    save_run(tmp_path / "run.npz", module_scene, log)
-    scene, back = load_run(tmp_path / "run.npz")
-    assert scene == module_scene
+    save_log(tmp_path, module_scene, log)
+    book = open_log(tmp_path)
+    back = book.read(0, book.count)
+    assert book.scene == module_scene
     for item in dataclasses.fields(RunLog):
         assert np.array_equal(getattr(log, item.name), getattr(back, item.name)), item.name
 

@@ -131,6 +131,12 @@ def test_bad_input_is_named_before_any_case_is_done(name, tmp_path):
     assert "bad.toml" in str(raised.value)
 
 
+def test_the_study_of_the_page_is_one(tmp_path):
+    page = (Path(__file__).parents[2] / "docs/studies.md").read_text(encoding="utf-8")
+    (tmp_path / "page.toml").write_text(page.split("```toml\n")[1].split("```")[0])
+    assert len(entries(load_study(tmp_path / "page.toml"))) == 20
+
+
 def test_shipped_studies_are_found_by_name_and_have_cases():
     for name in list_shipped("study"):
         assert entries(load_study(name))

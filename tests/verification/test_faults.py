@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from faults import LOG_FAULTS, MODEL_FAULTS, PAGE, RUN_FAULTS, write_page
+from faults import LOG_FAULTS, MODEL_FAULTS, PAGE, RUN_FAULTS, STOPS, write_page
 from playing import bend, change, shorten
 
+from vgtsim.errors import DivergenceError
 from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, run, tour
@@ -83,6 +84,10 @@ def test_fault_in_the_log(site, program, log, fault):
 def test_fault_in_the_model(site, program, fault):
     model = build_model(site)
     fault.spoil(model)
+    if fault.caught == STOPS:
+        with pytest.raises(DivergenceError):
+            run(site, program, model)
+        return
     judge(fault, site, run(site, program, model), program)
 
 

@@ -18,11 +18,11 @@ from vgtsim.cli.application import (
     list_files,
     show_report,
 )
-from vgtsim.errors import DivergenceError, MissingLibraryError
+from vgtsim.errors import MissingLibraryError
 
 if TYPE_CHECKING:
-    from vgtsim.runlog import RunLog
-    from vgtsim.site import Site
+    from vgtsim.description import Scene
+    from vgtsim.logbook import LogBook
 
 
 @app.command(epilog="Example: vgtsim run type_ii_reach --video")
@@ -30,13 +30,18 @@ def run(
     scene_name: SceneName,
     out: OutFolder = None,
     video: Annotated[bool, typer.Option("--video", help="Film the run.")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="End the interrupted run in the folder.")] = False,
 ) -> None:
-    """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder."""
+    """Plan, simulate and verify a scene; leave model, log and report (and video) in a folder.
+
+    The results of an earlier run stay there until the new ones are whole. Of a run that is interrupted the log is kept, and
+    `--resume` ends it with the same log.
+    """
+    from vgtsim.logbook import open_log
     from vgtsim.mjcf import write_scene_files
-    from vgtsim.output import clear_folder, prepare_folder, save_log, write_outputs
+    from vgtsim.output import LOG, stage_results, write_verdict
     from vgtsim.planning import plan_tour
-    from vgtsim.plant import run as simulate
-    from vgtsim.runlog import RunLog
+    from vgtsim.plant import begin_log, record
     from vgtsim.site import load_site
     from vgtsim.verification import verify as judge
 
@@ -44,18 +49,15 @@ def run(
     folder = out or Path("out") / site.task.name
     with ERR.status("planning the tour"):
         tour = plan_tour(site)
-    clear_folder(prepare_folder(folder))
-    first_goal = tour.legs[0].q
-    write_scene_files(site, first_goal, folder)
-    try:
-        log = simulate(site, tour)
-    except DivergenceError as error:
-        if isinstance(error.log, RunLog):
-            save_log(site, error.log, folder)
-        raise
-    with ERR.status("verifying"):
-        report = judge(site, log, tour)
-    missing = write_outputs(site, log, report, folder, video=video)
+    with stage_results(folder, resume=resume) as stage:
+        write_scene_files(site, tour.legs[0].q, stage)
+        writer = begin_log(site, tour, stage / LOG, resume=resume)
+        if not writer.ended:
+            record(site, tour, writer)
+        log = open_log(stage / LOG)
+        with ERR.status("verifying"):
+            report = judge(site, log, tour)
+        missing = write_verdict(site, log, report, stage, video=video)
     show_report(report, folder)
     finish(report.passed, missing)
 
@@ -95,17 +97,16 @@ def verify(
     from vgtsim.description import find_original
     from vgtsim.output import prepare_folder, write_reports
     from vgtsim.planning import plan_tour
-    from vgtsim.runlog import load_run
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    copy, log = load_run(folder / "run.npz")
+    place, copy, log = _load(folder)
     scene, notes = find_original(copy)
     site = Site(scene)
     with ERR.status("verifying"):
         report = judge(site, log, plan_tour(site) if plan else None, notes)
-    write_reports(site, log, report, prepare_folder(folder))
-    show_report(report, folder)
+    write_reports(site, log, report, prepare_folder(place))
+    show_report(report, place)
     finish(report.passed, None)
 
 
@@ -116,10 +117,12 @@ def render(
 ) -> None:
     """Film the log of a run."""
     from vgtsim.output import film
+    from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    site, log = _load(folder)
-    list_files(film(site, log, judge(site, log), folder, camera))
+    place, scene, log = _load(folder)
+    site = Site(scene)
+    list_files(film(site, log, judge(site, log), place, camera))
 
 
 @app.command(epilog="Example: vgtsim export out/type_ii_reach --time 12.5")
@@ -131,8 +134,10 @@ def export(
     """Write the truss of one instant with loads and forces, for other tools: JSON, PyNiteFEA, VTK."""
     from vgtsim.output import prepare_folder
     from vgtsim.output.truss_export import write_truss
+    from vgtsim.site import Site
 
-    list_files(*write_truss(*_load(folder), prepare_folder(folder), time, vtk=vtk))
+    place, scene, log = _load(folder)
+    list_files(*write_truss(Site(scene), log, prepare_folder(place), time, vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")
@@ -153,10 +158,15 @@ def view(
         raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
 
 
-def _load(folder: Path) -> tuple[Site, RunLog]:
-    """Site and log of a run."""
-    from vgtsim.runlog import load_run
-    from vgtsim.site import Site
+def _load(folder: Path) -> tuple[Path, Scene, LogBook]:
+    """Folder with the results of a run, the scene of its log, and the log."""
+    from vgtsim.logbook import open_log
+    from vgtsim.output import LOG, find_results
 
-    scene, log = load_run(folder / "run.npz")
-    return Site(scene), log
+    place = find_results(folder)
+    log = open_log(place / LOG)
+    if log.stopped:
+        ERR.print(f"the log is not that of a whole run: {log.stopped}")
+    elif (folder / "unfinished").exists():
+        ERR.print(f"beside it, a later run was interrupted: see {folder / 'unfinished'}")
+    return place, log.scene, log

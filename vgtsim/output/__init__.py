@@ -1,23 +1,18 @@
 """The files that a run leaves behind: reports, plots, film."""
 
-from vgtsim.output.write import (
-    clear_folder,
-    film,
-    naming_folder,
-    prepare_file,
-    prepare_folder,
-    save_log,
-    write_outputs,
-    write_reports,
-)
+from vgtsim.output.folders import naming_folder, prepare_file, prepare_folder
+from vgtsim.output.staging import LOG, find_results, stage_results
+from vgtsim.output.write import film, write_outputs, write_reports, write_verdict
 
 __all__ = [
-    "clear_folder",
+    "LOG",
     "film",
+    "find_results",
     "naming_folder",
     "prepare_file",
     "prepare_folder",
-    "save_log",
+    "stage_results",
     "write_outputs",
     "write_reports",
+    "write_verdict",
 ]

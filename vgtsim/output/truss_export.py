@@ -10,8 +10,8 @@ import numpy as np
 
 from vgtsim.errors import MissingLibraryError
 from vgtsim.replacing import replacing
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
+from vgtsim.stretch import LogSource
 from vgtsim.verification import find_instant
 
 PYNITE = '''"""The truss of truss.json in PyNiteFEA: builds `frame`, solves it, prints its forces and the file's."""
@@ -43,7 +43,7 @@ if __name__ == "__main__":
 '''
 
 
-def describe_truss(site: Site, log: RunLog, time: float | None = None) -> dict[str, Any]:
+def describe_truss(site: Site, log: LogSource, time: float | None = None) -> dict[str, Any]:
     """Collect the content of `truss.json`: SI units, frame G, tension positive; see `find_instant` for `time` and errors.
 
     The loads are weight and inertia shared between the nodes; `force` is the bar force in equilibrium with them,
@@ -69,10 +69,10 @@ def describe_truss(site: Site, log: RunLog, time: float | None = None) -> dict[s
         {"name": name, "position": now.nodes[i].tolist(), "fixed": i in range(3), "load": now.load[i].tolist()}
         for i, name in enumerate(truss.nodes)
     ]
-    return {"scene": site.task.name, "time": float(log.time[now.record]), "nodes": points, "members": members}
+    return {"scene": site.task.name, "time": now.time, "nodes": points, "members": members}
 
 
-def write_truss(site: Site, log: RunLog, folder: Path, time: float | None = None, *, vtk: bool = True) -> list[Path]:
+def write_truss(site: Site, log: LogSource, folder: Path, time: float | None = None, *, vtk: bool = True) -> list[Path]:
     """Write `truss.json`, `truss_pynite.py` and, if asked for, `truss.vtu` into an existing folder.
 
     Raises:

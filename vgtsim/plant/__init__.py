@@ -1,7 +1,7 @@
 """The stepped arm: drives, oil, valves, springs and contact behind one step, and the recorder of its log."""
 
 from vgtsim.plant.plant import Plant
-from vgtsim.plant.tour import run
+from vgtsim.plant.tour import begin_log, record, run
 from vgtsim.plant.watch import Contact, PlantState
 
-__all__ = ["Contact", "Plant", "PlantState", "run"]
+__all__ = ["Contact", "Plant", "PlantState", "begin_log", "record", "run"]

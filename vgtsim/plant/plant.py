@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description import digest_scene
-from vgtsim.digests import digest_code
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import build_model, retime
@@ -18,11 +17,11 @@ from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
 from vgtsim.plant.lookout import Lookout
 from vgtsim.plant.member_turns import MemberTurns
-from vgtsim.plant.recorder import Recorder
+from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.section_turns import SectionTurns
 from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
-from vgtsim.runlog import RunLog
+from vgtsim.runlog import Piece, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import settle
 
@@ -50,8 +49,11 @@ class Plant:
         timestep: float | None = None,
         record_rate: float | None = None,
         model: mujoco.MjModel | None = None,
+        store: Callable[[Piece], None] | None = None,
     ) -> None:
         """Make a plant; the second one of a site is made in some hundredths of a second.
+
+        A store is given the log piece by piece; by default the plant keeps it.
 
         Time step, s, records a second (see the property) and model, which the plant changes, are by default the scene's.
 
@@ -69,7 +71,7 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         self._gauges = find_gauges(self.model, site)
         self._count = len(site.truss.actuated)
-        self._recorder = Recorder(self._gauges)
+        self._recorder = Recorder(self._gauges, store)
         self._steps, self._wall = 0, 0.0
         self.record_rate = simulation.log_rate if record_rate is None else record_rate
         self.stopped = _NEVER_RESET
@@ -122,7 +124,7 @@ class Plant:
         self._rates: Array | None = None
         self._stand(q, nodes)
         self._find_equilibrium()
-        self._recorder = Recorder(self._gauges)
+        self._recorder = Recorder(self._gauges, self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
         self.record_rate = self._record_rate
         self._goal, self._settled = -1, False
@@ -200,12 +202,11 @@ class Plant:
 
     @property
     def log(self) -> RunLog:
-        """All records since the reset."""
+        """All records since the reset; with a store, those that it was not given yet."""
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
         performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
         performance |= {"timestep_s": self.timestep, "steps": float(self._steps), "nv": float(self.model.nv)}
-        digests = {"description": digest_scene(self.site.scene), "code": digest_code()}
-        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped, digests)
+        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped, list_digests(self.site))
 
     def _require_going(self) -> None:
         if self.stopped:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -11,10 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.description import digest_scene
+from vgtsim.digests import digest_code
 from vgtsim.graphics import mujoco
 from vgtsim.plant.gauges import Gauges
 from vgtsim.plant.watch import Contact
-from vgtsim.runlog import RunLog, empty_records
+from vgtsim.runlog import BESIDE, CHUNK, Piece, RunLog, empty_records, join_pieces
+from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
@@ -24,11 +28,19 @@ _MAX_CONTACTS = 1000  # of one run; a collision under rigid drives ends it long 
 
 @dataclass
 class Recorder:
-    """Collects records, one list a quantity, and the first thousand contacts; stacks them when a log is asked for."""
+    """Collects records, and the first thousand contacts; gives them away in pieces, chunk by chunk.
+
+    A piece has all arrays of a log by name. What follows from the motion is worked out for each piece with the records
+    beside it, so a log has the same bits wherever it is kept: on disk, or here if no `store` takes the pieces.
+    """
 
     gauges: Gauges
-    records: dict[str, list[Any]] = field(default_factory=dict)
-    contacts: list[Contact] = field(default_factory=list)
+    store: Callable[[Piece], None] | None = None
+    _rows: dict[str, list[Any]] = field(default_factory=dict)
+    _given: int = 0  # of the first rows, which are kept for the motion of those after them
+    _pieces: list[Piece] = field(default_factory=list)
+    _contacts: list[Contact] = field(default_factory=list)  # since the last piece
+    _touches: int = 0
     _saturated: NDArray[np.int64] | int = 0
 
     def note_saturation(self, bits: NDArray[np.int64]) -> None:
@@ -37,7 +49,9 @@ class Recorder:
 
     def note_contacts(self, contacts: list[Contact]) -> None:
         """Add the contacts of a step."""
-        self.contacts += contacts[: _MAX_CONTACTS - len(self.contacts)]
+        taken = contacts[: _MAX_CONTACTS - self._touches]
+        self._contacts += taken
+        self._touches += len(taken)
 
     def record(
         self,
@@ -69,35 +83,56 @@ class Recorder:
         if pressure is not None:
             row["pressure"] = pressure
         for name, value in row.items():
-            self.records.setdefault(name, []).append(value)
+            self._rows.setdefault(name, []).append(value)
         self._saturated = 0
+        if len(self._rows["time"]) == self._given + CHUNK + BESIDE:
+            self._give()
 
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """Stack the records: quantity to array, records along the first axis."""
-        if not self.records:
-            return empty_records(*self.gauges.counts)
-        return dict(self.gauges.complete({name: np.array(values) for name, values in self.records.items()}))
+    def _give(self) -> None:
+        """Give a chunk away."""
+        (self.store or self._pieces.append)(self._make_piece(CHUNK))
+        drop = max(self._given + CHUNK - BESIDE, 0)
+        self._rows, self._contacts = {name: values[drop:] for name, values in self._rows.items()}, []
+        self._given += CHUNK - drop
+
+    def _make_piece(self, count: int | None = None) -> Piece:
+        """Stack some records that wait, or all, with the contacts that wait."""
+        records: Mapping[str, NDArray[Any]] = empty_records(*self.gauges.counts)
+        if self._rows:
+            stacked = self.gauges.complete({name: np.array(values) for name, values in self._rows.items()})
+            last = None if count is None else self._given + count
+            records = {name: value[self._given : last] for name, value in stacked.items()}
+        return dict(records) | {
+            "contact_time": np.array([contact.time for contact in self._contacts], dtype=float),
+            "contact_pair": np.array([contact[1:3] for contact in self._contacts], dtype=str).reshape(-1, 2),
+            "contact_distance": np.array([contact.gap for contact in self._contacts], dtype=float),
+        }
 
     def make_log(
         self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str, digests: dict[str, str]
     ) -> RunLog:
-        """Make the log of all records so far."""
-        touched = self.contacts
+        """Make the log of all records that were not given away."""
         return RunLog(
-            **self.arrays(),
-            contact_time=np.array([contact.time for contact in touched], dtype=float),
-            contact_pair=np.array([contact[1:3] for contact in touched], dtype=str).reshape(-1, 2),
-            contact_distance=np.array([contact.gap for contact in touched], dtype=float),
+            **join_pieces([*self._pieces, self._make_piece()]),
             warnings=warnings,
             performance=performance,
-            versions=dict(_list_versions()),
+            versions=list_versions(),
             stopped=stopped,
             digests=digests,
         )
 
 
 @lru_cache(maxsize=1)
-def _list_versions() -> tuple[tuple[str, str], ...]:
-    """Name and version of Python and of each package that takes part."""
+def _find_versions() -> tuple[tuple[str, str], ...]:
     packages = ((name, importlib.metadata.version(name)) for name in PACKAGES)
     return (("python", platform.python_version()), *packages)
+
+
+def list_versions() -> dict[str, str]:
+    """Version of Python and of each package that takes part, by name."""
+    return dict(_find_versions())
+
+
+def list_digests(site: Site) -> dict[str, str]:
+    """Digests of a site's description and of this code, by name."""
+    return {"description": digest_scene(site.scene), "code": digest_code()}

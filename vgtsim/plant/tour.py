@@ -6,16 +6,19 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from vgtsim.errors import StoppedError
+from vgtsim.errors import DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
+from vgtsim.logbook import LogWriter
 from vgtsim.planning import Tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.plant import Plant
+from vgtsim.plant.recorder import list_digests, list_versions
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 
@@ -36,17 +39,42 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
             pressure cannot hold the dead load somewhere on the tour.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
+    log = _ride(Plant(site, timestep=tour.timestep, model=model), tour).log
+    return replace(log, digests=log.digests | {"programme": tour.digest})
+
+
+def begin_log(site: Site, tour: Tour, folder: Path, *, resume: bool = False) -> LogWriter:
+    """Begin the log of a tour in a folder, or go on with the one there; see `LogWriter` for errors."""
+    digests = list_digests(site) | {"programme": tour.digest}
+    return LogWriter(folder, site.scene, list_versions(), digests, resume)
+
+
+def record(site: Site, tour: Tour, writer: LogWriter) -> None:
+    """Play a tour as `run` does; the log goes to disk as it is made, so that memory does not grow with the run.
+
+    Errors are those of `run`. The log is ended after a divergence too, and by nothing else that stops the program.
+    """
+    plant = Plant(site, timestep=tour.timestep, store=writer.write)
+    try:
+        rest = _ride(plant, tour).log
+    except DivergenceError as error:
+        if isinstance(error.log, RunLog):
+            writer.end(error.log)
+        raise
+    writer.end(rest)
+
+
+def _ride(plant: Plant, tour: Tour) -> Plant:
+    site = plant.site
     if site.task.simulation.drive == "hydraulic":  # at poses all along the tour
         lengths = np.concatenate([leg.lengths for leg in tour.legs])
         every = max(round(_PRESSURE_POSES / tour.timestep), 1)
         require_pressure(site, np.arange(0.0, len(lengths), every) * tour.timestep, lengths[::every])
-    plant = Plant(site, timestep=tour.timestep, model=model)
     plant.reset(tour.legs[0].lengths[0], tour.start)
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
     with _show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
-    log = plant.log
-    return replace(log, digests=log.digests | {"programme": tour.digest})
+    return plant
 
 
 def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:

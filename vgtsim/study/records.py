@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
-from vgtsim.errors import DescriptionError, MissingLibraryError
-from vgtsim.replacing import replacing
+from vgtsim.errors import MissingLibraryError
+from vgtsim.replacing import lock_folder, replacing
 from vgtsim.study.cases import Case, Order
 from vgtsim.study.engines import INSTALL
 from vgtsim.study.work import Row
@@ -40,7 +41,8 @@ class Records:
         self._parquet = load_arrow()
         self._folder = folder / "parts"
         self._folder.mkdir(exist_ok=True)
-        self._lock = _lock(folder)
+        self._lock = ExitStack()
+        self._lock.enter_context(lock_folder(folder, "study"))
         self._rows: list[Row] = []
         self._written = time.monotonic()
         for left in self._folder.glob(".*.partial.parquet"):  # of a killed study
@@ -104,18 +106,3 @@ class Records:
     def _write(self, table: pa.Table, kind: str) -> None:
         with replacing(self._folder / f"{kind}-{uuid4().hex}.parquet") as partial:
             self._parquet.write_table(table, partial)
-
-
-def _lock(folder: Path) -> Any:
-    """Keep a second study out of a folder, where the system can."""
-    stream = (folder / ".lock").open("w")
-    try:
-        import fcntl
-
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except ImportError:
-        pass
-    except OSError:
-        stream.close()
-        raise DescriptionError(folder, "", "a study at work", "one study at a time in a folder") from None
-    return stream

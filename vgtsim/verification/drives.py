@@ -33,8 +33,8 @@ def check_stroke_room(run: Evidence) -> Finding:
 @report_as("actuator_speed", "speed over rated speed", unit="1", limit="actuator_speed")
 def check_speed(run: Evidence) -> Finding:
     """Greatest speed of a cylinder over its rated one, from differenced lengths."""
-    speed = np.abs(np.diff(run.log.actual, axis=0)) / np.diff(run.log.time)[:, None]
-    return worst_of(speed / collect(run.site, "rate"), run.log.time[1:], run.actuator_names)
+    speed = np.abs(np.diff(run.wide.actual, axis=0)) / np.diff(run.wide.time)[:, None]
+    return worst_of(speed / collect(run.site, "rate"), run.wide.time[1:], run.actuator_names)
 
 
 @report_as(
@@ -46,19 +46,19 @@ def check_speed(run: Evidence) -> Finding:
 )
 def check_acceleration(run: Evidence) -> Finding:
     """Greatest acceleration of a cylinder over that of the scene's motion, from differenced lengths."""
-    return _find_acceleration(run, run.log.actual)
+    return _find_acceleration(run, run.wide.actual)
 
 
 @report_as("actuator_speed", "commanded acceleration over the scene's", unit="1", limit="actuator_acceleration")
 def check_commanded_acceleration(run: Evidence) -> Finding:
     """Greatest acceleration that a cylinder was asked for, over that of the scene's motion; an arm that gives rings."""
-    return _find_acceleration(run, run.log.commanded)
+    return _find_acceleration(run, run.wide.commanded)
 
 
 def _find_acceleration(run: Evidence, lengths: Array) -> Finding:
-    step = run.log.time[1] - run.log.time[0]
+    step = run.wide.time[1] - run.wide.time[0]
     part = np.abs(np.diff(lengths, n=2, axis=0)) / (step**2 * run.site.task.motion.acceleration)
-    return worst_of(part, run.log.time[1:-1], run.actuator_names)
+    return worst_of(part, run.wide.time[1:-1], run.actuator_names)
 
 
 @report_as("actuator_speed", "logged speed to differenced lengths", unit="m/s", limit="logged_speed")
@@ -76,7 +76,7 @@ def check_actuators(run: Evidence) -> Finding:
 
 def find_saturation(run: Evidence, bit: int) -> Finding:
     """Part of the records since each of which some cylinder had reached a limit, at the cylinder that did most often."""
-    log, names = run.log, run.actuator_names
+    log, names = run.outline, run.actuator_names
     if not log.saturation.size:
         return missing("the log does not say what saturated")
     hit = (log.saturation & bit) != 0

@@ -26,6 +26,7 @@ from vgtsim.statics import (
     solve_members,
     utilise,
 )
+from vgtsim.stretch import Outline, Stretch, outline
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -61,12 +62,41 @@ class PlannedTour(Protocol):
 class Evidence:
     """A run and everything that several checks read out of it; T records, M members. Vectors are in frame G.
 
-    The tour is the planned one, where it is known.
+    The tour is the planned one, where it is known. Of a long run the log is that of a stretch, which is given, as is the
+    outline of the whole run.
     """
 
     site: Site
     log: RunLog
     tour: PlannedTour | None = None
+    stretch: Stretch | None = None
+    whole: Outline | None = None
+
+    @cached_property
+    def outline(self) -> Outline:
+        """The little that is known of the whole run."""
+        return self.whole or outline(self.log)
+
+    @property
+    def wide(self) -> RunLog:
+        """The log with records on either side, for differences of records."""
+        return self.stretch.wide if self.stretch else self.log
+
+    @property
+    def first(self) -> int:
+        """Number in the run of the log's first record."""
+        return self.stretch.first if self.stretch else 0
+
+    def _differentiate(self, values: Array) -> NodeMotion:
+        """Velocities and accelerations of points in wide records, shape (T', P, 3), m, at the log's."""
+        found = motion_from_log(self.wide.time, values)
+        inner = self.stretch.inner if self.stretch else slice(None)
+        return NodeMotion(found.velocity[inner], found.acceleration[inner])
+
+    def within(self, records: Index) -> Index:
+        """Those of some records of the run that are in the log, counted from its first, shape (S,)."""
+        inside = records - self.first
+        return inside[(inside >= 0) & (inside < len(self.log.time))]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -81,7 +111,7 @@ class Evidence:
     @cached_property
     def motion(self) -> NodeMotion:
         """Velocities and accelerations of the nodes; NaN where they are unknown."""
-        return motion_from_log(self.log.time, self.log.nodes)
+        return self._differentiate(self.wide.nodes)
 
     @cached_property
     def speeds(self) -> Array:
@@ -89,7 +119,7 @@ class Evidence:
 
         MuJoCo's speeds, which the log has, stand there: they are those of the step that led to the record.
         """
-        found = motion_from_log(self.log.time, self.log.actual[..., None])
+        found = self._differentiate(self.wide.actual[..., None])
         step = self.log.performance.get("timestep_s", self.site.timestep)
         return (found.velocity - step / 2 * found.acceleration)[..., 0]
 
@@ -121,12 +151,12 @@ class Evidence:
     @cached_property
     def settled(self) -> Index:
         """Records at rest, shape (S,)."""
-        settled = np.flatnonzero(self.log.settled)
+        settled = np.flatnonzero(self.outline.settled)
         if (
             self._rings
         ):  # accelerations beside a record that is not settled are partly those of the motion to or from it
             settled = settled[np.isin(settled - _BESIDE, settled) & np.isin(settled + _BESIDE, settled)]
-        return settled
+        return self.within(settled)
 
     @cached_property
     def resting(self) -> MemberForces:
@@ -163,8 +193,8 @@ class Evidence:
     @cached_property
     def case_records(self) -> Index:
         """Records whose poses are held against the load cases."""
-        count = len(self.log.time)
-        return np.unique(np.linspace(0, count - 1, min(count, _CASE_POSES)).astype(int))
+        count = len(self.outline.time)
+        return self.within(np.unique(np.linspace(0, count - 1, min(count, _CASE_POSES)).astype(int)))
 
     @cached_property
     def envelope(self) -> Envelope:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vgtsim.errors import DescriptionError
-from vgtsim.runlog import RunLog
+from vgtsim.runlog import BESIDE
 from vgtsim.site import Site
 from vgtsim.statics import NodeMotion, node_loads, require_no_offset, solve_members
+from vgtsim.stretch import LogSource, cut, outline
 from vgtsim.verification.evidence import Array, Evidence, Index
 
 STIFF_EDGE = 1e3  # stiffness of the rigid tip plate's edges over that of the stiffest member
@@ -20,6 +21,7 @@ class Instant:
     """A truss of N nodes and B bars: the M members, then the edges of the tip plate. Frame G, tension positive.
 
     Attributes:
+        time: Simulated, s.
         nodes: Shape (N, 3), m.
         load: Weight and inertia shared between the nodes, shape (N, 3), N.
         ends: Node indices of the bars, shape (B, 2).
@@ -29,7 +31,7 @@ class Instant:
         measured: The simulation's at the near end, shape (B,), N; zero on the edges.
     """
 
-    record: int
+    time: float
     nodes: Array
     load: Array
     ends: Index
@@ -39,28 +41,34 @@ class Instant:
     measured: Array
 
 
-def find_instant(site: Site, log: RunLog, time: float | None = None) -> Instant:
+def find_instant(site: Site, log: LogSource, time: float | None = None) -> Instant:
     """Collect the truss of a time, s, or without one of the instant of the greatest axial force.
 
     Raises:
         DescriptionError: A module has a joint offset, or the time is not in the log.
     """
     require_no_offset(site.chain, "a truss is exported")
-    if time is not None and not log.time[0] <= time <= log.time[-1]:
-        raise DescriptionError(None, "time", f"{time:.6g} s", f"{log.time[0]:.6g} to {log.time[-1]:.6g} s, as logged")
-    run, model, truss = Evidence(site, log), site.elastic_model, site.truss
-    record = int(np.argmax(np.abs(run.axial).max(axis=1)) if time is None else np.argmin(np.abs(log.time - time)))
-    nodes, motion = log.nodes[record], NodeMotion(run.motion.velocity[record], run.motion.acceleration[record])
+    model, truss, times = site.elastic_model, site.truss, outline(log).time
+    if time is None:
+        greatest = [np.abs(stretch.log.axial(truss.ends)).max(axis=1) for stretch in cut(log)]
+        record = int(np.argmax(np.concatenate(greatest)))
+    elif times[0] <= time <= times[-1]:
+        record = int(np.argmin(np.abs(times - time)))
+    else:
+        raise DescriptionError(None, "time", f"{time:.6g} s", f"{times[0]:.6g} to {times[-1]:.6g} s, as logged")
+    first = max(record - BESIDE, 0)
+    run, at = Evidence(site, log.read(first, min(record + BESIDE + 1, log.count))), record - first
+    nodes, motion = run.log.nodes[at], NodeMotion(run.motion.velocity[at], run.motion.acceleration[at])
     now = motion if np.isfinite(motion.acceleration).all() else None
     edges, spring = np.zeros(len(truss.tip_edges)), model.stiffness_at(nodes)
     ends = np.concatenate([truss.ends, truss.tip_edges])
     return Instant(
-        record=record,
+        time=float(times[record]),
         nodes=nodes,
         load=node_loads(model, nodes, now),
         ends=ends,
         length=np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1),
         spring=np.append(spring, edges + STIFF_EDGE * spring.max()),
         force=np.append(solve_members(model.loads, nodes, now).bar, edges),
-        measured=np.append(run.axial[record], edges),
+        measured=np.append(run.axial[at], edges),
     )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import Literal
 
@@ -22,13 +22,18 @@ _NAN = float("nan")
 class Finding:
     """The worst figure, NaN when it could not be measured, with its member or place and its time, s.
 
-    `detail` says why it could not be measured, or holds more figures.
+    `detail` says why it could not be measured, or holds more figures. Of a stretch of a long run the figure may be `absent`:
+    nothing there was to be measured. What a figure is to be divided by is in `over`: the greatest of the run. The `least`
+    distances, m, by their places, are added to the detail.
     """
 
     value: float
     where: str = "none"
     when: float = _NAN
     detail: str = ""
+    absent: bool = False
+    over: float = 1.0
+    least: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,20 @@ class Measure:
 
     def __call__(self, run: Evidence) -> Finding:
         """Measure the figure."""
-        return self.find(run)
+        return self.join([self.find(run)])
+
+    def join(self, found: Sequence[Finding]) -> Finding:
+        """The figure of a run, from those of its stretches: the worst one, or one that could not be measured."""
+        there = [part for part in found if not part.absent] or list(found)
+        sign = -1 if self.sense == "at least" else 1
+        worst = max(there, key=lambda part: np.inf if np.isnan(part.value) else sign * part.value)
+        over = max(there, key=lambda part: part.over)
+        least = {}
+        for part in there:
+            least |= {place: min(value, least.get(place, np.inf)) for place, value in part.least.items()}
+        detail = over.detail if over.over != worst.over else worst.detail
+        detail += ", ".join(f"{place} {value:.3f} m" for place, value in least.items())
+        return Finding(worst.value / over.over, worst.where, worst.when, detail)
 
 
 def report_as(
@@ -100,6 +118,11 @@ def measures_in(module: ModuleType) -> list[Measure]:
 def missing(detail: str, where: str = "none") -> Finding:
     """A figure that could not be measured, and why."""
     return Finding(_NAN, where, _NAN, detail)
+
+
+def absent(detail: str) -> Finding:
+    """A figure for which a stretch has no record; why it could not be measured if no stretch has."""
+    return replace(missing(detail), absent=True)
 
 
 def worst_of(values: Array, time: Array, names: Sequence[str]) -> Finding:

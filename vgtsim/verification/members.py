@@ -11,7 +11,7 @@ from vgtsim.kinematics import Truss, find_rigid_sections
 from vgtsim.site import Site
 from vgtsim.verification.drives import collect, lacks_pressures
 from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
+from vgtsim.verification.measures import Finding, absent, report_as, when, worst_of
 
 LEAST_FORCE = 1.0  # N; errors are relative to this where an arm without weight carries less
 LEAST_MOMENT = 1.0  # N·m; the same of bending
@@ -107,15 +107,15 @@ def _find_bending(run: Evidence, *, settled: bool) -> Finding:
     log, pinned = run.log, run.site.truss.ring_actuators.ravel()
     rows, expected = run.expect(settled=settled)
     if not len(rows):
-        return missing(_NEVER_SETTLED)
+        return absent(_NEVER_SETTLED)
     names, time = [run.names[i] for i in pinned], log.time[rows]
     turned = np.linalg.norm(log.member_moment[rows][:, pinned] - expected.near_moment[:, pinned], axis=-1)
     pushed = np.linalg.norm(run.shear[rows][:, pinned] - expected.near_transverse[:, pinned], axis=-1)
     size = np.linalg.norm(np.stack([expected.near_moment, expected.far_moment])[:, :, pinned], axis=-1).max(axis=0)
     greatest = worst_of(np.nan_to_num(size), time, names)
-    error = np.maximum(turned, pushed * run.lengths[rows][:, pinned]) / max(greatest.value, LEAST_MOMENT)
+    error = np.maximum(turned, pushed * run.lengths[rows][:, pinned])
     detail = f"bending moment up to {greatest.value:.4g} N*m in {greatest.where} at {greatest.when:.2f} s"
-    return replace(worst_of(error, time, names), detail=detail)
+    return replace(worst_of(error, time, names), detail=detail, over=max(greatest.value, LEAST_MOMENT))
 
 
 @report_as("axial_force", "error at rest over largest force", unit="1", limit="axial_force_settled")
@@ -133,7 +133,7 @@ def check_axial_moving(run: Evidence) -> Finding:
 def _find_axial_error(run: Evidence, *, settled: bool) -> Finding:
     rows, expected = run.expect(settled=settled)
     if not len(rows):
-        return missing(_NEVER_SETTLED)
+        return absent(_NEVER_SETTLED)
     return worst_of(relative_error(run.axial[rows], expected.near_axial), run.log.time[rows], run.names)
 
 
@@ -152,7 +152,7 @@ def check_drives(run: Evidence) -> Finding:
 def _find_drive_error(run: Evidence, *, settled: bool) -> Finding:
     rows, expected = run.expect(settled=settled)
     if not len(rows):
-        return missing(_NEVER_SETTLED)
+        return absent(_NEVER_SETTLED)
     error = relative_error(run.log.actuator_force[rows], expected.bar[:, run.site.truss.actuated])
     return worst_of(error, run.log.time[rows], run.actuator_names)
 
@@ -165,18 +165,19 @@ def check_reaction_at_rest(run: Evidence) -> Finding:
 
 @report_as("axial_force", "mast reaction error over the reaction", unit="1", limit="axial_force_moving")
 def check_reaction(run: Evidence) -> Finding:
-    """Greatest error of the mast's force and moment on the arm, each over the greatest of the instant or the run."""
+    """Greatest error of the mast's force and moment on the arm, each over that of the instant."""
     return _find_reaction_error(run, settled=False)
 
 
 def _find_reaction_error(run: Evidence, *, settled: bool) -> Finding:
     rows, forces = run.expect(settled=settled)
     if not len(rows):
-        return missing(_NEVER_SETTLED)
+        return absent(_NEVER_SETTLED)
     expected = forces.reaction
     force, moment = (np.linalg.norm(part, axis=-1, keepdims=True) for part in (expected[:, :3], expected[:, 3:]))
-    lever = np.maximum(moment, np.nanmax(force, initial=LEAST_FORCE))  # a metre's lever where the arm hangs straight
-    size = np.repeat(np.concatenate([np.maximum(force, LEAST_FORCE), lever], axis=1), 3, axis=1)
+    force = np.maximum(force, LEAST_FORCE)
+    lever = np.maximum(moment, force)  # a metre's lever where the arm hangs straight
+    size = np.repeat(np.concatenate([force, lever], axis=1), 3, axis=1)
     names = ("mast force x", "y", "z", "mast moment x", "y", "z")
     return worst_of(np.abs(run.log.mast_reaction[rows] - expected) / size, run.log.time[rows], names)
 

@@ -15,7 +15,7 @@ _BESIDE = 1  # records by which a stage may be longer or shorter than its time: 
 @report_as("record", "record from its instant", unit="s", limit="record_time")
 def check_instants(run: Evidence) -> Finding:
     """Greatest distance of a record from its instant: the first is at zero, the others follow at the scene's rate."""
-    due = np.arange(len(run.log.time)) / run.site.task.simulation.log_rate
+    due = (run.first + np.arange(len(run.log.time))) / run.site.task.simulation.log_rate
     return worst_of(np.abs(run.log.time - due)[:, None], run.log.time, ("the log",))
 
 
@@ -23,7 +23,7 @@ def check_instants(run: Evidence) -> Finding:
 def check_count(run: Evidence) -> Finding:
     """Difference of the number of records from that of the simulated time."""
     simulated = run.log.performance["simulated_s"]
-    due, count = int(np.ceil(simulated * run.site.task.simulation.log_rate - _ROUNDING)), len(run.log.time)
+    due, count = int(np.ceil(simulated * run.site.task.simulation.log_rate - _ROUNDING)), len(run.outline.time)
     return Finding(float(abs(count - due)), "the log", detail=f"{count} records of {simulated:.6g} s, {due} are due")
 
 
@@ -33,7 +33,7 @@ def check_stages(run: Evidence) -> Finding:
 
     The rest and each hold must last the scene's `hold`.
     """
-    log, site = run.log, run.site
+    log, site = run.outline, run.site
     count, due = len(site.task.motion.goals), site.task.motion.hold * site.task.simulation.log_rate
     holds, faults = find_holds(log), []
     if log.goal[0] != -1 or abs(np.argmax(log.goal != -1) - due) > _BESIDE:

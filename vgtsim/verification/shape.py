@@ -9,7 +9,7 @@ import numpy as np
 from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.statics import NodeMotion, damping_time, settle, solve_members
 from vgtsim.verification.evidence import Array, Evidence, Index
-from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
+from vgtsim.verification.measures import Finding, absent, missing, report_as, when, worst_of
 
 _OIL_PASSES = 6  # a millimetre of oil changes its own stiffness by a hundredth at most
 _SETTLED = 60  # settled instants of a run whose shape is compared: each takes a nonlinear solve
@@ -51,15 +51,16 @@ def check_settled_shape(run: Evidence) -> Finding:
     Forward kinematics of lengths says nothing of an arm whose tubes stretch. Its shape at rest follows from the commanded
     lengths, the stiffnesses and the weight: equilibrium at the deformed pose, with the inertia of the motion that is left.
     """
-    log, site, settled = run.log, run.site, np.flatnonzero(run.log.settled)
-    if not len(settled):
-        return missing("the arm never settled: no instant to compare")
-    picked = np.unique(settled[np.linspace(0, len(settled) - 1, min(len(settled), _SETTLED)).astype(int)])
+    log, site, settled = run.log, run.site, np.flatnonzero(run.outline.settled)
+    picks = np.linspace(0, len(settled) - 1, min(len(settled), _SETTLED)).astype(int)
+    picked = run.within(np.unique(settled[picks]))
+    if not len(picked):
+        return absent("the arm never settled: no instant to compare")
     nodes, known = log.nodes[picked], np.isfinite(run.motion.acceleration[picked])
     left = NodeMotion(*(np.where(known, item[picked], 0.0) for item in (run.motion.velocity, run.motion.acceleration)))
     try:
         unloaded = _unload(run, picked, left)
-        start = site.chain.nodes(site.chain.inputs_from_lengths(log.commanded[0]))
+        start = site.chain.nodes(site.chain.inputs_from_lengths(run.outline.commanded))
         beta = damping_time(site.elastic_model, start, site.task.simulation.damping_ratio)
         apart = np.linalg.norm(nodes - settle(site.elastic_model, unloaded, left, beta), axis=-1)
     except (AssemblyError, TrussError) as error:

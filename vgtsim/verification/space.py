@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vgtsim.kinematics.ties import first_least
@@ -20,8 +22,8 @@ def check_clearance(run: Evidence) -> Finding:
         place = int(around.nearest[worst])
         where = f"{run.proximity.name_around(int(around.body[worst, place]))} to {around.places[place]}"
     each = dict(zip(around.places, around.distance.min(axis=0), strict=True)) | {"the arm itself": among.min()}
-    detail = ", ".join(f"{place} {distance:.3f} m" for place, distance in each.items() if np.isfinite(distance))
-    return Finding(float(run.clearance[worst]), where, float(run.log.time[worst]), f"least distances: {detail}")
+    found = Finding(float(run.clearance[worst]), where, float(run.log.time[worst]), "least distances: ")
+    return replace(found, least={place: float(distance) for place, distance in each.items() if np.isfinite(distance)})
 
 
 @report_as("contacts", "logged contacts", unit="1", limit="contacts")

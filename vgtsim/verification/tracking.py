@@ -8,8 +8,9 @@ import numpy as np
 
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
+from vgtsim.stretch import Outline
 from vgtsim.verification.evidence import Array, Evidence, Index
-from vgtsim.verification.measures import Finding, missing, report_as, when, worst_of
+from vgtsim.verification.measures import Finding, absent, missing, report_as, when, worst_of
 
 
 @report_as("tracking", "tool position at a settled goal", unit="m", limit="tracking_position")
@@ -52,7 +53,8 @@ def check_plan(run: Evidence) -> Finding:
     error = np.abs(log.commanded - tour.legs[0].lengths[0])
     for leg in tour.legs:
         rows = np.flatnonzero(log.goal == leg.goal)
-        ways = (_follow(leg.lengths, every * np.arange(len(rows)) + begun) for begun in range(every))
+        before = np.count_nonzero(run.outline.goal[: run.first] == leg.goal)
+        ways = (_follow(leg.lengths, every * (before + np.arange(len(rows))) + begun) for begun in range(every))
         error[rows] = min((np.abs(log.commanded[rows] - way) for way in ways), key=lambda off: off.max(initial=0.0))
     return worst_of(error, log.time, run.actuator_names)
 
@@ -67,10 +69,13 @@ def _find_worst_held(run: Evidence, errors: Array) -> Finding:
     log, task = run.log, run.site.task
     labels = [goal.name for goal in task.motion.goals]
     least = max(int(task.motion.hold * task.simulation.log_rate) - 1, 1)  # records of a whole hold, less the first
-    missed = [name for goal, name in enumerate(labels) if np.sum(log.settled & (log.goal == goal)) < least]
+    whole = run.outline
+    missed = [name for goal, name in enumerate(labels) if np.sum(whole.settled & (whole.goal == goal)) < least]
     if missed:
         return missing(f"not held, settled, at {', '.join(missed)}", missed[0])
     held = np.flatnonzero(log.settled)
+    if not len(held):
+        return absent("the arm never settled")
     worst = held[np.argmax(errors[held])]
     return Finding(float(errors[worst]), labels[int(log.goal[worst])], float(log.time[worst]))
 
@@ -86,7 +91,7 @@ class Hold:
     end: float
 
 
-def find_holds(log: RunLog) -> tuple[Hold, ...]:
+def find_holds(log: RunLog | Outline) -> tuple[Hold, ...]:
     """List the unbroken settled stretches at one goal each, in order."""
     key = np.where(log.settled, log.goal, -1)
     edges = np.flatnonzero(np.diff(key)) + 1

@@ -8,44 +8,53 @@ import numpy as np
 
 from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
+from vgtsim.stretch import LogSource, cut, outline, thinning
 from vgtsim.verification.checks import MEASURES
 from vgtsim.verification.evidence import Array, Evidence, PlannedTour
 from vgtsim.verification.measures import Finding, Measure, missing
 from vgtsim.verification.report import Check, Report
 
 
-def verify(site: Site, log: RunLog, tour: PlannedTour | None = None, notes: tuple[str, ...] = ()) -> Report:
+def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: tuple[str, ...] = ()) -> Report:
     """Hold a run against the description and the project's own kinematics and statics. MuJoCo takes no part.
 
     With a tour, which planning makes of the same scene, the commands are held against it as well. A log that is damaged,
-    or of another arm, fails every check. Notes stand in the report beside its own on what the log was made of.
+    or of another arm, fails every check. Notes stand in the report beside its own on what the log was made of. A long log
+    is read and judged in stretches; of each figure the worst counts.
     """
-    truss, run = site.truss, Evidence(site, log, tour)
+    truss, whole, every = site.truss, outline(log), thinning(log)
     counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.motion.goals))
-    fault = log.find_fault() or log.find_misfit(*counts)
     rows = [measure for measure in MEASURES if measure.applies(site) and (tour is not None or not measure.planned)]
-    checks = tuple(_judge(site, row, missing(fault, "the log") if fault else row.find(run)) for row in rows)
-    series = {} if fault else _collect_series(run)
+    found: list[list[Finding]] = [[] for _ in rows]
+    shown: list[Mapping[str, Array]] = []
+    for stretch in cut(log):
+        run = Evidence(site, stretch.log, tour, stretch, whole)
+        fault = stretch.wide.find_fault() or stretch.wide.find_misfit(*counts)
+        if fault:
+            found, shown = [[missing(fault, "the log")] for _ in rows], []
+            break
+        for row, parts in zip(rows, found, strict=True):
+            parts.append(row.find(run))
+        shown.append({name: value[-stretch.first % every :: every] for name, value in _collect_series(run).items()})
     return Report(
         scene=site.task.name,
-        checks=checks,
+        checks=tuple(_judge(site, row, row.join(parts)) for row, parts in zip(rows, found, strict=True)),
         performance=log.performance,
         versions=log.versions,
-        series=series,
-        notes=(*notes, *_compare(run)),
+        series={name: np.concatenate([part[name] for part in shown]) for name in shown[0]} if shown else {},
+        notes=(*notes, *_compare(site, log, tour)),
     )
 
 
-def _compare(run: Evidence) -> Iterator[str]:
+def _compare(site: Site, log: LogSource, tour: PlannedTour | None) -> Iterator[str]:
     """Say which of the log's digests are not those of site, tour and code."""
-    now = {"description": digest_scene(run.site.scene), "code": digest_code()}
-    if run.tour is not None:
-        now["programme"] = run.tour.digest
+    now = {"description": digest_scene(site.scene), "code": digest_code()}
+    if tour is not None:
+        now["programme"] = tour.digest
     for name, found in now.items():
-        if run.log.digests.get(name, found) != found:
-            yield f"the {name} is not that of the run: digest {found[:12]}, in the log {run.log.digests[name][:12]}"
+        if log.digests.get(name, found) != found:
+            yield f"the {name} is not that of the run: digest {found[:12]}, in the log {log.digests[name][:12]}"
 
 
 def _collect_series(run: Evidence) -> Mapping[str, Array]:

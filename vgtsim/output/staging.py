@@ -1,0 +1,79 @@
+"""The folder of a run: new results are made beside the old ones and take their place once they are whole."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from vgtsim.errors import DescriptionError
+from vgtsim.output.folders import naming_folder, prepare_folder
+from vgtsim.replacing import lock_folder, replacing
+
+LOG, JSON, HTML, VIDEO = "log", "report.json", "report.html", "video.mp4"
+UNFINISHED = "unfinished"  # folder within the folder of a run, in which a new run puts its results
+_RESULTS = ("scene.xml", "scene.mjb", LOG, JSON, HTML, VIDEO)
+_WHOLE = ".whole"  # lists the results of a finished run that are being moved
+
+
+@contextmanager
+def stage_results(out_dir: str | Path, *, resume: bool = False) -> Iterator[Path]:
+    """Give a folder for new results, which take the place of the old ones when the block ends well.
+
+    What was made is left there when the block raises; the next run begins anew, or goes on with it to `resume`.
+
+    Raises:
+        DescriptionError: The folder cannot be made or written, another run is at work in it, or there is nothing to resume.
+    """
+    folder = prepare_folder(out_dir)
+    stage = folder / UNFINISHED
+    with naming_folder(folder), lock_folder(folder, "run"):
+        _finish_move(folder)
+        if resume and not stage.is_dir():
+            raise DescriptionError(folder, "", "no run that was interrupted", "a folder with `unfinished` in it")
+        if not resume:
+            _remove(stage)
+        stage.mkdir(exist_ok=True)
+        yield stage
+        with replacing(stage / _WHOLE) as partial:
+            partial.write_text(json.dumps([name for name in _RESULTS if (stage / name).exists()]), encoding="utf-8")
+        _finish_move(folder)
+
+
+def find_results(folder: Path) -> Path:
+    """The folder itself, or what an interrupted run left in it where no run was ever finished."""
+    stage = folder / UNFINISHED
+    if (stage / _WHOLE).is_file():
+        with naming_folder(folder), lock_folder(folder, "run"):
+            _finish_move(folder)
+    return stage if (stage / LOG).is_dir() and not (folder / LOG).is_dir() else folder
+
+
+def _finish_move(folder: Path) -> None:
+    """Put whole results in the place of the old ones; a move that was interrupted is ended."""
+    stage = folder / UNFINISHED
+    try:
+        listed = json.loads((stage / _WHOLE).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return
+    except (ValueError, RecursionError) as error:
+        raise DescriptionError(stage / _WHOLE, "", str(error)[:80], "the list of a run's results") from None
+    for name in _RESULTS:
+        if name not in listed:
+            _remove(folder / name)
+        elif (stage / name).exists():
+            _remove(folder / name) if (folder / name).is_dir() else None
+            os.replace(stage / name, folder / name)
+    (stage / _WHOLE).unlink()
+    _remove(stage)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, a link or a folder, if it is there."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)

@@ -1,0 +1,100 @@
+"""Long logs in stretches: memory stays that of a stretch, however long the run was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.runlog import BESIDE, Array, RunLog
+
+_LENGTH = 3000  # records: two minutes of a shipped scene, of which verification makes some 200 MB
+_OVERVIEW = 6000  # records: what plots can show, and some more
+
+
+class LogSource(Protocol):
+    """A log in memory or on disk: a `RunLog` or a `LogBook`."""
+
+    @property
+    def count(self) -> int:
+        """Number of records."""
+        ...
+
+    @property
+    def performance(self) -> dict[str, float]: ...  # noqa: D102
+
+    @property
+    def versions(self) -> dict[str, str]: ...  # noqa: D102
+
+    @property
+    def digests(self) -> dict[str, str]: ...  # noqa: D102
+
+    def read(self, first: int, stop: int, every: int = 1) -> RunLog:
+        """The records from one to before another, or every so many of them, with all contacts."""
+        ...
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The little that several checks must know of the whole run, T records.
+
+    Attributes:
+        time, goal, settled, saturation: As in `RunLog`; saturation in one byte each.
+        commanded: Lengths of the cylinders at the first record, shape (J,), m.
+    """
+
+    time: Array
+    goal: NDArray[np.int64]
+    settled: NDArray[np.bool_]
+    saturation: NDArray[np.uint8]
+    commanded: Array
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Records of a log, `first` of which is that of the run; `wide` has some records on either side as well.
+
+    `inner` is where the records stand in the wide ones.
+    """
+
+    log: RunLog
+    wide: RunLog
+    first: int
+    inner: slice
+
+
+def cut(source: LogSource) -> Iterator[Stretch]:
+    """Cut a log into stretches of about equal lengths; a short log is one."""
+    count = source.count
+    edges = np.linspace(0, count, max(-(-count // _LENGTH), 1) + 1).astype(int).tolist()
+    for first, stop in pairwise(edges):
+        low = max(first - BESIDE, 0)
+        wide = source.read(low, min(stop + BESIDE, count))
+        inner = slice(first - low, stop - low)
+        yield Stretch(log=wide.read(inner.start, inner.stop), wide=wide, first=first, inner=inner)
+
+
+def outline(source: LogSource) -> Outline:
+    """Read a log for its outline."""
+    logs = [stretch.log for stretch in cut(source)]
+    return Outline(
+        time=np.concatenate([log.time for log in logs]),
+        goal=np.concatenate([log.goal for log in logs]),
+        settled=np.concatenate([log.settled for log in logs]),
+        saturation=np.concatenate([log.saturation.astype(np.uint8) for log in logs]),
+        commanded=np.array(logs[0].commanded[0]) if logs[0].count else np.zeros(logs[0].commanded.shape[1]),
+    )
+
+
+def thinning(source: LogSource) -> int:
+    """Every how many records one is kept for plots, film and tables of a long run."""
+    return max(-(-source.count // _OVERVIEW), 1)
+
+
+def thin(source: LogSource) -> RunLog:
+    """Every so many records of a log, few enough for plots; all of a short one."""
+    return source.read(0, source.count, thinning(source))
