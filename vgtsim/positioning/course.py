@@ -16,7 +16,7 @@ from vgtsim.compilation import compiled
 from vgtsim.kinematics.composition import compose, curve, pull
 from vgtsim.kinematics.modules.double_octahedral import fill_mid_planes
 from vgtsim.positioning import descent
-from vgtsim.positioning.descent import advance
+from vgtsim.positioning.descent import carry_on
 from vgtsim.positioning.rows import curve_between, curve_within, measure_rows, measure_strokes, pull_rows
 
 Array = NDArray[np.float64]
@@ -65,11 +65,10 @@ def _evaluate(
     marks, top = np.empty((1, modules, 4), np.bool_), np.empty((1, modules, 3, 4))
     angular, linear = np.empty((1, count, 3)), np.empty((1, count, 3))
     length, block = np.empty((1, modules, 3)), np.empty((1, modules, 3, inputs))
-    room, second = np.empty(1), np.empty(first.shape)
+    flat, room, second = length.reshape(first.shape), np.empty(1), np.empty(first.shape)
     for attempt in range(2):  # mid-stroke stands in for what does not assemble inside the strokes
         at = q if attempt == 0 else middle
         _move(at, marks, top, angular, linear, length, block, flange, figures, straight, root, steps, owner)
-        flat = length.reshape(first.shape)
         measure_strokes(flat, least, greatest, room, value, first, second)
         good = room[0] > 0
         for m in range(modules):
@@ -135,6 +134,7 @@ def pursue(how: Array, tolerance: Array, which: Index, goals: Index, *tables: An
         np.empty((1, 0)),
         np.empty((1, size)),
     )
+    there = inside, error, J, value, slope, whole, rough, first
     one, goal = np.empty(1, np.intp), np.empty(1, np.intp)
     for i in which:
         one[0], goal[0] = i, goals[i]
@@ -146,9 +146,7 @@ def pursue(how: Array, tolerance: Array, which: Index, goals: Index, *tables: An
             if not at[0][i]:
                 continue
         while True:
-            advance(
-                how, tolerance, one, inside, error, J, value, slope, whole, rough, first, *ways, *at, *factors, *further
-            )
+            carry_on(how, tolerance, one, there, ways, at, factors, further)
             want = marks[i, descent.WANT]
             if want == descent.BEND:
                 curve_rows(goal, z[i : i + 1], y[i : i + 1], at[7][i : i + 1], further[1][i : i + 1], *rest)

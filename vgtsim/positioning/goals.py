@@ -6,7 +6,7 @@ from abc import abstractmethod
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import prod
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,7 +44,7 @@ class Rows:
     @property
     def width(self) -> int:
         """Number of rows."""
-        return len(self.names)
+        return {rows.POSITION: len(self.columns), rows.DIRECTION: 2, rows.TURN: 3}[self.kind]
 
     @property
     def count(self) -> int:
@@ -99,11 +99,6 @@ class Position(Rows):
         return tuple(f"{self.module or 'tool'} {axis}" for axis in self.axes)
 
     @property
-    def width(self) -> int:
-        """One row for each axis."""
-        return len(self.axes)
-
-    @property
     def columns(self) -> tuple[int, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
         """Which coordinates of the point count."""
         return tuple(_AXES.index(axis) for axis in self.axes)
@@ -121,7 +116,6 @@ class Direction(Rows):
     tolerance: float = TOLERANCE
 
     kind = rows.DIRECTION
-    width = 2  # pyright: ignore[reportAssignmentType]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -146,7 +140,6 @@ class Orientation(Rows):
     tolerance: float = TOLERANCE
 
     kind = rows.TURN
-    width = 3  # pyright: ignore[reportAssignmentType]
     _target_axes = 2
 
     @property
@@ -249,7 +242,7 @@ def tabulate(chain: Chain, goal: GoalSpace) -> rows.Table:
 
 
 @lru_cache(maxsize=16)  # of the goals of a few arms: a plan asks for the same kinds again and again
-def _seat(chain: Chain, kinds: tuple[tuple[type[Rows], str | None, str], ...]) -> tuple[Index, Array, Index]:
+def _seat(chain: Chain, kinds: tuple[tuple[type[Any], str | None, str], ...]) -> tuple[Index, Array, Index]:
     """Of a table all but the targets."""
     layout, row, none = chain.layout, 0, np.zeros(3)
     parts, axes, spots = (

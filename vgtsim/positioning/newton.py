@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +70,7 @@ class Course:
         """Some of the goals."""
         return replace(self, goals=self.goals[which])
 
-    def make_room(self, count: int) -> descent.Point:
+    def make_room(self, count: int) -> tuple[NDArray[Any], ...]:
         """Points that are not evaluated yet."""
         m, n, J = self.sizes
         shapes = (count, m), (count, m, n), count, (count, n), (count, n, n), (count, 0), (count, J)

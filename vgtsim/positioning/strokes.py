@@ -47,7 +47,7 @@ class StrokeBox:
         own, turn = place.modules, np.arange(layout.inputs) % place.modules.inputs
         body = own.figures, own.straight, chain.root, layout.steps, layout.owner, turn, place.legs, place.columns
         return tuple(
-            np.require(x, requirements="CW")
+            np.require(x, requirements=["C", "W"])
             for x in (chain.flange, *body, self.least, self.greatest, self.middle[None])
         )
 
