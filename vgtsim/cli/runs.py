@@ -16,6 +16,7 @@ from vgtsim.cli.application import (
     app,
     finish,
     list_files,
+    plain,
     show_report,
 )
 from vgtsim.errors import MissingLibraryError
@@ -166,7 +167,7 @@ def _load(folder: Path) -> tuple[Path, Scene, LogBook]:
     place = find_results(folder)
     log = open_log(place / LOG)
     if log.stopped:
-        ERR.print(f"the log is not that of a whole run: {log.stopped}")
+        ERR.print(f"the log is not that of a whole run: {plain(log.stopped)}")
     elif (folder / "unfinished").exists():
         ERR.print(f"beside it, a later run was interrupted: see {folder / 'unfinished'}")
     return place, log.scene, log
