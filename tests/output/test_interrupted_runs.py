@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from playing import bend, change, shorten
 
-from vgtsim import logbook
+from vgtsim import logfiles
 from vgtsim.errors import DescriptionError
 from vgtsim.logbook import LogWriter, open_log
 from vgtsim.output import LOG, find_results, stage_results
@@ -63,7 +63,7 @@ def fail_from(chunk: int, way: object) -> None:
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
         elif len(written) == chunk:
-            logbook.replacing = refuse
+            logfiles.replacing = refuse
         written.append(write(writer, piece))
 
     def refuse(path):
@@ -147,6 +147,7 @@ def test_a_run_that_is_killed_loses_nothing(case, tmp_path, number):
             report = verify(case.site, book)
             assert not report.passed
             assert any("the run never ended" in check.detail for check in report.checks)
+            assert report.to_dict()["performance"]["wall_s"] is None
     if stage.exists():
         assert os.waitpid(fork(lambda: go(case.site, case.tour, tmp_path, resume=True)), 0)[1] == 0
         assert read_chunks(tmp_path / LOG) == case.chunks
