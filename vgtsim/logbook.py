@@ -129,7 +129,8 @@ class LogBook:
         pieces = []
         for begin, file in zip(self.edges[low:high].tolist(), self.files[low:high], strict=True):
             wanted = slice(first - begin if first > begin else (first - begin) % every, stop - begin, every)
-            pieces.append({name: value[wanted] for name, value in read_arrays(file).items()})
+            arrays = read_arrays(file)  # of which a view would keep all records
+            pieces.append({name: value[wanted].copy() for name, value in arrays.items()})
         return RunLog(
             **join_pieces(pieces),
             **self.contacts,
