@@ -150,7 +150,7 @@ def open_log(folder: str | Path) -> LogBook:
     """
     place = Path(folder)
     begin, end = read_text(place / BEGIN), read_text(place / END) if (place / END).exists() else None
-    files = tuple(sorted(place.glob("*.parquet")))
+    files = tuple(sorted(place.glob("[0-9]*.parquet")))
     counts, touches = [], []
     shapes: dict[str, tuple[int, ...]] = {}
     for file in files:

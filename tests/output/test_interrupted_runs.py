@@ -90,7 +90,7 @@ def fork(act) -> int:
 
 
 def read_chunks(folder: Path) -> dict[str, bytes]:
-    return {file.name: file.read_bytes() for file in sorted(folder.glob("*.parquet"))}
+    return {file.name: file.read_bytes() for file in sorted(folder.glob("[0-9]*.parquet"))}
 
 
 def read_report(folder: Path) -> dict:

@@ -153,6 +153,13 @@ def test_a_log_that_lacks_chunks_says_so(scene, tmp_path):
     assert "the run never ended" in open_log(tmp_path).stopped
 
 
+def test_a_chunk_that_was_being_written_is_passed_over(folder, log):
+    """What a kill leaves beside the chunks."""
+    (folder / ".000001.123.partial.parquet").write_bytes(b"PAR1")
+    np.testing.assert_array_equal(read(folder).nodes, log.nodes)
+    assert parquet.read_table(folder).num_rows == log.count
+
+
 def test_stretches_of_a_log_give_what_the_whole_gives(scene, tmp_path, monkeypatch):
     """In memory at once, and from disk in stretches of some fifty records."""
     log, site = make_log(scene, records=330, duration=165.0), Site(scene)
