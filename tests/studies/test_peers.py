@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.machinery
-import importlib.util
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from playing import bend, change, shorten
+from programs import load_program
 
 from studies.exudyn_arm import INSTALLED, play_exudyn
 from studies.peer_arms import play_own
@@ -97,13 +95,7 @@ def test_mink_meets_our_goals_on_the_same_arm(hanging_arm):
 @pytest.fixture
 def bench(monkeypatch):
     """The script as a module, with one round and few steps."""
-    folder = Path(__file__).parents[2] / "scripts"
-    monkeypatch.syspath_prepend(str(folder))
-    loader = importlib.machinery.SourceFileLoader("bench_peers", str(folder / "bench_peers"))
-    spec = importlib.util.spec_from_loader("bench_peers", loader)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
+    module = load_program(monkeypatch, "bench_peers")
     monkeypatch.setattr(module, "ROUNDS", 1)
     monkeypatch.setattr(module, "MUJOCO_STEPS", (0.02, 0.01))
     monkeypatch.setattr(module, "EXUDYN_STEPS", {0.02: 0.5})

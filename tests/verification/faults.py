@@ -157,7 +157,7 @@ def field(name: str, change: Callable[[np.ndarray, RunLog], object]) -> Callable
     return lambda log: replace(log, **{name: change(np.array(getattr(log, name)), log)})
 
 
-def one(index: object, change: Callable[[np.ndarray], object]) -> Callable[[np.ndarray, RunLog], np.ndarray]:
+def one(index: tuple[int, ...], change: Callable[[np.ndarray], object]) -> Callable[[np.ndarray, RunLog], np.ndarray]:
     """Change some entries."""
 
     def spoil(values: np.ndarray, _: RunLog) -> np.ndarray:
