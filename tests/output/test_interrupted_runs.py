@@ -19,8 +19,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from playing import bend, change, shorten
+from typer.testing import CliRunner
 
-from vgtsim import logfiles
+import vgtsim.planning
+import vgtsim.site
+from vgtsim import cli, logfiles
 from vgtsim.errors import DescriptionError
 from vgtsim.logbook import LogWriter, open_log
 from vgtsim.output import LOG, find_results, stage_results
@@ -159,6 +162,34 @@ def test_a_run_that_is_killed_loses_nothing(case, tmp_path, number):
         assert read_chunks(tmp_path / LOG) == case.chunks
         assert read_report(tmp_path) == case.report
         assert not stage.exists()
+
+
+def test_verbs_tell_what_an_interrupted_run_lacks_and_end_it(case, tmp_path, monkeypatch):
+    monkeypatch.setattr(vgtsim.site, "load_site", lambda _: case.site)
+    monkeypatch.setattr(vgtsim.planning, "plan_tour", lambda _: case.tour)
+    write = LogWriter.write
+
+    def interrupt(writer, piece):
+        write(writer, piece)
+        if len(read_chunks(writer.folder)) == 3:
+            raise KeyboardInterrupt
+
+    def invoke(*words):
+        return CliRunner().invoke(cli.app, [*words], env={"COLUMNS": "200"})
+
+    with monkeypatch.context() as patch:
+        patch.setattr(LogWriter, "write", interrupt)
+        assert invoke("run", "any", "--out", str(tmp_path)).exit_code == 130
+    told = invoke("verify", str(tmp_path), "--no-plan")
+    assert told.exit_code == 1
+    assert "the log holds 300 records, to 1.495 s" in told.output
+    assert "of unknown speed" in told.output
+    assert "goals of the scene's file are others now" in told.output  # one module of the shipped scene's arm
+    ended = invoke("run", "any", "--out", str(tmp_path), "--resume")
+    assert ended.exit_code in (0, 1), ended.output
+    assert sorted(os.listdir(tmp_path)) == ["log", "report.html", "report.json", "scene.mjb", "scene.xml"]
+    assert read_chunks(tmp_path / LOG) == case.chunks
+    assert invoke("run", "any", "--out", str(tmp_path), "--resume").exception.allowed.startswith("a folder with `unf")
 
 
 def test_a_second_run_into_a_folder_is_refused(case, tmp_path):

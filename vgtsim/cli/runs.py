@@ -103,7 +103,12 @@ def verify(
 
     place, copy, log = _load(folder)
     scene, notes = find_original(copy)
-    site = Site(scene)
+    site, held = Site(scene), Site(copy)
+    if site.truss.member_names != held.truss.member_names or len(site.task.motion.goals) != len(held.task.motion.goals):
+        notes += (
+            "the arm or the goals of the scene's file are others now: limits and description are those of the log",
+        )
+        site = held
     with ERR.status("verifying"):
         report = judge(site, log, plan_tour(site) if plan else None, notes)
     write_reports(site, log, report, prepare_folder(place))
