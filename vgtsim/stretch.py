@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,14 +80,14 @@ def cut(source: LogSource) -> Iterator[Stretch]:
 
 def outline(source: LogSource) -> Outline:
     """Read a log for its outline."""
-    logs = [stretch.log for stretch in cut(source)]
-    return Outline(
-        time=np.concatenate([log.time for log in logs]),
-        goal=np.concatenate([log.goal for log in logs]),
-        settled=np.concatenate([log.settled for log in logs]),
-        saturation=np.concatenate([log.saturation.astype(np.uint8) for log in logs]),
-        commanded=np.array(logs[0].commanded[0]) if logs[0].count else np.zeros(logs[0].commanded.shape[1]),
-    )
+    read = [_copy_outline(stretch.log) for stretch in cut(source)]
+    time, goal, settled, saturation = (np.concatenate(parts) for parts in zip(*read, strict=True))
+    return Outline(time, goal, settled, saturation, commanded=source.read(0, 1).commanded[:1].sum(axis=0))
+
+
+def _copy_outline(log: RunLog) -> tuple[NDArray[Any], ...]:
+    """Copies, as a view would keep the whole stretch."""
+    return log.time.copy(), log.goal.copy(), log.settled.copy(), log.saturation.astype(np.uint8)
 
 
 def thinning(source: LogSource) -> int:

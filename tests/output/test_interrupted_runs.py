@@ -12,14 +12,18 @@ import resource
 import shutil
 import signal
 import time
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 from playing import bend, change, shorten
+from typer.testing import CliRunner
 
-from vgtsim import logbook
+import vgtsim.planning
+import vgtsim.site
+from vgtsim import cli, logfiles
 from vgtsim.errors import DescriptionError
 from vgtsim.logbook import LogWriter, open_log
 from vgtsim.output import LOG, find_results, stage_results
@@ -63,7 +67,7 @@ def fail_from(chunk: int, way: object) -> None:
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
         elif len(written) == chunk:
-            logbook.replacing = refuse
+            logfiles.replacing = refuse
         written.append(write(writer, piece))
 
     def refuse(path):
@@ -74,23 +78,28 @@ def fail_from(chunk: int, way: object) -> None:
 
 def fork(act) -> int:
     """Do it in a child, which ends with status 7 for an error of the system."""
+    held = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # until the child can end by it
     child = os.fork()
     if child:
+        signal.pthread_sigmask(signal.SIG_SETMASK, held)
         return child
     status = 70
     try:
+        signal.pthread_sigmask(signal.SIG_SETMASK, held)
         act()
         status = 0
     except (OSError, DescriptionError):
         status = 7
     except KeyboardInterrupt:
         status = 130
+    except BaseException:
+        traceback.print_exc()
     finally:
         os._exit(status)
 
 
 def read_chunks(folder: Path) -> dict[str, bytes]:
-    return {file.name: file.read_bytes() for file in sorted(folder.glob("*.parquet"))}
+    return {file.name: file.read_bytes() for file in sorted(folder.glob("[0-9]*.parquet"))}
 
 
 def read_report(folder: Path) -> dict:
@@ -133,7 +142,7 @@ def test_a_run_that_is_killed_loses_nothing(case, tmp_path, number):
         time.sleep(rng.uniform(0, 1.05 * case.seconds))
         os.kill(child, way)
     status = os.waitpid(child, 0)[1]
-    assert os.waitstatus_to_exitcode(status) in (0, -way, 130) if not isinstance(way, str) else (7,)
+    assert os.waitstatus_to_exitcode(status) in ((7,) if isinstance(way, str) else (0, -way, 130))
     place, stage = find_results(tmp_path), tmp_path / UNFINISHED
     stands = old and (tmp_path / LOG / "000000.parquet").read_bytes() == b"old"
     assert ((tmp_path / "report.json").exists() and (tmp_path / "report.json").read_text() == "old") == stands
@@ -147,11 +156,40 @@ def test_a_run_that_is_killed_loses_nothing(case, tmp_path, number):
             report = verify(case.site, book)
             assert not report.passed
             assert any("the run never ended" in check.detail for check in report.checks)
+            assert report.to_dict()["performance"]["wall_s"] is None
     if stage.exists():
         assert os.waitpid(fork(lambda: go(case.site, case.tour, tmp_path, resume=True)), 0)[1] == 0
         assert read_chunks(tmp_path / LOG) == case.chunks
         assert read_report(tmp_path) == case.report
         assert not stage.exists()
+
+
+def test_verbs_tell_what_an_interrupted_run_lacks_and_end_it(case, tmp_path, monkeypatch):
+    monkeypatch.setattr(vgtsim.site, "load_site", lambda _: case.site)
+    monkeypatch.setattr(vgtsim.planning, "plan_tour", lambda _: case.tour)
+    write = LogWriter.write
+
+    def interrupt(writer, piece):
+        write(writer, piece)
+        if len(read_chunks(writer.folder)) == 3:
+            raise KeyboardInterrupt
+
+    def invoke(*words):
+        return CliRunner().invoke(cli.app, [*words], env={"COLUMNS": "200"})
+
+    with monkeypatch.context() as patch:
+        patch.setattr(LogWriter, "write", interrupt)
+        assert invoke("run", "any", "--out", str(tmp_path)).exit_code == 130
+    told = invoke("verify", str(tmp_path), "--no-plan")
+    assert told.exit_code == 1
+    assert "the log holds 300 records, to 1.495 s" in told.output
+    assert "of unknown speed" in told.output
+    assert "goals of the scene's file are others now" in told.output  # one module of the shipped scene's arm
+    ended = invoke("run", "any", "--out", str(tmp_path), "--resume")
+    assert ended.exit_code in (0, 1), ended.output
+    assert sorted(os.listdir(tmp_path)) == ["log", "report.html", "report.json", "scene.mjb", "scene.xml"]
+    assert read_chunks(tmp_path / LOG) == case.chunks
+    assert invoke("run", "any", "--out", str(tmp_path), "--resume").exception.allowed.startswith("a folder with `unf")
 
 
 def test_a_second_run_into_a_folder_is_refused(case, tmp_path):

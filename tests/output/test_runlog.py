@@ -11,7 +11,7 @@ import pytest
 from pyarrow import parquet
 from synthetic_run import make_log, make_scene
 
-from vgtsim import logbook, stretch
+from vgtsim import logfiles, stretch
 from vgtsim.errors import DescriptionError
 from vgtsim.logbook import open_log, save_log
 from vgtsim.runlog import ARRAYS
@@ -85,7 +85,7 @@ def test_a_chunk_that_is_not_a_logs_is_named(folder, change, said):
 
 def test_arrays_of_absurd_size_are_refused_before_memory_is_taken(folder, monkeypatch):
     """A small file that asks for a hundred times its size, which is taken for absurd here."""
-    monkeypatch.setattr(logbook, "_MOST_BYTES", 1 << 22)
+    monkeypatch.setattr(logfiles, "_MOST_BYTES", 1 << 22)
 
     def blow_up(table):
         count, row = 4000, (100, 2)
@@ -151,6 +151,13 @@ def test_a_log_that_lacks_chunks_says_so(scene, tmp_path):
     assert "evenly spaced ones" in verify(site, open_log(tmp_path)).checks[0].detail
     (tmp_path / "_end.json").unlink()
     assert "the run never ended" in open_log(tmp_path).stopped
+
+
+def test_a_chunk_that_was_being_written_is_passed_over(folder, log):
+    """What a kill leaves beside the chunks."""
+    (folder / ".000001.123.partial.parquet").write_bytes(b"PAR1")
+    np.testing.assert_array_equal(read(folder).nodes, log.nodes)
+    assert parquet.read_table(folder).num_rows == log.count
 
 
 def test_stretches_of_a_log_give_what_the_whole_gives(scene, tmp_path, monkeypatch):

@@ -81,7 +81,7 @@ def test_a_figure_that_is_not_finite_is_null_and_failed(report, tmp_path):
 def test_a_failed_write_leaves_the_old_file_alone(report, tmp_path):
     path = tmp_path / "report.json"
     path.write_text("old", encoding="utf-8")
-    impossible = dataclasses.replace(report, performance={"wall_s": math.inf})  # JSON has no infinity
+    impossible = dataclasses.replace(report, versions={"numpy": math.inf})  # JSON has no infinity
     with pytest.raises(ValueError):
         write_report_json(impossible, path)
     assert [(file.name, file.read_text(encoding="utf-8")) for file in tmp_path.iterdir()] == [("report.json", "old")]

@@ -81,14 +81,15 @@ def show_report(report: Report, folder: Path) -> None:
             Text(f"{check.measured:.3g}", style=colour),
             f"{sign} {check.limit:.3g}",
             check.unit,
-            check.where,
+            plain(check.where),
             "" if isnan(check.when) else f"{check.when:.2f}",
         )
     OUT.print(table)
     for note in report.notes:
-        OUT.print(Text(f"note: {note}", style="yellow"), soft_wrap=True)
+        OUT.print(Text(f"note: {plain(note)}", style="yellow"), soft_wrap=True)
     factor = report.performance["real_time_factor"]
-    OUT.print(f"{'PASSED' if report.passed else 'FAILED'}; {factor:.1f} times real time; {folder / 'report.html'}")
+    speed = "of unknown speed" if isnan(factor) else f"{factor:.1f} times real time"
+    OUT.print(f"{'PASSED' if report.passed else 'FAILED'}; {speed}; {folder / 'report.html'}")
 
 
 def finish(passed: bool, missing: MissingLibraryError | None) -> None:
@@ -128,7 +129,7 @@ def _show_warning(message: Warning | str, category: type[Warning], filename: str
     """Print a warning as a message to the user; one of a library says where it comes from."""
     ours = category.__module__.startswith("vgtsim.")
     said = str(message) if ours else f"{category.__name__}: {message} ({Path(filename).name}, line {line})"
-    ERR.print(Text("warning: ", style="bold yellow").append(_plain(said), style="default"), soft_wrap=True)
+    ERR.print(Text("warning: ", style="bold yellow").append(plain(said), style="default"), soft_wrap=True)
 
 
 def _report_defect(error: Exception) -> None:
@@ -142,7 +143,7 @@ def _report_defect(error: Exception) -> None:
     _complain(f"{said}; please report it with {file.name}", Status.DEFECT)
 
 
-def _plain(message: str) -> str:
+def plain(message: str) -> str:
     """A message of bearable length without signs that steer a terminal."""
     if len(message) > _LONGEST:
         message = f"{message[: _LONGEST // 2]} ... {message[-_LONGEST // 2 :]}"
@@ -150,5 +151,5 @@ def _plain(message: str) -> str:
 
 
 def _complain(message: str, status: Status) -> None:
-    ERR.print(Text("error: ", style="bold red").append(_plain(message), style="default"), soft_wrap=True)
+    ERR.print(Text("error: ", style="bold red").append(plain(message), style="default"), soft_wrap=True)
     sys.exit(status)

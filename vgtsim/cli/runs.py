@@ -16,6 +16,7 @@ from vgtsim.cli.application import (
     app,
     finish,
     list_files,
+    plain,
     show_report,
 )
 from vgtsim.errors import MissingLibraryError
@@ -102,7 +103,12 @@ def verify(
 
     place, copy, log = _load(folder)
     scene, notes = find_original(copy)
-    site = Site(scene)
+    site, held = Site(scene), Site(copy)
+    if site.truss.member_names != held.truss.member_names or len(site.task.motion.goals) != len(held.task.motion.goals):
+        notes += (
+            "the arm or the goals of the scene's file are others now: limits and description are those of the log",
+        )
+        site = held
     with ERR.status("verifying"):
         report = judge(site, log, plan_tour(site) if plan else None, notes)
     write_reports(site, log, report, prepare_folder(place))
@@ -166,7 +172,7 @@ def _load(folder: Path) -> tuple[Path, Scene, LogBook]:
     place = find_results(folder)
     log = open_log(place / LOG)
     if log.stopped:
-        ERR.print(f"the log is not that of a whole run: {log.stopped}")
+        ERR.print(f"the log is not that of a whole run: {plain(log.stopped)}")
     elif (folder / "unfinished").exists():
         ERR.print(f"beside it, a later run was interrupted: see {folder / 'unfinished'}")
     return place, log.scene, log

@@ -76,6 +76,7 @@ class Report:
         rows = [{name: getattr(check, name) for name in names.split()} for check in self.checks]
         for row in rows:
             row |= {name: float(row[name]) if np.isfinite(row[name]) else None for name in ("measured", "when")}
-        figures = {"performance": dict(self.performance), "versions": dict(self.versions)}
+        performance = {name: value if np.isfinite(value) else None for name, value in self.performance.items()}
+        figures = {"performance": performance, "versions": dict(self.versions)}
         head = {"scene": self.scene, "passed": self.passed, "notes": list(self.notes)}
         return head | {"checks": rows} | figures

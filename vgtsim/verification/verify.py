@@ -36,7 +36,8 @@ def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: t
             break
         for row, parts in zip(rows, found, strict=True):
             parts.append(row.find(run))
-        shown.append({name: value[-stretch.first % every :: every] for name, value in _collect_series(run).items()})
+        picked = slice(-stretch.first % every, None, every)
+        shown.append({name: value[picked].copy() for name, value in _collect_series(run).items()})
     return Report(
         scene=site.task.name,
         checks=tuple(_judge(site, row, row.join(parts)) for row, parts in zip(rows, found, strict=True)),
