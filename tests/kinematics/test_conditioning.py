@@ -12,7 +12,6 @@ from vgtsim.description import load_manipulator
 from vgtsim.errors import NearSingularWarning, SingularPoseError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, invert, invert_sound
-from vgtsim.kinematics.mixed_inputs import mix_inputs
 from vgtsim.kinematics.modules import octahedron as longeron
 from vgtsim.kinematics.ties import first_greatest, first_least, order_down
 
@@ -61,10 +60,6 @@ def test_flat_module_of_a_chain_is_named():
         chain.input_rates(row)
     with pytest.raises(SingularPoseError, match=place.modules.names[1]):
         chain.conventional_jacobian(row)
-    mixed = mix_inputs(chain, {place.modules.names[1]})
-    with pytest.raises(SingularPoseError, match=place.modules.names[1]):
-        mixed.rates(row)
-    mix_inputs(chain, {place.modules.names[0]}).rates(row)
 
 
 def test_flat_octahedron_is_named():

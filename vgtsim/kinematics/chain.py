@@ -13,7 +13,6 @@ any shape and raise.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -179,10 +178,10 @@ class Chain:
             row[:, place.moving] = (block @ place.take(dx)[..., None])[..., place.modules.actuated, 0]
         return _shaped(row, batch)
 
-    def input_rates(self, q: ArrayLike, only: Collection[str] | None = None) -> Array:
+    def input_rates(self, q: ArrayLike) -> Array:
         """Rates of the inputs per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 
-        dq/dl, shape (..., n, J), at inputs (..., n); zero for modules that are not among `only`, if it is given.
+        dq/dl, shape (..., n, J), at inputs (..., n).
 
         Raises:
             AssemblyError: As `lengths`.
@@ -190,22 +189,16 @@ class Chain:
         """
         state, batch = self._state(q)
         self._require(state, "kept")
-        return _shaped(self._input_rates(state, only), batch)
+        return _shaped(self._input_rates(state), batch)
 
-    def _input_rates(self, state: State, only: Collection[str] | None = None) -> Array:
+    def _input_rates(self, state: State) -> Array:
         rates = np.zeros((len(state.q), self.layout.inputs, self.layout.actuators))
         for place, slopes in zip(self.layout.places, state.blocks, strict=True):
-            chosen = [m for m, name in enumerate(place.modules.names) if only is None or name in only]
-            if not chosen:
-                continue
-            names, usual = (
-                [place.modules.names[m] for m in chosen],
-                np.linalg.norm(place.modules.straight_legs[1], axis=-2),
-            )
-            block = invert_sound(slopes[:, chosen], usual[chosen], lambda where, names=names: names[where[-1]])
-            module, leg = np.nonzero(place.modules.actuated[chosen])
+            names, usual = place.modules.names, np.linalg.norm(place.modules.straight_legs[1], axis=-2)
+            block = invert_sound(slopes, usual, lambda where, names=names: names[where[-1]])
+            module, leg = np.nonzero(place.modules.actuated)
             picked = np.moveaxis(block[:, module, :, leg], 0, -2)  # the picked legs come first
-            rates[:, place.columns[chosen][module], place.lengths[chosen][module, leg][:, None]] = picked
+            rates[:, place.columns[module], place.lengths[module, leg][:, None]] = picked
         return rates
 
     def inputs_from_lengths(self, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:

@@ -1,8 +1,8 @@
 """Chains whose modules take conventional inputs (actuator lengths) or canonical ones, each as it pleases (chapter 4).
 
 A row y has the inputs of the active modules from the mast to the tool: of a conventional module the lengths of its
-actuators in the order of its legs, of any other its canonical inputs, see `chain`. Leading dimensions are batches. All
-derivatives by lengths are the canonical ones by the chain rule of section 3.2; static longerons keep their lengths.
+actuators in the order of its legs, of any other its canonical inputs, see `chain`. Leading dimensions are batches. Static
+longerons keep their lengths.
 """
 
 from __future__ import annotations
@@ -113,45 +113,6 @@ class MixedInputs:
             if not share.conventional:
                 q[..., share.inputs] = row[..., share.own]
         return q
-
-    def rates(self, q: ArrayLike) -> Array:
-        """Rates of the canonical inputs per unit rate of each mixed one, dq/dy, shape (..., n, w), at q of shape (..., n).
-
-        Raises:
-            AssemblyError: As `Chain.lengths`.
-            SingularPoseError: A conventional module is singular; it is named.
-        """
-        chain = self.chain
-        rates = np.zeros((*np.shape(q)[:-1], chain.layout.inputs, self.size))
-        by_length = chain.input_rates(q, self.conventional) if self.conventional else None
-        for share in self.shares:
-            columns = np.arange(self.size)[share.own]
-            if share.conventional and by_length is not None:
-                rates[..., columns] = by_length[..., share.actuators]
-            else:
-                rates[..., share.inputs, columns] = 1.0
-        return rates
-
-    def tool(self, y: ArrayLike, start: ArrayLike | None = None) -> tuple[Array, Array, Array]:
-        """Tool and its geometric Jacobian by the mixed inputs y, shape (..., w), on the modes of a start as in `canonical`.
-
-        Returns:
-            Position, shape (..., 3), m, direction, shape (..., 3), and Jacobian, shape (..., 6, w): velocity of the
-            tool point over angular velocity of the tip plate; all in frame G.
-
-        Raises:
-            AssemblyError: As `canonical`.
-            SingularPoseError: A conventional module is singular; it is named.
-        """
-        q = self.canonical(y, start)
-        position, direction, J = self.chain.tool_jacobian(q)
-        return position, direction, J @ self.rates(q)
-
-    def nodes(self, y: ArrayLike, start: ArrayLike | None = None) -> tuple[Array, Array]:
-        """Nodes, shape (..., N, 3), m, and their derivatives dn/dy, shape (..., N, 3, w), in frame G; see `tool`."""
-        q = self.canonical(y, start)
-        nodes, J = self.chain.node_jacobian(q)
-        return nodes, J @ self.rates(q)[..., None, :, :]
 
 
 def mix_inputs(chain: Chain, conventional: Collection[str]) -> MixedInputs:
