@@ -1,13 +1,12 @@
 """Functions that are compiled on first use: loops over poses and modules at the speed of machine code.
 
 The code is kept on disk, beside the source or, in an installation that cannot be written to, in the user's cache. It is
-good as long as no file in the folder of its source changes, so a compiled function may only use what stands there. It
-takes arrays of doubles stored by rows that may be written to, so that each function is compiled once.
+good as long as no file changes in the folder of its source and of all compiled functions that the source names. It takes
+arrays of doubles stored by rows that may be written to, so that each function is compiled once.
 """
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 from numba import njit
+from numba.core.dispatcher import Dispatcher
 from numpy.typing import ArrayLike, NDArray
 
 Function = TypeVar("Function", bound=Callable[..., object])
@@ -29,8 +29,19 @@ def compiled(function: Function) -> Function:
     # numba looks at one file alone to tell whether code that was kept is still good
     kept: Any = getattr(getattr(made, "_cache", None), "_cache_file", None)
     if hasattr(kept, "_source_stamp"):
-        kept._source_stamp = _stamp(Path(inspect.getfile(function)).parent)
+        kept._source_stamp = tuple(_stamp(folder) for folder in sorted(find_folders(made)))
     return cast("Function", made)
+
+
+def find_folders(function: Any) -> set[Path]:
+    """Folders of a compiled function and of all that its file names, and so on."""
+    files, left = set(), [function.py_func]
+    while left:
+        item = left.pop()
+        if item.__code__.co_filename not in files:
+            files.add(item.__code__.co_filename)
+            left += [other.py_func for other in item.__globals__.values() if isinstance(other, Dispatcher)]
+    return {Path(file).parent for file in files}
 
 
 @cache

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -173,6 +175,41 @@ def test_other_goal_spaces_are_met(hanging_arm, box, name):
     assert all(abs(row.residual) <= row.tolerance for row in reports)
 
 
+@pytest.mark.parametrize("goal", ["tool", "partial", "intermediate"])
+@pytest.mark.parametrize("objective", ["barrier", "mid_stroke", "nearness"])
+def test_one_compiled_call_finds_what_the_general_way_finds(hanging_arm, box, monkeypatch, goal, objective):
+    q = random_inputs(hanging_arm, 31, 4, 0.1)
+    wanted = {"barrier": StrokeBarrier(), "mid_stroke": MidStroke(), "nearness": Nearness(hanging_arm.lengths(q[::-1]))}
+    problem = Problem(box, goal_spaces(hanging_arm, q)[goal], wanted[objective])
+    start = q + 0.004 * np.random.default_rng(5).standard_normal(q.shape)
+    assert problem.course is not None
+    whole = solve(problem, start)
+    monkeypatch.setattr(Problem, "course", None)
+    found = solve(replace(problem), start)
+    assert np.all(found.optimal)
+    for name in ("q", "error", "value", "iterations", "met", "stationarity", "promise", "optimal"):
+        np.testing.assert_allclose(getattr(whole, name), getattr(found, name), atol=GOAL, err_msg=name)
+
+
+def test_one_compiled_call_names_a_start_outside(hanging_arm, box):
+    starts = np.stack([box.middle, 1.5 * hanging_arm.straight])
+    position, direction = hanging_arm.tool(np.tile(box.middle, (2, 1)))
+    with pytest.raises(ValueError, match="start 1 is outside the strokes"):
+        solve(Problem(box, tool_goal(position, direction)), starts)
+
+
+def test_one_compiled_call_leaves_a_saddle_as_the_general_way_does(hanging_arm, box, monkeypatch):
+    """A straight arm that has to be shorter: straight, it is stationary, but bent its cylinders are nearer mid-stroke."""
+    position, direction = hanging_arm.tool(box.middle)
+    problem = Problem(box, tool_goal(position + [0.0, 0.0, 0.8], direction), MidStroke())
+    whole = solve(problem, box.middle)
+    monkeypatch.setattr(Problem, "course", None)
+    found = solve(replace(problem), box.middle)
+    assert whole.optimal[0]
+    assert np.max(np.abs(whole.q.reshape(-1, 3)[:, :2])) > 0.05
+    np.testing.assert_allclose(whole.value, found.value, rtol=1e-6)
+
+
 @pytest.mark.long
 def test_no_iterate_leaves_the_strokes(hanging_arm, box, monkeypatch):
     position, direction = hanging_arm.tool(random_inputs(hanging_arm, 12, 30, 0.006))
@@ -185,6 +222,7 @@ def test_no_iterate_leaves_the_strokes(hanging_arm, box, monkeypatch):
         accepted.append((z[found.inside], found.inside))
         return found
 
+    monkeypatch.setattr(Problem, "course", None)  # what is compiled whole shows no iterate
     monkeypatch.setattr(Problem, "model", watched)
     found = solve(problem, hanging_arm.straight)
     q = np.concatenate([item[0] for item in accepted])

@@ -128,5 +128,5 @@ def nearest_pair(pairs: MemberPairs, nodes: ArrayLike) -> tuple[Array, Index]:
     nodes = np.asarray(nodes, float)
     batch, flat = nodes.shape[:-2], np.array(nodes.reshape(-1, *nodes.shape[-2:]), order="C")
     distance, pair = np.empty(len(flat)), np.empty((len(flat), 2), np.intp)
-    gaps.measure_pairs(pairs.table, flat, distance, pair)
+    gaps.measure_pairs(pairs, flat, distance, pair)
     return distance.reshape(batch), pair.reshape(*batch, 2)

@@ -2,7 +2,7 @@
 
 All positions are in frame G, m. A curve is the tank's profile as `Profile.figures`; a mouth is (bore, rim, dome): radius and
 height of the circle where the arm riser's bore meets the dome, and the height of the dome's centre. `Walls` are curve, mouth,
-axes of K obstacles, shape (K, 2, 3), their radii and the level of the waste. `Pairs` are as `MemberPairs.table`.
+axes of K obstacles, shape (K, 2, 3), their radii and the level of the waste.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.pairs import MemberPairs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Walls = tuple[Array, Array, Array, Array, float]
-Pairs = tuple[Index, Array, Index, Array, Index, Index, Index]
 
 _SECTOR_SLACK = 1e-9  # m; a point on the border of two sectors must not fall between them; the error is its square
 _TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
@@ -255,7 +255,7 @@ def _beside(one: Array, other: Array, reach: float) -> bool:
 
 
 @compiled
-def measure_pairs(pairs: Pairs, points: Array, least: Array, pair: Index) -> None:
+def measure_pairs(pairs: MemberPairs, points: Array, least: Array, pair: Index) -> None:
     """Least distance between members of each configuration, shape (W,), and the two members, shape (W, 2).
 
     Balls about modules and members tell which of them need not be measured.
@@ -294,7 +294,7 @@ def measure_pairs(pairs: Pairs, points: Array, least: Array, pair: Index) -> Non
 @compiled
 def find_near(
     tank: Walls,
-    pairs: Pairs,
+    pairs: MemberPairs,
     meets: Mask,
     point_radii: Array,
     points: Array,

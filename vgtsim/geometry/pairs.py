@@ -6,20 +6,17 @@ rules out most pairs that are left. What depends on the members alone is tabulat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from vgtsim.geometry.gaps import Pairs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class MemberPairs:
-    """Pairs of members whose modules are far enough apart along the arm to meet.
+class MemberPairs(NamedTuple):
+    """Pairs of members whose modules are far enough apart along the arm to meet; compiled functions take it as it is.
 
     Attributes:
         ends: Points of each of M members by index, shape (M, 2); a ball has the same point twice.
@@ -38,11 +35,6 @@ class MemberPairs:
     modules: Index
     members: Index
     begin: Index
-
-    @property
-    def table(self) -> Pairs:
-        """All of it, for compiled functions."""
-        return self.ends, self.radii, self.corners, self.thick, self.modules, self.members, self.begin
 
 
 def pair_members(ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np.integer], apart: int) -> MemberPairs:

@@ -236,15 +236,10 @@ def _count(marks: Index, numbers: Array, step: Array) -> None:
 
 
 @compiled
-def advance(how: Array, tolerance: Array, which: Index, *tables: Any) -> None:
-    """Carry some goals, shape (c,), on to what they want next.
-
-    `how` is optimality, greatest count, greatest change of a variable, condition limit, whether slopes cost far more than
-    values, and whether the curvature that the model leaves out can be asked for. The tables are `there`, a `Point` of
-    answers to what was wanted, `Ways`, the `Point` of all goals, `Factors` and `Further`; given one by one, because a tuple
-    costs more than the work.
-    """
-    there, ways, at, factors, further = tables[:8], tables[8:15], tables[15:23], tables[23:26], tables[26:28]
+def carry_on(
+    how: Array, tolerance: Array, which: Index, there: Any, ways: Any, at: Any, factors: Any, further: Any
+) -> None:
+    """As `advance`, for compiled functions."""
     back, row = np.empty(ways[2].shape[1]), np.empty(ways[6].shape[1])
     for r in range(len(which)):
         i = which[r]
@@ -325,3 +320,15 @@ def advance(how: Array, tolerance: Array, which: Index, *tables: Any) -> None:
                 marks[AGAIN], marks[PHASE] = 0, _ITERATE
             elif phase == _FAILED or _go_on(i, how, tolerance, ways, at, factors):
                 break
+
+
+@compiled
+def advance(how: Array, tolerance: Array, which: Index, *tables: Any) -> None:
+    """Carry some goals, shape (c,), on to what they want next.
+
+    `how` is optimality, greatest count, greatest change of a variable, condition limit, whether slopes cost far more than
+    values, and whether the curvature that the model leaves out can be asked for. The tables are `there`, a `Point` of
+    answers to what was wanted, `Ways`, the `Point` of all goals, `Factors` and `Further`; given one by one, because a tuple
+    costs more than the work.
+    """
+    carry_on(how, tolerance, which, tables[:8], tables[8:15], tables[15:23], tables[23:26], tables[26:28])

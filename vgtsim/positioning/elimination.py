@@ -72,14 +72,32 @@ def apply_row(vector: Array, matrix: Array, out: Array) -> None:
 @compiled
 def _factorise(W: Array) -> bool:
     """Cholesky's factor of a symmetric matrix in its upper triangle, and whether it is definite."""
-    for k in range(len(W)):
-        if not W[k, k] > 0:
+    n = len(W)
+    for k in range(0, n, 2):  # two rows at a time: half the ways through the matrix
+        if not _scale(W[k], k):
             return False
-        root = np.sqrt(W[k, k])
-        for j in range(k, len(W)):
-            W[k, j] /= root
-        for i in range(k + 1, len(W)):
-            add_row(W[i, i:], W[k, i:], -W[k, i])
+        if k + 1 == n:
+            break
+        first = W[k]
+        add_row(W[k + 1, k + 1 :], first[k + 1 :], -first[k + 1])
+        if not _scale(W[k + 1], k + 1):
+            return False
+        second = W[k + 1]
+        for i in range(k + 2, n):
+            row, p, q = W[i], first[i], second[i]
+            for j in range(i, n):
+                row[j] -= p * first[j] + q * second[j]
+    return True
+
+
+@compiled
+def _scale(row: Array, k: int) -> bool:
+    """Divide a row from its diagonal on by the root of that, and whether it has one."""
+    if not row[k] > 0:
+        return False
+    root = np.sqrt(row[k])
+    for j in range(k, len(row)):
+        row[j] /= root
     return True
 
 
@@ -122,11 +140,31 @@ def _diagonalise(A: Array, V: Array) -> None:
                 for k in range(n):
                     A[p, k], A[q, k] = c * A[p, k] - s * A[q, k], s * A[p, k] + c * A[q, k]
                     V[p, k], V[q, k] = c * V[p, k] - s * V[q, k], s * V[p, k] + c * V[q, k]
+                A[p, q] = A[q, p] = 0.0  # but for rounding, which would keep the sweeps going
+
+
+@compiled
+def _invert(A: Array, out: Array) -> float:
+    """Inverse of a definite matrix, and a bound of its condition number; infinite where it is not definite."""
+    n, U = len(A), A.copy()
+    trace, size = 0.0, 0.0
+    for i in range(n):
+        trace += A[i, i]
+    if not _factorise(U):
+        return np.inf
+    out[:] = 0.0
+    for i in range(n):
+        out[i, i] = 1.0
+        _solve(U, out[i])
+        size += out[i, i]
+    return trace * size
 
 
 @compiled
 def pseudo_inverse(A: Array, limit: float, out: Array) -> None:
     """Inverse of a symmetric matrix, overwritten, without the eigenvalues below the greatest over limit²."""
+    if _invert(A, out) < limit**2:
+        return
     n, V, greatest = len(A), np.empty(A.shape), 0.0
     _diagonalise(A, V)
     for k in range(n):
@@ -148,9 +186,16 @@ def _cross(A: Array, B: Array, out: Array) -> None:
 @compiled
 def project(J: Array, slope: Array, limit: float, y: Array, rest: Array) -> None:
     """Multipliers that leave least of a slope, and what they leave: its part in the null space of J."""
-    square, inverse, own = np.empty((len(J), len(J))), np.empty((len(J), len(J))), np.empty(len(J))
+    square, inverse = np.empty((len(J), len(J))), np.empty((len(J), len(J)))
     _cross(J, J, square)
     pseudo_inverse(square, limit, inverse)
+    _leave(J, inverse, slope, y, rest)
+
+
+@compiled
+def _leave(J: Array, inverse: Array, slope: Array, y: Array, rest: Array) -> None:
+    """As `project`, by the pseudo-inverse of J Jᵀ."""
+    own = np.empty(len(J))
     apply_matrix(J, slope, own)
     apply_matrix(inverse, own, y)
     apply_row(y, J, rest)
@@ -161,12 +206,29 @@ def project(J: Array, slope: Array, limit: float, y: Array, rest: Array) -> None
 
 
 @compiled
-def find_rest(J: Array, slope: Array, limit: float, rest: Array) -> None:
-    """Part of slopes, shape (b, k), in the null space of J, shape (b, m, k): projected twice, for its last digits."""
-    y, first = np.empty(J.shape[1]), np.empty(J.shape[2])
+def judge(
+    J: Array, slope: Array, error: Array, limit: float, tolerance: Array, stationarity: Array, met: NDArray[np.bool_]
+) -> None:
+    """Stationarity, and which goals are met, shape (b,), of Jacobians (b, m, k), slopes (b, k) and errors (b, m).
+
+    The stationarity is the norm of a slope in the null space of its Jacobian over 1 + the whole norm.
+    """
+    size = J.shape[1]
+    y, first, rest, square, inverse = (
+        np.empty(size),
+        np.empty(J.shape[2]),
+        np.empty(J.shape[2]),
+        np.empty((size, size)),
+        np.empty((size, size)),
+    )
     for i in range(len(J)):
-        project(J[i], slope[i], limit, y, first)
-        project(J[i], first, limit, y, rest[i])
+        _cross(J[i], J[i], square)
+        pseudo_inverse(square, limit, inverse)
+        _leave(J[i], inverse, slope[i], y, first)  # twice, for the last digits
+        _leave(J[i], inverse, first, y, rest)
+        stationarity[i], met[i] = find_size(rest) / (1 + find_size(slope[i])), True
+        for m in range(size):
+            met[i] = met[i] and abs(error[i, m]) <= tolerance[m]
 
 
 @compiled

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import prod
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.errors import GoalError
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.state import State
-from vgtsim.kinematics.vectors import cross
 from vgtsim.positioning import rows
 
 Array = NDArray[np.float64]
@@ -40,6 +40,11 @@ class Rows:
     @abstractmethod
     def names(self) -> tuple[str, ...]:
         """One for each row."""
+
+    @property
+    def width(self) -> int:
+        """Number of rows."""
+        return {rows.POSITION: len(self.columns), rows.DIRECTION: 2, rows.TURN: 3}[self.kind]
 
     @property
     def count(self) -> int:
@@ -120,7 +125,7 @@ class Direction(Rows):
     def fill(self, targets: Array) -> None:
         """The direction, and two unit vectors across it."""
         targets[:, 0] = self.target
-        targets[:, 1:] = _across(targets[:, 0])
+        rows.fill_across(targets)
 
 
 @dataclass(frozen=True)
@@ -161,7 +166,12 @@ class GoalSpace:
     @property
     def tolerance(self) -> Array:
         """Of each row, shape (m,), m or rad."""
-        return np.concatenate([np.full(len(part.names), part.tolerance) for part in self.parts])
+        return np.array([part.tolerance for part in self.parts for _ in range(part.width)])
+
+    @property
+    def width(self) -> int:
+        """Number of rows m."""
+        return sum(part.width for part in self.parts)
 
     @property
     def count(self) -> int:
@@ -196,9 +206,9 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
         GoalError: A value is not finite, or a direction is zero.
     """
     at, along = np.asarray(position, float), np.asarray(direction, float)
-    size = np.linalg.norm(along, axis=-1, keepdims=True)
-    near = np.all(np.abs(at) < _FARTHEST) and np.all(size < _FARTHEST)  # finite, and their squares too
-    if not (near and np.all(size > 1e-12)):
+    size = np.sqrt((along * along).sum(axis=-1, keepdims=True))
+    near = max(np.abs(at).max(initial=0.0), size.max(initial=0.0)) < _FARTHEST  # finite, and their squares too
+    if not (near and size.min(initial=1.0) > 1e-12):
         goal = f"goal at {np.array2string(at, threshold=6)} along {np.array2string(along, threshold=6)}"
         detail = f"{goal}: finite numbers and a direction that is not zero"
         raise GoalError(("tool x", "tool direction 1"), 0.0, detail)
@@ -224,18 +234,31 @@ def measure(table: rows.Table, state: State, which: Index, slopes: bool = True) 
 
 def tabulate(chain: Chain, goal: GoalSpace) -> rows.Table:
     """The rows of all goals as compiled functions take them."""
-    count, layout, row = goal.count, chain.layout, 0
-    parts, axes = np.empty((len(goal.parts), 5), np.intp), np.zeros((len(goal.parts), 3), np.intp)
-    spots, targets = np.empty((len(goal.parts), 3, 5)), np.zeros((len(goal.parts), count, 3, 3))
-    for p, part in enumerate(goal.parts):
-        (face, inputs), width, offset = part.place(chain), len(part.names), part.offset(chain)
-        parts[p] = part.kind, layout.face_from[face], inputs, row, width
+    targets = np.zeros((len(goal.parts), goal.count, 3, 3))
+    for part, own in zip(goal.parts, targets, strict=True):
+        part.fill(own)
+    kinds = tuple((type(part), part.module, getattr(part, "axes", "")) for part in goal.parts)
+    return *_seat(chain, kinds), targets
+
+
+@lru_cache(maxsize=16)  # of the goals of a few arms: a plan asks for the same kinds again and again
+def _seat(chain: Chain, kinds: tuple[tuple[type[Any], str | None, str], ...]) -> tuple[Index, Array, Index]:
+    """Of a table all but the targets."""
+    layout, row, none = chain.layout, 0, np.zeros(3)
+    parts, axes, spots = (
+        np.empty((len(kinds), 5), np.intp),
+        np.zeros((len(kinds), 3), np.intp),
+        np.empty((len(kinds), 3, 5)),
+    )
+    for p, (kind, module, names) in enumerate(kinds):
+        part = kind(none, names, module) if kind is Position else kind(none, module)
+        face, inputs = part.place(chain)
+        parts[p] = part.kind, layout.face_from[face], inputs, row, part.width
         spots[p, :, :4] = layout.face_offset[face, :3]
-        spots[p, :, 4] = spots[p, :, 3] + offset * spots[p, :, 2]
+        spots[p, :, 4] = spots[p, :, 3] + part.offset(chain) * spots[p, :, 2]
         axes[p, : len(part.columns)] = part.columns
-        part.fill(targets[p])
-        row += width
-    return parts, spots, axes, targets
+        row += part.width
+    return parts, spots, axes
 
 
 def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tuple[RowReport, ...]:
@@ -251,11 +274,3 @@ def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tupl
         RowReport(name, value, None if value is None else value + float(gap), float(gap), float(tolerance))
         for name, value, gap, tolerance in lines
     )
-
-
-def _across(target: Array) -> Array:
-    """Two unit vectors across each direction, shape (b, 2, 3)."""
-    helper = np.eye(3)[np.argmin(np.round(np.abs(target), 9), axis=-1)]  # the first of equals
-    first = cross(target, helper)
-    first /= np.linalg.norm(first, axis=-1, keepdims=True)
-    return np.stack([first, cross(target, first)], axis=1)

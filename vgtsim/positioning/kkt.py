@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import inf
 from typing import Any
 
@@ -39,19 +39,10 @@ class Quadratic:
     by_length: Array | None = None
 
     @property
-    def parts(self) -> tuple[NDArray[np.bool_], Array, Array, Array, Array, Array, Array, Array]:
+    def parts(self) -> tuple[NDArray[Any], ...]:
         """All of it as compiled functions take it; what is absent has no columns."""
-        none = np.empty((len(self.error), 0))
-        return (
-            stored(self.inside),
-            stored(self.error),
-            stored(self.J),
-            stored(self.value),
-            stored(self.slope),
-            stored(self.curve),
-            none if self.rough is None else stored(self.rough),
-            none if self.by_length is None else stored(self.by_length),
-        )
+        own = (getattr(self, item.name) for item in fields(self))
+        return tuple(np.empty((len(self.error), 0)) if part is None else stored(part) for part in own)
 
 
 def stored(array: NDArray[Any]) -> NDArray[Any]:

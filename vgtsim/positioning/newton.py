@@ -18,12 +18,14 @@ curvature in the null space is not positive, the point is a saddle: the way goes
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.positioning import descent, elimination
+from vgtsim.positioning.course import pursue
 from vgtsim.positioning.kkt import CONDITION_LIMIT, Quadratic, stored
 from vgtsim.positioning.solution import Solution
 
@@ -51,6 +53,30 @@ class NewtonSettings:
     limit: float = CONDITION_LIMIT
 
 
+@dataclass(frozen=True)
+class Course:
+    """Goals of a plain problem, shape (B,), see `course`.
+
+    Attributes:
+        tables: Goal rows, body and lengths, as `pursue` takes them.
+        sizes: Numbers of goal rows, inputs and actuators.
+    """
+
+    goals: Index
+    tables: tuple[Array | Index, ...]
+    sizes: tuple[int, int, int]
+
+    def choose(self, which: Index) -> Course:
+        """Some of the goals."""
+        return replace(self, goals=self.goals[which])
+
+    def make_room(self, count: int) -> tuple[NDArray[Any], ...]:
+        """Points that are not evaluated yet."""
+        m, n, J = self.sizes
+        shapes = (count, m), (count, m, n), count, (count, n), (count, n, n), (count, 0), (count, J)
+        return np.empty(count, bool), *(np.empty(shape) for shape in shapes)
+
+
 Evaluate = Callable[[Array, Index], Quadratic]
 Glance = Callable[[Array, Index, bool], tuple[Mask, Array, Array]]
 Bend = Callable[[Array, Index, Array, Array | None], Array]
@@ -63,6 +89,7 @@ def minimise(
     bend: Bend | None = None,
     glance: Glance | None = None,
     dear: bool = False,
+    course: Course | None = None,
 ) -> Solution:
     """Meet every goal of a batch from variables of shape (B, k), and make its objective least in the null space.
 
@@ -74,15 +101,14 @@ def minimise(
         glance: From variables, goals and whether values are wanted to `inside`, `error` and `value` alone: cheaper.
         dear: Whether slopes cost so much more than values that trial steps that have been cut, most of which are cut
             again, are judged by a glance.
+        course: Of a plain problem: all but the way from a saddle is then one compiled call.
 
     Raises:
         ValueError: A start is outside the hard limits.
     """
     how, z, every = settings or NewtonSettings(), np.array(start, float), np.arange(len(start))
-    at = evaluate(z.copy(), every).parts  # its parts are written to
+    at = evaluate(z.copy(), every).parts if course is None else course.make_room(len(z))  # its parts are written to
     inside, error, J, value, slope, curve, rough, by_length = at
-    if not np.all(inside):
-        raise ValueError(f"start {int(np.argmin(inside))} is outside the strokes")
     (count, size), rows, learns = z.shape, error.shape[1], rough.shape[1] > 0
     bends = bend is not None and not learns
     y, none = np.empty((count, rows)), np.empty((0, size, size))
@@ -94,10 +120,16 @@ def minimise(
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
     learned, bent = np.zeros(curve.shape) if learns else none, np.zeros(curve.shape) if bends else none
     figures = np.array([how.optimality, how.most, how.turn, how.limit, dear and glance is not None, bends], float)
-    tolerance = np.array(np.broadcast_to(how.tolerance, rows), float)
+    tolerance = np.empty(rows)
+    tolerance[:] = how.tolerance
     which, there = every, at
     while True:
-        descent.advance(figures, tolerance, which, *there, *ways, *at, *factors, learned, bent)
+        if course is None:
+            descent.advance(figures, tolerance, which, *there, *ways, *at, *factors, learned, bent)
+        else:
+            pursue(figures, tolerance, which, course.goals, *ways, *at, *factors, learned, bent, *course.tables)
+        if not at[0].all():
+            raise ValueError(f"start {int(np.argmin(at[0]))} is outside the strokes")
         pending = np.flatnonzero(marks[:, descent.WANT])
         if not len(pending):
             break
@@ -114,15 +146,15 @@ def minimise(
         else:
             inside, error_there, values = glance(trial[which], which, want == descent.GLANCE)
             there = (stored(inside), stored(error_there), J, stored(values), slope, curve, rough, by_length)
-    rest = np.empty(z.shape)
-    elimination.find_rest(J, slope, how.limit, rest)
+    stationarity, met = np.empty(count), np.empty(count, bool)
+    elimination.judge(J, slope, error, how.limit, tolerance, stationarity, met)
     return Solution(
         q=z,
         error=error,
         value=value,
         iterations=marks[:, descent.MOVES].copy(),
-        met=np.all(np.abs(error) <= tolerance, axis=1),
-        stationarity=np.linalg.norm(rest, axis=1) / (1 + np.linalg.norm(slope, axis=1)),
+        met=met,
+        stationarity=stationarity,
         promise=numbers[:, descent.PROMISE].copy(),
         optimal=marks[:, descent.OPTIMAL] > 0,
     )

@@ -90,6 +90,10 @@ class Objective:
         """Values alone, shape (b,), without the price of slopes."""
         return self.terms(at).value
 
+    def squares(self, box: StrokeBox) -> tuple[float, Array] | None:  # noqa: ARG002
+        """Weight and lengths, shape (B, J) or (1, J), m, of an objective that is half squares of ways from lengths, or none."""
+        return None
+
     def bend(self, at: Configurations) -> Array | float:
         """Curvature beyond the known part, shape (b, n, n), symmetric and not definite; or zero."""
         del at
@@ -107,6 +111,10 @@ class StrokeBarrier(Objective):
         _, value, first, second = at.strokes
         return _of_lengths(at, value, first, second)
 
+    def squares(self, box: StrokeBox) -> tuple[float, Array]:
+        """None: the barrier stands alone."""
+        return 0.0, box.least[None]
+
     def values(self, at: Configurations) -> Array:
         """Without slopes."""
         return at.strokes[1]
@@ -122,6 +130,10 @@ class MidStroke(Objective):
         """In closed form."""
         return _half_square(at, (at.length - at.box.least) / at.box.half - 1)
 
+    def squares(self, box: StrokeBox) -> tuple[float, Array]:
+        """From mid-stroke."""
+        return 1.0, (box.least + box.greatest)[None] / 2
+
 
 @dataclass(frozen=True)
 class Nearness(Objective):
@@ -134,6 +146,10 @@ class Nearness(Objective):
         """In closed form."""
         before = self.previous.reshape(-1, at.length.shape[1])
         return _half_square(at, (at.length - (before[at.which] if len(before) > 1 else before)) / at.box.half)
+
+    def squares(self, box: StrokeBox) -> tuple[float, Array]:
+        """From the lengths before."""
+        return 1.0, np.array(self.previous.reshape(-1, len(box.least)), float)
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,10 @@ from vgtsim.errors import GoalError, ObjectiveError
 from vgtsim.kinematics import Chain
 from vgtsim.kinematics.state import State
 from vgtsim.positioning import rows
+from vgtsim.positioning.course import STEP
 from vgtsim.positioning.goals import GoalSpace, measure, tabulate
 from vgtsim.positioning.kkt import Quadratic
-from vgtsim.positioning.newton import NewtonSettings, minimise
+from vgtsim.positioning.newton import Course, NewtonSettings, minimise
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, WeightedSum
 from vgtsim.positioning.reduction import Reduction
 from vgtsim.positioning.solution import Solution, join_solutions
@@ -25,7 +26,6 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 _STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain allows
-_STEP = 1e-5  # of one-sided differences, in units of the inputs: errors of both kinds are near 1e-5 of the curvature
 _NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first
 _CLOSE = 1e-3  # error, m and rad, to which it is gone
 _CACHED = 2**18  # numbers in the curvatures of the goals that are solved at a time: they stay in the processor's cache
@@ -62,11 +62,25 @@ class Problem:
     @property
     def tolerance(self) -> Array:
         """Of all rows, those of the goal and then one for each static leg, shape (m + S,), m and rad."""
-        return np.concatenate([self.goal.tolerance, np.full(len(self.chain.layout.static), _STATIC)])
+        static = len(self.chain.layout.static)
+        return np.concatenate([self.goal.tolerance, np.full(static, _STATIC)]) if static else self.goal.tolerance
 
     @cached_property
     def _table(self) -> rows.Table:
         return tabulate(self.chain, self.goal)
+
+    @cached_property
+    def course(self) -> Course | None:
+        """What one compiled call needs to solve the goals; absent where it cannot, see `course`."""
+        squares, body = self.objective.squares(self.box), self.box.body
+        if squares is None or body is None or self.reduction is not None:
+            return None
+        weight, meant = squares
+        if weight and not np.isfinite(meant).all():  # the general way names the objective
+            return None
+        weights = np.array([1.0 if isinstance(self.objective, StrokeBarrier) else self.barrier, weight])
+        sizes = self.goal.width, self.chain.layout.inputs, len(self.box.least)
+        return Course(np.arange(self.goal.count), (*self._table, *body, weights, meant), sizes)
 
     @cached_property
     def guarded(self) -> Objective:
@@ -162,10 +176,10 @@ def lagrangian_curvature(
     place = np.arange(count) - np.searchsorted(owner, owner)  # among the module's own inputs
     total, raw = np.zeros((2, batch, count, count))
     rows.curve_between(which, multipliers, owner, total, raw, *table, *state.motion)
-    steps = _STEP * (place == np.arange(place.max() + 1)[:, None])
+    steps = STEP * (place == np.arange(place.max() + 1)[:, None])
     moved = state.chain.state((state.q + steps[:, None]).reshape(-1, count))
     first, there = (_gradient(table, at, multipliers, length_slope, which) for at in (state, moved))
-    rows.curve_within(first, there.reshape(-1, batch, count), _STEP, owner, place, raw, total)
+    rows.curve_within(first, there.reshape(-1, batch, count), STEP, owner, place, raw, total)
     return total
 
 
@@ -192,8 +206,10 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     Source: chapter 6. Differs: see `newton`.
     """
     count = problem.goal.count
-    z = problem.variables(np.broadcast_to(np.asarray(start, float), (count, problem.chain.layout.inputs)))
-    width, free = len(problem.goal.names), z.shape[1] - len(problem.chain.layout.static)
+    q = np.empty((count, problem.chain.layout.inputs))
+    q[:] = start
+    z = problem.variables(q)
+    width, free = problem.goal.width, z.shape[1] - len(problem.chain.layout.static)
     if width > free:
         raise GoalError(problem.goal.names, 0.0, f"{width} goal rows for {free} inputs that are left")
     how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)
@@ -203,11 +219,21 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
     starts = range(0, count, chunk)
     parts = [_solve_some(problem, z, np.arange(i, min(i + chunk, count)), how) for i in starts]
     whole = parts[0] if len(parts) == 1 else join_solutions(parts)
+    if problem.course is not None:
+        return whole
     return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :width])
 
 
 def _solve_some(problem: Problem, z: Array, which: Index, how: NewtonSettings) -> Solution:
     """Solve the goals that are solved at a time, from variables of all goals, shape (B, k)."""
+    if problem.course is not None:
+        return minimise(
+            problem.model,
+            z[which],
+            how,
+            problem.bend,
+            course=problem.course if len(which) == len(z) else problem.course.choose(which),
+        )
     return minimise(
         lambda at, i: problem.model(at, which[i]),
         z[which],

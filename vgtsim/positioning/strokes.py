@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
+from vgtsim.kinematics.modules.double_octahedral import fill_mid_planes
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 _BINDING = 2e-3  # m from the end of its box: such an actuator is called binding; the barrier keeps about a millimetre
@@ -34,6 +36,20 @@ class StrokeBox:
     def middle(self) -> Array:
         """Inputs with every actuator at the middle of its box, shape (n,)."""
         return self.chain.inputs_from_lengths((self.least + self.greatest) / 2)
+
+    @cached_property
+    def body(self) -> tuple[Array | Index, ...] | None:
+        """Of an arm of double octahedra alone what `course` needs: a `Body`, and least, greatest and middle."""
+        chain, layout = self.chain, self.chain.layout
+        if not layout.in_order or layout.places[0].modules.fill is not fill_mid_planes:
+            return None
+        place = layout.places[0]
+        own, turn = place.modules, np.arange(layout.inputs) % place.modules.inputs
+        body = own.figures, own.straight, chain.root, layout.steps, layout.owner, turn, place.legs, place.columns
+        return tuple(
+            np.require(x, requirements=["C", "W"])
+            for x in (chain.flange, *body, self.least, self.greatest, self.middle[None])
+        )
 
     @property
     def half(self) -> Array:

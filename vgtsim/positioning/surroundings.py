@@ -151,7 +151,7 @@ class Surroundings:
             held, slope = np.empty((room, 4), np.intp), np.empty((room, 4, 3))
             count = find_near(
                 self._walls,
-                capsules.far_pairs.table,
+                capsules.far_pairs,
                 pillars.meets,
                 capsules.point_radii,
                 points,
