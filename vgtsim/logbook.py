@@ -191,7 +191,7 @@ def open_log(folder: str | Path) -> LogBook:
 
 def save_log(folder: Path, scene: Scene, log: RunLog) -> None:
     """Write a whole log into a folder without one."""
-    writer = LogWriter(folder, scene, log.versions, log.digests)
+    writer = LogWriter(folder=folder, scene=scene, versions=log.versions, digests=log.digests)
     nothing = {name: getattr(log, name)[:0] for name in TOUCHES}
     last = max(log.count - 1, 0) // CHUNK * CHUNK
     for first in range(0, last, CHUNK):

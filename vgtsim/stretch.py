@@ -55,7 +55,7 @@ class Outline:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class LogStretch:
     """Records of a log, `first` of which is that of the run; `wide` has some records on either side as well.
 
     `inner` is where the records stand in the wide ones.
@@ -67,7 +67,7 @@ class Stretch:
     inner: slice
 
 
-def cut(source: LogSource) -> Iterator[Stretch]:
+def cut(source: LogSource) -> Iterator[LogStretch]:
     """Cut a log into stretches of about equal lengths; a short log is one."""
     count = source.count
     edges = np.linspace(0, count, max(-(-count // _LENGTH), 1) + 1).astype(int).tolist()
@@ -75,7 +75,7 @@ def cut(source: LogSource) -> Iterator[Stretch]:
         low = max(first - BESIDE, 0)
         wide = source.read(low, min(stop + BESIDE, count))
         inner = slice(first - low, stop - low)
-        yield Stretch(log=wide.read(inner.start, inner.stop), wide=wide, first=first, inner=inner)
+        yield LogStretch(log=wide.read(inner.start, inner.stop), wide=wide, first=first, inner=inner)
 
 
 def outline(source: LogSource) -> Outline:

@@ -71,7 +71,7 @@ class Plant:
         self.data = mujoco.MjData(self.model)
         self._gauges = find_gauges(self.model, site)
         self._count = len(site.truss.actuated)
-        self._recorder = Recorder(self._gauges, store)
+        self._recorder = Recorder(gauges=self._gauges, store=store)
         self._steps, self._wall = 0, 0.0
         self.record_rate = simulation.log_rate if record_rate is None else record_rate
         self.stopped = _NEVER_RESET
@@ -124,7 +124,7 @@ class Plant:
         self._rates: Array | None = None
         self._stand(q, nodes)
         self._find_equilibrium()
-        self._recorder = Recorder(self._gauges, self._recorder.store)
+        self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
         self.record_rate = self._record_rate
         self._goal, self._settled = -1, False

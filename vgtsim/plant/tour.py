@@ -46,7 +46,7 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
 def begin_log(site: Site, tour: Tour, folder: Path, *, resume: bool = False) -> LogWriter:
     """Begin the log of a tour in a folder, or go on with the one there; see `LogWriter` for errors."""
     digests = list_digests(site) | {"programme": tour.digest}
-    return LogWriter(folder, site.scene, list_versions(), digests, resume)
+    return LogWriter(folder=folder, scene=site.scene, versions=list_versions(), digests=digests, resume=resume)
 
 
 def record(site: Site, tour: Tour, writer: LogWriter) -> None:

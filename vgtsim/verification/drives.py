@@ -81,10 +81,10 @@ def find_saturation(run: Evidence, bit: int) -> Finding:
         return missing("the log does not say what saturated")
     hit = (log.saturation & bit) != 0
     if not hit.any():
-        return Finding(0.0)
+        return Finding(value=0.0)
     share, worst = float(hit.any(axis=1).mean()), int(np.argmax(hit.sum(axis=0)))
     detail = f"{hit.any(axis=0).sum()} cylinders, {share:.1%} of the records"
-    return Finding(share, names[worst], float(log.time[np.argmax(hit[:, worst])]), detail)
+    return Finding(value=share, where=names[worst], when=float(log.time[np.argmax(hit[:, worst])]), detail=detail)
 
 
 check_saturations: tuple[Measure, ...] = tuple(

@@ -26,7 +26,7 @@ from vgtsim.statics import (
     solve_members,
     utilise,
 )
-from vgtsim.stretch import Outline, Stretch, outline
+from vgtsim.stretch import LogStretch, Outline, outline
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -69,7 +69,7 @@ class Evidence:
     site: Site
     log: RunLog
     tour: PlannedTour | None = None
-    stretch: Stretch | None = None
+    stretch: LogStretch | None = None
     whole: Outline | None = None
 
     @cached_property

@@ -68,7 +68,7 @@ class Measure:
             least |= {place: min(value, least.get(place, np.inf)) for place, value in part.least.items()}
         detail = over.detail if over.over != worst.over else worst.detail
         detail += ", ".join(f"{place} {value:.3f} m" for place, value in least.items())
-        return Finding(worst.value / over.over, worst.where, worst.when, detail)
+        return Finding(value=worst.value / over.over, where=worst.where, when=worst.when, detail=detail)
 
 
 def report_as(
@@ -117,7 +117,7 @@ def measures_in(module: ModuleType) -> list[Measure]:
 
 def missing(detail: str, where: str = "none") -> Finding:
     """A figure that could not be measured, and why."""
-    return Finding(_NAN, where, _NAN, detail)
+    return Finding(value=_NAN, where=where, when=_NAN, detail=detail)
 
 
 def absent(detail: str) -> Finding:
@@ -133,10 +133,12 @@ def worst_of(values: Array, time: Array, names: Sequence[str]) -> Finding:
     record, column = np.unravel_index(first_greatest(gaps if gaps.any() else values), values.shape)
     if gaps.any():
         detail = f"{gaps.any(axis=1).sum()} of {len(values)} records were not measured"
-    return Finding(float(values[record, column]), names[int(column)], float(time[record]), detail)
+    return Finding(
+        value=float(values[record, column]), where=names[int(column)], when=float(time[record]), detail=detail
+    )
 
 
 def least_of(values: Array, time: Array, names: Sequence[str]) -> Finding:
     """Find the least of values, as `worst_of` finds the greatest."""
     worst = worst_of(-values, time, names)
-    return Finding(-worst.value, worst.where, worst.when, worst.detail)
+    return Finding(value=-worst.value, where=worst.where, when=worst.when, detail=worst.detail)

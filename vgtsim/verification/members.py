@@ -40,7 +40,7 @@ def check_rows(run: Evidence) -> Finding:
     """Say what is not measured where members are length rows."""
     inside = len(run.names) - len(find_rigid_sections(run.site.chain).rows)
     words = "shear is not simulated; forces inside static modules follow from statics"
-    return Finding(0.0, detail=f"{words}: {inside} of {len(run.names)} members")
+    return Finding(value=0.0, detail=f"{words}: {inside} of {len(run.names)} members")
 
 
 @report_as(

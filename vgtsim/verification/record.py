@@ -24,7 +24,9 @@ def check_count(run: Evidence) -> Finding:
     """Difference of the number of records from that of the simulated time."""
     simulated = run.log.performance["simulated_s"]
     due, count = int(np.ceil(simulated * run.site.task.simulation.log_rate - _ROUNDING)), len(run.outline.time)
-    return Finding(float(abs(count - due)), "the log", detail=f"{count} records of {simulated:.6g} s, {due} are due")
+    return Finding(
+        value=float(abs(count - due)), where="the log", detail=f"{count} records of {simulated:.6g} s, {due} are due"
+    )
 
 
 @report_as("record", "stages of the tour missing or out of place", unit="1", limit="missing_records")
@@ -45,4 +47,4 @@ def check_stages(run: Evidence) -> Finding:
         last = np.flatnonzero(log.goal == goal)[-1:]
         if len(there) != 1 or there[0].last != last[0] or abs(there[0].last + 1 - there[0].first - due) > _BESIDE:
             faults.append(f"the hold at {goal_name(site, goal)}")
-    return Finding(float(len(faults)), faults[0] if faults else "none", detail="; ".join(faults))
+    return Finding(value=float(len(faults)), where=faults[0] if faults else "none", detail="; ".join(faults))

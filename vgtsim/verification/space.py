@@ -22,7 +22,9 @@ def check_clearance(run: Evidence) -> Finding:
         place = int(around.nearest[worst])
         where = f"{run.proximity.name_around(int(around.body[worst, place]))} to {around.places[place]}"
     each = dict(zip(around.places, around.distance.min(axis=0), strict=True)) | {"the arm itself": among.min()}
-    found = Finding(float(run.clearance[worst]), where, float(run.log.time[worst]), "least distances: ")
+    found = Finding(
+        value=float(run.clearance[worst]), where=where, when=float(run.log.time[worst]), detail="least distances: "
+    )
     return replace(found, least={place: float(distance) for place, distance in each.items() if np.isfinite(distance)})
 
 
@@ -31,13 +33,18 @@ def check_contacts(run: Evidence) -> Finding:
     """Count the logged contacts; the first is named."""
     log = run.log
     if not len(log.contact_time):
-        return Finding(0.0, detail=log.stopped)
+        return Finding(value=0.0, detail=log.stopped)
     first, second = log.contact_pair[0]
-    return Finding(float(len(log.contact_time)), f"{first} and {second}", float(log.contact_time[0]), log.stopped)
+    return Finding(
+        value=float(len(log.contact_time)),
+        where=f"{first} and {second}",
+        when=float(log.contact_time[0]),
+        detail=log.stopped,
+    )
 
 
 @report_as("contacts", "warnings and early ends", unit="1", limit="contacts")
 def check_faults(run: Evidence) -> Finding:
     """Count kinds of warning, and a run that was ended early; they are quoted."""
     faults = [*run.log.warnings, *([run.log.stopped] if run.log.stopped else [])]
-    return Finding(float(len(faults)), "the run" if faults else "none", detail="; ".join(faults))
+    return Finding(value=float(len(faults)), where="the run" if faults else "none", detail="; ".join(faults))

@@ -77,7 +77,7 @@ def _find_worst_held(run: Evidence, errors: Array) -> Finding:
     if not len(held):
         return absent("the arm never settled")
     worst = held[np.argmax(errors[held])]
-    return Finding(float(errors[worst]), labels[int(log.goal[worst])], float(log.time[worst]))
+    return Finding(value=float(errors[worst]), where=labels[int(log.goal[worst])], when=float(log.time[worst]))
 
 
 @dataclass(frozen=True)
