@@ -70,12 +70,13 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
             mujoco.mj_step(model, data)
             if np.abs(data.qvel).max() < STILL:
                 break
+        noted = recorder.gauges.note(data)
         mujoco.mj_step(model, data)
         recorder.record(
             data,
             time=float(k),
             commanded=wanted[k],
-            speeds=data.qvel,
+            noted=noted,
             goal=0,
             settled=True,
         )
