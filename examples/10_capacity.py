@@ -29,5 +29,7 @@ for position, direction in goals:
         limit = arm.manipulator.cylinders[part.section].push
     else:
         tube = arm.manipulator.tubes[part.section]
-        limit = arm.manipulator.materials[tube.material].yield_strength * tube.area / OMEGA
+        steel = arm.manipulator.materials[tube.material]
+        wall = steel.design_wall * tube.wall  # AISC 360 B4.2: what counts of the nominal wall
+        limit = steel.yield_strength * np.pi * (tube.outer_diameter - wall) * wall / OMEGA
     print(f"  force there {np.abs(force).max() / 1e3:.2f} kN, expected {limit / 1e3:.2f} kN")

@@ -218,7 +218,7 @@ class Plant:
         The inputs are those of the nodes, shape (n,).
         """
         mujoco.mj_resetData(self.model, self.data)
-        springs, self._calm_steps = None, 1
+        springs, self._calm_steps = None, 2  # what is lost of the speed in the first slow step is still a force
         if self.site.task.simulation.members == "elastic":
             springs = fit_springs(self.model, self.data, self.site, nodes)
             nodes = settle(self.site.held_model, nodes)
