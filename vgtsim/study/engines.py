@@ -20,6 +20,7 @@ from typing import Any
 from vgtsim.errors import ClusterError, MissingLibraryError
 
 INSTALL = "pip install 'vgtsim[study]'"
+_PATIENCE = 5.0  # s for a process to end before it is killed
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _ENOUGH = 2  # pieces for a process, which takes a second to start
 _AHEAD = 4096  # batches that a cluster has at a time: some for each of a thousand cores
@@ -62,8 +63,14 @@ def use_processes(workers: int) -> Iterator[Engine]:
     finally:
         for pool in opened:
             pool.shutdown(wait=False, cancel_futures=True)
-        for process in set(multiprocessing.active_children()) - others:
+        left = set(multiprocessing.active_children()) - others
+        for process in left:
             process.terminate()
+        for process in left:
+            process.join(_PATIENCE)
+            if process.is_alive():
+                process.kill()
+                process.join()
         for name, value in before.items():
             os.environ.pop(name) if value is None else os.environ.update({name: value})
 
