@@ -237,18 +237,7 @@ def _mutate(file: Path, rng: random.Random) -> str:
     elif choice < 0.94:
         new = lines[rng.choice(entries)]
     else:
-        new = rng.choice(
-            (
-                "[",
-                "[[modules]]",
-                "[materials.steel]",
-                "[value]",
-                'base = "scene.toml"',
-                "\x00",
-                "provenance = 1",
-                "x" * 100_000,
-            )
-        )
+        new = rng.choice(LINES)
     lines[place : place + 1] = [new]
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return f"{_cut(old)} -> {_cut(new)}"

@@ -148,6 +148,25 @@ def test_a_collision_stops_it_where_it_stops_the_full_model(scene, tour):
     assert logs[0].contact_time[0] == pytest.approx(logs[1].contact_time[0], abs=2 * STEP)
 
 
+def test_a_collision_right_after_the_start_is_seen(scene, tour):
+    """Full speed from rest towards waste 20 mm below: nothing that was measured at rest may keep it from being seen."""
+    chain, leg = Site(scene).chain, tour.legs[0]
+    level = chain.tool(leg.q)[0][2] - scene.task.payload.radius - 0.02
+    waste = scene.tank.waste.model_copy(update={"level": level})
+    flooded = dataclasses.replace(scene, tank=scene.tank.model_copy(update={"waste": waste}))
+    way = leg.lengths[0] - leg.lengths[-1]
+    times = []
+    for members in ("sections", "rigid"):
+        plant = Plant(Site(change(flooded, members=members)))
+        plant.reset(leg.lengths[-1], leg.q)
+        plant.command(rates=0.1 * way / np.abs(way).max())
+        while not plant.stopped and plant.time < 2:
+            plant.step()
+        times.append(plant.time)
+    assert times[1] < 0.2
+    assert times[0] == pytest.approx(times[1], abs=2 * STEP)
+
+
 @pytest.mark.parametrize(("name", "words"), [("tetra4", "hinge"), ("mixed", "hinge")])
 def test_arms_with_hinges_are_refused(name, words):
     with pytest.raises(DescriptionError, match=words):

@@ -52,6 +52,12 @@ class Addresses:
     hub_speeds: Index
 
 
+def find_rows(data: mujoco.MjData, equalities: Index) -> Index:
+    """First constraint row of each of some equalities; rows stay where they are while no equality is switched."""
+    first = dict(zip(data.efc_id[: data.ne].tolist()[::-1], range(data.ne - 1, -1, -1), strict=True))
+    return np.array([first[row] for row in equalities.tolist()], dtype=int)
+
+
 def find_addresses(model: mujoco.MjModel, truss: Truss) -> Addresses:
     """Look up the addresses of a truss in its compiled model."""
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
-from vgtsim.plant.addresses import Addresses
+from vgtsim.plant.addresses import Addresses, find_rows
 from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Hydraulics, advance
 from vgtsim.plant.oil import ChamberState, Oil, fill, find_state, make_cylinders
 from vgtsim.plant.springs import Springs
@@ -42,9 +42,8 @@ class RigidDrive:
 
     def force(self) -> Array:
         """Forces of the last step, tension positive, shape (J,), N."""
-        if self._forces is None:  # equalities keep their constraint rows: none is switched on the way
-            place = {int(row): i for i, row in enumerate(self.data.efc_id[: self.data.ne])}
-            self._forces = np.array([place[int(row)] for row in self.rows], dtype=int)
+        if self._forces is None:
+            self._forces = find_rows(self.data, self.rows)
         return -self.data.efc_force[self._forces]
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import find_rigid_sections
 from vgtsim.mjcf import fill_qpos, make_pose_map, make_section_pose, names
-from vgtsim.plant.addresses import find_addresses
+from vgtsim.plant.addresses import find_addresses, find_rows
 from vgtsim.site import Site
 from vgtsim.statics import NodeMotion, make_load_model, motion_from_log, solve_members
 
@@ -133,9 +133,12 @@ class SectionGauges:
             [self.pose.slide_speeds.ravel(), (self.pose.move_speeds[:, None] + _TRIPLE).ravel()]
         )
         labels = [names.row(truss.members[i].name) for i in self.rows]
-        self._equalities = [model.equality(label).id for label in labels]
+        self._equalities = np.array([model.equality(label).id for label in labels])
         self._driven = np.array([model.tendon(names.row(truss.members[i].name)).id for i in truss.actuated])
         self._order: Index | None = None
+        task, chain = site.task, site.chain
+        self._lumped = make_load_model(chain, task.payload, task.simulation.gravity, lumped=True)
+        self._lengths = truss.lengths(chain.nodes(chain.straight))
         self.counts = _count(site)
 
     def stand(self, data: mujoco.MjData, nodes: Array) -> None:
@@ -159,8 +162,7 @@ class SectionGauges:
     def read(self, data: mujoco.MjData, noted: Array) -> dict[str, Array]:
         """See `Gauges.read`."""
         if self._order is None:
-            place = {int(row): i for i, row in enumerate(data.efc_id[: data.ne])}
-            self._order = np.array([place[row] for row in self._equalities])
+            self._order = find_rows(data, self._equalities)
         length = data.ten_length[self._driven]
         return {
             "nodes": data.site_xpos[self.nodes],
@@ -176,13 +178,11 @@ class SectionGauges:
         still = (records["settled"] | ~np.isfinite(motion.acceleration).all(axis=(1, 2)))[:, None, None]
         # at rest differences of records from before the rest say nothing
         known = NodeMotion(*(np.where(still, 0.0, item) for item in (motion.velocity, motion.acceleration)))
-        task = site.task
-        lumped = make_load_model(site.chain, task.payload, task.simulation.gravity, lumped=True)
-        described, simulated = (solve_members(model, nodes, known) for model in (site.load_model, lumped))
+        described, simulated = (solve_members(model, nodes, known) for model in (site.load_model, self._lumped))
         off = np.zeros(described.bar.shape)
         off[:, self.rows] = records["row_force"] - simulated.bar[:, self.rows]
         force = described.near_axial + off
-        length = np.broadcast_to(truss.lengths(site.chain.nodes(site.chain.straight)), off.shape).copy()
+        length = np.broadcast_to(self._lengths, off.shape).copy()
         length[:, truss.actuated] = records["actual"]
         near = nodes[:, truss.ends[:, 0]]
         on_flange = truss.ends < 3

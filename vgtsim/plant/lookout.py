@@ -11,29 +11,29 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
-_SHARE = 0.25  # of the least distance, which parts may travel between two looks: speeds may double, both may move
-_LONGEST = 0.2  # s between two looks: an arm that stands may start
-_SLOWEST = 0.01  # m/s; slower speeds give no longer times than this one
+# Of the least distance at a look, the way of the fastest hub along an axis until the next one: other parts may be twice as
+# fast, and two of them may come to meet each other.
+_SHARE = 0.25
 
 
 class Lookout:
-    """Measures distances as often as speeds and distances ask for."""
+    """Measures distances whenever the arm has moved by a share of the least of them."""
 
     def __init__(self, site: Site) -> None:
         """Look at the first step."""
-        self._proximity, self._next = Proximity(site), -np.inf
+        self._near, self._room = Proximity(site), -np.inf
 
-    def look(self, time: float, nodes: Array, tool: Array, speed: float) -> list[Contact]:
+    def look(self, time: float, nodes: Array, tool: Array, way: float) -> list[Contact]:
         """List what touches at a time, s.
 
-        Nodes have shape (N, 3) and the tool point shape (3,), m; no part is faster than twice the speed, m/s.
+        Nodes have shape (N, 3) and the tool point shape (3,), m; the way is that of the fastest hub in the last step, m.
         """
-        if time < self._next:
+        self._room -= way
+        if self._room > 0:
             return []
-        near = self._proximity
+        near = self._near
         around, (among, pair) = near.around(nodes, tool), near.among(nodes, tool)
-        least = min(float(around.least), float(among))
-        self._next = time + min(_SHARE * max(least, 0.0) / max(speed, _SLOWEST), _LONGEST)
+        self._room = _SHARE * min(float(around.least), float(among))
         found = [
             Contact(time, near.name_around(int(part)), place, float(gap))
             for place, gap, part in zip(around.places, around.distance, around.body, strict=True)

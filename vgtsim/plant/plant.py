@@ -313,7 +313,10 @@ class Plant:
             return list_contacts(self.model, data) if data.ncon else []
         places = data.site_xpos
         return self._lookout.look(
-            data.time - self.timestep, places[self._gauges.nodes], places[self._gauges.tool], self._speed()
+            time=data.time - self.timestep,
+            nodes=places[self._gauges.nodes],
+            tool=places[self._gauges.tool],
+            way=self._speed() * self.timestep,
         )
 
     def _note_contacts(self, contacts: list[Contact]) -> None:
