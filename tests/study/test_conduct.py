@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
 from vgtsim.description import load_scene
-from vgtsim.errors import DescriptionError, MissingLibraryError
+from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.workspace import sample_workspace
 from vgtsim.planning.resolution import solve_request
 from vgtsim.site import Site
@@ -152,10 +151,3 @@ def test_two_studies_do_not_share_a_folder(make_study, one_thread, tmp_path):
         conduct_study(make_study(SEEDS), tmp_path / "out", one_thread)
     held.close()
     conduct_study(make_study(SEEDS), tmp_path / "out", one_thread)
-
-
-def test_a_missing_library_names_the_extra(make_study, one_thread, tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "pyarrow.parquet", None)
-    with pytest.raises(MissingLibraryError, match=r"pyarrow is missing; .*vgtsim\[study\]"):
-        conduct_study(make_study(SEEDS), tmp_path / "out", one_thread)
-    assert not Path(tmp_path / "out").exists()

@@ -16,7 +16,7 @@ from vgtsim.replacing import replacing
 from vgtsim.study.cases import plan_study
 from vgtsim.study.dispatch import dispatch
 from vgtsim.study.engines import Engine
-from vgtsim.study.records import Records, load_arrow
+from vgtsim.study.records import Records
 from vgtsim.study.work import Row
 
 if TYPE_CHECKING:
@@ -44,13 +44,11 @@ def conduct_study(
 
     Raises:
         DescriptionError: The study is wrong, or the folder cannot be written.
-        MissingLibraryError: The extra `study` is not installed.
         ClusterError: The cluster is gone; the same call goes on where it ended.
     """
     from vgtsim.output.figure import save_figure  # matplotlib, which workers do without
     from vgtsim.output.study_plot import plot_study
 
-    load_arrow()
     tell = advance or (lambda *_: None)
     folder = Path(out_dir).absolute()
     order, cases = plan_study(study, folder)
@@ -88,11 +86,11 @@ def _find_numbers(table: pa.Table) -> dict[str, NDArray[np.float64]]:
 
 
 def _write_table(table: pa.Table, folder: Path) -> tuple[Path, Path]:
-    from pyarrow import csv
+    from pyarrow import csv, parquet
 
     whole, text = folder / "table.parquet", folder / "table.csv"
     with replacing(whole) as partial:
-        load_arrow().write_table(table, partial)
+        parquet.write_table(table, partial)
     with replacing(text) as partial:
         csv.write_csv(table, partial)
     return whole, text

@@ -9,10 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
-from vgtsim.errors import MissingLibraryError
 from vgtsim.replacing import lock_folder, replacing
 from vgtsim.study.cases import Case, Order
-from vgtsim.study.engines import INSTALL
 from vgtsim.study.work import Row
 
 if TYPE_CHECKING:
@@ -22,15 +20,6 @@ _EVERY_S = 1.0  # between parts: what a killed study does again at most
 _MOST_PARTS = 200  # small ones, which are then packed in one: a folder of a million files serves nobody
 
 
-def load_arrow() -> Any:
-    """Give `pyarrow.parquet`, or a `MissingLibraryError` that names the extra."""
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        raise MissingLibraryError("pyarrow", INSTALL) from None
-    return pyarrow.parquet
-
-
 class Records:
     """Rows in the folder `parts`, one file for those of a second, by the digest of their case; one study at a time.
 
@@ -38,7 +27,9 @@ class Records:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._parquet = load_arrow()
+        from pyarrow import parquet  # a tenth of a second, which help does without
+
+        self._parquet = parquet
         self._folder = folder / "parts"
         self._folder.mkdir(exist_ok=True)
         self._lock = ExitStack()
