@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.constants import GRAVITY, PAYLOAD, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description.scene import Payload
-from vgtsim.errors import DescriptionError, TrussError
+from vgtsim.errors import TrussError
 from vgtsim.kinematics import Chain, bend_all, sample_inputs, within_strokes
 from vgtsim.kinematics.ties import first_least
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
