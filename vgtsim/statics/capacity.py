@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.constants import GRAVITY, PAYLOAD, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description.scene import Payload
-from vgtsim.errors import DescriptionError, TrussError
-from vgtsim.kinematics import Chain
+from vgtsim.errors import TrussError
+from vgtsim.kinematics import Chain, bend_all, sample_inputs, within_strokes
 from vgtsim.kinematics.ties import first_least
 from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import solve_members
@@ -50,6 +50,8 @@ class CapacityMap:
         member: Name of the governing member of each cell.
         limit: The limit of it that governs.
         reference: Payload of the sag, kg.
+        bends: Angle between the end faces of each active module, shape (C, A), rad.
+        azimuths: Direction each active module bends to, from the x axis of its base frame, shape (C, A), rad.
     """
 
     radius: Array
@@ -60,16 +62,8 @@ class CapacityMap:
     limit: tuple[str, ...]
     q: Array
     reference: float
-
-    @property
-    def bends(self) -> Array:
-        """Angle between the end faces of each active module, shape (C, A), rad."""
-        return 2 * np.arcsin(np.minimum(np.hypot(self.q[:, ::3], self.q[:, 1::3]), 1.0))
-
-    @property
-    def azimuths(self) -> Array:
-        """Direction each active module bends to, from the x axis of its base frame, shape (C, A), rad."""
-        return np.arctan2(self.q[:, 1::3], self.q[:, ::3])
+    bends: Array
+    azimuths: Array
 
 
 def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor: float, radius: float) -> Allowance:
@@ -106,26 +100,25 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
     """Inputs of shapes drawn in the vertical plane of azimuth zero, shape (K, n).
 
     Each module is bent in the plane by up to 45 degrees at its straight extension; shapes outside a stroke are dropped.
+    An arm with modules that do not all bend in any plane has half of its shapes drawn so; the lengths of the others are
+    evenly spread over the strokes, in the plane or out of it.
 
     Raises:
-        DescriptionError: The arm has other active modules than double octahedra.
         TrussError: No shape is within the strokes.
     """
-    if not chain.leans:
-        found = f"{chain.manipulator.name}, whose active modules are {', '.join(chain.layout.names)}"
-        raise DescriptionError(None, "modules", found, "double octahedra alone: they bend in a plane by their inputs")
     rng, active = np.random.default_rng(seed), len(chain.layout.names)
+    drawn = shapes if chain.leans else shapes // 2
     # evenly curved arms as well as free ones: the former reach far, the latter fill the plane
-    bend = _GREATEST_BEND * rng.uniform(-1, 1, (shapes, active))
-    even = rng.uniform(0, 1, (shapes, 1)) < 0.5
+    bend = _GREATEST_BEND * rng.uniform(-1, 1, (drawn, active))
+    even = rng.uniform(0, 1, (drawn, 1)) < 0.5
     bend = np.where(even, 0.7 * bend[:, :1] * np.linspace(1, -1, active) ** 2 + 0.3 * bend, bend)
-    q = np.repeat(chain.straight[None], shapes, axis=0)
-    q[:, ::3] = np.sin(bend / 2)
-    length, (low, high) = chain.lengths(q), chain.stroke
-    kept = np.all((length >= low) & (length <= high), axis=1)
-    if not kept.any():
+    q = bend_all(chain, bend, 0.0)
+    q = q[within_strokes(chain, q)]
+    if not chain.leans:
+        q = np.concatenate([q, sample_inputs(chain, shapes - drawn, seed)])
+    if not len(q):
         raise TrussError(0, (), f"none of {shapes} shapes is within the strokes")
-    return q[kept]
+    return q
 
 
 def map_capacity(
@@ -157,6 +150,7 @@ def map_capacity(
     )
     best = np.lexsort((-payload, row, column))  # cell by cell, the greatest payload of a cell first
     best = best[np.unique(np.stack([column[best], row[best]]), axis=1, return_index=True)[1]]
+    normal = _top_normals(chain, postures[best])
     elastic = make_elastic_model(chain, Payload(mass=reference, radius=PAYLOAD_RADIUS), gravity)
     return CapacityMap(
         radius=(column[best] + 0.5) * cell,
@@ -167,7 +161,15 @@ def map_capacity(
         limit=tuple(LIMITS[i] for i in limit[best]),
         q=postures[best],
         reference=reference,
+        bends=np.arctan2(np.hypot(normal[..., 0], normal[..., 1]), normal[..., 2]),
+        azimuths=np.arctan2(normal[..., 1], normal[..., 0]),
     )
+
+
+def _top_normals(chain: Chain, q: Array) -> Array:
+    """Normal of the top of each active module in the frame of its base, shape (C, A, 3)."""
+    state = chain.state(q)
+    return np.einsum("cakj,cak->caj", state.base[:, :-1, :, :3], state.top[..., 2])
 
 
 def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:

@@ -63,6 +63,21 @@ class MemberForces:
         """The forces at an index, or at several, of the first dimension."""
         return MemberForces(**{item.name: getattr(self, item.name)[instants] for item in fields(self)})
 
+    def of(self, members: NDArray[np.intp]) -> MemberForces:
+        """The forces of some members, with the reaction of the whole arm."""
+        along = {name: getattr(self, name)[..., members] for name in ("bar", "near_axial", "far_axial")}
+        vectors = ("near_transverse", "direction", "near_moment", "far_moment")
+        return MemberForces(
+            **along, **{name: getattr(self, name)[..., members, :] for name in vectors}, reaction=self.reaction
+        )
+
+    @staticmethod
+    def join(parts: Sequence[MemberForces]) -> MemberForces:
+        """The forces of parts of a batch one after the other, along the first dimension."""
+        return MemberForces(
+            **{item.name: np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(MemberForces)}
+        )
+
 
 @dataclass(frozen=True)
 class Loading:
