@@ -28,9 +28,7 @@ def seat_blocks(truss: Truss, nodes: Array, heights: Array) -> None:
     """Put feet and heads at heights over the planes of their middles: writes them into nodes, shape (..., N, 3)."""
     middle = nodes[..., truss.rings[:, :, 1], :]
     normal = _normals(middle)[0]
-    nodes[..., truss.rings[:, :, _ENDS], :] = (
-        middle[..., None, :] + heights[..., None] * normal[..., None, None, :]
-    )
+    nodes[..., truss.rings[:, :, _ENDS], :] = middle[..., None, :] + heights[..., None] * normal[..., None, None, :]
 
 
 def block_moves(truss: Truss, nodes: Array) -> Array:

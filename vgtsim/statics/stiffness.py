@@ -92,7 +92,9 @@ def elongations(truss: Truss, nodes: Array) -> Array:
     found = np.concatenate([*ends[:2], none, *ends[2:], none], axis=-1)
     for side, sign in ((0, -1.0), (1, 1.0)):
         member, seat = _seated(truss, side)
-        row = np.einsum("...mi,...mik->...mk", sign * unit[..., member, :], moves[(..., *seat, slice(None), slice(None))])
+        row = np.einsum(
+            "...mi,...mik->...mk", sign * unit[..., member, :], moves[(..., *seat, slice(None), slice(None))]
+        )
         found[..., member, 9 * side : 9 * side + 9] = row
     return found
 
