@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
 from vgtsim.geometry import MastPipe, make_mast
-from vgtsim.kinematics import Chain, Truss, bend_start, hanging_mount
-from vgtsim.positioning import StrokeBox, Surroundings, make_box
+from vgtsim.kinematics import Chain, Subspace, Truss, bend_start, hanging_mount
+from vgtsim.positioning import StrokeBox, Surroundings, couple, make_box
 from vgtsim.statics import (
     ElasticModel,
     LoadModel,
@@ -105,6 +105,13 @@ class Site:
     def coupling(self) -> tuple[tuple[int, int], ...]:
         """Pairs of active modules that move as one, follower and leader; none where the scene couples none."""
         return self.scene.coupled_modules() if self.task.motion.method is Method.COUPLED else ()
+
+    @cached_property
+    def subspace(self) -> Subspace:
+        """Inputs that a way may use: static longerons keep their lengths, and coupled modules move as one."""
+        if not self.coupling:
+            return Subspace(self.chain)
+        return Subspace(self.chain, *couple(self.chain.straight, self.coupling, owner=self.chain.layout.owner).rows)
 
     @property
     def truss(self) -> Truss:
@@ -203,6 +210,11 @@ class ArmAlone:
     def box(self) -> StrokeBox:
         """Actuator lengths that a plan may use: the strokes less a usual margin."""
         return make_box(self.chain, _STROKE_MARGIN)
+
+    @cached_property
+    def subspace(self) -> Subspace:
+        """Inputs that a way may use: those with which static longerons keep their lengths."""
+        return Subspace(self.chain)
 
     @cached_property
     def load_model(self) -> LoadModel:

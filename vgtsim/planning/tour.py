@@ -107,11 +107,11 @@ def plan_tour(site: Site) -> Tour:
     for goal in motion.goals:
         q = _configure(site, goal, shapes[-1], keep)
         shapes.append(_aim_above(site, goal, q) if site.sags else q)
-    corridor = Corridor(site.box, site.surroundings, site.clearance)
+    corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
     ends = zip(motion.goals, shapes[:-1], shapes[1:], strict=True)
     paths = [plan_path(corridor, first, last, goal.name) for goal, first, last in ends]
-    ways = [time_path(site.chain, path.spline, limits) for path in paths]
+    ways = [time_path(site.chain, path.curve, limits) for path in paths]
     timestep = choose_step(site, ((way, path.clearance) for way, path in zip(ways, paths, strict=True)))
     legs = [
         Leg(
