@@ -81,15 +81,20 @@ class Site:
 
     def fit_step(self, longest: float) -> float:
         """Longest step, s, up to a given one, that members and drives allow and that divides the time between records."""
+        longest, period = min(longest, *self.step_bounds.values()), 1 / self.task.simulation.log_rate
+        return float(period / np.ceil(period / longest * (1 - _ROUNDING)))
+
+    @cached_property
+    def step_bounds(self) -> dict[str, float]:
+        """Longest step, s, by what bounds it in any plan: members and drives, damping, and the time between records."""
         simulation = self.task.simulation
         stiff = simulation.members != "elastic" and simulation.drive == "rigid"
         stiffest = _SECTION_STEP if simulation.members == "sections" else _RIGID_STEP
-        longest = min(longest, stiffest if stiff else _SOFT_STEP)
+        bounds = {"members_and_drives": stiffest if stiff else _SOFT_STEP, "records": 1 / simulation.log_rate}
         if simulation.members == "elastic" and simulation.damping_ratio:
             held = self.held_model if simulation.drive == "servo" else self.elastic_model
-            longest = min(longest, 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio))
-        period = 1 / simulation.log_rate
-        return float(period / np.ceil(period / longest * (1 - _ROUNDING)))
+            bounds["damping"] = 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
+        return bounds
 
     @property
     def safety_factor(self) -> float:

@@ -6,6 +6,7 @@ configurations; `solve_goal` takes one goal by any method of the dissertation, w
 """
 
 from vgtsim.positioning.goals import GoalSpace, Position, RowReport, evaluate, report_rows, tool_goal
+from vgtsim.positioning.methods import ANCHOR_FREE
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
     ClearanceHinges,
@@ -28,6 +29,7 @@ from vgtsim.positioning.strokes import StrokeBox, binding_actuators, bring_insid
 from vgtsim.positioning.surroundings import Surroundings
 
 __all__ = [
+    "ANCHOR_FREE",
     "ClearanceHinges",
     "Configurations",
     "Differences",
