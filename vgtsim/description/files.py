@@ -12,12 +12,12 @@ from pydantic import ValidationError
 from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
-from vgtsim.description.scene import Scene, SceneFile
+from vgtsim.description.scene import BENDS, POSTURE, STARTS, WORD, Scene, SceneFile
 from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.shipped import Kind, find_file
 from vgtsim.description.study import AXES, VERBS, Study, StudyFile
 from vgtsim.description.tank import Tank
-from vgtsim.description.toml_file import read_toml
+from vgtsim.description.toml_file import read_text, read_toml
 from vgtsim.description.tool_path import SHAPES, ToolPath
 from vgtsim.digests import digest
 from vgtsim.errors import DescriptionError
@@ -26,7 +26,7 @@ from vgtsim.units import to_base
 _Model = TypeVar("_Model", bound=Description)
 
 _BASES = 16  # files that a scene may stand on, one over the other
-_CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES}  # a union adds the choice to the path of an error
+_CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES, BENDS, POSTURE, WORD}  # a union adds the choice to the path of an error
 _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
@@ -114,6 +114,7 @@ def is_scene(path: str | Path) -> bool:
 def _read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
     """Read the tables of a scene over those of its base; `above` are the files that led here."""
     data = read_toml(file)
+    _read_start(file, data)
     base = data.pop("base", None)
     if base is None:
         return data
@@ -131,6 +132,20 @@ def _read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
         if isinstance(under.get(name), str):
             under[name] = os.path.relpath(find_file(under[name], kind, beside=path.parent), file.parent)
     return _overlay(under, data)
+
+
+def _read_start(file: Path, data: dict[str, Any]) -> None:
+    """Put the inputs that `vgtsim ik --json` left in a file in the place of the file's name."""
+    motion = data.get("motion")
+    start = motion.get("start") if isinstance(motion, dict) else None
+    if isinstance(start, str) and start != "stowed":
+        saved = file.parent / start
+        if not saved.is_file():
+            raise DescriptionError(file, "motion.start", repr(start), STARTS)
+        try:
+            motion["start"] = {"inputs": json.loads(read_text(saved))["q"]}
+        except (ValueError, KeyError, TypeError):
+            raise DescriptionError(saved, "", "no inputs `q`", "a file that `vgtsim ik --json` left") from None
 
 
 def _overlay(under: Any, over: Any) -> Any:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import AssemblyError, DescriptionError
+from vgtsim.errors import AssemblyError, DescriptionError, PostureError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections
 from vgtsim.kinematics.inertia import member_radii
+from vgtsim.planning.collisions import list_collisions, tell_collisions
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -100,9 +101,16 @@ def _check_start(site: Site) -> None:
         allowed = f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin"
         raise scene.error(where, found, allowed)
     clearance, place = site.surroundings.least(q)
-    if clearance < motion.clearance:
-        found = f"a shape that comes to {clearance:.3f} m of {place}"
-        raise scene.error("motion.start", found, f"{motion.clearance:.3f} m")
+    if clearance >= motion.clearance:
+        return
+    collisions = list_collisions(site, q, motion.clearance)
+    found = f"a posture that comes to {clearance:.3f} m of {place}:\n{tell_collisions(collisions)}\n"
+    allowed = f"{motion.clearance:.3f} m from everything; without motion.start a posture is searched"
+    if motion.start is None:
+        found = f"no posture clear of everything among {site.searched_start[1]}; the best is {found}"
+        allowed = f"{motion.clearance:.3f} m from everything, or an arm and a tank that leave room for it"
+    where = scene.file, "motion.start"
+    raise PostureError(where, found, allowed, site=site, q=q, collisions=collisions)
 
 
 def _check_goals(site: Site) -> None:
