@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
+from vgtsim.errors import DescriptionError
 from vgtsim.geometry import MastPipe, make_mast
 from vgtsim.kinematics import Chain, Truss, hanging_mount
 from vgtsim.positioning import Keep, StrokeBox, Surroundings, find_start, make_box, search_start

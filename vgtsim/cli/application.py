@@ -109,7 +109,8 @@ def main() -> None:
     except DivergenceError as error:
         _complain(str(error), Status.DIVERGED)
     except VgtError as error:
-        _complain(f"{error}{_picture(error)}", Status.BAD_INPUT)
+        complain(error)
+        sys.exit(Status.BAD_INPUT)
     except OSError as error:  # a full disk, a folder without permission
         place = f"{error.filename}: " if error.filename else ""
         _complain(f"{place}{error.strerror or error}", Status.BAD_INPUT)
@@ -133,7 +134,7 @@ def _picture(error: VgtError) -> str:
     from vgtsim.output.figure import save_figure
     from vgtsim.output.scene_drawing import draw_refusal
 
-    file = prepare_folder(Path("out")) / f"{error.site.task.name}_refused.png"
+    file = prepare_folder(Path("out")) / f"{error.name}_refused.png"
     save_figure(draw_refusal(error), file, 130)
     return f"\npicture: {file}"
 
@@ -161,6 +162,13 @@ def plain(message: str) -> str:
     if len(message) > _LONGEST:
         message = f"{message[: _LONGEST // 2]} ... {message[-_LONGEST // 2 :]}"
     return "".join(sign if sign.isprintable() or sign == "\n" else repr(sign)[1:-1] for sign in message)
+
+
+def complain(error: VgtError) -> None:
+    """Print an error with its picture, where it has one."""
+    ERR.print(
+        Text("error: ", style="bold red").append(plain(f"{error}{_picture(error)}"), style="default"), soft_wrap=True
+    )
 
 
 def _complain(message: str, status: Status) -> None:

@@ -7,9 +7,9 @@ from math import hypot
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
-from vgtsim.constants import Method
+from vgtsim.constants import GRAVITY, Method
 from vgtsim.description.figures import (
     Acceleration,
     Angle,
@@ -46,7 +46,7 @@ class Mast(Pipe):
     """
 
     pivot_depth: Size
-    density: Density
+    density: Density = 7850.0  # structural steel
     riser_spare: Size | None = None
 
 
@@ -134,10 +134,18 @@ def _form_of_start(value: object) -> str | None:
 
 
 STARTS = 'a list of bends, a table with lengths, inputs or a tool pose, "stowed", a file that `vgtsim ik --json` left, or no key'
+
+
+def _require_word(value: str) -> str:
+    if value != "stowed":
+        raise ValueError(STARTS)
+    return value
+
+
 Start = Annotated[
     Annotated[tuple[Bend, ...], Field(max_length=100), Tag(BENDS)]
     | Annotated[StartPosture, Tag(POSTURE)]
-    | Annotated[Literal["stowed"], Tag(WORD)],
+    | Annotated[Literal["stowed"], BeforeValidator(_require_word), Tag(WORD)],
     Discriminator(_form_of_start, custom_error_type="start", custom_error_message=STARTS),
 ]
 
@@ -165,13 +173,13 @@ class Motion(Description):
         default=("clearance", "stroke_barrier:0.01", "in_plane:10"), min_length=1
     )
     coupling: tuple[tuple[Name, Name], ...] | None = None
-    rate_fraction: Number = Field(gt=0, ge=1e-3, le=1)
-    acceleration: Acceleration = Field(gt=0)
-    stroke_margin: Gap
-    clearance: Gap
-    settle_speed: Speed
-    hold: Wait
-    patience: Wait
+    rate_fraction: Number = Field(default=0.4, gt=0, ge=1e-3, le=1)
+    acceleration: Acceleration = Field(default=0.02, gt=0)  # full speed of a slow cylinder in about two seconds
+    stroke_margin: Gap = 0.005
+    clearance: Gap = 0.1
+    settle_speed: Speed = 1e-7  # an arm this slow is within 1e-6 of its forces at rest
+    hold: Wait = 2.0
+    patience: Wait = 10.0
     goals: tuple[Goal, ...] = Field(min_length=1, max_length=1000)
 
     @model_validator(mode="after")
@@ -205,9 +213,9 @@ class Simulation(Description):
     """
 
     timestep: Step | None = None
-    log_rate: Frequency = Field(gt=0)
-    gravity: Acceleration = Field(ge=0)
-    weight_scale: Number = Field(ge=1e-9, le=1)
+    log_rate: Frequency = Field(default=25.0, gt=0)
+    gravity: Acceleration = Field(default=GRAVITY, ge=0)
+    weight_scale: Number = Field(default=1e-5, ge=1e-9, le=1)
     drive: Literal["rigid", "servo", "hydraulic"] = "rigid"
     servo_stiffness: Annotated[float, Field(ge=1, le=1e13)] = 1e8
     servo_damping: Annotated[float, Field(ge=1e-3, le=1e13)] = 1e6
@@ -274,8 +282,8 @@ class SceneFile(Description):
     mast: Mast
     payload: Payload
     motion: Motion
-    simulation: Simulation
-    limits: Limits
+    simulation: Simulation = Simulation()
+    limits: Limits = Limits()
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)

@@ -6,7 +6,6 @@ frame has its z axis along the goal's direction; x lies in the vertical plane of
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import cast
 
 import numpy as np
@@ -20,7 +19,7 @@ from vgtsim.geometry import tool_frame
 from vgtsim.output.colours import LIMIT, LINES, REST
 from vgtsim.output.figure import WIDTH, styled
 from vgtsim.output.truss_plot import draw_goals, draw_members, draw_tank_side, draw_tank_top, upright
-from vgtsim.planning import Collision
+from vgtsim.planning import Collision, tell_collisions
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -41,7 +40,7 @@ def draw_tank(tank: Tank) -> Figure:
     return figure
 
 
-def draw_scene(site: Site, q: Array, collisions: Iterable[Collision] = ()) -> Figure:
+def draw_scene(site: Site, q: Array, collisions: tuple[Collision, ...] = ()) -> Figure:
     """Draw a scene with its arm at inputs of shape (n,), its goals with their tool frames, and collisions, the deepest first."""
     points = site.surroundings.points(q[None])[0]
     x, y, _ = points[-1] - site.chain.mount[:3, 3]
@@ -55,7 +54,8 @@ def draw_scene(site: Site, q: Array, collisions: Iterable[Collision] = ()) -> Fi
             draw_goals(axes, site, view)
             _draw_frames(axes, site, view)
             draw_members(axes, site.truss, points[:-1], view, colours, 0.7)
-            _mark(axes, view, tuple(collisions))
+            _mark(axes, view, collisions)
+        _tell(side, collisions)
         _finish(side, top, site.tank, azimuth)
     return figure
 
@@ -79,7 +79,7 @@ def _finish(side: Axes, top: Axes, tank: Tank, azimuth: float) -> None:
         direction = np.array([np.cos(angle), np.sin(angle)])
         top.plot(*np.outer(direction, [inner, 1.04 * inner]).tolist(), color=REST, linewidth=0.8)
         name = f"{np.degrees(angle):.0f}°" + (" (+x)" if angle == 0 else "")
-        top.text(*(1.11 * inner * direction), name, ha="center", va="center", fontsize=7, color=REST)
+        top.annotate(name, tuple(1.11 * inner * direction), ha="center", va="center", fontsize=7, color=REST)
     heading = "from above; azimuth from +x of the tank, counter-clockwise"
     top.set(xlabel="x, m", ylabel="y, m", title=heading, aspect="equal")
     degrees = np.degrees(azimuth) % 360
@@ -93,15 +93,19 @@ def _draw_frames(axes: Axes, site: Site, view: Array) -> None:
         for name, axis in zip("xy", frame.T, strict=False):
             ends = np.array([goal.position, np.array(goal.position) + _AXIS * axis]) @ view.T
             axes.plot(*ends.T, color=REST, linewidth=0.8)
-            axes.text(*ends[1], name, fontsize=6, color=REST)
+            axes.annotate(name, tuple(ends[1]), fontsize=6, color=REST)
 
 
 def _mark(axes: Axes, view: Array, collisions: tuple[Collision, ...]) -> None:
-    """Mark collisions, and name the deepest ones."""
-    if not collisions:
-        return
-    points = np.array([item.point for item in collisions]) @ view.T
-    axes.plot(*points.T, "o", markersize=6, markerfacecolor="none", color=LIMIT, zorder=6)
-    for item, point in list(zip(collisions, points, strict=True))[:_TOLD]:
-        text = f"{item.part}\n{item.obstacle}: {item.gap:.2f} m"
-        axes.annotate(text, point, (6, 6), textcoords="offset points", fontsize=6, color=LIMIT, zorder=7)
+    """Mark all collisions."""
+    if collisions:
+        points = np.array([item.point for item in collisions]) @ view.T
+        axes.plot(*points.T, "o", markersize=5, markerfacecolor="none", color=LIMIT, linestyle="none", zorder=6)
+
+
+def _tell(axes: Axes, collisions: tuple[Collision, ...]) -> None:
+    """Name the deepest collisions over the drawing."""
+    lines = tell_collisions(collisions)
+    more = [f"and {len(lines) - _TOLD} more"] if len(lines) > _TOLD else []
+    text = "\n".join([*lines[:_TOLD], *more])
+    axes.text(0.0, 1.08, text, transform=axes.transAxes, va="bottom", fontsize=7, color=LIMIT)

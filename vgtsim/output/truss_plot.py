@@ -130,6 +130,7 @@ def _point_out(axes: Axes, site: Site, nodes: Array, member: int, view: Array) -
 
 
 def draw_goals(axes: Axes, site: Site, view: Array) -> None:
+    """Draw the goals of a scene with their directions and names; `view` (2, 3) projects."""
     for goal in site.task.motion.goals:
         x, y = (float(value) for value in view @ np.array(goal.position))
         dx, dy = (1.1 * float(value) for value in view @ np.array(goal.direction))

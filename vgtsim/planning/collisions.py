@@ -54,16 +54,16 @@ def list_collisions(site: Site, q: Array, wanted: float) -> tuple[Collision, ...
     return tuple(sorted(found, key=lambda item: (item.gap, item.part)))
 
 
-def tell_collisions(collisions: tuple[Collision, ...]) -> str:
-    """The deepest collision of each module with each thing, one a line, with the number of its other parts there."""
+def tell_collisions(collisions: tuple[Collision, ...]) -> list[str]:
+    """One line for each module with each thing that it is too near to: its deepest part, and the number of others."""
     groups: dict[tuple[str, str], list[Collision]] = {}
     for item in collisions:
         groups.setdefault((item.module, item.obstacle.split("/")[0]), []).append(item)
     lines = []
     for worst, *others in groups.values():
         more = f", and {len(others)} other part{'s' * (len(others) > 1)} of {worst.module} there" if others else ""
-        lines.append(f"  {worst}{more}")
-    return "\n".join(lines)
+        lines.append(f"{worst}{more}")
+    return lines
 
 
 def _parts(site: Site) -> tuple[list[str], list[str], Array, Index]:
@@ -71,11 +71,13 @@ def _parts(site: Site) -> tuple[list[str], list[str], Array, Index]:
     truss, arm = site.truss, site.arm
     count = len(truss.nodes)
     module = [*truss.module, *truss.node_module, len(arm.modules) - 1]
-    radii = np.concatenate([
-        member_radii(arm, truss),
-        np.full(count, arm.hub.radius),
-        [site.task.payload.radius],
-    ])
+    radii = np.concatenate(
+        [
+            member_radii(arm, truss),
+            np.full(count, arm.hub.radius),
+            [site.task.payload.radius],
+        ]
+    )
     ends = np.concatenate([truss.ends, np.repeat(np.arange(count + 1), 2).reshape(-1, 2)])
     owners = [arm.modules[max(int(m), 0)].name for m in module]
     return [*truss.member_names, *truss.nodes, _PAYLOAD], owners, radii, ends

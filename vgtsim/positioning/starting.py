@@ -16,7 +16,6 @@ from vgtsim.description.scene import Bend, StartPosture
 from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.kinematics import bend_all, bend_start, can_swing, swing
 from vgtsim.positioning.goals import tool_goal
-from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import ClearanceHinges, StrokeBarrier, WeightedSum, goal_plane
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.restarts import make_postures, pattern_bends
@@ -30,6 +29,7 @@ _TURNS = 8  # azimuths that a posture of the table is tried in, one more group e
 _ROOM = 0.25  # m beyond the wanted clearance from which more is no better
 _GRAIN = 1e-3  # m: clearances are compared to this, so that rounding does not choose
 _JUDGED = 12  # postures of a group that are judged with their sag, the best first
+_OFF = 1e-4  # m from the ends of the strokes that a plan may use, at which a stowed arm stands at the nearest
 _FROM = "one for each actuator from the mast to the tool"
 _WEIGHTS = (1.0, 0.01, 10.0)  # of clearance, strokes and bends in one plane: those of a scene that names no objective
 
@@ -45,7 +45,8 @@ def find_start(box: StrokeBox, keep: Keep, given: tuple[Bend, ...] | StartPostur
     if isinstance(given, tuple):
         return bend_start(chain, given)
     if isinstance(given, str):  # stowed
-        return bring_inside(box, chain.stowed)
+        lengths = np.clip(chain.lengths(chain.stowed), box.least + _OFF, box.greatest - _OFF)
+        return chain.inputs_from_lengths(lengths)
     if given.position is not None:
         return solve_start(box, keep, np.array(given.position), np.array(given.direction))
     if given.inputs is not None:
@@ -74,8 +75,9 @@ def solve_start(box: StrokeBox, keep: Keep, position: Array, direction: Array) -
     hinges = ClearanceHinges(keep.surroundings.unloaded, keep.clearance, payload=False)
     parts = hinges, StrokeBarrier(), goal_plane(box.chain, goal.parts[0].target)
     problem = Problem(box, goal, WeightedSum(tuple(zip(_WEIGHTS, parts, strict=True))))
+    keep = Keep(keep.surroundings.unloaded, keep.clearance)
     first = bring_inside(box, box.chain.straight)
-    return np.array(solve_goal("start", problem, Method.NULLSPACE, first, Keep(hinges.surroundings, keep.clearance), NewtonSettings()).q)
+    return np.array(solve_goal("start", problem, Method.NULLSPACE, first, keep).q)
 
 
 def search_start(box: StrokeBox, keep: Keep, near: Array) -> tuple[Array, int]:
