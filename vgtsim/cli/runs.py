@@ -83,7 +83,7 @@ def build(description: SceneOrArm, out: OutFolder = None) -> None:
         check_strokes(arm)
         name = arm.manipulator.name
         beside = file.parent if file == description else Path("out") / name  # not among the shipped files
-        files = write_arm_files(arm.manipulator, prepare_folder(out or beside) / name)
+        files = write_arm_files(arm.manipulator, prepare_folder(out or beside))
     list_files(*files)
 
 
