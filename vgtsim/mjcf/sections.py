@@ -80,7 +80,8 @@ class SectionPose:
         bodies: Body of each section, shape (S,).
         slides, moves: Coordinates of the hubs' slides and first one of the sections', shapes (F, 3) and (S,).
         slide_speeds, move_speeds: The same of the degrees of freedom.
-        feed, feed_reference: Coordinate of the mast's feed, and height of the mast flange at zero feed, m.
+        feed, feed_speed, feed_reference: Coordinate and degree of freedom of the mast's feed, and height of the mast flange at
+            zero feed, m.
     """
 
     hubs: Index
@@ -94,6 +95,7 @@ class SectionPose:
     slide_speeds: Index
     move_speeds: Index
     feed: int
+    feed_speed: int
     feed_reference: float
 
     def find_frames(self, nodes: Array) -> tuple[Array, Array]:
@@ -142,5 +144,6 @@ def make_section_pose(model: mujoco.MjModel, chain: Chain) -> SectionPose:
         slide_speeds=model.jnt_dofadr[joints],
         move_speeds=model.jnt_dofadr[moves],
         feed=int(model.joint(names.FEED).qposadr[0]),
+        feed_speed=int(model.joint(names.FEED).dofadr[0]),
         feed_reference=float(model.body(names.MAST).pos[2]),
     )
