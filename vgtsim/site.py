@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
+from vgtsim.errors import DescriptionError
 from vgtsim.geometry import MastPipe, make_mast
-from vgtsim.kinematics import Chain, Subspace, Truss, bend_start, hanging_mount
-from vgtsim.positioning import StrokeBox, Surroundings, couple, make_box
+from vgtsim.kinematics import Chain, Subspace, Truss, hanging_mount
+from vgtsim.positioning import Keep, Reduction, StrokeBox, Surroundings, couple, find_start, make_box, search_start
 from vgtsim.statics import (
     ElasticModel,
     LoadModel,
@@ -33,6 +34,7 @@ from vgtsim.statics import (
 
 Array = NDArray[np.float64]
 
+_START_MARGIN = 0.02  # m beyond the planned clearance, so that a path can leave a start that is looked for
 _STROKE_MARGIN = 0.005  # m at the ends of strokes of an arm alone: what the shipped scenes keep
 
 
@@ -114,9 +116,12 @@ class Site:
     @cached_property
     def subspace(self) -> Subspace:
         """Inputs that a way may use: static longerons keep their lengths, and coupled modules move as one."""
-        if not self.coupling:
-            return Subspace(self.chain)
-        return Subspace(self.chain, *couple(self.chain.straight, self.coupling, owner=self.chain.layout.owner).rows)
+        return Subspace(self.chain) if self.reduction is None else Subspace(self.chain, *self.reduction.rows)
+
+    @cached_property
+    def reduction(self) -> Reduction | None:
+        """Inputs of coupled modules by those that are left; absent where the scene couples none."""
+        return couple(self.chain.straight, self.coupling, owner=self.chain.layout.owner) if self.coupling else None
 
     @property
     def truss(self) -> Truss:
@@ -125,10 +130,34 @@ class Site:
 
     @cached_property
     def start(self) -> Array:
-        """Inputs of the posture in which the scene starts, shape (n,)."""
-        start = bend_start(self.chain, self.task.motion.start)
+        """Inputs of the posture in which the scene starts, shape (n,).
+
+        Raises:
+            DescriptionError: The scene gives a posture that the arm does not have.
+            ReachError: The scene gives a pose of the tool that the arm does not come to.
+        """
+        given = self.task.motion.start
+        try:
+            q = (
+                self.searched_start[0]
+                if given is None
+                else find_start(self.box, self._start_keep, given, self.reduction)
+            )
+        except DescriptionError as error:
+            raise self.scene.error(error.key, error.found, error.allowed) from None
+        start = np.array(q)
         start.flags.writeable = False
         return start
+
+    @cached_property
+    def searched_start(self) -> tuple[Array, int]:
+        """Inputs of a posture clear of everything near the first goal, shape (n,), and the number of postures tried."""
+        near = np.array(self.task.motion.goals[0].position)
+        return search_start(self.box, self._start_keep, near, self.subspace)
+
+    @property
+    def _start_keep(self) -> Keep:
+        return Keep(self.surroundings, self.clearance + _START_MARGIN)
 
     @cached_property
     def box(self) -> StrokeBox:
@@ -205,6 +234,7 @@ class ArmAlone:
     surroundings = None
     clearance = 0.0
     coupling = ()
+    reduction = None
 
     @property
     def start(self) -> Array:

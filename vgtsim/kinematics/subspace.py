@@ -58,10 +58,20 @@ class Subspace:
         """Inputs near given ones, shape (b, n), that are in it.
 
         Raises:
-            AssemblyError: The iteration does not end; the static longeron or the row that is farthest off is told.
+            AssemblyError: There are none near one of them; its residual is told.
         """
+        found, good = self.approach(q)
+        if not good.all():
+            off = float(self.find_errors(found[~good]).max())
+            raise AssemblyError(
+                self.chain.manipulator.name, off, "no pose near that keeps static longerons and coupling"
+            )
+        return found
+
+    def approach(self, q: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Inputs near given ones, shape (b, n), and which of them are in it, shape (b,)."""
         if self.whole:
-            return q
+            return q, np.ones(len(q), bool)
         found, left = np.array(q, float), np.arange(len(q))
         for _ in range(_STEPS):
             state = self.chain.state(found[left])
@@ -69,13 +79,14 @@ class Subspace:
             off = ~(np.abs(error).max(axis=1) <= _CLOSE)
             left = left[off]
             if not len(left):
-                return found
+                break
             slope = self._slopes(state)[off]
             step = -(np.linalg.pinv(slope, rcond=_DEPENDENT) @ error[off][..., None])[..., 0]
             longest = np.abs(step).max(axis=1, keepdims=True)
             found[left] += step * np.minimum(1.0, _MOST / np.maximum(longest, _MOST))
-        name = self.chain.layout.names[int(self.chain.layout.owner[np.argmax(np.abs(slope[0]).max(axis=0))])]
-        raise AssemblyError(name, float(np.abs(error).max()), "no pose near with its static longerons and coupling kept")
+        good = np.ones(len(q), bool)
+        good[left] = False
+        return found, good
 
     def _sound(self, state: State) -> NDArray[np.bool_]:
         return np.all([part.placed.all(axis=1) for part in state.parts], axis=0)
@@ -84,7 +95,9 @@ class Subspace:
         """Errors of the linear rows and then of static legs, shape (b, r + S)."""
         layout = self.chain.layout
         linear = state.q @ self.rows.T - self.values if len(self.values) else np.empty((len(state.q), 0))
-        return np.concatenate([linear, state.legs[:, layout.actuators :] - layout.static], axis=1) if self.bent else linear
+        return (
+            np.concatenate([linear, state.legs[:, layout.actuators :] - layout.static], axis=1) if self.bent else linear
+        )
 
     def _slopes(self, state: State) -> Array:
         count = len(state.q)

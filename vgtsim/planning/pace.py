@@ -31,7 +31,10 @@ def find_bounds(site: Site, ways: Iterable[tuple[TimedPath, float]]) -> dict[str
     if simulation.timestep is not None:
         return {"scene": simulation.timestep}
     bounds = site.step_bounds | dict.fromkeys(("closure", "kinematics_agreement", "clearance"), np.inf)
-    travel = {"closure": np.cbrt(limits.closure / _OPEN), "kinematics_agreement": np.cbrt(limits.kinematics_agreement / _OFF)}
+    travel = {
+        "closure": np.cbrt(limits.closure / _OPEN),
+        "kinematics_agreement": np.cbrt(limits.kinematics_agreement / _OFF),
+    }
     for way, clearance in ways:
         speed = find_speed(site, way, site.timestep)
         if speed > 0:
