@@ -145,6 +145,7 @@ def _rig(site: Site, timestep: float, feed_range: tuple[float, float]) -> Riggin
         servo_damping=simulation.servo_damping,
         elastic=simulation.members == "elastic",
         lumped=simulation.lumped,
+        guided=site.tank.guide is not None,
     )
 
 

@@ -35,6 +35,7 @@ class Rigging:
         servo_stiffness, servo_damping: N/m and N·s/m.
         elastic: Whether each tube is two halves with a spring of stiffness EA/L between them.
         lumped: Whether the members' mass sits in their hubs.
+        guided: Whether a guide holds the mast sideways; without one it can touch the riser.
     """
 
     chain: Chain
@@ -47,6 +48,7 @@ class Rigging:
     servo_damping: float
     elastic: bool = False
     lumped: bool = False
+    guided: bool = True
 
     @cached_property
     def nodes(self) -> Array:
