@@ -79,6 +79,17 @@ class MemberForces:
         )
 
 
+def blend(first: MemberForces, second: MemberForces, part: Array) -> MemberForces:
+    """Forces a part of the way from one load's to another's, and beyond, in the same poses; a part for each member, (..., M)."""
+    mixed = {}
+    for item in fields(MemberForces):
+        one, two = getattr(first, item.name), getattr(second, item.name)
+        if item.name not in ("reaction", "direction"):
+            one = one + (two - one) * part.reshape(*part.shape, *(1,) * (one.ndim - part.ndim))
+        mixed[item.name] = one
+    return MemberForces(**mixed)
+
+
 @dataclass(frozen=True)
 class Loading:
     """One load on an arm: its weight, its inertia in a motion, and forces on its hubs in frame G, N; each may be absent.
