@@ -9,9 +9,8 @@ from copy import copy
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import MissingLibraryError
 from vgtsim.geometry import obstacles
-from vgtsim.graphics import mujoco
+from vgtsim.graphics import explain_no_picture, mujoco
 from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.replay import make_replay, pose_model, project
 from vgtsim.site import Site
@@ -62,7 +61,7 @@ class Stage:
         """Prepare a copy of a model for pictures of a width and height, pixels; the colour scale ends at this force, N.
 
         Raises:
-            MissingLibraryError: There is no EGL.
+            MissingLibraryError: There is no EGL, or not what `MUJOCO_GL` asks for.
         """
         self._model, self._size = copy(model), size
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
@@ -81,10 +80,10 @@ class Stage:
         self._close: Callable[[], None] = lambda: None
         try:
             self._thread.submit(self._open).result()
-        except (ImportError, AttributeError, RuntimeError, mujoco.FatalError):
-            # which of them depends on what is missing: the library, its driver, or a device
+        except (ImportError, AttributeError, RuntimeError, ValueError, mujoco.FatalError) as error:
+            # which of them depends on what is missing: the library, its driver, a device or a display
             self.close()
-            raise MissingLibraryError("EGL", "apt-get install libegl1 libgl1-mesa-dri") from None
+            raise explain_no_picture(error) from None
 
     def draw(self, camera: str, nodes: Array, axial: Array) -> Future[tuple[Picture, Array]]:
         """Draw nodes in frame G, shape (N, 3), m, members coloured by axial force, shape (M,), N.
