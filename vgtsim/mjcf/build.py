@@ -167,6 +167,7 @@ def _rig(site: Site, timestep: float, lifts: Sequence[float]) -> Rigging:
         servo_damping=simulation.servo_damping,
         elastic=simulation.members == "elastic",
         lumped=simulation.lumped,
+        guided=site.tank.guide is not None,
     )
 
 
