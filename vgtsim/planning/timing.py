@@ -4,6 +4,9 @@ The path's parameter is first replaced by one in which the fastest actuator, rel
 speed. The greatest rate has corners, so a p-norm of the scaled rates, which is smooth, stands for it. The new parameter
 runs from rest to rest with ramps of a fifth-order smooth step in speed, so the acceleration is continuous and starts and
 ends at zero.
+
+While the mast is fed the rates of different actuators take turns, and a way that is slow enough everywhere for its sharpest
+bend would take twice the time. So a fed path has a speed of its own at each place: see `_pace`.
 """
 
 from __future__ import annotations
@@ -23,6 +26,8 @@ Array = NDArray[np.float64]
 
 _POWER = 12  # of the p-norm: 15 equal rates count 1.25 times one of them
 _GRID = 801  # points of the path at which speeds are measured
+_FED_GRID = 2001  # places of a fed path: a centimetre of feed apart
+_WINDOW = 9  # places that a speed is averaged over, three times: 0.1 m of 20; wider ones lose time
 _SPARE = 1.005  # margin on the time for peaks between the points of the grid
 
 
@@ -42,6 +47,14 @@ def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> Spee
 
 
 @dataclass(frozen=True)
+class FeedLimits:
+    """Greatest speed, m/s, and acceleration, m/s², of the mast's feed."""
+
+    rate: float
+    acceleration: float
+
+
+@dataclass(frozen=True)
 class TimedPath:
     """A spline of inputs over 0 to 1 with its way in time, from rest to rest.
 
@@ -49,6 +62,7 @@ class TimedPath:
         parameter: The spline's parameter over the way, 0 to `reach` seconds at full speed.
         fraction: Part of the time spent in each ramp.
         duration: s; 0 of a path on which no actuator moves.
+        feed: Height of the mast above its working depth, m, over the spline's parameter; absent while it is held.
     """
 
     spline: BSpline
@@ -56,14 +70,22 @@ class TimedPath:
     fraction: float
     reach: float
     duration: float
+    feed: BSpline | None = None
 
     def inputs(self, timestep: float) -> Array:
         """Inputs at every time step, s, the ends of the path included, shape (T, n)."""
+        return self.spline(self._places(timestep))
+
+    def feeds(self, timestep: float) -> Array | None:
+        """Heights of the mast above its working depth at the same instants, shape (T,), m; None while it is held."""
+        return None if self.feed is None else self.feed(self._places(timestep))
+
+    def _places(self, timestep: float) -> Array:
         if self.parameter is None:
-            return self.spline(np.array([0.0, 1.0]))
+            return np.array([0.0, 1.0])
         count = max(2, int(np.ceil(self.duration / timestep)))
         travelled = _run(np.linspace(0.0, 1.0, count + 1), self.fraction) * self.reach
-        return self.spline(np.clip(self.parameter(travelled), 0.0, 1.0))
+        return np.clip(self.parameter(travelled), 0.0, 1.0)
 
 
 def time_path(chain: Chain, spline: BSpline, limits: SpeedLimits) -> TimedPath:
@@ -86,6 +108,53 @@ def time_path(chain: Chain, spline: BSpline, limits: SpeedLimits) -> TimedPath:
     fraction, duration = _profile(reach[-1], ramp)
     duration *= _stretch(chain, spline, parameter, limits, duration, fraction, reach[-1])
     return TimedPath(spline, parameter, fraction, float(reach[-1]), duration)
+
+
+def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits, mast: FeedLimits) -> TimedPath:
+    """Time splines of inputs and of the mast's feed, m, over 0 to 1, inside the limits of cylinders and mast."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
+
+    grid = np.linspace(0.0, 1.0, _FED_GRID)
+    rates = np.append(limits.rate, mast.rate)
+    accelerations = np.append(np.full(len(limits.rate), limits.acceleration), mast.acceleration)
+    rows = np.concatenate([chain.lengths(spline(grid)), feed(grid)[:, None]], axis=1)
+    speed = 1 / _pace(rows, rates, accelerations)
+    reach = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(grid))])
+    parameter = make_interp_spline(reach, grid, k=5)
+    fraction, duration = _profile(float(reach[-1]), 1.875 * float(np.max(rates / accelerations)))
+
+    def pull(time: Array) -> Array:
+        place = np.clip(parameter(_run(time, fraction) * reach[-1]), 0.0, 1.0)
+        return np.concatenate([chain.lengths(spline(place)), feed(place)[:, None]], axis=1)
+
+    time = np.linspace(0.0, 1.0, 4 * _FED_GRID)
+    duration *= _overrun(pull(time), time[1] * duration, rates, accelerations)
+    return TimedPath(spline, parameter, fraction, float(reach[-1]), duration, feed)
+
+
+def _pace(rows: Array, rates: Array, accelerations: Array) -> Array:
+    """Speed of the parameter, shape (P,), 1/s, at places evenly spread over 0 to 1, for lengths there, shape (P, C), m.
+
+    It is what rates and half the accelerations allow in a bend; the other half is left for changes of the speed. The least
+    speed of a window stands for each place and is then averaged over the window, so that the speed is smooth.
+    """
+    from scipy.ndimage import minimum_filter1d, uniform_filter1d  # slow to load
+
+    step = 1 / (len(rows) - 1)
+    slope = np.abs(np.gradient(rows, step, axis=0))
+    bend = np.abs(np.gradient(np.gradient(rows, step, axis=0), step, axis=0))
+    tiny = 1e-9 * np.ptp(rows, axis=0).max()
+    fastest = np.min(rates / (slope + tiny), axis=1)
+    square = np.minimum(fastest**2, np.min(accelerations / 2 / (bend + tiny), axis=1))
+    climb = np.min(accelerations / (slope + tiny), axis=1) * step  # of the squared speed, from place to place
+    for order in (range(1, len(square)), range(len(square) - 2, -1, -1)):
+        back = -1 if order.step > 0 else 1
+        for i in order:
+            square[i] = min(square[i], square[i + back] + climb[i])
+    least = minimum_filter1d(np.sqrt(square), 3 * _WINDOW, mode="nearest")
+    for _ in range(3):
+        least = uniform_filter1d(least, _WINDOW, mode="nearest")
+    return least
 
 
 def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
@@ -131,9 +200,11 @@ def _stretch(
     """Factor on the duration that brings speeds and accelerations inside their limits, one of them to it."""
     time = np.linspace(0.0, 1.0, 4 * _GRID)
     length = chain.lengths(spline(np.clip(parameter(_run(time, fraction) * reach), 0.0, 1.0)))
-    step = (time[1] - time[0]) * duration
-    rate = np.abs(np.diff(length, axis=0)) / step
-    bend = np.abs(np.diff(length, n=2, axis=0)) / step**2
-    too_fast = float(np.max(rate / limits.rate))
-    too_hard = float(np.sqrt(np.max(bend) / limits.acceleration))
+    return _overrun(length, (time[1] - time[0]) * duration, limits.rate, limits.acceleration)
+
+
+def _overrun(rows: Array, step: float, rates: Array, accelerations: Array | float) -> float:
+    """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits."""
+    too_fast = float(np.max(np.abs(np.diff(rows, axis=0)) / step / rates))
+    too_hard = float(np.sqrt(np.max(np.abs(np.diff(rows, n=2, axis=0)) / step**2 / accelerations)))
     return _SPARE * max(too_fast, too_hard)
