@@ -29,12 +29,12 @@ from vgtsim.description.modules import (
 )
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
-from vgtsim.description.scene import Bend, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
+from vgtsim.description.scene import Bend, Feed, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
 from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study, Work
-from vgtsim.description.tank import Equipment, Riser, Shell, Tank
+from vgtsim.description.tank import Equipment, Guide, Riser, Shell, Tank
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 
 __all__ = [
@@ -54,8 +54,10 @@ __all__ = [
     "Description",
     "DoubleOctahedral",
     "Equipment",
+    "Feed",
     "GeneralDoubleOctahedral",
     "Goal",
+    "Guide",
     "Limits",
     "LinePiece",
     "LoadCase",

@@ -31,7 +31,7 @@ class Limits(Description):
         pressure_force: Difference of chamber pressures from the drive forces, over the largest force.
         member_utilisation: Demand over capacity, as is `actuator_force`.
         actuator_stroke: Least distance to the end of a stroke.
-        clearance: Least distance to anything.
+        clearance: Least distance to anything; `headroom` is that of the mast's top from the tank's headroom.
         contacts: Number of logged contacts.
         safety_factor: On member strength, AISC 360 Omega.
         chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above that of the oil tank.
@@ -58,6 +58,7 @@ class Limits(Description):
     actuator_force: Number = Field(gt=0)
     actuator_stroke: Gap
     clearance: Gap
+    headroom: Gap = 0.0
     contacts: int = Field(ge=0, le=1_000_000)
     safety_factor: Number = Field(ge=1, le=100)
     chamber_pressure: Pressure = 0.0

@@ -37,15 +37,33 @@ from vgtsim.errors import DescriptionError
 Vector = tuple[Length, Length, Length]
 
 
+class Feed(Description):
+    """The hoist that lifts the mast, and the arm with it.
+
+    Attributes:
+        stroke: Greatest lift above the working depth.
+        rate: Rated speed.
+        acceleration: Greatest acceleration.
+        force: Greatest pull.
+    """
+
+    stroke: Size
+    rate: Speed
+    acceleration: Acceleration = Field(gt=0)
+    force: Force = Field(gt=0)
+
+
 class Mast(Pipe):
     """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
 
-    `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent.
+    `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent. Without a `feed` the mast is
+    held at its working depth.
     """
 
     pivot_depth: Size
     density: Density
     riser_spare: Size | None = None
+    feed: Feed | None = None
 
 
 class Payload(Description):

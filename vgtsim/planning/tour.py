@@ -31,7 +31,8 @@ class Leg:
     """The way to one goal; the clearance, m, is the least planned one, from the thing named `place`.
 
     Actuator lengths at every step, the first and last included, have shape (T, J), m. `q` are the inputs at the end,
-    shape (n,), and `goal` the index of the goal in the scene.
+    shape (n,), and `goal` the index of the goal in the scene. `feed`, shape (T,), m, lifts the mast above its working depth;
+    without one the mast stays where it is.
     """
 
     name: str
@@ -40,18 +41,20 @@ class Leg:
     q: Array
     clearance: float
     place: str
+    feed: Array | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        self.lengths.flags.writeable = False
-        self.q.flags.writeable = False
+        for array in (self.lengths, self.q, self.feed):
+            if array is not None:
+                array.flags.writeable = False
 
 
 @dataclass(frozen=True)
 class Tour:
     """Timed lengths from the start inputs, shape (n,), to every goal in turn; the time step is in s.
 
-    Each leg begins with the lengths at which the leg before it ended.
+    Each leg begins with the lengths, and with the feed, at which the leg before it ended.
     """
 
     start: Array
@@ -64,8 +67,11 @@ class Tour:
 
     @property
     def digest(self) -> str:
-        """Digest of the timed lengths, the goals' indices and the time step."""
-        parts = (part for leg in self.legs for part in (str(leg.goal).encode(), leg.lengths.tobytes()))
+        """Digest of the timed lengths and feeds, the goals' indices and the time step."""
+        parts = []
+        for leg in self.legs:
+            parts += [str(leg.goal).encode(), leg.lengths.tobytes()]
+            parts += [] if leg.feed is None else [leg.feed.tobytes()]
         return digest(repr(float(self.timestep)).encode(), *parts)
 
     @property
