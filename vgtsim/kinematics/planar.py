@@ -43,7 +43,9 @@ class PlanarArm:
         """
         chain = self.chain
         if not can_swing(chain) or np.any(np.abs(_steps(chain)[:, :2]) > _ASIDE):
-            allowed = "double octahedra, octahedra with six actuators and straight sections: they bend in any vertical plane"
+            allowed = (
+                "double octahedra, octahedra with six actuators and straight sections: they bend in any vertical plane"
+            )
             raise DescriptionError(None, "modules", f"{chain.manipulator.name}, which does not", allowed)
 
     @cached_property
@@ -137,7 +139,6 @@ def axis_of(chain: Chain, nodes: Array) -> Array:
     They have shape (..., K + 1, 3).
     """
     truss = chain.truss
-    groups = [np.arange(3)]
-    for k in range(len(chain.manipulator.modules)):
-        groups.append(np.flatnonzero(truss.node_module == k)[-3:])
+    tops = [np.flatnonzero(truss.node_module == k)[-3:] for k in range(len(chain.manipulator.modules))]
+    groups = [np.arange(3), *tops]
     return np.stack([nodes[..., group, :].mean(axis=-2) for group in groups], axis=-2)

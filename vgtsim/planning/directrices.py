@@ -21,13 +21,17 @@ from vgtsim.site import Site
 Array = NDArray[np.float64]
 
 _AZIMUTHS = 12
-_RISE = np.array([0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, -0.5, -1.0])  # m of the foot above what a stowed module leaves straight
+_RISE = np.array(
+    [0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, -0.5, -1.0]
+)  # m of the foot above what a stowed module leaves straight
 _CURVED = np.array([1.0, 1.1, 1.25, 1.45, 1.8])  # radius over the least that the modules can follow
 _TURNS = np.radians([75.0, 90.0, 105.0, 120.0, 137.0])
 _ENOUGH = 0.3  # m of room beyond which more is worth nothing
 _BULGE = 0.07  # m that mid nodes of a bent module stand beyond the riser's radius
 _SPACING = 0.25  # m between the points of a curve that are looked at
-_BACK = 0.4  # share of the way that the arm leaves the curve by that it costs in room: what follows comes back to the curve
+_BACK = (
+    0.4  # share of the way that the arm leaves the curve by that it costs in room: what follows comes back to the curve
+)
 _APART = 0.01  # m of room that a radian away from the start's azimuth costs: of equal ways the nearest
 
 
@@ -105,7 +109,10 @@ def _room(site: Site, curve: Directrix, towards: float, reach: float, straight: 
     flat, _ = curve.at(np.arange(0.0, max(reach, _SPACING), _SPACING))
     points = PlanarArm(site.chain, towards).place(flat)
     half = site.tank.arm_riser.bore / 2 + _BULGE + site.clearance
-    gaps = [enclosure_distance(site.tank, around.profile, points)[0].min(), points[:, 2].min() - around.obstacles.waste_level]
+    gaps = [
+        enclosure_distance(site.tank, around.profile, points)[0].min(),
+        points[:, 2].min() - around.obstacles.waste_level,
+    ]
     for axis, thick in zip(around.obstacles.axes, around.obstacles.radii, strict=True):
         gaps.append(float(segment_distance(points[:-1], points[1:], axis[0], axis[1])[0].min()) - thick)
     leave = abs(float(curve.offsets(np.array([0.0, straight]))[0]))

@@ -21,8 +21,10 @@ from vgtsim.kinematics.planar import PlanarArm
 from vgtsim.planning.directrices import propose_directrices
 from vgtsim.planning.directrix import Directrix
 from vgtsim.planning.entry import Entry
+from vgtsim.planning.entry_checks import require_feed, start_feed
 from vgtsim.planning.postures import Postures, find_postures
 from vgtsim.planning.smooth_shapes import Track, fit_shapes
+from vgtsim.planning.timing import FeedLimits, TimedPath, make_limits, time_feed
 from vgtsim.planning.unfolding import Guide, Shapes, make_opening
 from vgtsim.site import Site
 from vgtsim.statics import find_use
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 JUDGED = 0.02  # m of feed between the postures that are judged
-ABOVE = 0.10  # m that the payload's ball is above the riser's flange at the beginning
 BELOW = 0.10  # m that a module's upper face is below the rim before it opens
 BORE = 0.03  # m that the arm keeps from bore and rim: of 38 mm, 8 are left for its sag
 FOLLOWED = 1.3  # deviation from the directrix over the least that a posture can have, which a way is held to
@@ -41,7 +42,9 @@ FOLLOWED = 1.3  # deviation from the directrix over the least that a posture can
 _CURVES = 10  # directrices that are tried: about four seconds each
 _GRID = 0.025  # m of feed between the places that the splines of a way go through: fourteen in a knot
 _STRAINED = 5  # every so many of the judged postures is held against the ratings: a decimetre apart
-_ROUNDING = 1e-6  # m that a stowed actuator may be outside the strokes that a plan uses
+_OPENING = 1e-3  # m that an opening module may use beyond its stowed lengths, which have less than the usual margin
+_LEAST_AIM = 1e-3  # m: a curve that is straight asks for no less
+_KEPT = 1.5e-3  # m from the ends of strokes at which hinges begin
 _SOFT = 0.02  # m beyond the clearance at which hinges begin
 # Aim over the least deviation, and factor on the clearance's hinge: the next is tried while a limit is overrun.
 _TRIES = ((1.1, 1.0), (0.95, 1.5), (1.4, 2.0), (2.2, 2.5))
@@ -60,7 +63,9 @@ class Insertion:
         deviation: Greatest distance of the axis from the directrix, m.
         bound: Least that any posture can have, at the feed where it is greatest, m; see `postures`.
         chord: The same for the arm's straight sections alone, m; see `Directrix.least_offset`.
-        spare: Least distance of an actuator of an open module from the end of its stroke box, m.
+        spare: Least distance of an actuator of an open module from the end of its stroke less the margin, m; where stowed
+            lengths have less than the margin, from a millimetre beyond them.
+        rest: The same at the end, from the full margin.
         strength: Greatest utilisation of a member at rest; `pressure` of the oil.
         travel: Greatest travel of an actuator per feed.
     """
@@ -75,6 +80,7 @@ class Insertion:
     bound: float
     chord: float
     spare: float
+    rest: float
     strength: float
     pressure: float
     travel: float
@@ -107,11 +113,15 @@ def plan_insertion(site: Site, last: float = 0.0) -> Insertion:
     raise max(missed, key=lambda error: error.clearance)
 
 
-def start_feed(site: Site, planar: PlanarArm) -> float:
-    """Feed at which the payload of the stowed arm is above the riser's flange, m."""
-    tank = site.tank
-    flange = tank.grade + tank.arm_riser.above_grade
-    return flange + ABOVE + site.task.payload.radius + planar.stowed_length - site.scene.pivot_height
+def time_way(site: Site, way: Insertion) -> TimedPath:
+    """A way in time, inside the rates of cylinders and feed of the scene.
+
+    Raises:
+        DescriptionError: The scene's mast is held.
+    """
+    motion, feed = site.task.motion, require_feed(site)
+    limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
+    return time_feed(site.chain, way.spline, way.feed, limits, FeedLimits(feed.rate, feed.acceleration))
 
 
 def make_guide(site: Site, directrix: Directrix, azimuth: float, last: float = 0.0) -> Guide:
@@ -129,8 +139,8 @@ def make_guide(site: Site, directrix: Directrix, azimuth: float, last: float = 0
         pivot=site.scene.pivot_height,
         opening=make_opening(planar, site.scene.pivot_height, rim - BELOW),
         last=last,
-        least=np.minimum(site.box.least, stowed - _ROUNDING),
-        greatest=np.maximum(site.box.greatest, stowed + _ROUNDING),
+        least=np.minimum(site.box.least, stowed - _OPENING),
+        greatest=np.maximum(site.box.greatest, stowed + _OPENING),
     )
 
 
@@ -149,24 +159,28 @@ def follow_directrix(
     postures = find_postures(guide)
     best: tuple[float, str, float] | None = None
     for aim, firm in _TRIES:
-        for shapes in _fit(site, guide, postures, aim, firm):
-            way = judge_way(site, guide, shapes, postures.bound)
-            room, place, left = min(_rooms(site, way, followed))
-            if room >= 0:
-                return way
-            if best is None or room > best[0]:
-                best = room, place, left
+        way = judge_way(site, guide, _fit(site, guide, postures, aim, firm), postures.bound)
+        room, place, left = min(_rooms(site, way, followed))
+        if room >= 0:
+            return way
+        if best is None or room > best[0]:
+            best = room, place, left
     assert best is not None
     raise PathError("the end of the insertion", best[2], best[1])
 
 
-def _fit(site: Site, guide: Guide, postures: Postures, aim: float, firm: float) -> Iterator[Shapes]:
+def _fit(site: Site, guide: Guide, postures: Postures, aim: float, firm: float) -> Shapes:
     around, clearance = site.surroundings.unloaded, site.clearance + firm * _SOFT
     mouth = guide.pivot + float(np.min(guide.opening - guide.planar.tops)) - BELOW
-    try:
-        yield fit_shapes(Track(guide, max(aim * postures.bound, 1e-3), around, clearance, mouth), postures)
-    except np.linalg.LinAlgError:
-        return
+    track = Track(
+        guide=guide,
+        aim=max(aim * postures.bound, _LEAST_AIM),
+        around=around,
+        clearance=clearance,
+        kept=firm * _KEPT,
+        mouth=mouth,
+    )
+    return fit_shapes(track, postures)
 
 
 def _rooms(site: Site, way: Insertion, followed: float) -> Iterator[tuple[float, str, float]]:
@@ -175,6 +189,7 @@ def _rooms(site: Site, way: Insertion, followed: float) -> Iterator[tuple[float,
         yield gap - (BORE if place == RISER else site.clearance), place, gap
     least = min(way.gaps.values())
     yield way.spare, f"the surroundings at the least, but overruns a stroke by {-way.spare:.4f} m", least
+    yield way.rest, f"the surroundings at the least, but ends {-way.rest:.4f} m beyond a stroke less its margin", least
     worst = max(way.strength, way.pressure)
     yield 1 - worst, f"the surroundings at the least, but uses a member or its oil to {worst:.2f} of the rating", least
     off = f"the surroundings at the least, but leaves the directrix by {way.deviation:.3f} m; {way.bound:.3f} m must be"
@@ -215,6 +230,7 @@ def judge_way(site: Site, guide: Guide, shapes: Shapes, bound: float) -> Inserti
         bound=bound,
         chord=guide.directrix.least_offset(float(sections.max()), reach),
         spare=float(np.min(spare, where=free, initial=np.inf)),
+        rest=float(np.min(site.box.spare(length[-1]), where=free[-1], initial=np.inf)),
         strength=float(used.strength.max()),
         pressure=float(used.pressure.max()),
         travel=float(np.abs(np.diff(length, axis=0)).max() / (h[0] - h[1])),

@@ -24,7 +24,7 @@ _PRICE = 5.0  # deviation that a violated stroke counts as, per metre
 
 @dataclass(frozen=True)
 class Postures:
-    """Postures over feed, m: bends, rad, and extensions, m, shape (W, A), and greatest distances from the curve, shape (W,), m."""
+    """Postures over feed, m: bends, rad, and extensions, m, shape (W, A); greatest distances from the curve, shape (W,), m."""
 
     feed: Array
     bend: Array
@@ -57,9 +57,7 @@ def find_postures(guide: Guide, spacing: float = 0.25) -> Postures:
     return Postures(feeds, bends, reaches, deviations)
 
 
-def _settle(
-    guide: Guide, feed: float, free: NDArray[np.bool_], bend: Array, reach: Array
-) -> tuple[Array, Array]:
+def _settle(guide: Guide, feed: float, free: NDArray[np.bool_], bend: Array, reach: Array) -> tuple[Array, Array]:
     """Posture of least deviation at one feed, the free modules moved."""
     count, which = len(free), np.flatnonzero(np.concatenate([free, free]))
     legs = free[guide.owner]

@@ -22,10 +22,11 @@ Array = NDArray[np.float64]
 _SPACING = 0.12  # m of feed between the places at which shapes are looked at: three in a knot
 _POWER = 4  # of a deviation over its aim, whose square is summed: above the aim it grows fast
 _STROKE = 5e-4  # m by which an actuator in the hinge at the end of its stroke counts one
-_KEPT = 1.5e-3  # m that the hinge keeps from the ends of strokes
 _GAP = 5e-3  # m by which a node that is too near counts one
 _RATE = 0.2  # m of an actuator per m of feed that counts one, and is summed in its fourth power
-_CALM = 0.3  # weight of second derivatives, m² and m: it costs under 1 % of deviation and makes accelerations half as great
+_CALM = (
+    0.3  # weight of second derivatives, m² and m: it costs under 1 % of deviation and makes accelerations half as great
+)
 _STEPS = 60
 _SETTLED = 1e-3  # relative fall of the sum below which a step is not worth its price
 
@@ -38,6 +39,7 @@ class Track:
         aim: Deviation from the curve that counts one, m.
         around: Tank and waste that open modules keep clear of; absent for the curve and the strokes alone.
         clearance: Distance from them, m.
+        kept: Distance from the ends of strokes at which their hinges begin, m.
         mouth: Height above which nodes are in the riser's mouth, m; they are not looked at.
     """
 
@@ -45,6 +47,7 @@ class Track:
     aim: float
     around: Surroundings | None = None
     clearance: float = 0.0
+    kept: float = 1.5e-3
     mouth: float = np.inf
 
     @cached_property
@@ -126,14 +129,13 @@ def fit_shapes(track: Track, postures: Postures) -> Shapes:
 
 
 def _start(track: Track, postures: Postures) -> Array:
-    """Coefficients nearest to the postures, with some weight on second derivatives, drawn to the straight arm until it assembles."""
+    """Coefficients nearest to the postures, second derivatives weighed in, drawn to the straight arm until it assembles."""
     guide, table = track.guide, tabulate(track.guide, postures.feed)
-    flat, parts = table.reshape(-1, table.shape[2]), []
+    flat = table.reshape(-1, table.shape[2])
     matrix = flat.T @ flat + track.calm
     matrix += 1e-9 * np.trace(matrix) / len(matrix) * np.eye(len(matrix))
-    for wanted in (postures.bend, postures.extension - guide.planar.stowed):
-        parts.append(np.linalg.solve(matrix, flat.T @ wanted.ravel()))
-    weights = np.concatenate(parts)
+    wanted = postures.bend, postures.extension - guide.planar.stowed
+    weights = np.concatenate([np.linalg.solve(matrix, flat.T @ item.ravel()) for item in wanted])
     for share in (1.0, 0.8, 0.6, 0.4, 0.2, 0.0):
         if np.isfinite(_sum(track, share * weights, sloped=False).value):
             return share * weights
@@ -169,8 +171,8 @@ def _sum(track: Track, weights: Array, *, sloped: bool) -> _Sum:
 
 def _hold_strokes(track: Track, total: _Sum, length: Array, S: Array) -> None:
     guide = track.guide
-    low = np.where(track.free, np.maximum(guide.least + _KEPT - length, 0.0), 0.0) / _STROKE
-    high = np.where(track.free, np.maximum(length - guide.greatest + _KEPT, 0.0), 0.0) / _STROKE
+    low = np.where(track.free, np.maximum(guide.least + track.kept - length, 0.0), 0.0) / _STROKE
+    high = np.where(track.free, np.maximum(length - guide.greatest + track.kept, 0.0), 0.0) / _STROKE
     over = high - low  # one of them is zero
     total.add(over, np.where(over != 0, 1 / _STROKE, 0.0)[..., None] * S)
 

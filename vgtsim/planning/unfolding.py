@@ -23,7 +23,9 @@ Array = NDArray[np.float64]
 _KNOT = 0.35  # m of feed between knots: about an eighth of the distance of two modules
 _DEGREE = 5
 _CORNERS = 3  # coefficients at the opening that are zero: value, rate and second derivative
-_ALONG = np.linspace(0.0, 1.0, 7)[1:-1]  # places on each piece of the axis, besides its ends, that are kept to the curve
+_ALONG = np.linspace(0.0, 1.0, 7)[
+    1:-1
+]  # places on each piece of the axis, besides its ends, that are kept to the curve
 
 
 @dataclass(frozen=True, eq=False)
