@@ -3,6 +3,7 @@
 from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.changes import Steps, change_entries, locate
+from vgtsim.description.faults import list_faults, tell_file
 from vgtsim.description.files import (
     digest_scene,
     dump_scene,
@@ -99,6 +100,7 @@ __all__ = [
     "find_original",
     "is_scene",
     "joint_offset",
+    "list_faults",
     "list_shipped",
     "load_catalogue",
     "load_manipulator",
@@ -109,5 +111,6 @@ __all__ = [
     "locate",
     "parse_scene",
     "split_objective",
+    "tell_file",
     "write_sized_arm",
 ]

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Literal
 
+from vgtsim.description.kinds import USES, articled
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError
 
@@ -48,6 +49,11 @@ def find_file(name: str | Path, *kinds: Kind, beside: Path | None = None) -> Pat
     known = {key: file for kind in kinds for key, file in list_shipped(kind).items()}
     if str(name) not in known:
         what = " or ".join(kinds)
+        others = [kind for kind in _PATTERNS if kind not in (*kinds, "model") and str(name) in list_shipped(kind)]
+        if others:
+            raise DescriptionError(
+                None, what, f"{str(name)!r}, {articled(others[0])}", f"{articled(what)}; {USES[others[0]]}"
+            )
         allowed = f"the path of a file, or the name of a shipped {what}{closest(str(name), known)}"
         raise DescriptionError(None, what, repr(str(name)), allowed)
     return known[str(name)]

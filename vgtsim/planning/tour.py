@@ -13,7 +13,7 @@ from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.pace import choose_step
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import MARGIN, Resolution, goal_keep, resolve_goal
+from vgtsim.planning.resolution import MARGIN, default_resolution, goal_keep, resolve_goal
 from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
@@ -132,8 +132,7 @@ def _configure(
 ) -> Array:
     """Inputs with the tool at a goal, or at an aim in its place, shape (n,)."""
     pose = aim or (np.array(goal.position), np.array(goal.direction))
-    how = Resolution(site.task.motion.method, site.task.motion.objective, site.coupling)
-    return np.array(resolve_goal(site, how, goal.name, pose, start, keep).q)
+    return np.array(resolve_goal(site, default_resolution(site), goal.name, pose, start, keep).q)
 
 
 def _aim_above(site: Site, goal: Goal, q: Array) -> Array:
