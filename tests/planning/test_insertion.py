@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 import vgtsim
 from vgtsim.description import Feed
 from vgtsim.errors import DescriptionError, PathError
-from vgtsim.kinematics.planar import PlanarArm, axis_of
+from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
 from vgtsim.planning.checks import riser_fit
 from vgtsim.planning.directrices import greatest_bend, propose_directrices
 from vgtsim.planning.directrix import make_directrix

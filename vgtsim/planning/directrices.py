@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics import azimuth
-from vgtsim.kinematics.planar import PlanarArm
+from vgtsim.kinematics.planar_arm import PlanarArm
 from vgtsim.planning.directrix import Directrix, make_directrix
 from vgtsim.planning.unfolding import make_opening
 from vgtsim.site import Site

@@ -1,6 +1,6 @@
 """The path that an arm's leader takes into the tank: straight down from the riser, then arcs, in one vertical plane.
 
-Points are (r, z) as in `kinematics.planar`. A curve has pieces of constant curvature. It begins far above on the mast's axis,
+Points are (r, z) as in `kinematics.planar_arm`. A curve has pieces of constant curvature. It begins far above on the mast's axis,
 and after its last piece it goes straight on.
 """
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import PathError
 from vgtsim.geometry.clearance import RISER
-from vgtsim.kinematics.planar import PlanarArm
+from vgtsim.kinematics.planar_arm import PlanarArm
 from vgtsim.planning.directrices import propose_directrices
 from vgtsim.planning.directrix import Directrix
 from vgtsim.planning.entry import Entry

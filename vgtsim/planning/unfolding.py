@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.kinematics import Chain, State
-from vgtsim.kinematics.planar import PlanarArm
+from vgtsim.kinematics.planar_arm import PlanarArm
 from vgtsim.planning.directrix import Directrix
 
 Array = NDArray[np.float64]

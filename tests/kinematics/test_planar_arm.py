@@ -7,7 +7,7 @@ import pytest
 
 import vgtsim
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics.planar import PlanarArm, axis_of
+from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
 
 STEP = 1e-6
 
