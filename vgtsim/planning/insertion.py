@@ -22,9 +22,10 @@ from vgtsim.planning.directrices import propose_directrices
 from vgtsim.planning.directrix import Directrix
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import require_feed, start_feed
+from vgtsim.planning.feed_timing import FeedLimits, time_feed
 from vgtsim.planning.postures import Postures, find_postures
 from vgtsim.planning.smooth_shapes import Track, fit_shapes
-from vgtsim.planning.timing import FeedLimits, TimedPath, make_limits, time_feed
+from vgtsim.planning.timing import TimedPath, make_limits
 from vgtsim.planning.unfolding import Guide, Shapes, make_opening
 from vgtsim.site import Site
 from vgtsim.statics import find_use

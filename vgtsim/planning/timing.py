@@ -4,9 +4,6 @@ The path's parameter is first replaced by one in which the fastest actuator, rel
 speed. The greatest rate has corners, so a p-norm of the scaled rates, which is smooth, stands for it. The new parameter
 runs from rest to rest with ramps of a fifth-order smooth step in speed, so the acceleration is continuous and starts and
 ends at zero.
-
-While the mast is fed the rates of different actuators take turns, and a way that is slow enough everywhere for its sharpest
-bend would take twice the time. So a fed path has a speed of its own at each place: see `_pace`.
 """
 
 from __future__ import annotations
@@ -22,12 +19,12 @@ from vgtsim.kinematics import Chain
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
+    from vgtsim.planning.curve import Curve
+
 Array = NDArray[np.float64]
 
 _POWER = 12  # of the p-norm: 15 equal rates count 1.25 times one of them
 _GRID = 801  # points of the path at which speeds are measured
-_FED_GRID = 2001  # places of a fed path: a centimetre of feed apart
-_WINDOW = 9  # places that a speed is averaged over, three times: 0.1 m of 20; wider ones lose time
 _SPARE = 1.005  # margin on the time for peaks between the points of the grid
 
 
@@ -47,25 +44,17 @@ def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> Spee
 
 
 @dataclass(frozen=True)
-class FeedLimits:
-    """Greatest speed, m/s, and acceleration, m/s², of the mast's feed."""
-
-    rate: float
-    acceleration: float
-
-
-@dataclass(frozen=True)
 class TimedPath:
-    """A spline of inputs over 0 to 1 with its way in time, from rest to rest.
+    """A curve of inputs over 0 to 1 with its way in time, from rest to rest.
 
     Attributes:
-        parameter: The spline's parameter over the way, 0 to `reach` seconds at full speed.
+        parameter: The curve's parameter over the way, 0 to `reach` seconds at full speed.
         fraction: Part of the time spent in each ramp.
         duration: s; 0 of a path on which no actuator moves.
-        feed: Height of the mast above its working depth, m, over the spline's parameter; absent while it is held.
+        feed: Height of the mast above its working depth, m, over the curve's parameter; absent while it is held.
     """
 
-    spline: BSpline
+    curve: BSpline | Curve
     parameter: BSpline | None
     fraction: float
     reach: float
@@ -74,111 +63,65 @@ class TimedPath:
 
     def inputs(self, timestep: float) -> Array:
         """Inputs at every time step, s, the ends of the path included, shape (T, n)."""
-        return self.spline(self._places(timestep))
+        return self.curve(self._places(timestep))
 
     def feeds(self, timestep: float) -> Array | None:
         """Heights of the mast above its working depth at the same instants, shape (T,), m; None while it is held."""
         return None if self.feed is None else self.feed(self._places(timestep))
 
     def _places(self, timestep: float) -> Array:
+        """The curve's parameter at every time step, shape (T,)."""
         if self.parameter is None:
             return np.array([0.0, 1.0])
         count = max(2, int(np.ceil(self.duration / timestep)))
-        travelled = _run(np.linspace(0.0, 1.0, count + 1), self.fraction) * self.reach
+        travelled = run_ramps(np.linspace(0.0, 1.0, count + 1), self.fraction) * self.reach
         return np.clip(self.parameter(travelled), 0.0, 1.0)
 
 
-def time_path(chain: Chain, spline: BSpline, limits: SpeedLimits) -> TimedPath:
-    """Time a spline of inputs over 0 to 1.
+def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> TimedPath:
+    """Time a curve of inputs over 0 to 1.
 
     Source: the project's own; the dissertation gives configurations and no motion in time.
     """
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 
     grid = np.linspace(0.0, 1.0, _GRID)
-    speed = _scaled_speed(chain, spline, limits, grid)
+    speed = _scaled_speed(chain, curve, limits, grid)
     if np.max(speed) * limits.rate.max() < 1e-9:
-        return TimedPath(spline, None, 0.5, 0.0, 0.0)
+        return TimedPath(curve, None, 0.5, 0.0, 0.0)
     # a floor keeps the parameter's change finite where the path hardly moves an actuator
     speed = np.maximum(speed, 1e-3 * np.max(speed))
     steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
     reach = np.concatenate([[0.0], np.cumsum(steps)])
     parameter = make_interp_spline(reach, grid, k=5)
     ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
-    fraction, duration = _profile(reach[-1], ramp)
-    duration *= _stretch(chain, spline, parameter, limits, duration, fraction, reach[-1])
-    return TimedPath(spline, parameter, fraction, float(reach[-1]), duration)
+    fraction, duration = ramp_profile(reach[-1], ramp)
+    duration *= _stretch(chain, curve, parameter, limits, duration, fraction, reach[-1])
+    return TimedPath(curve, parameter, fraction, float(reach[-1]), duration)
 
 
-def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits, mast: FeedLimits) -> TimedPath:
-    """Time splines of inputs and of the mast's feed, m, over 0 to 1, inside the limits of cylinders and mast."""
-    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
-
-    grid = np.linspace(0.0, 1.0, _FED_GRID)
-    rates = np.append(limits.rate, mast.rate)
-    accelerations = np.append(np.full(len(limits.rate), limits.acceleration), mast.acceleration)
-    rows = np.concatenate([chain.lengths(spline(grid)), feed(grid)[:, None]], axis=1)
-    speed = 1 / _pace(rows, rates, accelerations)
-    reach = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(grid))])
-    parameter = make_interp_spline(reach, grid, k=5)
-    fraction, duration = _profile(float(reach[-1]), 1.875 * float(np.max(rates / accelerations)))
-
-    def pull(time: Array) -> Array:
-        place = np.clip(parameter(_run(time, fraction) * reach[-1]), 0.0, 1.0)
-        return np.concatenate([chain.lengths(spline(place)), feed(place)[:, None]], axis=1)
-
-    time = np.linspace(0.0, 1.0, 4 * _FED_GRID)
-    duration *= _overrun(pull(time), time[1] * duration, rates, accelerations)
-    return TimedPath(spline, parameter, fraction, float(reach[-1]), duration, feed)
-
-
-def _pace(rows: Array, rates: Array, accelerations: Array) -> Array:
-    """Speed of the parameter, shape (P,), 1/s, at places evenly spread over 0 to 1, for lengths there, shape (P, C), m.
-
-    It is what rates and half the accelerations allow in a bend; the other half is left for changes of the speed. The least
-    speed of a window stands for each place and is then averaged over the window, so that the speed is smooth.
-    """
-    from scipy.ndimage import minimum_filter1d, uniform_filter1d  # slow to load
-
-    step = 1 / (len(rows) - 1)
-    slope = np.abs(np.gradient(rows, step, axis=0))
-    bend = np.abs(np.gradient(np.gradient(rows, step, axis=0), step, axis=0))
-    tiny = 1e-9 * np.ptp(rows, axis=0).max()
-    fastest = np.min(rates / (slope + tiny), axis=1)
-    square = np.minimum(fastest**2, np.min(accelerations / 2 / (bend + tiny), axis=1))
-    climb = np.min(accelerations / (slope + tiny), axis=1) * step  # of the squared speed, from place to place
-    for order in (range(1, len(square)), range(len(square) - 2, -1, -1)):
-        back = -1 if order.step > 0 else 1
-        for i in order:
-            square[i] = min(square[i], square[i + back] + climb[i])
-    least = minimum_filter1d(np.sqrt(square), 3 * _WINDOW, mode="nearest")
-    for _ in range(3):
-        least = uniform_filter1d(least, _WINDOW, mode="nearest")
-    return least
-
-
-def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
-    """Actuator lengths, shape (T, J), m, along a spline of inputs over 0 to 1, at every time step, s, from rest to rest.
+def time_lengths(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float) -> Array:
+    """Actuator lengths, shape (T, J), m, along a curve of inputs over 0 to 1, at every time step, s, from rest to rest.
 
     The first and last rows are those of the path's ends. Each row is computed from the inputs at its instant.
     """
-    return chain.lengths(time_path(chain, spline, limits).inputs(timestep))
+    return chain.lengths(time_path(chain, curve, limits).inputs(timestep))
 
 
-def _scaled_speed(chain: Chain, spline: BSpline, limits: SpeedLimits, parameter: Array) -> Array:
+def _scaled_speed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, parameter: Array) -> Array:
     """Norm of the actuators' speeds over their limits per unit of the parameter, shape (P,), s."""
-    rates = chain.length_rates(spline(parameter), spline(parameter, 1)) / limits.rate
+    rates = chain.length_rates(curve(parameter), curve(parameter, 1)) / limits.rate
     return np.sum(rates**_POWER, axis=1) ** (1 / _POWER)
 
 
-def _profile(reach: float, ramp: float) -> tuple[float, float]:
+def ramp_profile(reach: float, ramp: float) -> tuple[float, float]:
     """Fraction of the time spent in each ramp, and the time, s, to cover `reach` seconds of full speed."""
     if reach >= ramp:
         return ramp / (reach + ramp), reach + ramp
     return 0.5, 2 * float(np.sqrt(reach * ramp))
 
 
-def _run(time: ArrayLike, fraction: float) -> Array:
+def run_ramps(time: ArrayLike, fraction: float) -> Array:
     """Part of the way covered at a part of the time, both 0 to 1: speed 10 x³ - 15 x⁴ + 6 x⁵ in the ramps."""
     t = np.asarray(time, float)
     x = np.clip(np.minimum(t, 1 - t) / fraction, 0.0, 1.0)
@@ -190,7 +133,7 @@ def _run(time: ArrayLike, fraction: float) -> Array:
 
 def _stretch(
     chain: Chain,
-    spline: BSpline,
+    curve: BSpline | Curve,
     parameter: BSpline,
     limits: SpeedLimits,
     duration: float,
@@ -199,11 +142,11 @@ def _stretch(
 ) -> float:
     """Factor on the duration that brings speeds and accelerations inside their limits, one of them to it."""
     time = np.linspace(0.0, 1.0, 4 * _GRID)
-    length = chain.lengths(spline(np.clip(parameter(_run(time, fraction) * reach), 0.0, 1.0)))
-    return _overrun(length, (time[1] - time[0]) * duration, limits.rate, limits.acceleration)
+    length = chain.lengths(curve(np.clip(parameter(run_ramps(time, fraction) * reach), 0.0, 1.0)))
+    return overrun(length, (time[1] - time[0]) * duration, limits.rate, limits.acceleration)
 
 
-def _overrun(rows: Array, step: float, rates: Array, accelerations: Array | float) -> float:
+def overrun(rows: Array, step: float, rates: Array, accelerations: Array | float) -> float:
     """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits."""
     too_fast = float(np.max(np.abs(np.diff(rows, axis=0)) / step / rates))
     too_hard = float(np.sqrt(np.max(np.abs(np.diff(rows, n=2, axis=0)) / step**2 / accelerations)))
