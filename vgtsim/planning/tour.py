@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from vgtsim.description.scene import Goal
 from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
+from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.pace import choose_step
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import MARGIN, Resolution, goal_keep, resolve_goal
+from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
@@ -104,7 +106,8 @@ def plan_tour(site: Site) -> Tour:
     corridor = Corridor(site.box, site.surroundings, site.clearance)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
     ends = zip(motion.goals, shapes[:-1], shapes[1:], strict=True)
-    paths = [plan_path(corridor, first, last, goal.name) for goal, first, last in ends]
+    carousel = Carousel(Ground(corridor))
+    paths = [plan_path(corridor, first, last, goal.name, carousel) for goal, first, last in ends]
     ways = [time_path(site.chain, path.spline, limits) for path in paths]
     timestep = choose_step(site, ((way, path.clearance) for way, path in zip(ways, paths, strict=True)))
     legs = [
