@@ -26,6 +26,28 @@ class DescriptionError(VgtError):
         super().__init__(f"{place}{key or 'file'}: {message}")
 
 
+class PostureError(DescriptionError):
+    """A scene gives a posture in which the arm touches something or comes too near to it.
+
+    `collisions` are all the places, the deepest first; `name` is that of the scene; `site` and `q` are what a picture of them
+    is drawn from.
+    """
+
+    def __init__(
+        self,
+        place: tuple[Path, str],
+        found: str,
+        allowed: str,
+        *,
+        name: str,
+        site: object,
+        q: object,
+        collisions: tuple[object, ...],
+    ) -> None:
+        super().__init__(*place, found, allowed)
+        self.name, self.site, self.q, self.collisions = name, site, q, collisions
+
+
 class AssemblyError(VgtError):
     """Given lengths do not close a module; `residual` is the greatest gap left in the loop equations, m."""
 

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
+from vgtsim.errors import DescriptionError
 from vgtsim.geometry import MastPipe, make_mast
-from vgtsim.kinematics import Chain, Truss, bend_start, hanging_mount
-from vgtsim.positioning import StrokeBox, Surroundings, make_box
+from vgtsim.kinematics import Chain, Truss, hanging_mount
+from vgtsim.positioning import Keep, StrokeBox, Surroundings, find_start, make_box, search_start
 from vgtsim.statics import (
     ElasticModel,
     LoadModel,
@@ -33,6 +34,7 @@ from vgtsim.statics import (
 
 Array = NDArray[np.float64]
 
+_START_MARGIN = 0.02  # m beyond the planned clearance, so that a path can leave a start that is looked for
 _STROKE_MARGIN = 0.005  # m at the ends of strokes of an arm alone: what the shipped scenes keep
 
 
@@ -113,10 +115,29 @@ class Site:
 
     @cached_property
     def start(self) -> Array:
-        """Inputs of the posture in which the scene starts, shape (n,)."""
-        start = bend_start(self.chain, self.task.motion.start)
+        """Inputs of the posture in which the scene starts, shape (n,).
+
+        Raises:
+            DescriptionError: The scene gives a posture that the arm does not have.
+            ReachError: The scene gives a pose of the tool that the arm does not come to.
+        """
+        given = self.task.motion.start
+        try:
+            q = self.searched_start[0] if given is None else find_start(self.box, self._start_keep, given)
+        except DescriptionError as error:
+            raise self.scene.error(error.key, error.found, error.allowed) from None
+        start = np.array(q)
         start.flags.writeable = False
         return start
+
+    @cached_property
+    def searched_start(self) -> tuple[Array, int]:
+        """Inputs of a posture clear of everything near the first goal, shape (n,), and the number of postures tried."""
+        return search_start(self.box, self._start_keep, np.array(self.task.motion.goals[0].position))
+
+    @property
+    def _start_keep(self) -> Keep:
+        return Keep(self.surroundings, self.clearance + _START_MARGIN)
 
     @cached_property
     def box(self) -> StrokeBox:

@@ -83,7 +83,7 @@ def build(description: SceneOrArm, out: OutFolder = None) -> None:
         check_strokes(arm)
         name = arm.manipulator.name
         beside = file.parent if file == description else Path("out") / name  # not among the shipped files
-        files = write_arm_files(arm.manipulator, prepare_folder(out or beside) / name)
+        files = write_arm_files(arm.manipulator, prepare_folder(out or beside))
     list_files(*files)
 
 
@@ -93,10 +93,11 @@ def verify(
     plan: Annotated[
         bool, typer.Option("--plan/--no-plan", help="Hold the commands against the plan, made again.")
     ] = True,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Also write report.pdf; needs vgtsim[pdf].")] = False,
 ) -> None:
     """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
     from vgtsim.description import find_original
-    from vgtsim.output import prepare_folder, write_reports
+    from vgtsim.output import prepare_folder, write_pdf, write_reports
     from vgtsim.planning import plan_tour
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
@@ -112,8 +113,9 @@ def verify(
     with ERR.status("verifying"):
         report = judge(site, log, plan_tour(site) if plan else None, notes)
     write_reports(site, log, report, prepare_folder(place))
+    missing = write_pdf(site, log, report, place) if pdf else None
     show_report(report, place)
-    finish(report.passed, None)
+    finish(report.passed, missing)
 
 
 @app.command(epilog="Example: vgtsim render out/type_ii_reach --camera tool")

@@ -9,7 +9,7 @@ from math import tau
 
 from pydantic import Field, model_validator
 
-from vgtsim.description.figures import Angle, Density, Gap, Length, Size
+from vgtsim.description.figures import Angle, Density, Force, Gap, Length, Size
 from vgtsim.description.schema import Description, Name, Provenance, Title
 
 
@@ -100,10 +100,29 @@ class Waste(Description):
     density: Density
 
 
+class Guide(Description):
+    """Two rings of rollers that hold the mast sideways, at the heights `lower` and `upper` over the soil; below it is negative.
+
+    They are retracted while the arm passes. `force` is the greatest force of either ring; absent, it is not judged.
+    """
+
+    name: Name
+    lower: Length
+    upper: Length
+    force: Force | None = Field(default=None, gt=0)
+
+    @model_validator(mode="after")
+    def _rings_differ(self) -> Guide:
+        if self.upper <= self.lower:
+            raise ValueError(f"upper {self.upper:.4g} m above lower {self.lower:.4g} m")
+        return self
+
+
 class Tank(Description):
     """A tank; the arm enters through `arm_riser`, on the tank axis, and the equipment is in its way.
 
-    `provenance` gives the sources of the figures by key path.
+    `headroom` is the free height over the soil at the arm riser; absent, it is not limited. A `guide` holds the mast there;
+    without one the mast may touch the bore. `provenance` gives the sources of the figures by key path.
     """
 
     name: Name
@@ -113,6 +132,8 @@ class Tank(Description):
     risers: tuple[Riser, ...] = Field(default=(), max_length=200)
     equipment: tuple[Equipment, ...] = Field(default=(), max_length=200)
     waste: Waste
+    headroom: Size | None = None
+    guide: Guide | None = None
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
     @property
@@ -138,9 +159,10 @@ class Tank(Description):
         for item in (self.arm_riser, *self.risers):
             if item.bore >= inner:
                 raise ValueError(f"{item.name}: bore of {item.bore:.4g} m below the tank radius {inner:.4g} m")
-        taken = [item.name for item in (self.arm_riser, *self.risers, *self.standing)] + ["shell", "riser", "waste"]
+        parts = [self.arm_riser, *self.risers, *self.standing, *([self.guide] if self.guide else [])]
+        taken = [item.name for item in parts] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):
-            raise ValueError(f"names of risers and equipment must differ, and from shell, riser, waste: {taken}")
+            raise ValueError(f"names of risers, equipment and guide must differ, and from shell, riser, waste: {taken}")
         for item in self.equipment:
             if item.top is not None and item.top <= item.bottom:
                 raise ValueError(f"{item.name}: top {item.top:.4g} m above its bottom {item.bottom:.4g} m")

@@ -14,7 +14,7 @@ from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.pace import choose_step
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import MARGIN, Resolution, goal_keep, resolve_goal
+from vgtsim.planning.resolution import MARGIN, default_resolution, goal_keep, resolve_goal
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
@@ -33,7 +33,8 @@ class Leg:
     """The way to one goal; the clearance, m, is the least planned one, from the thing named `place`.
 
     Actuator lengths at every step, the first and last included, have shape (T, J), m. `q` are the inputs at the end,
-    shape (n,), and `goal` the index of the goal in the scene.
+    shape (n,), and `goal` the index of the goal in the scene. `feed`, shape (T,), m, lifts the mast above its working depth;
+    without one the mast stays where it is.
     """
 
     name: str
@@ -42,18 +43,20 @@ class Leg:
     q: Array
     clearance: float
     place: str
+    feed: Array | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        self.lengths.flags.writeable = False
-        self.q.flags.writeable = False
+        for array in (self.lengths, self.q, self.feed):
+            if array is not None:
+                array.flags.writeable = False
 
 
 @dataclass(frozen=True)
 class Tour:
     """Timed lengths from the start inputs, shape (n,), to every goal in turn; the time step is in s.
 
-    Each leg begins with the lengths at which the leg before it ended.
+    Each leg begins with the lengths, and with the feed, at which the leg before it ended.
     """
 
     start: Array
@@ -66,8 +69,11 @@ class Tour:
 
     @property
     def digest(self) -> str:
-        """Digest of the timed lengths, the goals' indices and the time step."""
-        parts = (part for leg in self.legs for part in (str(leg.goal).encode(), leg.lengths.tobytes()))
+        """Digest of the timed lengths and feeds, the goals' indices and the time step."""
+        parts = []
+        for leg in self.legs:
+            parts += [str(leg.goal).encode(), leg.lengths.tobytes()]
+            parts += [] if leg.feed is None else [leg.feed.tobytes()]
         return digest(repr(float(self.timestep)).encode(), *parts)
 
     @property
@@ -129,8 +135,7 @@ def _configure(
 ) -> Array:
     """Inputs with the tool at a goal, or at an aim in its place, shape (n,)."""
     pose = aim or (np.array(goal.position), np.array(goal.direction))
-    how = Resolution(site.task.motion.method, site.task.motion.objective, site.coupling)
-    return np.array(resolve_goal(site, how, goal.name, pose, start, keep).q)
+    return np.array(resolve_goal(site, default_resolution(site), goal.name, pose, start, keep).q)
 
 
 def _aim_above(site: Site, goal: Goal, q: Array) -> Array:

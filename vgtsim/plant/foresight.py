@@ -26,7 +26,7 @@ class Turns(Protocol):
 
 
 class Foresight:
-    """Foresees the speeds of a step from the lengths commanded for its end.
+    """Foresees the speeds of a step from the lengths and the feed commanded for its end.
 
     Where the commands go on smoothly, the speeds of two steps tell the next ones as well and cost nothing; kinematics is
     asked where an acceleration jumps.
@@ -38,15 +38,18 @@ class Foresight:
         self._last = chain.state(np.array(q)[None])
         self._past = [np.array(lengths)] * 3
 
-    def correct(self, data: mujoco.MjData, lengths: Array, speeds: Array) -> None:
-        """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better."""
+    def correct(self, data: mujoco.MjData, lengths: Array, feed: float, speeds: Array) -> None:
+        """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better.
+
+        The feed, m, lifts all nodes alike, so its jumps open no loop.
+        """
         first, second, third = self._past
         self._past = [second, third, lengths]
         if np.abs(lengths - 3 * third + 3 * second - first).max() < _SMOOTH:
             return
         nodes = self._solve(lengths)
         if nodes is not None:
-            self._turns(data, nodes, lengths, speeds)
+            self._turns(data, nodes + [0.0, 0.0, feed], lengths, speeds)
 
     def _solve(self, lengths: Array) -> Array | None:
         """Nodes at actuator lengths, shape (N, 3), m, by Newton's method from the last ones; None where it fails."""

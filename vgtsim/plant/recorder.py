@@ -63,11 +63,13 @@ class Recorder:
         goal: int,
         settled: bool,
         pressure: Array | None = None,
+        feed: Mapping[str, float] | None = None,
     ) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
         Given for that instant are the time, s, commanded lengths, shape (J,), m, what the gauges noted before the step, the
-        goal approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
+        goal approached or held (settled), the pressures of hydraulic cylinders, shape (J, 2), Pa, and the figures of the
+        feed by name.
         """
         gauges = self.gauges
         row = {
@@ -82,6 +84,7 @@ class Recorder:
         }
         if pressure is not None:
             row["pressure"] = pressure
+        row |= feed or {}
         for name, value in row.items():
             self._rows.setdefault(name, []).append(value)
         self._saturated = 0

@@ -70,7 +70,8 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
         lengths = np.concatenate([leg.lengths for leg in tour.legs])
         every = max(round(_PRESSURE_POSES / tour.timestep), 1)
         require_pressure(site, np.arange(0.0, len(lengths), every) * tour.timestep, lengths[::every])
-    plant.reset(tour.legs[0].lengths[0], tour.start)
+    first = tour.legs[0]
+    plant.reset(first.lengths[0], tour.start, feed=0.0 if first.feed is None else first.feed[0])
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
     with _show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
@@ -89,8 +90,9 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
     step(hold)
     for leg in tour.legs:
         plant.mark(leg.goal)
-        for lengths in leg.lengths[1:]:
-            plant.command(lengths)
+        feeds = [None] * len(leg.lengths) if leg.feed is None else leg.feed.tolist()
+        for lengths, feed in zip(leg.lengths[1:], feeds[1:], strict=True):
+            plant.command(lengths, feed=feed)
             step(1)
         for _ in range(patience):
             if plant.calm:

@@ -24,6 +24,7 @@ from vgtsim.positioning.reduction import couple
 from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.solution import Solution, join_solutions
 from vgtsim.positioning.solver import Keep, solve_goal
+from vgtsim.positioning.starting import find_start, search_start
 from vgtsim.positioning.strokes import StrokeBox, binding_actuators, bring_inside, inside, make_box
 from vgtsim.positioning.surroundings import Surroundings
 
@@ -50,11 +51,13 @@ __all__ = [
     "bring_inside",
     "couple",
     "evaluate",
+    "find_start",
     "goal_plane",
     "inside",
     "join_solutions",
     "make_box",
     "report_rows",
+    "search_start",
     "solve",
     "solve_anywhere",
     "solve_goal",

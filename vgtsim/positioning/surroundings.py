@@ -115,6 +115,11 @@ class Surroundings:
         axes = np.concatenate([self.obstacles.axes, [[foot, head]]])
         return _Pillars(axes, np.append(self.obstacles.radii, self.mast_radius), meets)
 
+    @property
+    def mast_axis(self) -> Array:
+        """Foot and head of the mast's axis in frame G, shape (2, 3), m."""
+        return self._pillars.axes[-1]
+
     def points(self, q: Array) -> Array:
         """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, n)."""
         nodes = self.chain.nodes(q)
