@@ -10,14 +10,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra
 
 from vgtsim.kinematics import bend_all, can_swing, swing
 from vgtsim.planning.sampling import SEED, Ground, search, shorten
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -51,6 +53,8 @@ class Net:
         """Configurations from one station to another, shape (W, n), the shortest way; none where there is none."""
         if first == last:
             return self.stations[[first]]
+        from scipy.sparse.csgraph import dijkstra  # slow to load, and only a search needs it
+
         graph = _graph(len(self.stations), self.motions, self.lengths)
         before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)[1]
         at, found = last, [last]
@@ -123,6 +127,8 @@ class Carousel:
 
         A part from which no motion is found is set aside; it may still be found from another one.
         """
+        from scipy.sparse.csgraph import connected_components
+
         limit, aside = self.ground.checked + _LINKING, np.zeros(len(stations), bool)
         while self.ground.checked < limit:
             part = connected_components(_graph(len(stations), pairs.T), directed=False)[1]
@@ -173,6 +179,8 @@ class Carousel:
 
 def _graph(count: int, motions: Index, lengths: Array | float = 1.0) -> csr_array:
     """Sparse matrix of motions between stations, shape (2, E)."""
+    from scipy.sparse import csr_array
+
     return csr_array((np.broadcast_to(lengths, motions.shape[1]), motions), shape=(count, count))
 
 
