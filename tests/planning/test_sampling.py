@@ -42,7 +42,7 @@ def test_clear_configurations_are_those_of_the_exact_clearance(ground, hanging_a
     rng = np.random.default_rng(0)
     q = bend_all(hanging_arm, rng.uniform(-0.6, 0.6, (60, 5)), rng.uniform(-3, 3, (60, 1)))
     state = hanging_arm.state(q)
-    q = q[state.assembles & (ground.corridor.box.spare(state.legs).min(axis=1) > 0)]
+    q = q[state.assembles & (ground.corridor.box.spare(state.lengths).min(axis=1) > 0)]
     rows = ground.corridor.surroundings.rows(q, 0.10, slopes=False)
     expected = np.ones(len(q), bool)
     expected[rows.config] = False
@@ -110,9 +110,9 @@ def test_a_path_is_found_where_no_guess_is_clear(hanging_arm, type_ii):
         if not ground.clear(q).all():
             continue
         path = plan_path(ground.corridor, *q, "query", carousel)
-        samples = path.spline(np.linspace(0, 1, 777))
+        samples = path.curve(np.linspace(0, 1, 777))
         assert ground.corridor.surroundings.clearance(samples)[0].min() > 0.09
-        np.testing.assert_allclose(path.spline([0.0, 1.0]), q, atol=1e-12)
+        np.testing.assert_allclose(path.curve([0.0, 1.0]), q, atol=1e-12)
         solved += 1
 
 

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.errors import PathError
+from vgtsim.errors import AssemblyError, PathError
 from vgtsim.kinematics import Chain, azimuth, bend_all, swing
 from vgtsim.planning.carousel import Carousel
+from vgtsim.planning.curve import Curve, make_curve
 from vgtsim.planning.sampling import Ground, can_search
 from vgtsim.planning.trajectory import Corridor, assemblable, smooth
 
@@ -34,13 +35,13 @@ class Path:
     """A smooth path through input space.
 
     Attributes:
-        spline: Inputs over the parameter 0 to 1, shape (n,) at each; its fourth derivative is continuous.
+        curve: Inputs over the parameter 0 to 1, shape (n,) at each; its fourth derivative is continuous.
         clearance: Least clearance over the path, m, from the thing named `place`.
         spare: Least distance of an actuator from the end of its stroke box, m.
         travel: Sum along the path of the greatest change of an actuator, m: its time at a fixed rate.
     """
 
-    spline: BSpline
+    curve: BSpline | Curve
     clearance: float
     place: str
     spare: float
@@ -65,9 +66,9 @@ def plan_path(
     failed: list[Path] = []
     found = carousel or Carousel(Ground(corridor))
     for group in itertools.chain(_guesses(corridor, first, last), _searches(corridor, first, last, found)):
-        rough = [item for item in (_spline(corridor, way) for way in group) if item is not None]
-        for spline, samples, length in sorted(rough, key=lambda item: _travel(item[2])):
-            path = _judge(corridor, spline, samples, length)
+        rough = [item for item in (_curve(corridor, way) for way in group) if item is not None]
+        for curve, samples, length in sorted(rough, key=lambda item: _travel(item[2])):
+            path = _judge(corridor, curve, samples, length)
             if path.clearance >= wanted and path.spare > 0:
                 return path
             failed.append(path)
@@ -82,12 +83,15 @@ def plan_path(
 def _guesses(corridor: Corridor, first: Array, last: Array) -> Iterator[list[Array]]:
     """First guesses, smoothed."""
     for group in _candidates(corridor.box.chain, first, last):
-        yield [smooth(corridor, assemblable(corridor, way)) for way in group]
+        yield [smooth(corridor, way) for item in group if (way := assemblable(corridor, item)) is not None]
 
 
 def _searches(corridor: Corridor, first: Array, last: Array, carousel: Carousel) -> Iterator[list[Array]]:
-    """Ways that a sampling planner finds, smoothed and as they are; none without OMPL, or where an end is not clear."""
-    if not can_search() or not carousel.ground.clear(np.array([first, last])).all():
+    """Ways that a sampling planner finds, smoothed and as they are.
+
+    There are none without OMPL, for arms whose inputs are bound to each other, and where an end is not clear.
+    """
+    if not can_search() or not corridor.space.whole or not carousel.ground.clear(np.array([first, last])).all():
         return
     for corners in carousel.ways(first, last):
         way = _fill(corners, carousel.ground.scale)
@@ -125,23 +129,24 @@ def _candidates(chain: Chain, first: Array, last: Array) -> Iterator[list[Array]
     yield ways
 
 
-def _spline(corridor: Corridor, way: Array) -> tuple[BSpline, Array, Array] | None:
-    """Spline through a way, its samples and their actuator lengths; None when one does not assemble."""
-    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
-
-    spline = make_interp_spline(np.linspace(0.0, 1.0, len(way)), way, k=5)
-    samples = spline(np.linspace(0.0, 1.0, _SAMPLES * len(way) + 1))
+def _curve(corridor: Corridor, way: Array) -> tuple[BSpline | Curve, Array, Array] | None:
+    """Curve through a way, its samples and their actuator lengths; None when one does not assemble."""
+    try:
+        curve = make_curve(corridor.space, way)
+        samples = curve(np.linspace(0.0, 1.0, _SAMPLES * len(way) + 1))
+    except AssemblyError:
+        return None
     state = corridor.box.chain.state(samples)
-    return (spline, samples, state.legs) if np.all(state.assembles) else None
+    return (curve, samples, state.lengths) if np.all(state.assembles) else None
 
 
 def _travel(length: Array) -> float:
     return float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=1)))
 
 
-def _judge(corridor: Corridor, spline: BSpline, samples: Array, length: Array) -> Path:
+def _judge(corridor: Corridor, curve: BSpline | Curve, samples: Array, length: Array) -> Path:
     """Least clearance and spare stroke of a sampled path."""
     clearance, places = corridor.surroundings.clearance(samples)
     worst = int(np.argmin(clearance))
     spare = float(np.min(corridor.box.spare(length)))
-    return Path(spline, float(clearance[worst]), places[worst], spare, _travel(length))
+    return Path(curve, float(clearance[worst]), places[worst], spare, _travel(length))

@@ -55,7 +55,7 @@ class Ground:
         """Which configurations, shape (W, n), assemble inside the strokes and keep the clearance, see `Surroundings.clear`."""
         box = self.corridor.box
         state = box.chain.state(q)
-        sound = state.assembles & (box.spare(box.lengths(state.legs)).min(axis=1) > 0)
+        sound = state.assembles & (box.spare(state.lengths).min(axis=1) > 0)
         if all_of_them and not sound.all():
             return np.zeros(len(q), bool)
         if not sound.all():
