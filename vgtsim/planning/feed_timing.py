@@ -51,7 +51,9 @@ def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits,
 
     time = np.linspace(0.0, 1.0, 4 * _FED_GRID)
     duration *= overrun(pull(time), time[1] * duration, rates, accelerations)
-    return TimedPath(spline, parameter, fraction, float(reach[-1]), duration, feed)
+    return TimedPath(
+        curve=spline, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration, feed=feed
+    )
 
 
 def _pace(rows: Array, rates: Array, accelerations: Array) -> Array:

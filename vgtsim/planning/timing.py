@@ -88,7 +88,7 @@ def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> Time
     grid = np.linspace(0.0, 1.0, _GRID)
     speed = _scaled_speed(chain, curve, limits, grid)
     if np.max(speed) * limits.rate.max() < 1e-9:
-        return TimedPath(curve, None, 0.5, 0.0, 0.0)
+        return TimedPath(curve=curve, parameter=None, fraction=0.5, reach=0.0, duration=0.0)
     # a floor keeps the parameter's change finite where the path hardly moves an actuator
     speed = np.maximum(speed, 1e-3 * np.max(speed))
     steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
@@ -97,7 +97,7 @@ def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> Time
     ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
     fraction, duration = ramp_profile(reach[-1], ramp)
     duration *= _stretch(chain, curve, parameter, limits, duration, fraction, reach[-1])
-    return TimedPath(curve, parameter, fraction, float(reach[-1]), duration)
+    return TimedPath(curve=curve, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration)
 
 
 def time_lengths(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float) -> Array:
