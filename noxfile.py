@@ -54,7 +54,9 @@ def lowest(session: nox.Session) -> None:
         PYTHONS[0],
     )
     session.run("uv", "pip", "compile", "--quiet", *how, "pyproject.toml", "--output-file", str(floors), external=True)
-    session.install("--constraint", str(floors), "--editable", ".[env,study]", *TESTING, "pip")  # old PyNiteFEA imports pip
+    session.install(
+        "--constraint", str(floors), "--editable", ".[env,study]", *TESTING, "pip"
+    )  # old PyNiteFEA imports pip
     run_tests(session, *(session.posargs or QUICK))
 
 
