@@ -12,7 +12,7 @@ from vgtsim.errors import PathError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.planar_arm import PlanarArm
 from vgtsim.planning.directrices import least_radius
-from vgtsim.planning.directrix import Directrix, make_directrix
+from vgtsim.planning.directrix import LeadCurve, make_directrix
 from vgtsim.planning.insertion import FOLLOWED, Insertion, follow_directrix, make_guide
 from vgtsim.site import Site
 
@@ -26,13 +26,13 @@ _TURN = np.radians(150.0)  # greatest of a curve: beyond it the arm comes back t
 class Trial:
     """A curve, the way along it or the reason why there is none, and the processor time that was taken, s."""
 
-    directrix: Directrix
+    directrix: LeadCurve
     way: Insertion | None
     reason: str
     seconds: float
 
 
-def draw_directrices(site: Site, count: int, seed: int) -> Iterator[tuple[Directrix, float]]:
+def draw_directrices(site: Site, count: int, seed: int) -> Iterator[tuple[LeadCurve, float]]:
     """Curves with one to three arcs, as sharp as the modules bend at the most, with room in the tank; and azimuths, rad.
 
     The straight part ends up to 1.5 m above or below what a stowed module under the rim leaves straight.
@@ -55,7 +55,7 @@ def draw_directrices(site: Site, count: int, seed: int) -> Iterator[tuple[Direct
             yield curve, towards
 
 
-def _has_room(site: Site, planar: PlanarArm, curve: Directrix) -> bool:
+def _has_room(site: Site, planar: PlanarArm, curve: LeadCurve) -> bool:
     around, pivot = site.surroundings, site.scene.pivot_height
     flat, _ = curve.at(np.arange(0.0, planar.stowed_length - (pivot - curve.foot), 0.1))
     points = planar.place(flat)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics import azimuth
 from vgtsim.kinematics.planar_arm import PlanarArm
-from vgtsim.planning.directrix import Directrix, make_directrix
+from vgtsim.planning.directrix import LeadCurve, make_directrix
 from vgtsim.planning.unfolding import make_opening
 from vgtsim.site import Site
 
@@ -57,7 +57,7 @@ def least_radius(planar: PlanarArm, least: Array, greatest: Array) -> float:
     return longest / max(greatest_bend(planar, least, greatest), 1e-6)
 
 
-def propose_directrices(site: Site, last: float = 0.0) -> Iterator[tuple[Directrix, float]]:
+def propose_directrices(site: Site, last: float = 0.0) -> Iterator[tuple[LeadCurve, float]]:
     """Directrices and azimuths of their planes from X of B_1, rad, those with most room first.
 
     Raises:
@@ -87,7 +87,7 @@ def propose_directrices(site: Site, last: float = 0.0) -> Iterator[tuple[Directr
     yield from _spread(found)
 
 
-def _spread(found: list[tuple[float, int, Directrix, float]]) -> Iterator[tuple[Directrix, float]]:
+def _spread(found: list[tuple[float, int, LeadCurve, float]]) -> Iterator[tuple[LeadCurve, float]]:
     """Curves in their order, but those with another foot or radius than all before come first: what is alike fails alike."""
     left = found
     while left:
@@ -103,7 +103,7 @@ def _spread(found: list[tuple[float, int, Directrix, float]]) -> Iterator[tuple[
         left = later
 
 
-def _room(site: Site, curve: Directrix, towards: float, reach: float, straight: float) -> float:
+def _room(site: Site, curve: LeadCurve, towards: float, reach: float, straight: float) -> float:
     """Room about a curve for a thick arm, less what leaving it costs, m."""
     around = site.surroundings
     flat, _ = curve.at(np.arange(0.0, max(reach, _SPACING), _SPACING))

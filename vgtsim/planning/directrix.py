@@ -20,7 +20,7 @@ _SPACING = 0.02  # m: of the windows in which a straight section is laid along t
 
 
 @dataclass(frozen=True, eq=False)
-class Directrix:
+class LeadCurve:
     """Pieces of lengths, m, and curvatures, 1/m, each shape (P,), straight parts at both ends included.
 
     `start` are the points (r, z) where pieces begin, shape (P, 2), m, and `heading` the headings there, shape (P,), rad, from
@@ -85,7 +85,7 @@ class Directrix:
         return float(np.max(np.ptp(away, axis=1)) / 2)
 
 
-def make_directrix(foot: float, pieces: Sequence[tuple[float, float]]) -> Directrix:
+def make_directrix(foot: float, pieces: Sequence[tuple[float, float]]) -> LeadCurve:
     """Lay out a curve: straight down to the height `foot`, m, then pieces (length, m, and curvature, 1/m), then straight on."""
     length = np.array([_FAR, *(size for size, _ in pieces), _FAR])
     curvature = np.array([0.0, *(bend for _, bend in pieces), 0.0])
@@ -93,4 +93,4 @@ def make_directrix(foot: float, pieces: Sequence[tuple[float, float]]) -> Direct
     middle, turn = heading + length * curvature / 2, length * curvature / 2
     chords = (length * np.sinc(turn / np.pi))[:, None] * np.stack([np.sin(middle), -np.cos(middle)], axis=-1)
     start = np.concatenate([[[0.0, foot + _FAR]], [0.0, foot + _FAR] + np.cumsum(chords, axis=0)[:-1]])
-    return Directrix(length, curvature, start, heading)
+    return LeadCurve(length, curvature, start, heading)

@@ -18,15 +18,16 @@ from numpy.typing import NDArray
 from vgtsim.errors import PathError
 from vgtsim.geometry.clearance import RISER
 from vgtsim.kinematics.planar_arm import PlanarArm
+from vgtsim.planning.checks import asked_spare
 from vgtsim.planning.directrices import propose_directrices
-from vgtsim.planning.directrix import Directrix
+from vgtsim.planning.directrix import LeadCurve
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import require_feed, start_feed
 from vgtsim.planning.feed_timing import FeedLimits, time_feed
 from vgtsim.planning.postures import Postures, find_postures
 from vgtsim.planning.smooth_shapes import Track, fit_shapes
 from vgtsim.planning.timing import TimedPath, make_limits
-from vgtsim.planning.unfolding import Guide, Shapes, make_opening
+from vgtsim.planning.unfolding import Follower, Shapes, make_opening
 from vgtsim.site import Site
 from vgtsim.statics import find_use
 
@@ -37,7 +38,9 @@ Array = NDArray[np.float64]
 
 JUDGED = 0.02  # m of feed between the postures that are judged
 BELOW = 0.10  # m that a module's upper face is below the rim before it opens
-BORE = 0.03  # m that the arm keeps from bore and rim: of 38 mm, 8 are left for its sag
+BORE = (
+    0.8  # part of the gap that the stowed arm is to have in the riser, that a way keeps: of 38 mm, 8 are left for sag
+)
 FOLLOWED = 1.3  # deviation from the directrix over the least that a posture can have, which a way is held to
 
 _CURVES = 10  # directrices that are tried: about four seconds each
@@ -63,7 +66,7 @@ class Insertion:
         bore: Least distance of each module from bore and rim, shape (K,), m.
         deviation: Greatest distance of the axis from the directrix, m.
         bound: Least that any posture can have, at the feed where it is greatest, m; see `postures`.
-        chord: The same for the arm's straight sections alone, m; see `Directrix.least_offset`.
+        chord: The same for the arm's straight sections alone, m; see `LeadCurve.least_offset`.
         spare: Least distance of an actuator of an open module from the end of its stroke less the margin, m; where stowed
             lengths have less than the margin, from a millimetre beyond them.
         rest: The same at the end, from the full margin.
@@ -71,7 +74,7 @@ class Insertion:
         travel: Greatest travel of an actuator per feed.
     """
 
-    directrix: Directrix
+    directrix: LeadCurve
     azimuth: float
     spline: BSpline
     feed: BSpline
@@ -125,7 +128,7 @@ def time_way(site: Site, way: Insertion) -> TimedPath:
     return time_feed(site.chain, way.spline, way.feed, limits, FeedLimits(feed.rate, feed.acceleration))
 
 
-def make_guide(site: Site, directrix: Directrix, azimuth: float, last: float = 0.0) -> Guide:
+def make_guide(site: Site, directrix: LeadCurve, azimuth: float, last: float = 0.0) -> Follower:
     """The arm of a site held to a directrix in the plane at an azimuth from X of B_1, rad, down to a last feed, m.
 
     Raises:
@@ -134,7 +137,7 @@ def make_guide(site: Site, directrix: Directrix, azimuth: float, last: float = 0
     planar = PlanarArm(site.chain, azimuth)
     rim = site.surroundings.profile.rim(site.tank.arm_riser.bore / 2)
     stowed = site.chain.lengths(site.chain.stowed)
-    return Guide(
+    return Follower(
         planar=planar,
         directrix=directrix,
         pivot=site.scene.pivot_height,
@@ -146,7 +149,7 @@ def make_guide(site: Site, directrix: Directrix, azimuth: float, last: float = 0
 
 
 def follow_directrix(
-    site: Site, directrix: Directrix, azimuth: float, last: float = 0.0, followed: float = np.inf
+    site: Site, directrix: LeadCurve, azimuth: float, last: float = 0.0, followed: float = np.inf
 ) -> Insertion:
     """Lead the arm of a site in along a directrix, in the plane at an azimuth from X of B_1, rad, to a last feed, m.
 
@@ -170,7 +173,7 @@ def follow_directrix(
     raise PathError("the end of the insertion", best[2], best[1])
 
 
-def _fit(site: Site, guide: Guide, postures: Postures, aim: float, firm: float) -> Shapes:
+def _fit(site: Site, guide: Follower, postures: Postures, aim: float, firm: float) -> Shapes:
     around, clearance = site.surroundings.unloaded, site.clearance + firm * _SOFT
     mouth = guide.pivot + float(np.min(guide.opening - guide.planar.tops)) - BELOW
     track = Track(
@@ -187,7 +190,7 @@ def _fit(site: Site, guide: Guide, postures: Postures, aim: float, firm: float) 
 def _rooms(site: Site, way: Insertion, followed: float) -> Iterator[tuple[float, str, float]]:
     """Room to each limit, in parts of it or in metres, its name, and the figure that an error gives, m."""
     for place, gap in way.gaps.items():
-        yield gap - (BORE if place == RISER else site.clearance), place, gap
+        yield gap - (BORE * asked_spare(site) if place == RISER else site.clearance), place, gap
     least = min(way.gaps.values())
     yield way.spare, f"the surroundings at the least, but overruns a stroke by {-way.spare:.4f} m", least
     yield way.rest, f"the surroundings at the least, but ends {-way.rest:.4f} m beyond a stroke less its margin", least
@@ -197,7 +200,7 @@ def _rooms(site: Site, way: Insertion, followed: float) -> Iterator[tuple[float,
     yield followed - way.deviation / max(way.bound, 1e-9), off, least
 
 
-def judge_way(site: Site, guide: Guide, shapes: Shapes, bound: float) -> Insertion:
+def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Insertion:
     """Make splines of a way and measure them every two centimetres of feed.
 
     Raises:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.planning.unfolding import Guide
+from vgtsim.planning.unfolding import Follower
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class Postures:
         return float(self.deviation.max())
 
 
-def find_postures(guide: Guide, spacing: float = 0.25) -> Postures:
+def find_postures(guide: Follower, spacing: float = 0.25) -> Postures:
     """Postures of least deviation at feeds a spacing apart, m, from the first opening to the end of the way.
 
     Each is sought from the one before it, and so are the modules that have just opened, from the stowed pose.
@@ -57,7 +57,7 @@ def find_postures(guide: Guide, spacing: float = 0.25) -> Postures:
     return Postures(feeds, bends, reaches, deviations)
 
 
-def _settle(guide: Guide, feed: float, free: NDArray[np.bool_], bend: Array, reach: Array) -> tuple[Array, Array]:
+def _settle(guide: Follower, feed: float, free: NDArray[np.bool_], bend: Array, reach: Array) -> tuple[Array, Array]:
     """Posture of least deviation at one feed, the free modules moved."""
     count, which = len(free), np.flatnonzero(np.concatenate([free, free]))
     legs = free[guide.owner]
@@ -83,7 +83,7 @@ def _settle(guide: Guide, feed: float, free: NDArray[np.bool_], bend: Array, rea
     return x[:count], x[count:]
 
 
-def _merit(guide: Guide, feed: float, legs: NDArray[np.bool_], x: Array) -> float:
+def _merit(guide: Follower, feed: float, legs: NDArray[np.bool_], x: Array) -> float:
     bend, reach = np.split(x[None], 2, axis=1)
     state = guide.chain.state(guide.planar.inputs(bend, reach))
     if not state.assembles[0]:
@@ -95,7 +95,7 @@ def _merit(guide: Guide, feed: float, legs: NDArray[np.bool_], x: Array) -> floa
 
 
 def _programme(
-    guide: Guide, feed: float, legs: NDArray[np.bool_], which: NDArray[np.intp], x: Array, trust: float
+    guide: Follower, feed: float, legs: NDArray[np.bool_], which: NDArray[np.intp], x: Array, trust: float
 ) -> Array | None:
     """Change of the free shape parameters, shape (k,), that makes the linearised greatest distance least; None without one."""
     from scipy.optimize import linprog  # slow to load

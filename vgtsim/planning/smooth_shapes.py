@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import State
 from vgtsim.planning.postures import Postures
-from vgtsim.planning.unfolding import Guide, Shapes, tabulate
+from vgtsim.planning.unfolding import Follower, Shapes, tabulate
 from vgtsim.positioning import Surroundings
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ class Track:
         mouth: Height above which nodes are in the riser's mouth, m; they are not looked at.
     """
 
-    guide: Guide
+    guide: Follower
     aim: float
     around: Surroundings | None = None
     clearance: float = 0.0

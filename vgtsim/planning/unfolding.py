@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vgtsim.kinematics import Chain, State
 from vgtsim.kinematics.planar_arm import PlanarArm
-from vgtsim.planning.directrix import Directrix
+from vgtsim.planning.directrix import LeadCurve
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ _ALONG = np.linspace(0.0, 1.0, 7)[
 
 
 @dataclass(frozen=True, eq=False)
-class Guide:
+class Follower:
     """An arm, the curve it follows, and when its modules may open.
 
     Attributes:
@@ -40,7 +40,7 @@ class Guide:
     """
 
     planar: PlanarArm
-    directrix: Directrix
+    directrix: LeadCurve
     pivot: float
     opening: Array
     last: float
@@ -91,7 +91,7 @@ class Shapes:
         weights: Coefficients of the bends and then of the extensions beyond the stowed ones, shape (2 N,).
     """
 
-    guide: Guide
+    guide: Follower
     weights: Array
 
     def __call__(self, feed: Array, order: int = 0) -> tuple[Array, Array]:
@@ -102,7 +102,7 @@ class Shapes:
         return table @ self.weights[:half], reach + table @ self.weights[half:]
 
 
-def tabulate(guide: Guide, feed: Array, order: int = 0) -> Array:
+def tabulate(guide: Follower, feed: Array, order: int = 0) -> Array:
     """Basis of the shapes at feeds, or a derivative of it by feed, shape (W, A, N)."""
     from scipy.interpolate import BSpline  # slow to load, and only a way in needs it
 
