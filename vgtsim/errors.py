@@ -187,11 +187,14 @@ class DivergenceError(VgtError):
 
 
 class MissingLibraryError(VgtError):
-    """A system library that an optional output needs is not installed."""
+    """A system library, or a display, that an optional output needs is not there.
 
-    def __init__(self, library: str, package: str) -> None:
+    `package` is the command that installs it; where nothing can be installed, `remedy` says what else helps.
+    """
+
+    def __init__(self, library: str, package: str, remedy: str = "") -> None:
         self.needed, self.package = library, package
-        super().__init__(f"{library} is missing; install it with: {package}")
+        super().__init__(f"{library} is missing; {remedy or f'install it with: {package}'}")
 
 
 class ClusterError(VgtError):

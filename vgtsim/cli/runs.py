@@ -19,7 +19,6 @@ from vgtsim.cli.application import (
     plain,
     show_report,
 )
-from vgtsim.errors import MissingLibraryError
 
 if TYPE_CHECKING:
     from vgtsim.description import Scene
@@ -156,15 +155,14 @@ def view(
     ],
 ) -> None:
     """Open a generated model in MuJoCo's viewer with its scaled weights."""
+    from vgtsim.graphics import require_display
     from vgtsim.mjcf import load_model
 
     model = load_model(model_file)
-    try:
-        import mujoco.viewer
+    require_display()
+    import mujoco.viewer
 
-        mujoco.viewer.launch(model)
-    except (ImportError, RuntimeError) as error:
-        raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
+    mujoco.viewer.launch(model)
 
 
 def _load(folder: Path) -> tuple[Path, Scene, LogBook]:

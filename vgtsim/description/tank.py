@@ -84,14 +84,14 @@ class Waste(Description):
 
 
 class Guide(Description):
-    """Rollers above ground that hold the mast sideways, at the heights `lower` and `upper` over the soil.
+    """Two rings of rollers that hold the mast sideways, at the heights `lower` and `upper` over the soil; below it is negative.
 
-    They are retracted while the arm passes. `force` is the greatest force of either ring of rollers; absent, it is not judged.
+    They are retracted while the arm passes. `force` is the greatest force of either ring; absent, it is not judged.
     """
 
     name: Name
-    lower: Gap
-    upper: Size
+    lower: Length
+    upper: Length
     force: Force | None = Field(default=None, gt=0)
 
     @model_validator(mode="after")

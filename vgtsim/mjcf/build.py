@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.scene import Payload
+from vgtsim.description.scene import Feed, Payload
 from vgtsim.errors import VgtError
 from vgtsim.geometry import MastPipe
 from vgtsim.graphics import mujoco
@@ -159,7 +159,7 @@ def _rig(site: Site, timestep: float, lifts: Sequence[float]) -> Rigging:
     return Rigging(
         chain=site.chain,
         mast=site.mast,
-        feed=_make_lift(site.mast, weigh(site.chain) + site.task.payload.mass, lifts),
+        feed=_make_lift(site.mast, weigh(site.chain) + site.task.payload.mass, lifts, site.task.mast.feed),
         payload=site.task.payload,
         reference=site.start,
         timestep=timestep,
@@ -167,12 +167,16 @@ def _rig(site: Site, timestep: float, lifts: Sequence[float]) -> Rigging:
         servo_damping=simulation.servo_damping,
         elastic=simulation.members == "elastic",
         lumped=simulation.lumped,
+        guided=site.tank.guide is not None,
     )
 
 
-def _make_lift(mast: MastPipe, hung: float, lifts: Sequence[float]) -> Lift:
-    """A hoist for a mast with a mass hung from it, kg, that comes to some heights above the working depth, m."""
-    return Lift((min(0.0, *lifts, 0.0), max(_LIFT, *lifts, _LIFT)), _RESERVE * GRAVITY * (mast.mass + hung), _LIFT_RATE)
+def _make_lift(mast: MastPipe, hung: float, lifts: Sequence[float], feed: Feed | None = None) -> Lift:
+    """The hoist of a mast that comes to some heights above the working depth, m; if no feed is described, one for a mass, kg."""
+    reach = (min([0.0, *lifts]), max([feed.stroke if feed else _LIFT, *lifts]))
+    if feed:
+        return Lift(reach, feed.force, feed.rate)
+    return Lift(reach, _RESERVE * GRAVITY * (mast.mass + hung), _LIFT_RATE)
 
 
 def _start_spec(

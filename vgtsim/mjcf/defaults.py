@@ -79,7 +79,8 @@ def _add_slide(
     servo.gaintype, servo.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
     servo.gainprm[0] = rigging.servo_stiffness
     servo.biasprm[:3] = [0.0, -rigging.servo_stiffness, -rigging.servo_damping]
-    servo.forcelimited, servo.forcerange = limits.mjLIMITED_TRUE, [-force[0], force[1]]  # a push lengthens the cylinder
+    if rigging.limited or name != names.FEED:  # a plant's hoist pulls what it takes, and its log is judged
+        servo.forcelimited, servo.forcerange = limits.mjLIMITED_TRUE, [-force[0], force[1]]  # a push lengthens
     if rigging.limited:
         joint.damping[0], servo.biasprm[2] = force[1] / rate, 0.0
         servo.ctrllimited, servo.ctrlrange = limits.mjLIMITED_TRUE, reach

@@ -57,7 +57,7 @@ def _add_mast(spec: mujoco.MjSpec, rigging: Rigging) -> mujoco.MjsBody:
         size=[pipe.outer_diameter / 2, pipe.length / 2, 0],
         pos=[0, 0, pipe.length / 2],
         contype=bits["contype"],
-        conaffinity=bits["conaffinity"] & ~TANK,  # it fills the riser by design; its fit is checked apart
+        conaffinity=bits["conaffinity"] & (~TANK if rigging.guided else ~0),
     )
     _set_pipe_inertia(mast, pipe)
     add_drives(spec, names.FEED, names.FEED, names.FEED)

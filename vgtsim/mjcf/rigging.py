@@ -44,6 +44,7 @@ class Rigging:
         servo_stiffness, servo_damping: N/m and N·s/m.
         elastic: Whether each tube is two halves with a spring of stiffness EA/L between them.
         lumped: Whether the members' mass sits in their hubs.
+        guided: Whether a guide holds the mast sideways; without one it can touch the riser.
         limited: Whether strokes, commands and speeds are limited, idle spins damped and contacts softened as model files
             have it; a plant goes where it is sent.
     """
@@ -58,6 +59,7 @@ class Rigging:
     servo_damping: float
     elastic: bool = False
     lumped: bool = False
+    guided: bool = True
     limited: bool = False
 
     @cached_property

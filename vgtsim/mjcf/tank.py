@@ -48,7 +48,7 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
 
     Differs:
         The dissertation draws its tank; here the arm can touch it. For contact the tank is enclosed in boxes
-        that lie outside it and stand back by at most a few centimetres, see `geometry.panels`.
+        that lie outside it and stand back by at most a centimetre, see `geometry.panels`.
     """
     from vgtsim.geometry import solids  # with trimesh, which an arm alone does without
 

@@ -34,7 +34,8 @@ class Correction:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, foresight: Foresight | None) -> None:
         """Start at rest: no force is known yet."""
         self._model, self._data, self._foresight = model, data, foresight
-        self._ahead = mujoco.MjData(model)  # the bodies where they are foreseen
+        self._ahead = mujoco.MjData(model)  # bodies and sites where they are foreseen
+        self._frames = np.array(model.geom_sameframe)
         self._speeds = np.zeros(model.nv)
         self._count = -1
 
@@ -82,7 +83,11 @@ class Correction:
             self._foresight.correct(data, lengths, feed, speeds)
         ahead.qpos = data.qpos
         mujoco.mj_integratePos(model, ahead.qpos, speeds, step)
+        model.geom_sameframe[:] = (
+            mujoco.mjtSameFrame.mjSAMEFRAME_BODY
+        )  # of the tank's two thousand geoms nothing is asked
         mujoco.mj_kinematics(model, ahead)
+        model.geom_sameframe[:] = self._frames
         along, departures = np.empty(data.nefc), np.zeros(self._count)
         mujoco.mj_mulJacVec(model, data, along, speeds)
         along *= step

@@ -31,9 +31,6 @@ class Hoist:
         self._position, self._speed = int(joint.qposadr[0]), int(joint.dofadr[0])
         self._servo = model.actuator(names.servo(names.FEED)).id if site.task.simulation.drive == "servo" else None
         self._row = model.equality(names.drive(names.FEED)).id
-        self._push = 0.0
-        if self._servo is not None:  # the reference pose's holding force, see `drives.find_drive`
-            self._push = model.actuator_biasprm[self._servo, 0] / model.actuator_gainprm[self._servo, 0]
         self._force: int | None = None
 
     def read_command(self, height: float) -> float:
@@ -55,7 +52,7 @@ class Hoist:
         if self._servo is None:
             self._model.eq_data[self._row, 0] = height
         else:
-            self._data.ctrl[self._servo] = height - self._push
+            self._data.ctrl[self._servo] = height  # its bias carries the weight, see `mjcf.keyframes`
 
     def discount(self, gaps: Array, way: float) -> None:
         """Take the way asked for in the last step, m, out of the gaps at its begin, shape (E,), m: it was still to be gone."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vgtsim.description import Feed
@@ -17,6 +19,10 @@ _LEAST_FORCE = 1.0  # N, of a mast and an arm without weight
 
 def _has_feed(site: Site) -> bool:
     return site.task.mast.feed is not None
+
+
+def _has_rated_guide(site: Site) -> bool:
+    return site.tank.guide is not None and site.tank.guide.force is not None
 
 
 def _has_stiff_feed(site: Site) -> bool:
@@ -131,6 +137,37 @@ def expect_hoist(run: Evidence, *, settled: bool) -> Array:
 def check_hoist_use(run: Evidence) -> Finding:
     """Greatest force of the hoist over its rated one."""
     return _lacks_feed(run) or worst_of(np.abs(run.log.feed_force)[:, None] / _hoist(run).force, run.log.time, _NAME)
+
+
+@report_as("actuator_force", "guide force over rated force", unit="1", limit="actuator_force", applies=_has_rated_guide)
+def check_guide(run: Evidence) -> Finding:
+    """Greatest force of a ring of rollers over its rated one, while the mast is between both rings."""
+    guide = run.site.tank.guide
+    assert guide is not None  # the row is for tanks with a guide
+    assert guide.force is not None
+    force = np.linalg.norm(find_guide_forces(run), axis=-1)
+    held = np.isfinite(force).all(axis=1)
+    found = worst_of(
+        np.where(held[:, None], force, 0.0) / guide.force, run.log.time, (guide.name, f"{guide.name}, upper")
+    )
+    return replace(found, detail=f"the mast stands between the rings in {held.mean():.1%} of the records")
+
+
+def find_guide_forces(run: Evidence) -> Array:
+    """Forces of the lower and the upper ring of rollers on the mast, shape (T, 2, 2), N, along x and y of frame G.
+
+    NaN while the mast is not between both rings.
+    """
+    tank, log, guide = run.site.tank, run.log, run.site.tank.guide
+    assert guide is not None
+    bottom = run.site.scene.pivot_height + log.height
+    low, high = (tank.grade + place - bottom for place in (guide.lower, guide.upper))
+    force, moment = -log.mast_reaction[:, :2], -log.mast_reaction[:, 3:5]
+    lever = np.stack([-moment[:, 1], moment[:, 0]], axis=-1)  # what the rings must make up: sum of height times force
+    upper = (lever + low[:, None] * force) / (high - low)[:, None]
+    found = np.stack([-force - upper, upper], axis=1)
+    found[(low < 0) | (high > run.site.mast.length)] = np.nan
+    return found
 
 
 @report_as("clearance", "headroom above the mast", unit="m", limit="headroom", applies=_has_headroom, sense="at least")
