@@ -13,13 +13,16 @@ from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description import Payload, load_manipulator, load_scene, load_tank
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning.checks import RISER_SPARE, riser_fit
-from vgtsim.planning.design import sample_postures
+from vgtsim.positioning import make_box
+from vgtsim.positioning.restarts import make_postures
 from vgtsim.site import load_arm, load_site
 from vgtsim.statics import find_use, make_load_model, make_sections, weigh
 
+pytestmark = pytest.mark.long  # sizes are chosen in thousands of postures
+
 SMALL = ["--reach", "6 m", "--riser", "24 in", "--payload", "50 kg", "--modules", "4"]
 ROUNDING = 1e-5  # m: lengths in a file have five digits
-WEIGHT = 0.01  # of the mass of a drafted arm beside the shipped one of the same layout
+HEAVIER = 1.1  # mass of a drafted arm over that of the shipped one of the same layout
 
 
 def call(*words):
@@ -50,15 +53,14 @@ def test_a_new_arm_carries_its_payload_in_any_posture(small):
     arm = load_manipulator(small)
     chain = Chain(arm, hanging_mount(0.0))
     model = make_load_model(chain, Payload(mass=50.0, radius=PAYLOAD_RADIUS), GRAVITY)
-    nodes = sample_postures(chain)[::7]
+    nodes = chain.nodes(make_postures(make_box(chain, 0.0)).q)
     assert find_use(model, make_sections(arm, chain.truss), nodes, SAFETY_FACTOR).worst.max() < 1.0
 
 
-@pytest.mark.long
 def test_a_new_arm_of_the_shipped_layout_weighs_as_much(tmp_path):
-    """The shipped arm was sized for a tour too; its layout and its payload are the same."""
+    """The shipped arm was sized for a tour and for fewer postures; its layout and its payload are the same."""
     call("new", "arm", tmp_path / "a.toml")
-    assert weigh(load_arm(tmp_path / "a.toml")) == pytest.approx(weigh(load_arm("arm15")), rel=WEIGHT)
+    assert 1 - ROUNDING < weigh(load_arm(tmp_path / "a.toml")) / weigh(load_arm("arm15")) < HEAVIER
 
 
 @pytest.mark.parametrize(
@@ -66,7 +68,10 @@ def test_a_new_arm_of_the_shipped_layout_weighs_as_much(tmp_path):
     [
         (["--riser", "12 in"], r"riser: found a bore of 0\.305 m; allowed: some 0\.\d+ m or more"),
         (["--modules", "40"], "modules: found 40 modules over .*; allowed: at most 10, or a longer reach"),
-        (["--payload", "4000 lb"], "what the largest of .* sizes in the catalogue carries.*ask for less payload"),
+        (
+            ["--payload", "4000 lb", *SMALL[:4], "--modules", "3"],
+            "what the largest of .* sizes in the catalogue carries.*ask for less payload",
+        ),
         (["--reach", "-3 m"], "--reach: found '-3 m'; allowed: more than zero"),
         (["--reach", "3 kg"], "--reach: found '3 kg'.*dimension"),
     ],
@@ -86,7 +91,6 @@ def test_a_new_tank_has_the_figures_of_the_shipped_one(tmp_path):
     assert "sourced: osti.gov" in (tmp_path / "mine.toml").read_text()
 
 
-@pytest.mark.long
 def test_a_new_scene_passes_its_check(small, tmp_path):
     file = tmp_path / "mine.toml"
     said = call("new", "scene", file, "--arm", small, "--tank", "type_ii", "--payload", "50 kg", "--goals", "2")

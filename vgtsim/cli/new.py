@@ -93,7 +93,7 @@ def scene(
 ) -> None:
     """Write a scene with goals that the arm comes to: over the waste, at the wall, beside equipment."""
     from vgtsim.errors import DescriptionError
-    from vgtsim.planning.drafting import choose_goals
+    from vgtsim.planning.drafting import choose_goals, sample_goals
     from vgtsim.site import Site
 
     name = _prepare(file, force)
@@ -102,8 +102,11 @@ def scene(
     drafted, tables = _draft_scene(file, name, (arm, tank), load, _quantity("--pivot-depth", pivot_depth, "m"))
     with ERR.status("looking for goals"):
         chosen = choose_goals(Site(drafted), goals)
+        if not chosen:
+            tables = sample_goals(Site(drafted))
+            chosen = choose_goals(Site(_with_goals(drafted, tables)), goals)
     if not chosen:
-        found = f"none of {len(tables)} places that {drafted.manipulator.name} comes to"
+        found = f"no place that {drafted.manipulator.name} comes to"
         raise DescriptionError(file, "motion.goals", found, "a longer arm, another --pivot-depth or a wider tank")
     task = drafted.task
     _write(
@@ -128,6 +131,8 @@ def _draft_scene(
     """A scene with all places to try as goals, and their tables."""
     from math import floor
 
+    import numpy as np
+
     from vgtsim.constants import PAYLOAD_RADIUS
     from vgtsim.description import Scene, SceneFile, load_manipulator, load_tank
     from vgtsim.kinematics import Chain, hanging_mount
@@ -135,10 +140,12 @@ def _draft_scene(
     from vgtsim.planning.drafting import list_goals
 
     arm, tank = load_manipulator(parts[0]), load_tank(parts[1])
-    bore, tables = tank.arm_riser.bore, list_goals(tank)
+    chain, bore = Chain(arm, hanging_mount(0.0)), tank.arm_riser.bore
+    reach = float(np.linalg.norm(chain.tool(chain.straight)[0]))
+    tables = list_goals(tank, tank.shell.crown - pivot_depth, reach)
     mast: dict[str, Any] = {"pivot_depth": pivot_depth, "outer_diameter": round(6 / 7 * bore, 4), "wall": 0.0127}
     if arm.stowed is not None or not arm.stowable:
-        spare = riser_fit(Chain(arm, hanging_mount(0.0)), bore).spare
+        spare = riser_fit(chain, bore).spare
         if 1e-3 < spare < RISER_SPARE:
             mast["riser_spare"] = floor(spare * 1e3) / 1e3
     task = SceneFile.model_validate(
@@ -153,6 +160,15 @@ def _draft_scene(
         }
     )
     return Scene(task=task, manipulator=arm, tank=tank, file=file), tables
+
+
+def _with_goals(scene: Scene, tables: list[dict[str, Any]]) -> Scene:
+    from dataclasses import replace
+
+    from vgtsim.description import Goal
+
+    motion = scene.task.motion.model_copy(update={"goals": tuple(Goal.model_validate(table) for table in tables)})
+    return replace(scene, task=scene.task.model_copy(update={"motion": motion}))
 
 
 def _prepare(file: Path, force: bool) -> str:
@@ -221,12 +237,13 @@ def _beside(name: str, file: Path) -> str:
 def _tables(data: dict[str, Any]) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
     """Tables of a file of a tank with a heading each: keys, values as TOML, and notes."""
     for key, entry in data.items():
-        several = isinstance(entry, list) and key != "risers"  # besides the arm's own they do not matter to an arm
-        for table in entry if several else [entry] if _is_table(entry) else []:
-            yield (
-                f"[[{key}]]" if several else f"[{key}]",
-                [_line(item) for item in table.items() if not _is_table(item[1])],
-            )
+        several = isinstance(entry, list)
+        if key == "risers" or not (several or _is_table(entry)):  # risers besides the arm's own do not matter to an arm
+            continue
+        tables: list[dict[str, Any]] = entry if several else [entry]
+        for table in tables:
+            heading = f"[[{key}]]" if several else f"[{key}]"
+            yield heading, [_line(item) for item in table.items() if not _is_table(item[1])]
             for inner, figures in table.items():
                 if _is_table(figures):
                     yield f"[{key}.{inner}]", [_line(item) for item in figures.items()]

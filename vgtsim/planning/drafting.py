@@ -17,6 +17,7 @@ from vgtsim.planning.design import passing_sizes, sample_postures
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import default_resolution, goal_keep, resolve_goal
 from vgtsim.planning.trajectory import Corridor
+from vgtsim.positioning.restarts import make_postures
 from vgtsim.site import Site
 from vgtsim.statics import Demand, Sizing, size_arm
 
@@ -37,6 +38,11 @@ _RESERVE = 0.95  # use of every strength: the tours of a scene are not known yet
 _BENDS = 0.2  # stroke over retracted length below which an arm hardly bends
 _FIRST, _TURN = 22.5, 137.5  # degrees: each place to try is far from the one before it
 _PLACES = 16  # over waste and at the wall
+_OVER = 0.8  # m over the waste, for an arm that comes so deep
+_DEEPEST, _FARTHEST = 0.55, 0.8  # parts of its length that an arm reaches down and outward from its base
+_MISSES = 6  # goals in a row out of reach: a second or so each
+_ROOM = 0.1  # m beyond the clearance that a posture keeps whose tool is a place to try
+_SECTOR = 45  # degrees, of which one such place is tried
 _BESIDE = 3  # entries of equipment that are gone beside
 _CASES = (  # as the shipped scene asks for
     LoadCase(name="dead", payload=0.0),
@@ -85,7 +91,7 @@ def _size(arm: Manipulator, asked: ArmRequest, catalogue: Catalogue) -> Sizing:
     fitting = passing_sizes(chain, catalogue, asked.bore)
     payload = Payload(mass=asked.payload, radius=PAYLOAD_RADIUS)
     demand = Demand(
-        nodes=sample_postures(chain),
+        nodes=sample_postures(chain, bring=True),
         motion=None,
         payload=payload,
         cases=(LoadCase(name="run"), *_CASES),
@@ -146,9 +152,15 @@ def _lay_out(asked: ArmRequest, catalogue: Catalogue, ends: float) -> Manipulato
     )
 
 
-def list_goals(tank: Tank) -> list[dict[str, Any]]:
-    """Places to try for a first tour, as tables of goals: over the waste, at the wall and beside equipment, all round."""
-    inner, top = tank.shell.inner_diameter / 2, tank.shell.wall_top
+def list_goals(tank: Tank, pivot: float, reach: float) -> list[dict[str, Any]]:
+    """Places to try for a first tour, as tables of goals: over the waste, at the wall and beside equipment, all round.
+
+    `pivot` is the height of the arm's base face, and `reach` its straight length, m: a short arm works higher over the waste
+    and nearer to the mast.
+    """
+    inner, top, level = tank.shell.inner_diameter / 2, tank.shell.wall_top, tank.waste.level
+    over = max(_OVER, pivot - _DEEPEST * reach - level)
+    most = sqrt(max((_FARTHEST * reach) ** 2 - (pivot - level - over) ** 2, 0.0))
     turns = [round(_FIRST + _TURN * k) % 360 for k in range(_PLACES)]
     tables = []
     for k, turn in enumerate(turns):
@@ -157,8 +169,8 @@ def list_goals(tank: Tank) -> list[dict[str, Any]]:
             height = f"{(0.4 if low else 0.6) * top:.1f} m"
             at = {"place": "wall", "azimuth": azimuth, "height": height, "distance": "1 m"}
         else:
-            radius = f"{(0.6 if low else 0.75) * inner:.1f} m"
-            at = {"place": "waste", "azimuth": azimuth, "radius": radius, "height": "0.8 m"}
+            radius = f"{min((0.6 if low else 0.75) * inner, (0.8 if low else 1.0) * most):.1f} m"
+            at = {"place": "waste", "azimuth": azimuth, "radius": radius, "height": f"{over:.1f} m"}
         tables.append({"name": f"{at['place']}_{turn}", "at": at})
     for k, item in enumerate(tank.equipment[:_BESIDE]):
         at = {"place": item.name, "height": f"{0.4 * top:.1f} m", "distance": "0.8 m"}
@@ -166,8 +178,39 @@ def list_goals(tank: Tank) -> list[dict[str, Any]]:
     return tables
 
 
+def sample_goals(site: Site) -> list[dict[str, Any]]:
+    """More places to try, as tables of goals: over the waste where the tool is in clear postures, the farthest out first.
+
+    Figures are rounded, so a place is near such a posture, not in it.
+    """
+    q = make_postures(site.box).q
+    clear = site.surroundings.unloaded.clearance(q)[0] > site.clearance + _ROOM
+    (points, directions), level = site.chain.tool(q[clear]), site.tank.waste.level
+    radius = np.hypot(points[:, 0], points[:, 1])
+    tables: list[dict[str, Any]] = []
+    taken: set[int] = set()
+    for k in np.argsort(-radius):
+        turn = round(np.degrees(np.arctan2(points[k, 1], points[k, 0]))) % 360
+        if turn // _SECTOR in taken:
+            continue
+        taken.add(turn // _SECTOR)
+        (x, y, z), height = directions[k], points[k, 2] - level
+        at = {
+            "place": "waste",
+            "azimuth": f"{turn} deg",
+            "radius": f"{radius[k]:.1f} m",
+            "height": f"{height:.1f} m",
+            "elevation": f"{np.degrees(np.arcsin(z)):.0f} deg",
+            "heading": f"{np.degrees(np.arctan2(y, x)):.0f} deg",
+        }
+        tables.append({"name": f"free_{turn}", "at": at})
+    return tables
+
+
 def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:
     """Indices of the first goals of a scene that the arm reaches one after another from its start, up to a number of them.
+
+    It gives up after some goals in a row that the arm does not reach.
 
     Raises:
         DescriptionError: The scene cannot work, whatever its goals.
@@ -179,9 +222,9 @@ def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:
             raise error
     corridor, keep = Corridor(site.box, site.surroundings, site.clearance), goal_keep(site)
     chosen: list[int] = []
-    shape = site.start
+    shape, missed = site.start, 0
     for index, goal in enumerate(site.task.motion.goals):
-        if len(chosen) == wanted:
+        if len(chosen) == wanted or missed == _MISSES:
             break
         if f"motion.goals.{index}.position" in keys:
             continue
@@ -190,7 +233,8 @@ def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:
             q = np.array(resolve_goal(site, default_resolution(site), goal.name, pose, shape, keep).q)
             plan_path(corridor, shape, q, goal.name)
         except (ReachError, PathError):
+            missed += 1
             continue
         chosen.append(index)
-        shape = q
+        shape, missed = q, 0
     return tuple(chosen)
