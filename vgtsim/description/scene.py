@@ -75,7 +75,7 @@ class Payload(Description):
     radius: Size
 
 
-class Place(Description):
+class GoalPlace(Description):
     """A pose of the tool by a named place of the tank; azimuths are from +x of frame G, counter-clockwise from above.
 
     Attributes:
@@ -115,7 +115,7 @@ class Goal(Description):
     name: Name
     position: Vector = (0.0, 0.0, 0.0)  # stands for none until the place is looked up
     direction: Direction = (0.0, 0.0, -1.0)
-    at: Place | None = None
+    at: GoalPlace | None = None
 
     @field_validator("direction")
     @classmethod

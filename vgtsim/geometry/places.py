@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description import Equipment, Goal, Scene, Tank, closest
-from vgtsim.description.scene import Place
+from vgtsim.description.scene import GoalPlace
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry.profile import make_profile
 
@@ -88,7 +88,7 @@ def _place(goal: Goal, tank: Tank, before: Mapping[str, Goal]) -> Goal:
     return Goal.model_validate(goal.model_dump() | update)
 
 
-def _require(at: Place, needed: tuple[str, ...], allowed: tuple[str, ...] = ()) -> None:
+def _require(at: GoalPlace, needed: tuple[str, ...], allowed: tuple[str, ...] = ()) -> None:
     given = {name for name in at.model_fields_set if getattr(at, name) is not None} - _FREE
     if lacking := [name for name in needed if name not in given]:
         raise DescriptionError(None, lacking[0], "nothing", f"this key with place = {at.place!r}")
@@ -97,12 +97,12 @@ def _require(at: Place, needed: tuple[str, ...], allowed: tuple[str, ...] = ()) 
         raise DescriptionError(None, beyond[0], "a key of another place", f"with {at.place!r}: {keys}")
 
 
-def _figures(at: Place, names: tuple[str, ...]) -> list[float]:
+def _figures(at: GoalPlace, names: tuple[str, ...]) -> list[float]:
     _require(at, names)
     return [float(getattr(at, name)) for name in names]
 
 
-def _at_wall(at: Place, tank: Tank) -> _Pose:
+def _at_wall(at: GoalPlace, tank: Tank) -> _Pose:
     azimuth, height, distance = _figures(at, _NEEDS[WALL])
     profile = make_profile(tank.shell)
     if not 0 < height < profile.crown:
@@ -110,7 +110,7 @@ def _at_wall(at: Place, tank: Tank) -> _Pose:
     return _Pose(_cylindrical(float(profile.radius_at(height)) - distance, azimuth, height), azimuth, 0.0)
 
 
-def _over_waste(at: Place, tank: Tank) -> _Pose:
+def _over_waste(at: GoalPlace, tank: Tank) -> _Pose:
     azimuth, radius, height = _figures(at, _NEEDS[WASTE])
     point = _cylindrical(radius, azimuth, tank.waste.level + height)
     out = point - _mast(tank)
@@ -118,7 +118,7 @@ def _over_waste(at: Place, tank: Tank) -> _Pose:
     return _Pose(point, heading, _DOWN)
 
 
-def _beside(at: Place, item: Equipment, tank: Tank) -> _Pose:
+def _beside(at: GoalPlace, item: Equipment, tank: Tank) -> _Pose:
     _require(at, _BESIDE, ("azimuth",))
     height, distance = (float(getattr(at, name)) for name in _BESIDE)
     axis = _cylindrical(item.radius, item.azimuth, height)
@@ -127,7 +127,7 @@ def _beside(at: Place, item: Equipment, tank: Tank) -> _Pose:
     return _Pose(axis + _cylindrical(item.diameter / 2 + distance, side, 0.0), side + np.pi, 0.0)
 
 
-def _after(at: Place, goal: Goal) -> _Pose:
+def _after(at: GoalPlace, goal: Goal) -> _Pose:
     _require(at, _AFTER)
     x, y, z = goal.direction
     point = np.array(goal.position) + tool_frame(goal.direction) @ np.array(at.offset)
