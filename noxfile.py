@@ -33,7 +33,7 @@ def run_tests(session: nox.Session, *chosen: str) -> None:
 @nox.session(python=PYTHONS)
 def tests(session: nox.Session) -> None:
     """Tests with one version of Python and the pinned versions; arguments after `--` go to pytest."""
-    session.install(*PINNED, "--editable", ".[study]", *TESTING)
+    session.install(*PINNED, "--editable", ".[env,study]", *TESTING)
     run_tests(session, *(session.posargs or QUICK))
 
 
@@ -47,12 +47,16 @@ def lowest(session: nox.Session) -> None:
         "--only-binary",
         ":all:",
         "--extra",
+        "env",
+        "--extra",
         "study",
         "--python-version",
         PYTHONS[0],
     )
     session.run("uv", "pip", "compile", "--quiet", *how, "pyproject.toml", "--output-file", str(floors), external=True)
-    session.install("--constraint", str(floors), "--editable", ".[study]", *TESTING, "pip")  # old PyNiteFEA imports pip
+    session.install(
+        "--constraint", str(floors), "--editable", ".[env,study]", *TESTING, "pip"
+    )  # old PyNiteFEA imports pip
     run_tests(session, *(session.posargs or QUICK))
 
 

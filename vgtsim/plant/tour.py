@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from vgtsim.errors import DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.logbook import LogWriter
-from vgtsim.planning import Tour
+from vgtsim.planning import STEP_BOUND, Tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.plant import Plant
 from vgtsim.plant.recorder import list_digests, list_versions
@@ -39,7 +39,7 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
             pressure cannot hold the dead load somewhere on the tour.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
-    log = _ride(Plant(site, timestep=tour.timestep, model=model), tour).log
+    log = _note_bounds(_ride(Plant(site, timestep=tour.timestep, model=model), tour).log, tour)
     return replace(log, digests=log.digests | {"programme": tour.digest})
 
 
@@ -56,12 +56,18 @@ def record(site: Site, tour: Tour, writer: LogWriter) -> None:
     """
     plant = Plant(site, timestep=tour.timestep, store=writer.write)
     try:
-        rest = _ride(plant, tour).log
+        rest = _note_bounds(_ride(plant, tour).log, tour)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
             writer.end(error.log)
         raise
     writer.end(rest)
+
+
+def _note_bounds(log: RunLog, tour: Tour) -> RunLog:
+    """A log whose performance has what bounded the step."""
+    bounds = {STEP_BOUND + name: float(bound) for name, bound in tour.bounds.items() if np.isfinite(bound)}
+    return replace(log, performance=log.performance | bounds)
 
 
 def _ride(plant: Plant, tour: Tour) -> Plant:
