@@ -12,10 +12,12 @@ from vgtsim.constants import Method
 from vgtsim.description.scene import Goal
 from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
+from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.path import Path, plan_path
 from vgtsim.planning.resolution import MARGIN, default_resolution, goal_keep, resolve_goal
+from vgtsim.planning.sampling import Ground
 from vgtsim.planning.stages import plan_stages
 from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
@@ -114,7 +116,8 @@ def plan_tour(site: Site) -> Tour:
     corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
     ends = zip(motion.goals, shapes[:-1], shapes[1:], strict=True)
-    paths = [_find_paths(site, corridor, first, last, goal.name) for goal, first, last in ends]
+    carousel = Carousel(Ground(corridor))
+    paths = [_find_paths(site, corridor, first, last, goal.name, carousel) for goal, first, last in ends]
     ways = [[time_path(site.chain, path.curve, limits) for path in leg] for leg in paths]
     clearances = [path.clearance for leg in paths for path in leg]
     bounds = find_bounds(site, zip([way for leg in ways for way in leg], clearances, strict=True))
@@ -135,11 +138,11 @@ def plan_tour(site: Site) -> Tour:
     return Tour(site.start, tuple(legs), timestep, bounds)
 
 
-def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name: str) -> list[Path]:
+def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name: str, carousel: Carousel) -> list[Path]:
     """Paths to a goal, one after the other: one, or with anchoring one for each window of modules."""
     if site.task.motion.method is Method.ANCHORED:
         return plan_stages(corridor, first, last, name)
-    return [plan_path(corridor, first, last, name)]
+    return [plan_path(corridor, first, last, name, carousel)]
 
 
 def _configure(

@@ -18,6 +18,7 @@ from vgtsim.geometry import (
     arm_clearance,
     carry,
     find_near,
+    flag_clear,
     make_profile,
     make_walls,
     nearest_pair,
@@ -146,6 +147,17 @@ class Surroundings:
                 J[used] += self._sag_slopes(self.sag, state.q[used])
             carry(config, held, slope, J, gradient)
         return NearPairs(config, gap, gradient)
+
+    def clear(self, state: State, reach: float, all_of_them: bool = False) -> Mask:
+        """Which assembled configurations keep a distance, m, from everything, shape (W,).
+
+        If all of them must, none is looked at after the first that does not.
+        """
+        points, clear = self._points(state), np.empty(len(state.q), bool)
+        capsules = self.capsules
+        args = self._walls, capsules.far_pairs, self._pillars.meets, capsules.point_radii
+        flag_clear(*args, points, reach, all_of_them, clear)
+        return clear
 
     def _near(self, points: Array, reach: float, payload: bool) -> tuple[Index, Array, Index, Array]:
         """Configurations, gaps, points and slopes of all near pairs, see `find_near`."""

@@ -17,7 +17,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics.mode_following import worst_row
 
@@ -270,8 +270,11 @@ class ModuleSet(ABC):
         Angles between the end faces have shape (..., M), rad; the normal midway between the faces is `half`, (..., M, 3).
         """
 
-    def extend(self, m: int, x: Array, extension: float) -> Array:  # noqa: ARG002
-        """Inputs of module m, shape (inputs,), with its end faces an extension apart, m; x where it cannot be chosen."""
+    def extend(self, m: int, x: Array, extension: ArrayLike) -> Array:  # noqa: ARG002
+        """Inputs of module m, shape (..., inputs), with its end faces extensions apart, shape (...), m.
+
+        They stay as they are where the extension cannot be chosen.
+        """
         return x
 
     def sideways(self, m: int, angle: float) -> Array:  # noqa: ARG002
