@@ -25,11 +25,11 @@ ROOMS = (
     ("proximity",),
     ("planning", "mjcf", "verification"),
     ("plant", "output", "batch"),
-    ("posture", "study"),
+    ("posture", "study", "envs"),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
-NO_MUJOCO = set(LEVEL) - {"graphics", "mjcf", "plant", "output", "batch", "cli"}
+NO_MUJOCO = set(LEVEL) - {"graphics", "mjcf", "plant", "output", "batch", "envs", "cli"}
 FILES = sorted((ROOT / "vgtsim").rglob("*.py"))
 
 
