@@ -22,7 +22,7 @@ ROOMS = (
     ("statics",),
     ("positioning",),
     ("site",),
-    ("proximity",),
+    ("proximity", "touches"),
     ("planning", "mjcf", "verification"),
     ("plant", "output"),
     ("posture", "study"),

@@ -185,6 +185,8 @@ def open_log(folder: str | Path) -> LogBook:
             "contact_time": np.array([touch[0] for touch in touches], dtype=float),
             "contact_pair": np.array([touch[1:3] for touch in touches], dtype=str).reshape(-1, 2),
             "contact_distance": np.array([touch[3] for touch in touches], dtype=float),
+            "contact_force": np.array([touch[4] for touch in touches], dtype=float).reshape(-1, 3),
+            "contact_point": np.array([touch[5] for touch in touches], dtype=float).reshape(-1, 3),
         },
     )
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from math import prod
+from math import nan, prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 BEGIN, END = "_begin.json", "_end.json"  # readers of Parquet folders pass over names that begin with a line
 _MOST_TEXT = 1 << 24  # bytes of a text beside the chunks; that of the largest shipped arm has a hundredth of it
+Touch: TypeAlias = tuple[float, str, str, float, tuple[float, ...], tuple[float, ...]]
 _LONGEST = 1e9  # s of simulated time: thirty years
 _MOST_RECORDS = 100 * CHUNK  # of one chunk that is read
 _MOST_BYTES = 1 << 28  # of one chunk that is read; a chunk of the largest shipped arm has a tenth of it
@@ -30,7 +31,11 @@ _ENTRIES: dict[str, dict[str, type]] = {
 }
 PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
 _RECORDED = {name: form for name, form in ARRAYS.items() if form[1][0] == "T"}
-TOUCHES = "contact_time", "contact_pair", "contact_distance"
+TOUCHES = "contact_time", "contact_pair", "contact_distance", "contact_force", "contact_point"
+_WITHOUT_FORCE, _WITH_FORCE = (
+    4,
+    10,
+)  # figures and names of a contact, in logs that tell its force and in those that do not
 
 
 def make_table(piece: Piece) -> pa.Table:
@@ -48,8 +53,10 @@ def make_table(piece: Piece) -> pa.Table:
             fixed = pa.FixedSizeListArray.from_arrays(column, prod(row))
             column = pa.ExtensionArray.from_storage(pa.fixed_shape_tensor(kind, row), fixed)
         columns[name] = column
-    time, pair, gap = (piece[name].tolist() for name in TOUCHES)
+    time, pair, gap, *more = (piece[name].tolist() if name in piece else [] for name in TOUCHES)
     touches = [[t, *names, d] for t, names, d in zip(time, pair, gap, strict=True)]
+    if len(more[0]) == len(touches):
+        touches = [[*touch, *force, *point] for touch, force, point in zip(touches, *more, strict=True)]
     return pa.table(columns).replace_schema_metadata({"contacts": json.dumps(touches)})
 
 
@@ -83,7 +90,7 @@ def to_arrays(table: pa.Table) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Any]]:
+def survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Touch]]:
     """Number of records of a chunk, shape of a record of each quantity, and contacts, from its footer; no array is read."""
     from pyarrow import ArrowException, parquet
 
@@ -125,13 +132,21 @@ def _read_shape(file: Path, name: str, kind: Any) -> tuple[int, ...]:
     return shape
 
 
-def _read_touches(file: Path, metadata: Mapping[bytes, bytes]) -> list[tuple[float, str, str, float]]:
-    """Time, s, names of two geoms and gap, m, of each contact of a chunk."""
+def _read_touches(file: Path, metadata: Mapping[bytes, bytes]) -> list[Touch]:
+    """Time, s, names of two geoms, gap, m, force, N, and point, m, of each contact of a chunk."""
     try:
         found = json.loads(metadata.get(b"contacts", b"[]"))
-        return [(float(time), str(first), str(second), float(gap)) for time, first, second, gap in found]
+        return [_read_touch(*entry) for entry in found]
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
-        raise DescriptionError(file, "contacts", str(error)[:200], "time, two names and gap of each") from None
+        allowed = "time, two names, gap, and three figures each of force and point"
+        raise DescriptionError(file, "contacts", str(error)[:200], allowed) from None
+
+
+def _read_touch(time: float, first: str, second: str, gap: float, *more: float) -> Touch:
+    if len(more) not in (0, _WITH_FORCE - _WITHOUT_FORCE):
+        raise ValueError(f"{len(more)} figures after the gap")
+    force, point = (tuple(float(value) for value in more[k : k + 3]) or (nan,) * 3 for k in (0, 3))
+    return float(time), str(first), str(second), float(gap), force, point
 
 
 def write_text(file: Path, data: Mapping[str, Any]) -> None:

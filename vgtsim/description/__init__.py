@@ -30,7 +30,18 @@ from vgtsim.description.modules import (
 )
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
-from vgtsim.description.scene import Bend, Feed, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
+from vgtsim.description.scene import (
+    AllowedContact,
+    Bend,
+    Feed,
+    Goal,
+    LoadCase,
+    Mast,
+    Payload,
+    Scene,
+    SceneFile,
+    Simulation,
+)
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
@@ -43,6 +54,7 @@ __all__ = [
     "MODELS",
     "OBJECTIVES",
     "Actuated",
+    "AllowedContact",
     "ArcPiece",
     "Axis",
     "Bend",
