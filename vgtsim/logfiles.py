@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from math import nan, prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 BEGIN, END = "_begin.json", "_end.json"  # readers of Parquet folders pass over names that begin with a line
 _MOST_TEXT = 1 << 24  # bytes of a text beside the chunks; that of the largest shipped arm has a hundredth of it
-Touch: TypeAlias = tuple[float, str, str, float, tuple[float, ...], tuple[float, ...]]
 _LONGEST = 1e9  # s of simulated time: thirty years
 _MOST_RECORDS = 100 * CHUNK  # of one chunk that is read
 _MOST_BYTES = 1 << 28  # of one chunk that is read; a chunk of the largest shipped arm has a tenth of it
@@ -36,6 +35,16 @@ _WITHOUT_FORCE, _WITH_FORCE = (
     4,
     10,
 )  # figures and names of a contact, in logs that tell its force and in those that do not
+
+
+class Touch(NamedTuple):
+    """One contact in a chunk: time, s, names of two geoms, gap, m, force, N, and point, m, both NaN where they are not told."""
+
+    time: float
+    pair: tuple[str, str]
+    gap: float
+    force: tuple[float, ...]
+    point: tuple[float, ...]
 
 
 def make_table(piece: Piece) -> pa.Table:
@@ -133,7 +142,7 @@ def _read_shape(file: Path, name: str, kind: Any) -> tuple[int, ...]:
 
 
 def _read_touches(file: Path, metadata: Mapping[bytes, bytes]) -> list[Touch]:
-    """Time, s, names of two geoms, gap, m, force, N, and point, m, of each contact of a chunk."""
+    """The contacts of a chunk."""
     try:
         found = json.loads(metadata.get(b"contacts", b"[]"))
         return [_read_touch(*entry) for entry in found]
@@ -146,7 +155,7 @@ def _read_touch(time: float, first: str, second: str, gap: float, *more: float) 
     if len(more) not in (0, _WITH_FORCE - _WITHOUT_FORCE):
         raise ValueError(f"{len(more)} figures after the gap")
     force, point = (tuple(float(value) for value in more[k : k + 3]) or (nan,) * 3 for k in (0, 3))
-    return float(time), str(first), str(second), float(gap), force, point
+    return Touch(float(time), (str(first), str(second)), float(gap), force, point)
 
 
 def write_text(file: Path, data: Mapping[str, Any]) -> None:

@@ -288,11 +288,12 @@ class LoadCase(Description):
 
 
 class AllowedContact(Description):
-    """A part of the arm that may touch a place, with the greatest force that it may be pressed with, if that is limited.
+    """A part of the arm that may touch a place.
 
     Attributes:
         part: The `tool` with the tip plate and its hubs, the other `hubs`, the `members` or the `mast`.
         place: `shell`, `riser`, `waste` or the name of a piece of equipment.
+        force: Greatest force of the contact; absent, it is not judged.
     """
 
     part: Literal["tool", "hubs", "members", "mast"]
