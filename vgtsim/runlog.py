@@ -19,7 +19,7 @@ Piece = Mapping[str, NDArray[Any]]  # arrays of a log by name, records along the
 CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene, which a kill loses at most
 BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
-MAY_BE_EMPTY = ("saturation", "pressure")
+MAY_BE_EMPTY = ("saturation", "pressure", "target")
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,7 @@ class RunLog:
             this package; empty in logs of versions that made none.
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
+        target: Where an operator wanted the tool: position, m, and direction, shape (T, 6); empty in other runs.
     """
 
     time: Annotated[Array, "f", "T"]
@@ -79,6 +80,7 @@ class RunLog:
         default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
     )
     pressure: Annotated[Array, "f", "TJ2"] = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    target: Annotated[Array, "f", "T6"] = field(default_factory=lambda: np.zeros((0, 6)))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

@@ -27,6 +27,7 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
+from vgtsim.description.operator import TARGETS, Operator, OperatorCommand, digest_commands, load_commands, write_command
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.description.scene import Bend, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
@@ -41,6 +42,7 @@ __all__ = [
     "INCH",
     "MODELS",
     "OBJECTIVES",
+    "TARGETS",
     "Actuated",
     "ArcPiece",
     "Axis",
@@ -65,6 +67,8 @@ __all__ = [
     "Method",
     "Module",
     "Octahedral",
+    "Operator",
+    "OperatorCommand",
     "Payload",
     "Prism",
     "RasterPiece",
@@ -91,6 +95,7 @@ __all__ = [
     "change_entries",
     "choose_coupling",
     "closest",
+    "digest_commands",
     "digest_scene",
     "dump_scene",
     "find_file",
@@ -99,6 +104,7 @@ __all__ = [
     "joint_offset",
     "list_shipped",
     "load_catalogue",
+    "load_commands",
     "load_manipulator",
     "load_scene",
     "load_study",
@@ -107,5 +113,6 @@ __all__ = [
     "locate",
     "parse_scene",
     "split_objective",
+    "write_command",
     "write_sized_arm",
 ]

@@ -63,11 +63,13 @@ class Recorder:
         goal: int,
         settled: bool,
         pressure: Array | None = None,
+        target: Array | None = None,
     ) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
         Given for that instant are the time, s, commanded lengths, shape (J,), m, what the gauges noted before the step, the
-        goal approached or held (settled), and the pressures of hydraulic cylinders, shape (J, 2), Pa.
+        goal approached or held (settled), the pressures of hydraulic cylinders, shape (J, 2), Pa, and where an operator
+        wants the tool, shape (6,).
         """
         gauges = self.gauges
         row = {
@@ -82,6 +84,8 @@ class Recorder:
         }
         if pressure is not None:
             row["pressure"] = pressure
+        if target is not None:
+            row["target"] = target
         for name, value in row.items():
             self._rows.setdefault(name, []).append(value)
         self._saturated = 0
