@@ -12,6 +12,8 @@ from vgtsim.kinematics import Chain, State
 
 Array = NDArray[np.float64]
 
+_DAMPED = 1e-6  # of the sum of squared singular values: a thousandth of the greatest is still followed
+
 
 @dataclass(frozen=True, eq=False)
 class ArmNow:
@@ -39,6 +41,12 @@ class ArmNow:
     def jacobian(self) -> Array:
         """Velocity of the tool point over angular velocity of the tip plate per rate of each cylinder, shape (6, J)."""
         return self.state.tool_jacobian[0] @ self.inputs_by_length
+
+    @cached_property
+    def lift(self) -> Array:
+        """Least rates of the cylinders per twist of the tool, shape (J, 6); directions that are nearly lost are damped."""
+        square = self.jacobian @ self.jacobian.T
+        return self.jacobian.T @ np.linalg.inv(square + _DAMPED * np.trace(square) * np.eye(6))
 
     @property
     def position(self) -> Array:

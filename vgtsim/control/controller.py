@@ -182,17 +182,19 @@ class Controller:
         gaps, closing = self._nearness.bound(arm, dt)
         uses, rising = self._strength.bound(arm)
         if isinstance(wanted, ToolTarget):
-            rows, wish, back = wanted.wish(arm, dt)
+            rows, wish, back = wanted.wish(arm, self.site.task.motion.acceleration, dt)
             task = rows @ arm.jacobian
             mobility = find_mobility(task)
             wish, lost = mobility.refuse(wish, rows)
-            back = mobility.refuse(back, rows)[0]
+            kept = mobility.refuse(back, rows)[0]
+            wanted.give_up((back - kept) @ rows)
+            back, way = kept, dt * wish @ rows
             liked = self._preference.like(arm, float(np.linalg.norm(wanted.filter.second)), self._limits.rate)
         else:
             assert wanted is not None
             task, lost, mobility = np.eye(len(low)), (), find_mobility(arm.jacobian[:5])
-            wish, back = wanted.wish(arm, self._how.acceleration, most, dt)
-            liked = np.zeros_like(low)
+            wish, back = wanted.wish(arm, most, dt)
+            liked, way = np.zeros_like(low), dt * wish
         found = solve_rates(
             task=task,
             wish=wish,
@@ -214,7 +216,7 @@ class Controller:
             self._rates = np.zeros_like(low)
             self._last = found, mobility, ("a module that does not assemble there",)
             return None
-        wanted.move(found.part, dt)
+        wanted.move(found.part * way)
         self._rates, self._arm = found.rates, ArmNow(self.site.chain, after)
         return before
 
@@ -223,8 +225,8 @@ class Controller:
         if found.part >= _WHOLE:
             return ()
         gaps = len(found.rows) - len(self._strength.picked)
-        words = [f"clearance: {self._nearness.name(k)}" for k in np.flatnonzero(found.rows[:gaps])]
-        words += [f"rating: {self._strength.name(k)}" for k in np.flatnonzero(found.rows[gaps:])]
+        words = [f"clearance: {self._nearness.name(k)}" for k in np.flatnonzero(found.rows[:gaps]).tolist()]
+        words += [f"rating: {self._strength.name(k)}" for k in np.flatnonzero(found.rows[gaps:]).tolist()]
         for j in np.flatnonzero(found.bounds):
             kind = int(kinds[1 if found.bounds[j] > 0 else 0, j])
             if kind != ACCELERATION:
@@ -284,8 +286,15 @@ class Controller:
         if isinstance(self._wanted, LengthTarget) and not self._held and self._rates.any():
             return replace(self._wanted, goal=goal)
         assert self._arm is not None
-        velocity = Filter.start(self._how.filter, self._rates)
-        return LengthTarget(lengths=self._arm.lengths.copy(), filter=velocity, rate=self._limits.rate, goal=goal)
+        how = self._how
+        return LengthTarget(
+            lengths=self._arm.lengths.copy(),
+            filter=Filter.start(how.filter, self._rates),
+            rate=self._limits.rate,
+            speed=how.speed,
+            acceleration=how.acceleration,
+            goal=goal,
+        )
 
     def _solve(self, pose: Array, preference: Preference) -> Array:
         """Lengths of a posture with the tool at a goal, shape (J,), m."""

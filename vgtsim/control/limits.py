@@ -17,6 +17,7 @@ Index = NDArray[np.intp]
 RATE, ACCELERATION, STROKE = range(3)
 _BRAKE = 0.5  # part of a cylinder's acceleration that it brakes with before the end of its stroke: its bound may fall meanwhile
 _SOFT = 1.0  # 1/s: near a limit the speed towards it falls with the distance
+_SPARE = 0.995  # of the scene's acceleration: what rounding and drives leave of a length must not break it
 _LEAST = 0.05  # part of the scene's acceleration that a cylinder always has
 
 
@@ -50,7 +51,7 @@ class CylinderLimits:
 
     def bound_accelerations(self, jacobian: Array) -> Array:
         """Greatest accelerations, shape (J,), m/s²: the scene's, or what gives the tool its own; the Jacobian is (6, J)."""
-        most = self.site.task.motion.acceleration
+        most = _SPARE * self.site.task.motion.acceleration
         lever = np.sqrt(np.einsum("ij,ij->j", jacobian[:3], jacobian[:3]))
         return np.clip(self.tool_acceleration / np.maximum(lever, 1e-9), _LEAST * most, most)
 

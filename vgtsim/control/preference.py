@@ -54,11 +54,11 @@ class Preference:
         """
         if not self.names or not speed:
             return np.zeros_like(full)
-        if self._slope is None or self._cycle % _EVERY == 0:
+        slope = self._slope
+        if slope is None or self._cycle % _EVERY == 0:
             at = Configurations(self.site.box, arm.state, np.zeros(1, int))
-            slope = self._make(arm.position, arm.direction).terms(at).slope[0]
-            self._slope = slope @ arm.inputs_by_length
+            slope = self._slope = self._make(arm.position, arm.direction).terms(at).slope[0] @ arm.inputs_by_length
         self._cycle += 1
-        liked = -_GAIN * self.site.box.half**2 * self._slope
+        liked = -_GAIN * self.site.box.half**2 * slope
         size = float(np.abs(liked / full).max())
         return liked * min(1.0, _MOST / max(size, 1e-12)) * min(1.0, speed / _FULL)

@@ -49,8 +49,16 @@ class Filter:
         share = -np.expm1(-timestep / self.time)
         self.first += share * (self.raw - self.first)
         self.second += share * (self.first - self.second)
-        if not wanted.any() and max(np.abs(self.raw).max(), np.abs(self.first).max(), np.abs(self.second).max()) < _STILL:
+        if (
+            not wanted.any()
+            and max(np.abs(self.raw).max(), np.abs(self.first).max(), np.abs(self.second).max()) < _STILL
+        ):
             self.raw, self.first, self.second = (np.zeros_like(wanted) for _ in range(3))
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing is left of the velocity."""
+        return not (self.raw.any() or self.second.any())
 
     @property
     def left(self) -> Array:
@@ -86,12 +94,20 @@ class ToolTarget:
     goal: Array | None = None
     roll: bool = False
 
-    def wish(self, arm: ArmNow, timestep: float) -> tuple[Array, Array, Array]:
+    def wish(self, arm: ArmNow, most: float, timestep: float) -> tuple[Array, Array, Array]:
         """Rows of the tool's velocity, shape (m, 6), and what they are to be in the coming step, shape (m,), m/s.
 
-        The last result is what is to be added for the arm to come back to the target, shape (m,), m/s.
+        The last result is what is to be added for the arm to come back to the target, shape (m,), m/s. Accelerations are
+        bounded by the greatest of a cylinder, m/s², too.
         """
-        self.filter.advance(self._want(), self._measure, timestep)
+
+        def measure(change: Array) -> float:
+            return max(_size(change) / self.acceleration, float(np.abs(arm.lift @ change).max()) / most)
+
+        wanted = self._want(measure)
+        self.filter.advance(wanted, measure, timestep)
+        if self.filter.still and not wanted.any():
+            self.goal = None  # it is reached; what rounding leaves is not run after
         direction = arm.direction.copy()
         back = _RETURN * np.concatenate([self.position - arm.position, find_turn(direction, self.direction)])
         rows = split_twist(direction)
@@ -101,12 +117,16 @@ class ToolTarget:
             back = np.zeros(6)
         return rows, rows @ self.filter.second, rows @ back
 
-    def move(self, part: float, timestep: float) -> None:
-        """Move the target by a part of its velocity for a step, s."""
-        self.position = self.position + part * timestep * self.filter.second[:3]
-        self.direction = turn(self.direction, part * timestep * self.filter.second[3:])
+    def move(self, twist: Array) -> None:
+        """Move the target by a small twist, shape (6,), m and rad."""
+        self.position = self.position + twist[:3]
+        self.direction = turn(self.direction, twist[3:].copy())
 
-    def _want(self) -> Array:
+    def give_up(self, back: Array) -> None:
+        """Bring the target to the arm where `back`, a twist of `wish`, shape (6,), cannot be done."""
+        self.move(-back / _RETURN)
+
+    def _want(self, measure: Measure) -> Array:
         if self.twist is not None:
             size = _size(self.twist)
             return self.twist * min(1.0, self.speed / size) if size else self.twist
@@ -114,44 +134,49 @@ class ToolTarget:
             return np.zeros(6)
         end = turn(self.direction, self.filter.left[3:])
         way = np.concatenate([self.goal[:3] - self.position - self.filter.left[:3], find_turn(end, self.goal[3:])])
-        return approach(way, _size(way) / self.speed, self._measure(way))
-
-    def _measure(self, change: Array) -> float:
-        return _size(change) / self.acceleration
+        return approach(way, _size(way) / self.speed, measure(way))
 
 
 @dataclass
 class LengthTarget:
-    """Lengths of the cylinders that move together, shape (J,), m; `goal` is where to, or None to come to rest."""
+    """Lengths of the cylinders that move together, shape (J,), m; `goal` is where to, or None to come to rest.
+
+    Rates of the cylinders have shape (J,), m/s; speed, m/s, and acceleration, m/s², are those of the tool point.
+    """
 
     lengths: Array
     filter: Filter
     rate: Array
+    speed: float
+    acceleration: float
     goal: Array | None = None
 
-    def wish(self, arm: ArmNow, acceleration: float, most: Array, timestep: float) -> tuple[Array, Array]:
+    def wish(self, arm: ArmNow, most: Array, timestep: float) -> tuple[Array, Array]:
         """Velocity of the lengths in the coming step, and what is to be added to come back to the target, shape (J,), m/s.
 
-        Accelerations are bounded by those of the cylinders, shape (J,), and by that of the tool point, m/s².
+        Accelerations are bounded by those of the cylinders, shape (J,), m/s², and by that of the tool point.
         """
         lever = arm.jacobian[:3]
 
         def measure(change: Array) -> float:
-            return max(float(np.abs(change / most).max()), _size(lever @ change) / acceleration)
+            return max(float(np.abs(change / most).max()), _size(lever @ change) / self.acceleration)
 
         wanted = np.zeros_like(self.lengths)
         if self.goal is not None:
             way = self.goal - self.lengths - self.filter.left
-            wanted = approach(way, float(np.abs(way / self.rate).max()), measure(way))
+            slowest = max(float(np.abs(way / self.rate).max()), _size(lever @ way) / self.speed)
+            wanted = approach(way, slowest, measure(way))
         self.filter.advance(wanted, measure, timestep)
+        if self.filter.still and not wanted.any():
+            self.goal = None
         back = _RETURN * (self.lengths - arm.lengths)
         if not self.filter.second.any() and np.abs(back).max() < _STILL:
             back = np.zeros_like(back)
         return self.filter.second, back
 
-    def move(self, part: float, timestep: float) -> None:
-        """Move the target by a part of its velocity for a step, s."""
-        self.lengths = self.lengths + part * timestep * self.filter.second
+    def move(self, way: Array) -> None:
+        """Move the target by a small way, shape (J,), m."""
+        self.lengths = self.lengths + way
 
 
 def _size(vector: Array) -> float:

@@ -27,7 +27,14 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
-from vgtsim.description.operator import TARGETS, Operator, OperatorCommand, digest_commands, load_commands, write_command
+from vgtsim.description.operator import (
+    TARGETS,
+    Operator,
+    OperatorCommand,
+    digest_commands,
+    load_commands,
+    write_command,
+)
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.description.scene import Bend, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation

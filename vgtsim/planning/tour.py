@@ -100,7 +100,9 @@ def plan_tour(site: Site) -> Tour:
     check_site(site)
     motion = site.task.motion
     if not motion.goals:
-        raise site.scene.error("motion.goals", "none: an operator drives the arm", "goals, between which a tour is planned")
+        raise site.scene.error(
+            "motion.goals", "none: an operator drives the arm", "goals, between which a tour is planned"
+        )
     keep = goal_keep(site)
     shapes = [site.start]
     for goal in motion.goals:

@@ -5,4 +5,14 @@ from vgtsim.plant.plant import Plant
 from vgtsim.plant.tour import begin_log, record, run
 from vgtsim.plant.watch import Contact, PlantState
 
-__all__ = ["Contact", "Plant", "PlantState", "begin_log", "begin_operation", "operate", "record", "record_operation", "run"]
+__all__ = [
+    "Contact",
+    "Plant",
+    "PlantState",
+    "begin_log",
+    "begin_operation",
+    "operate",
+    "record",
+    "record_operation",
+    "run",
+]

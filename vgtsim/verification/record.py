@@ -29,9 +29,7 @@ def check_count(run: Evidence) -> Finding:
     )
 
 
-@report_as(
-    "record", "stages of the tour missing or out of place", unit="1", limit="missing_records", applies=has_goals
-)
+@report_as("record", "stages of the tour missing or out of place", unit="1", limit="missing_records", applies=has_goals)
 def check_stages(run: Evidence) -> Finding:
     """Count the stages that are not as the scene has them: rest, then the way to each goal in turn and a hold there.
 
