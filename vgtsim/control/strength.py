@@ -26,7 +26,8 @@ _EVERY = 2  # cycles for which a look is good: in 40 ms a use changes by a hundr
 class Strength:
     """Watches the use of members and drives at rest, as parts of what the scene's limits allow.
 
-    `picked` are the members of the rows of the last `bound`. Derivatives by the lengths are worked out a few cylinders a cycle, all at once where a use first comes near its limit.
+    `picked` are the members of the rows of the last `bound`. Derivatives by the lengths are worked out for a few cylinders at a
+    time, for all at once where a use first comes near its limit.
     """
 
     site: Site
