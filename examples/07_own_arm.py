@@ -53,7 +53,5 @@ arm = vgtsim.load_arm(folder / "mine.toml")
 print(f"straight arm: {-vgtsim.forward_kinematics(arm).tool[2]:.4f} m long, expected {1.0 + 1.5 + 1.0 + 0.3:.4f} m")
 q = arm.straight + [0.2, 0, 0, 0.2, 0, 0]  # (u_x, u_y, d) of each bend: tilt its mid-plane
 files = write_drawing(draw_arm(arm, {"straight": arm.straight, "bent": q}), folder / "mine")
-files += write_solid(make_solid(arm, arm.nodes(q)), folder / "mine") + write_arm_files(
-    arm.manipulator, folder / "model"
-)
+files += write_solid(make_solid(arm, arm.nodes(q)), folder / "mine") + write_arm_files(arm.manipulator, folder)
 print(*files, sep="\n")

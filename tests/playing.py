@@ -8,7 +8,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from vgtsim.description import Scene
+from vgtsim.description import Feed, Scene
 from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
@@ -52,3 +52,16 @@ def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit
     if edit is not None:
         edit(spec)
     return run(Site(scene), program, finish_model(spec, Site(scene)))
+
+
+def hoist(scene: Scene, **figures: float) -> Scene:
+    """The scene with a feed of its mast."""
+    feed = Feed(**{"stroke": 20.0, "rate": 0.6, "acceleration": 1.0, "force": 6e4} | figures)
+    mast = scene.task.mast.model_copy(update={"feed": feed})
+    return dataclasses.replace(scene, task=scene.task.model_copy(update={"mast": mast}))
+
+
+def climb(height: float, seconds: float, step: float) -> np.ndarray:
+    """Heights on a smooth way from 0, m, at every step."""
+    s = np.linspace(0, 1, round(seconds / step) + 1)
+    return height * s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)

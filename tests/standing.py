@@ -41,7 +41,7 @@ class Standing:
 
 def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lumped: bool = False) -> Standing:
     """Hold each of the poses until it is still; `moved` comes to each from the one before through all between."""
-    spec = build_arm_spec(manipulator, STEP, lumped=lumped)
+    spec = build_arm_spec(manipulator, STEP, lumped=lumped, limited=False)
     for geom in spec.geoms:
         geom.contype = geom.conaffinity = 0
     model = spec.compile()
@@ -53,7 +53,7 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
     actuators = [truss.member_names[i] for i in truss.actuated]
     rows = np.array([model.equality(names.drive(name)).id for name in actuators])
     at = recorder.gauges.at
-    zero = at.retracted + model.qpos0[at.position]
+    zero = model.qpos0[at.position]
     data = mujoco.MjData(model)
     wanted = chain.lengths(poses)
     fill_qpos(pose, truss, chain.nodes(poses[0]), data.qpos)

@@ -115,7 +115,7 @@ def test_a_missing_library_has_its_own_status(monkeypatch, capsys):
 def test_build_writes_a_model_beside_the_arm(tmp_path, monkeypatch, capsys):
     status, _ = call(monkeypatch, capsys, "build", ROOT / ARM, "--out", tmp_path)
     assert status == cli.Status.PASSED
-    assert sorted(os.listdir(tmp_path)) == ["arm15.mjb", "arm15.xml"]
+    assert sorted(os.listdir(tmp_path)) == ["arm15.mjb", "arm15.xml", "scene.xml"]
 
 
 @pytest.mark.parametrize("verb", ["run", "build", "verify", "render", "view", "track"])

@@ -6,8 +6,12 @@ import subprocess
 import sys
 
 import pytest
+import scipy
+from packaging.version import Version
 
-SCIPY = {f"scipy.{part}" for part in ("interpolate", "optimize", "signal", "spatial", "sparse")}
+SCIPY = {f"scipy.{part}" for part in ("interpolate", "optimize", "signal", "spatial")}
+if Version(scipy.__version__) >= Version("1.17"):  # before that, `scipy.linalg` loads it by itself
+    SCIPY.add("scipy.sparse")
 DRAWING = {"PIL", "imageio_ffmpeg", "matplotlib", "meshio", "trimesh"}
 HEAVY = {"distributed", "mujoco", "numba", "numpy", "pint", "polars", "pyarrow", "pydantic", "scipy"} | SCIPY | DRAWING
 HELP = "import sys; sys.argv[1:] = {}\ntry:\n    from vgtsim.cli import main; main()\nexcept SystemExit: pass"

@@ -235,24 +235,6 @@ def test_files_that_cannot_be_written_are_refused_before_any_work(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "words", "said"),
-    [
-        ("stewart", (), r"modules: found p of stewart, octahedral; allowed: double octahedra, tetra"),
-        ("tetra4", (), r"modules: found h1.* of tetra4, to be bent into any posture; .*--tour-only"),
-    ],
-)
-def test_size_refuses_arms_it_is_not_made_for(tmp_path, name, words, said):
-    arm = MODELS / name / f"{name}.toml"
-    count = len(load_manipulator(arm).active)
-    first, *rest = small_task(tmp_path, "10 kg").read_text().split("[[motion.start]]")
-    last = rest[-1][rest[-1].index("\n[") :]
-    starts = "".join(f"[[motion.start]]\nangle = {0.1 + 0.01 * i}\n" for i in range(count))
-    text = (first + starts + last).replace(str(NINE), str(arm))
-    task = written(tmp_path / "other.toml", text)
-    assert re.search(said, refusal("size", arm, "--task", task, "--out", tmp_path / "sized.toml", *words))
-
-
-@pytest.mark.parametrize(
     ("piece", "shape"),
     [
         ('shape = "line"\nto = [6, -1, -5.8]', "line"),

@@ -26,6 +26,28 @@ class DescriptionError(VgtError):
         super().__init__(f"{place}{key or 'file'}: {message}")
 
 
+class PostureError(DescriptionError):
+    """A scene gives a posture in which the arm touches something or comes too near to it.
+
+    `collisions` are all the places, the deepest first; `name` is that of the scene; `site` and `q` are what a picture of them
+    is drawn from.
+    """
+
+    def __init__(
+        self,
+        place: tuple[Path, str],
+        found: str,
+        allowed: str,
+        *,
+        name: str,
+        site: object,
+        q: object,
+        collisions: tuple[object, ...],
+    ) -> None:
+        super().__init__(*place, found, allowed)
+        self.name, self.site, self.q, self.collisions = name, site, q, collisions
+
+
 class AssemblyError(VgtError):
     """Given lengths do not close a module; `residual` is the greatest gap left in the loop equations, m."""
 
@@ -165,11 +187,14 @@ class DivergenceError(VgtError):
 
 
 class MissingLibraryError(VgtError):
-    """A system library that an optional output needs is not installed."""
+    """A system library, or a display, that an optional output needs is not there.
 
-    def __init__(self, library: str, package: str) -> None:
+    `package` is the command that installs it; where nothing can be installed, `remedy` says what else helps.
+    """
+
+    def __init__(self, library: str, package: str, remedy: str = "") -> None:
         self.needed, self.package = library, package
-        super().__init__(f"{library} is missing; install it with: {package}")
+        super().__init__(f"{library} is missing; {remedy or f'install it with: {package}'}")
 
 
 class ClusterError(VgtError):

@@ -52,9 +52,8 @@ class Proximity:
 
     @cached_property
     def _mast(self) -> Array:
-        """Ends of the mast's capsule, shape (2, 3), m."""
-        site = self.site
-        return site.chain.mount[:3, 3] + np.outer([site.mast.outer_diameter / 2, site.mast.length], [0, 0, 1])
+        """Heights of the ends of the mast's capsule above the arm's base face, as displacements, shape (2, 3), m."""
+        return np.outer([self.site.mast.outer_diameter / 2, self.site.mast.length], [0, 0, 1])
 
     def around(self, nodes: Array, tool: Array) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste."""
@@ -67,7 +66,7 @@ class Proximity:
 
         Parts are members, then the mast, then the payload.
         """
-        mast = np.broadcast_to(self._mast, (*nodes.shape[:-2], 2, 3))
+        mast = nodes[..., self.site.truss.base, :].mean(axis=-2)[..., None, :] + self._mast
         return nearest_pair(self._pairs, np.concatenate([nodes, mast, tool[..., None, :]], axis=-2))
 
     def name_around(self, part: int) -> str:

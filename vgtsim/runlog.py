@@ -19,7 +19,8 @@ Piece = Mapping[str, NDArray[Any]]  # arrays of a log by name, records along the
 CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene, which a kill loses at most
 BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
-MAY_BE_EMPTY = ("saturation", "pressure", "target")
+FEED = ("feed", "feed_commanded", "feed_force")
+MAY_BE_EMPTY = ("saturation", "pressure", "target", *FEED)
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,9 @@ class RunLog:
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
         target: Where an operator wanted the tool: position, m, and direction, shape (T, 6); empty in other runs.
+        feed, feed_commanded: Height of the mast above its working depth, reached and asked for, shape (T,), m; empty in logs
+            of versions that held it there.
+        feed_force: Force of the hoist on the mast, upward, shape (T,), N; empty as the feed.
     """
 
     time: Annotated[Array, "f", "T"]
@@ -81,6 +85,9 @@ class RunLog:
     )
     pressure: Annotated[Array, "f", "TJ2"] = field(default_factory=lambda: np.zeros((0, 0, 2)))
     target: Annotated[Array, "f", "T6"] = field(default_factory=lambda: np.zeros((0, 6)))
+    feed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+    feed_commanded: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+    feed_force: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -91,6 +98,11 @@ class RunLog:
     def count(self) -> int:
         """Number of records."""
         return len(self.time)
+
+    @property
+    def height(self) -> Array:
+        """Of the mast above its working depth, shape (T,), m; zero in a log without a feed."""
+        return self.feed if self.feed.size else np.zeros(len(self.time))
 
     def read(self, first: int, stop: int, every: int = 1) -> RunLog:
         """The records from one to before another, or every so many of them, with all contacts."""

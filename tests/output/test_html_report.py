@@ -1,11 +1,15 @@
 """The report for people: whole, alone, and the same every time."""
 
+import base64
 import dataclasses
+import io
 import re
 from html.parser import HTMLParser
 
+import imageio_ffmpeg
 import numpy as np
 import pytest
+from PIL import Image
 
 from vgtsim.output.html_report import write_report_html
 from vgtsim.output.quantities import format_quantity
@@ -16,6 +20,7 @@ pytestmark = pytest.mark.long
 GREATEST_SIZE = 3e6  # bytes; a mail server takes it
 PLOTS = 10
 VOID = {"meta", "wbr"}
+LOSSY = 12  # levels of 256 by which film and JPEG may change a grey
 
 
 class Outline(HTMLParser):
@@ -61,6 +66,22 @@ def test_nothing_is_fetched(page, outline):
     assert all(link.startswith(("#", "data:")) for link in outline.links)
 
 
+def test_results_beside_the_page_are_linked_and_the_film_is_shown(site, log, report, tmp_path):
+    (tmp_path / "report.json").write_text("{}")
+    film = imageio_ffmpeg.write_frames(tmp_path / "video.mp4", (64, 64), macro_block_size=1)
+    film.send(None)
+    film.send(np.full((64, 64, 3), 90, np.uint8))
+    film.close()
+    write_report_html(site, log, report, tmp_path / "report.html")
+    parser = Outline()
+    parser.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert {"report.json", "video.mp4"} == {link for link in parser.links if not link.startswith(("#", "data:"))}
+    (poster,) = re.findall(r'poster="data:image/jpeg;base64,([^"]*)"', (tmp_path / "report.html").read_text())
+    still = np.asarray(Image.open(io.BytesIO(base64.b64decode(poster))))
+    assert still.shape == (64, 64, 3)
+    assert np.abs(still.astype(int) - 90).max() < LOSSY
+
+
 def test_markup_is_whole(outline):
     assert outline.open == []
     assert len(outline.ids) == len(set(outline.ids))
@@ -71,10 +92,10 @@ def test_markup_is_whole(outline):
 def test_verdict_comes_first_and_every_check_is_named(page, outline, report):
     text = " ".join(outline.text)
     body = page[page.index("<body>") :]
-    assert body.index("PASSED") < body.index("<table")
-    assert all(name in text for name in CHECK_NAMES)
+    assert body.index("PASSED") < body.index("<svg") < body.index("<table")
+    assert all(name.replace("_", " ") in text for name in CHECK_NAMES)
     for check in report.checks:
-        assert format_quantity(check.measured, check.unit) in text
+        assert f"≤ {format_quantity(check.limit, check.unit)}" in text or check.sense == "at least"
 
 
 def test_user_text_is_escaped(page, site):
@@ -101,8 +122,10 @@ def test_failed_and_missing_checks_stand_out(site, log, report, tmp_path):
     assert "FAILED" in text
     assert "PASSED" not in text
     assert "a loose pin" in text
-    assert len(re.findall(r'<tr class="fail">', text)) == 2
-    assert re.search(r'clearance</th>\s*<td colspan="7">not made', text)
+    assert len(re.findall(r'<tr class="fail">', text)) == 1
+    assert re.search(r"clearance</strong>.{0,60}not made", text)
+    opened = re.findall(r'<details class="fail" open>\s*<summary><span class="mark">✗</span><strong>([^<]*)', text)
+    assert opened == [worse.name.replace("_", " "), "clearance"]
 
 
 def test_plots_without_figures_say_so(site, log, report, tmp_path):

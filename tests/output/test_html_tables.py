@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
+import pytest
 from scipy.optimize import brentq
 
-from vgtsim.output.html_tables import describe_waste, member_rows, reaction_rows
+from vgtsim.output.html_tables import describe_waste, group_checks, list_members, list_reactions
 
 
 def test_peaks_of_the_reactions_are_in_the_table(site, log):
-    rows = reaction_rows(site, log)
-    assert f"{log.mast_reaction[:, 2].max() / 1e3:.2f} kN at" in rows
-    assert rows.count("<tr>") == 2
+    rows = list_reactions(site, log)
+    assert rows[0][1].startswith(f"{log.mast_reaction[:, 2].max() / 1e3:.2f} kN at")
+    assert len(rows) == 2
 
 
 def test_most_used_member_comes_first(site, log, report):
     used = report.series["utilisation"]
     first = site.truss.members[int(np.unravel_index(np.nanargmax(used), used.shape)[1])].name
-    rows = member_rows(site, log, report)
-    assert rows.index(first) < 60
-    assert f"{1 / np.nanmax(used) - 1:.2f}" in rows
+    rows = list_members(site, log, report)
+    assert rows[0][0] == first
+    assert f"{1 / np.nanmax(used) - 1:.2f}" in rows[0]
+
+
+def test_a_figure_far_below_its_limit_is_said_to_be_so(report):
+    small = dataclasses.replace(report.checks[0], measured=3.97e-15, limit=1e-6, unit="m", sense="at most")
+    just = dataclasses.replace(small, measured=2e-9)
+    groups = group_checks(dataclasses.replace(report, checks=(small, just)))
+    assert [row.measured for row in groups[0].rows] == ["< 1 nm", "2 nm"]
+    assert [row.share for row in groups[0].rows] == [pytest.approx(3.97e-7), pytest.approx(0.2)]
+    assert not any(group.rows or group.passed for group in groups[1:])
 
 
 def test_waste_in_the_dish_is_a_spherical_cap(scene):

@@ -13,8 +13,10 @@ import pytest
 
 from vgtsim.description.judging import Cut, Video
 from vgtsim.errors import DescriptionError, MissingLibraryError
+from vgtsim.output import stage as stage_module
 from vgtsim.output import video
 from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
+from vgtsim.output.quantities import format_quantity
 from vgtsim.output.stage import Stage, compile_view
 from vgtsim.output.video import draw_frames, render_video
 from vgtsim.output.write import film, write_outputs
@@ -80,7 +82,7 @@ def test_goal_markers_are_seen_where_they_project(small, log):
         picture, places = stage.draw("cutaway", log.nodes[0], log.axial(small.truss.ends)[0]).result()
     frame = picture.astype(int)
     green = (frame[..., 1] > frame[..., 0] + 30) & (frame[..., 1] > frame[..., 2] + 30)
-    for column, row in np.round(places).astype(int):
+    for column, row in np.round(places[: len(small.task.motion.goals)]).astype(int):
         assert green[row - RADIUS : row + RADIUS, column - RADIUS : column + RADIUS].any()
 
 
@@ -140,7 +142,13 @@ def test_a_camera_that_does_not_exist_is_named_with_the_nearest(small, log, repo
 @pytest.mark.parametrize(("width", "height"), [(1280, 720), (640, 360), (320, 180), (1920, 1080)])
 def test_texts_and_scale_stay_inside_the_picture_and_apart(width, height):
     overlay = make_overlay(width, height, "title", 4.2e5)
-    longest = ("120.00 s", "a_long_goal_name (settled)", "12.3 mm", "+417.0 kN", "m10/cross_longeron/3")
+    longest = (
+        "120.00 s (2.5 times)",
+        "a_long_goal_name (settled)",
+        "12.3 mm to goal",
+        "+417.0 kN",
+        "m10/cross_longeron/3",
+    )
     black = np.zeros((height, width, 3), np.uint8)
     for column, row in overlay.values:
         assert column < width
@@ -151,6 +159,42 @@ def test_texts_and_scale_stay_inside_the_picture_and_apart(width, height):
     assert changed.any()
     assert plain[:, -5 * overlay.unit :].any()
     assert not changed[:, -8 * overlay.unit :].any()  # no value runs into the scale bar
+
+
+def test_texts_tell_the_way_to_the_goal_the_error_there_and_the_speed(small, log, report):
+    settled, moving = int(np.flatnonzero(log.settled)[0]), int(np.flatnonzero(~log.settled & (log.goal >= 0))[0])
+    axial = log.axial(small.truss.ends)
+    tiny = dataclasses.replace(report, series=dict(report.series) | {"tool_position_error": np.full(log.count, 1e-11)})
+    texts = [
+        video._values(small, log, told, video._Instant(float(log.time[k]), k, "cutaway", log.nodes[k], axial[k]))
+        for told, k in ((report, moving), (report, settled), (tiny, settled))
+    ]
+    assert all(time.endswith(f" s ({SPEED:g} times)") for time, *_ in texts)
+    limit = small.task.limits.tracking_position
+    shown = f"{format_quantity(float(report.series['tool_position_error'][moving]), 'm')} to goal"
+    assert [text[2].split()[-1] for text in texts] == ["goal", "off", "off"]
+    assert texts[0][2] == shown
+    assert texts[2][2] == f"{format_quantity(1e-3 * limit, 'm')} off"
+
+
+@pytest.mark.long
+@pytest.mark.render
+@pytest.mark.usefixtures("egl")
+def test_the_near_wall_is_a_ghost_from_outside_and_solid_from_inside(small, log):
+    axial = log.axial(small.truss.ends)[0]
+    with closing(Stage(small, compile_view(small), (WIDTH, HEIGHT), 1.0)) as stage:
+        seen = {}
+        for opacity in (stage_module._GHOST[3], 0.0):
+            stage._grounds.clear()
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr(stage_module, "_GHOST", (*stage_module._GHOST[:3], opacity))
+                for camera in ("cutaway", "tool"):
+                    picture, _ = stage.draw(camera, log.nodes[0], axial).result()
+                    seen[camera, opacity > 0] = picture.astype(int)
+    changed = {camera: np.abs(seen[camera, True] - seen[camera, False]).max(axis=-1) for camera in ("cutaway", "tool")}
+    assert (changed["cutaway"] > 2).mean() > 0.2  # of the picture is behind the near wall
+    assert changed["cutaway"].max() < 90  # and is seen through it
+    assert not changed["tool"].any()
 
 
 def test_marks_outside_the_picture_are_left_out():

@@ -3,13 +3,14 @@
 import dataclasses
 import json
 import math
+import sys
 
 import numpy as np
 import pytest
 
 from vgtsim.errors import DescriptionError
 from vgtsim.logbook import open_log
-from vgtsim.output.write import prepare_folder, write_outputs, write_report_json
+from vgtsim.output.write import prepare_folder, write_outputs, write_pdf, write_report_json
 from vgtsim.replacing import replacing
 from vgtsim.verification.report import CHECK_NAMES
 
@@ -85,3 +86,16 @@ def test_a_failed_write_leaves_the_old_file_alone(report, tmp_path):
     with pytest.raises(ValueError):
         write_report_json(impossible, path)
     assert [(file.name, file.read_text(encoding="utf-8")) for file in tmp_path.iterdir()] == [("report.json", "old")]
+
+
+def test_the_report_as_pdf(site, log, report, tmp_path):
+    pytest.importorskip("weasyprint", reason="vgtsim[pdf] is not installed")
+    assert write_pdf(site, log, report, tmp_path) is None
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF-")
+
+
+def test_without_weasyprint_the_pdf_names_what_is_missing(site, log, report, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "weasyprint", None)
+    missing = write_pdf(site, log, report, tmp_path)
+    assert "pip install vgtsim[pdf]" in str(missing)
+    assert not list(tmp_path.iterdir())

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from vgtsim.description import load_manipulator
 from vgtsim.description.catalogue import INCH, load_catalogue
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
@@ -53,6 +54,21 @@ def test_postures_reach_out_all_round_inside_the_strokes(hanging_arm):
     around = np.sort(np.arctan2(far[:, 1], far[:, 0]))
     assert np.diff(around).max() < np.radians(16)
     assert np.array_equal(nodes, sample_postures(hanging_arm))
+
+
+@pytest.mark.parametrize("name", ["mixed", "tetra4", "octahedron_general"])
+def test_postures_of_arms_of_every_kind_are_inside_the_strokes(name):
+    """By the nodes alone: actuators in their strokes, and every static longeron and tube as long as in the straight arm."""
+    chain = Chain(load_manipulator(name), np.eye(4))
+    nodes, truss = sample_postures(chain), chain.truss
+    length, straight = truss.lengths(nodes), truss.lengths(chain.nodes(chain.straight))
+    low, high = chain.stroke
+    moving = length[:, truss.actuated]
+    assert len(nodes) >= 1500
+    assert np.all((moving >= low - 1e-9) & (moving <= high + 1e-9))
+    assert np.all(np.ptp(moving, axis=0) > 0.9 * (high - low))
+    rigid = np.setdiff1d(np.arange(len(truss.members)), truss.actuated)
+    assert length[:, rigid] == pytest.approx(np.broadcast_to(straight[rigid], (len(nodes), len(rigid))), abs=1e-8)
 
 
 def test_sizes_that_pass_the_riser_leave_its_spare_and_the_next_larger_does_not(hanging_arm, type_ii):

@@ -133,7 +133,7 @@ def test_the_departure_of_a_spinning_bar_is_that_of_a_finite_turn(site):
     data.qvel[ball : ball + 3] = w
     mujoco.mj_step1(model, data)
     correction._speeds = np.array(data.qvel)
-    found = correction._find_departures(plant.state.lengths)[correction._closures[:, None] + np.arange(3)]
+    found = correction._find_departures(plant.state.lengths, 0.0)[correction._closures[:, None] + np.arange(3)]
     R, length = data.site(names.near(member.name)).xmat.reshape(3, 3), model.site(names.far(member.name)).pos[2]
     angle = np.linalg.norm(w) * STEP
     K = np.cross(w / np.linalg.norm(w), np.eye(3)).T
@@ -170,9 +170,9 @@ def test_turns_are_foreseen_where_accelerations_jump(sites, name, left, monkeypa
     site, seen = sites[name], []
     correct = Foresight.correct
 
-    def note(self, data, lengths, speeds):
+    def note(self, data, lengths, feed, speeds):
         guess = np.array(speeds)
-        correct(self, data, lengths, speeds)
+        correct(self, data, lengths, feed, speeds)
         seen.append((guess, np.array(speeds)))
 
     monkeypatch.setattr(Foresight, "correct", note)

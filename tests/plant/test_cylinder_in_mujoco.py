@@ -48,18 +48,17 @@ def lift(command, seconds, timestep, gravity=G, leakage=0.0, lock_band=0.0):
         joints=np.array([0]),
         position=model.jnt_qposadr,
         slide=model.jnt_dofadr,
-        retracted=one(0.8),
         excess=BETA - timestep,
         period=1.0,
     )
-    data.qpos[0] = START - 0.8
+    data.qpos[0] = START
     oil = fill(parts, one(START), one(MASS * gravity))
     drive = HydraulicDrive(data, springs, hydraulics, oil, find_state(parts, oil, one(START)))
     lengths = []
     for count in range(round(seconds / timestep)):
         drive.command(one(command((count + 1) * timestep)))
         mujoco.mj_step(model, data)
-        lengths.append(0.8 + data.qpos[0])
+        lengths.append(data.qpos[0])
     return (np.arange(len(lengths)) + 1) * timestep, np.array(lengths), drive.pressure[0]
 
 

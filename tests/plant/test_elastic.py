@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 from finite_elements import settle_with_pynite
+from offset_arms import with_offset
 from playing import bend, change, play
 
 from vgtsim.errors import DescriptionError
@@ -74,6 +75,38 @@ def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
     frame = settle_with_pynite(chain.truss, nodes, model.stiffness_at(nodes), weight, tool, pull)
     sag = log.nodes[-1] - nodes
     assert np.abs(frame[:-1] - nodes - sag).max() < SAG * np.abs(sag).max()
+
+
+@pytest.fixture(scope="module")
+def offset(scene):
+    """The same with joint blocks in the middle of every module."""
+    return dataclasses.replace(scene, manipulator=with_offset(scene.manipulator))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("pose", ["bent"])
+def test_arm_with_joint_blocks_sags_as_the_stiffness_solve_says(offset, pose):
+    q, chain = bend(offset, *POSES[pose]), Site(offset).chain
+    log = play(offset, q, q, 0.1, out_of_the_tank)
+    assert log.settled.any()
+    nodes = settle(elastic_of(offset), chain.nodes(q))
+    assert np.abs(log.nodes[-1] - nodes).max() < SETTLED
+    assert np.abs(nodes - chain.nodes(q)).max() > 0.02
+    assert shape.check_closure(Evidence(Site(offset), log)).value < CLOSURE
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("mode", [1, 4])
+def test_arm_with_joint_blocks_rings_at_its_natural_frequencies(offset, mode):
+    still = change(offset, damping_ratio=0.0)
+    q, model = bend(still, *POSES["horizontal"]), elastic_of(still)
+    rest = settle(model, Site(still).chain.nodes(q))
+    modes = find_modes(model, rest, 6)
+    push = modes.nodes[mode] * (2e-3 / np.abs(modes.nodes[mode]).max())
+    along = np.einsum("tnk,nk->t", ring(still, q, rest + push, 4.5 / modes.frequency[mode]) - rest, push)
+    times = crossings(along, still.task.simulation.timestep)
+    assert len(times) >= 3
+    assert (len(times) - 1) / (times[-1] - times[0]) == pytest.approx(modes.frequency[mode], rel=FREQUENCY)
 
 
 @pytest.mark.long

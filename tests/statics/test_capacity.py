@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
+from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning.capacity import unload
 from vgtsim.statics import make_load_model, make_sections, rate, solve_members, utilise
 from vgtsim.statics.capacity import draw_shapes, find_allowance, find_gain, map_capacity
@@ -28,7 +30,7 @@ def greatest_use(chain, nodes, mass):
     ends = chain.truss.ends
     length = np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1)
     use = utilise(rate(make_sections(chain.manipulator, chain.truss), length, OMEGA), forces)
-    every = np.stack([use.tension, use.compression, use.rod, use.pressure, use.pin])
+    every = np.stack([use.tension, use.compression, use.rod, use.pressure, use.pin, use.bent])
     return every.max(), np.unravel_index(np.argmax(every), every.shape)
 
 
@@ -76,6 +78,21 @@ def test_posture_of_a_cell_is_in_it_and_carries_what_the_map_says(hanging_arm):
     bent = np.array(found.q)
     bent[:, ::3], bent[:, 1::3] = (np.sin(found.bends / 2) * f(found.azimuths) for f in (np.cos, np.sin))
     assert bent == pytest.approx(found.q, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["mixed", "tetra4", "stewart", "octahedron_general"])
+def test_postures_of_every_kind_carry_what_their_map_says(name):
+    """And no more: with a little more a member is used beyond its strength. Bends are angles between faces of members."""
+    chain = Chain(load_manipulator(name), hanging_mount(9.0))
+    found = map_capacity(chain, draw_shapes(chain, 200), cell=0.5)
+    nodes = chain.nodes(found.q)
+    assert len(found.q) >= 1
+    for pose, mass in zip(nodes, found.payload, strict=True):
+        assert greatest_use(chain, pose, mass)[0] == pytest.approx(1.0, rel=BOUNDARY)
+        assert greatest_use(chain, pose, 1.001 * mass)[0] > 1.0
+    first = chain.layout.modules[0]
+    faces = chain.frames(found.q)[0][..., 2][:, [first, first + 1]]
+    assert np.cos(found.bends[:, 0]) == pytest.approx(np.sum(faces[:, 0] * faces[:, 1], axis=1), abs=1e-12)
 
 
 @pytest.mark.long

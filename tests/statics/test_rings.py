@@ -12,12 +12,18 @@ from Pynite import FEModel3D
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
-from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.statics import NodeMotion, diagnose, make_load_model, motion_from_log, solve_members
-from vgtsim.statics.capacity import find_allowance
+from vgtsim.statics.blocks import find_heights, seat_blocks
+from vgtsim.statics.capacity import GOVERNING, find_allowance
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import block_loads, hub_loads, member_loads
+from vgtsim.statics.modes import geometric_stiffness
+from vgtsim.statics.rating import make_sections
+from vgtsim.statics.settling import _residual, settle
+from vgtsim.statics.stiffness import band_matrix, deflect, scatter
+from vgtsim.statics.stiffness_matrix import unfold
+from vgtsim.statics.utilisation import find_use
 
 MODELS = Path(__file__).parents[2] / "models"
 ROUNDING = 1e-9  # of the largest force or moment: systems of condition 1e3 in double precision
@@ -321,10 +327,80 @@ def test_drive_forces_of_an_offset_arm_do_the_work_of_weight_and_inertia(double,
     assert np.abs(moment - np.cross(points, loads).sum(axis=0)).max() < DIFFERENCES * model.mass * GRAVITY
 
 
-def test_what_leaves_bending_out_refuses_an_offset(double, payload):
-    with pytest.raises(
-        DescriptionError, match=r"modules.0.joint_offset: found 0.127 m on m1; allowed: 0 where members"
-    ):
-        make_elastic_model(double, payload, GRAVITY)
-    with pytest.raises(DescriptionError, match="payload"):
-        find_allowance(double, double.nodes(double.straight), GRAVITY, 1.67, 0.1)
+def test_elastic_arm_with_joint_blocks_has_the_forces_of_statics_and_keeps_its_energy(single, double, payload):
+    """Two routes to the actuators' forces: displacements, and equilibrium alone; and half the loads' work is stored."""
+    for chain in (single, double):
+        nodes, model = chain.nodes(poses(chain)), make_elastic_model(chain, payload, GRAVITY)
+        found = deflect(model, nodes)
+        joints = solve_members(model.loads, nodes).bar
+        assert np.abs(found.bar - joints).max() < ROUNDING * np.abs(joints).max()
+        work = np.sum(all_weights(model.loads, nodes) * found.nodes, axis=(1, 2)) / 2
+        assert work == pytest.approx(np.sum(found.bar**2 / model.stiffness_at(nodes), axis=1) / 2, rel=ROUNDING)
+
+
+def all_weights(model, nodes):
+    """Weights at all nodes of a batch."""
+    return np.stack([all_loads(model, row) for row in nodes])
+
+
+def test_blocks_of_a_settled_arm_stand_square_to_their_actuators(double, payload):
+    nodes = double.nodes(poses(double))
+    settled = settle(make_elastic_model(double, payload, GRAVITY), nodes)
+    assert np.abs(settled - nodes).max() > 1e-3
+    for row in settled:
+        for ring in row[double.truss.rings]:
+            axis = (ring[:, 2] - ring[:, 0]) / OFFSET
+            assert np.linalg.norm(axis, axis=1) == pytest.approx(1.0, abs=1e-9)
+            assert (ring[:, 0] + ring[:, 2]) / 2 == pytest.approx(ring[:, 1], abs=1e-9)
+            for k in range(3):
+                assert axis[[k, (k + 1) % 3]] @ (ring[(k + 1) % 3, 1] - ring[k, 1]) == pytest.approx(0, abs=1e-9)
+
+
+def test_stiffness_of_a_preloaded_arm_is_the_change_of_its_residual(double, payload):
+    """Elastic and geometric stiffness together: the forces that a small move of the unknowns calls for, by differences."""
+    model, truss = make_elastic_model(double, payload, GRAVITY), double.truss
+    unloaded = double.nodes(poses(double)[0])
+    rest, spring = truss.lengths(unloaded), model.stiffness_at(unloaded)
+    nodes = settle(model, unloaded)
+    whole = unfold(band_matrix(model, nodes[None], spring[None]).upper[0]) + geometric_stiffness(model, unloaded)
+    heights, rng = find_heights(truss, nodes), np.random.default_rng(9)
+    move = np.zeros(len(whole))
+    move[:-6] = rng.uniform(-1, 1, len(move) - 6)  # hubs and blocks; turns of the plate are not additive
+
+    def residual(step):
+        there = nodes + scatter(truss, nodes[None], step * move[None])[0]
+        seat_blocks(truss, there, heights)
+        bar = spring * (truss.lengths(there) - rest)
+        return _residual(model, there[None], bar[None], None)[0]
+
+    found = -(residual(1e-5) - residual(-1e-5)) / 2e-5
+    assert np.abs(found - whole @ move)[:-6].max() < 2e-5 * np.abs(found).max()
+
+
+def test_allowable_payload_of_a_bent_actuator_is_found_by_scanning(double):
+    """The greatest payload up to which no member is used beyond its strength, bending included, against payloads in steps."""
+    arm = double.manipulator
+    weak = {name: part.model_copy(update={"rod": part.rod / 2}) for name, part in arm.cylinders.items()}
+    chain = Chain(arm.model_copy(update={"cylinders": weak}), double.mount)
+    nodes = chain.nodes(poses(chain, 2))
+    found = find_allowance(chain, nodes, GRAVITY, 1.67, 0.15)
+    sections = make_sections(chain.manipulator, chain.truss)
+    assert {GOVERNING[i] for i in found.limit} >= {"axial force with bending"}
+    for pose, most, member, limit in zip(nodes, found.payload, found.member, found.limit, strict=True):
+        steps = np.linspace(0.0, 2 * most, 30)
+        used = [
+            find_use(make_load_model(chain, Payload(mass=m, radius=0.15), GRAVITY), sections, pose, 1.67)
+            for m in (*steps, most)
+        ]
+        worst = np.array([use.worst.max() for use in used])
+        assert np.all((worst[:-1] <= 1.0) == (steps <= most))
+        assert worst[-1] == pytest.approx(1.0, abs=1e-7)
+        by_limit = [
+            used[-1].tension,
+            used[-1].compression,
+            used[-1].rod,
+            used[-1].pressure,
+            used[-1].pin,
+            used[-1].bent,
+        ]
+        assert by_limit[limit][member] == pytest.approx(1.0, abs=1e-7)

@@ -15,6 +15,7 @@ import numpy as np
 
 from vgtsim.mjcf import names
 from vgtsim.plant import Plant
+from vgtsim.runlog import FEED as FEED_ARRAYS
 from vgtsim.runlog import RunLog
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
@@ -197,6 +198,8 @@ INSTANT, COUNT, STAGES = (
     "records missing or too many",
     "stages of the tour missing or out of place",
 )
+FEED, FEED_PLAN = "feed to its command", "commanded feed to the plan"
+HOIST, HOIST_AT_REST = "hoist force error over the force", "hoist force error at rest over the force"
 SPEED, LOGGED = "speed over rated speed", "logged speed to differenced lengths"
 
 MODEL_FAULTS = (
@@ -237,6 +240,14 @@ MODEL_FAULTS = (
     Fault("still air", option(density=1.2, viscosity=1.8e-5), MOMENT),
     Fault("the tool's point 20 µm aside", move_site(names.TOOL, 2e-5), "logged tool to its nodes"),
     Fault("zero of a cylinder's length sensor off by 20 µm", move_zero(CYLINDER, 2e-5), NODES),
+    Fault("the mast heavier by 1 %", body(names.MAST, "mass", 1.01), HOIST_AT_REST),
+    Fault("friction of 100 N on the feed", joint(names.FEED, "dof_frictionloss", 100.0), HOIST),
+    Fault(
+        "friction of 1 N on the feed",
+        joint(names.FEED, "dof_frictionloss", 1.0),
+        reason="a tenth of the limit in motion",
+    ),
+    Fault("the feed's drive loose", soften(names.drive(names.FEED)), reason="as with the drive of a cylinder"),
     Fault("contacts off", switch_contacts_off, reason="nothing touches; `clearance` finds what would, from the nodes"),
 )
 RUN_FAULTS = (
@@ -278,6 +289,17 @@ LOG_FAULTS = (
     Fault("logged speeds ten times too high", field("rates", lambda x, _: 10 * x), LOGGED),
     Fault("logged speeds zero", field("rates", lambda x, _: 0 * x), LOGGED),
     Fault("length sensor scaled by 1.0001", field("actual", lambda x, _: 1.0001 * x), NODES),
+    Fault("feed sensor scaled by 1.0001", field("feed", lambda h, _: 1.0001 * h), NODES),
+    Fault("the feed 40 ms late", field("feed", lambda h, _: late(h)), NODES),
+    Fault("commands of the feed 40 ms early", field("feed_commanded", lambda h, _: np.roll(h, -1)), FEED),
+    Fault("commands of the feed off by 20 µm", field("feed_commanded", lambda h, _: h + 2e-5), FEED_PLAN),
+    Fault("hoist force wrong by 0.9 %", field("feed_force", lambda f, _: 1.009 * f), HOIST),
+    Fault(
+        "hoist force at rest wrong by 1e-5",
+        field("feed_force", lambda f, log: np.where(log.settled, 1 + 1e-5, 1) * f),
+        HOIST_AT_REST,
+    ),
+    Fault("no feed in the log", lambda log: replace(log, **{name: np.zeros(0) for name in FEED_ARRAYS}), FEED),
     Fault("drive forces wrong by 0.9 %", field("actuator_force", lambda x, _: 1.009 * x), DRIVE),
     Fault(
         "drive forces at rest wrong by 1e-5",

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from faults import LOG_FAULTS, MODEL_FAULTS, PAGE, RUN_FAULTS, STOPS, write_page
-from playing import bend, change, shorten
+from playing import bend, change, hoist, shorten
 
 from vgtsim.errors import DivergenceError
 from vgtsim.mjcf import build_model
@@ -20,6 +20,7 @@ from vgtsim.verification import verify
 pytestmark = pytest.mark.long
 
 HOLD, WAY = 0.4, 2.4  # s
+LIFT = 0.05  # m: up on the way to the first goal, down on the way to the second
 
 
 @pytest.fixture(scope="module")
@@ -30,8 +31,9 @@ def program(site):
     s = np.linspace(0, 1, round(WAY / step) + 1)[:, None]
     s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
     for goal, (first, last) in enumerate(pairwise(stations)):
-        lengths = site.chain.lengths(first + s * (last - first))
-        legs.append(Leg(name=f"goal_{goal}", goal=goal, lengths=lengths, q=last, clearance=1.0, place="nothing"))
+        lengths, feed = site.chain.lengths(first + s * (last - first)), LIFT * (goal + s[:, 0] * (1 - 2 * goal))
+        name = f"goal_{goal}"
+        legs.append(Leg(name=name, goal=goal, lengths=lengths, q=last, clearance=1.0, place="nothing", feed=feed))
     return Tour(stations[0], tuple(legs), step)
 
 
@@ -41,10 +43,11 @@ POSES = (([0.5, 0.3], [0.4, 0.9]), ([0.53, 0.28], [0.43, 0.85]), ([0.5, 0.31], [
 @pytest.fixture(scope="module")
 def site():
     """Two modules of the nine-actuator arm with 1000 lb, asked for the two poses that it is moved to."""
-    scene = change(shorten(load_site("arm9_nullspace").scene, 2), log_rate=25.0)
+    scene = hoist(change(shorten(load_site("arm9_nullspace").scene, 2), log_rate=25.0))
     chain, motion, goals = Site(scene).chain, scene.task.motion, []
     for index, pose in enumerate(POSES[1:]):
         position, direction = chain.tool(bend(scene, *pose))
+        position = position + [0.0, 0.0, LIFT * (1 - index)]
         new = {"name": f"goal_{index}", "position": tuple(position), "direction": tuple(direction)}
         goals.append(motion.goals[0].model_copy(update=new))
     motion = motion.model_copy(

@@ -11,6 +11,8 @@ from playing import bend, change, play, shorten
 from vgtsim.mjcf import build_spec, names
 from vgtsim.site import Site
 from vgtsim.verification import find_riser_reaction
+from vgtsim.verification.evidence import Evidence
+from vgtsim.verification.hoist import check_guide, find_guide_forces
 
 pytestmark = pytest.mark.long
 
@@ -60,3 +62,26 @@ def test_riser_carries_the_mast_too_and_more_moment_by_its_height(reach_scene, l
     assert riser[:, 3] == pytest.approx(pivot[:, 3] + depth * pivot[:, 1])
     assert riser[:, 4] == pytest.approx(pivot[:, 4] - depth * pivot[:, 0])
     assert riser[:, 5] == pytest.approx(pivot[:, 5])
+
+
+def test_rollers_of_a_guide_hold_the_mast_against_what_the_arm_does_to_it(reach_scene, log):
+    """Forces and moments of arm and rollers on the mast add up to nothing sideways."""
+    guide = reach_scene.tank.guide.model_copy(update={"force": 1e6})
+    tank = reach_scene.tank.model_copy(update={"guide": guide})
+    site = Site(dataclasses.replace(shorten(reach_scene, 1), tank=tank))
+    rng = np.random.default_rng(4)
+    feed = np.where(np.arange(log.count) < 3, 0.0, 2.5)
+    log = dataclasses.replace(log, mast_reaction=1e4 * rng.standard_normal(log.mast_reaction.shape), feed=feed)
+    run = Evidence(site, log)
+    rollers = find_guide_forces(run)
+    assert np.isnan(rollers[3:]).all()  # its foot stands above the lower ring
+    for record in range(3):
+        force, moment = -log.mast_reaction[record, :3], -log.mast_reaction[record, 3:]
+        for height, roller in zip((guide.lower, guide.upper), rollers[record], strict=True):
+            push = np.append(roller, 0.0)
+            force = force + push
+            moment = moment + np.cross([0, 0, tank.grade + height - site.scene.pivot_height], push)
+        assert np.abs(force[:2]).max() < ROUNDING * 1e5
+        assert np.abs(moment[:2]).max() < ROUNDING * 1e6
+    greatest = np.linalg.norm(rollers[:3], axis=-1).max()
+    assert check_guide.find(run).value == pytest.approx(greatest / 1e6)

@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vgtsim import __version__
-from vgtsim.errors import DivergenceError, MissingLibraryError, VgtError
+from vgtsim.errors import DivergenceError, MissingLibraryError, PostureError, VgtError
 
 if TYPE_CHECKING:  # the checks load SciPy, which `--help` does without
     from vgtsim.verification import Report
@@ -109,7 +109,8 @@ def main() -> None:
     except DivergenceError as error:
         _complain(str(error), Status.DIVERGED)
     except VgtError as error:
-        _complain(str(error), Status.BAD_INPUT)
+        complain(error)
+        sys.exit(Status.BAD_INPUT)
     except OSError as error:  # a full disk, a folder without permission
         place = f"{error.filename}: " if error.filename else ""
         _complain(f"{place}{error.strerror or error}", Status.BAD_INPUT)
@@ -123,6 +124,19 @@ def main() -> None:
         if isinstance(error, ValidationError):  # of an option that becomes part of a description
             _complain(f"{error.title}: {error.errors()[0]['msg'].removeprefix('Value error, ')}", Status.BAD_INPUT)
         _report_defect(error)
+
+
+def _picture(error: VgtError) -> str:
+    """Draw a posture that was refused; the end of the message that says where."""
+    if not isinstance(error, PostureError):
+        return ""
+    from vgtsim.output import prepare_folder
+    from vgtsim.output.figure import save_figure
+    from vgtsim.output.scene_drawing import draw_refusal
+
+    file = prepare_folder(Path("out")) / f"{error.name}_refused.png"
+    save_figure(draw_refusal(error), file, 130)
+    return f"\npicture: {file}"
 
 
 def _show_warning(message: Warning | str, category: type[Warning], filename: str, line: int, *_: object) -> None:
@@ -148,6 +162,13 @@ def plain(message: str) -> str:
     if len(message) > _LONGEST:
         message = f"{message[: _LONGEST // 2]} ... {message[-_LONGEST // 2 :]}"
     return "".join(sign if sign.isprintable() or sign == "\n" else repr(sign)[1:-1] for sign in message)
+
+
+def complain(error: VgtError) -> None:
+    """Print an error with its picture, where it has one."""
+    ERR.print(
+        Text("error: ", style="bold red").append(plain(f"{error}{_picture(error)}"), style="default"), soft_wrap=True
+    )
 
 
 def _complain(message: str, status: Status) -> None:

@@ -1,4 +1,4 @@
-"""Verbs for an arm alone: list, draw, sample, map and size."""
+"""Verbs for an arm alone: list, sample, map and size."""
 
 from __future__ import annotations
 
@@ -39,31 +39,6 @@ def models(
         figures = (str(chain.layout.actuators), str(len(arm.modules)), f"{reach:.1f}", f"{weigh(chain):.0f}")
         table.add_row(arm.name, *figures, arm.title)
     OUT.print(table)
-
-
-@app.command(epilog="Example: vgtsim show mixed --lengths 'm1=36 in,1.0,38 in' --inputs 'h1=60 deg'")
-def show(
-    arm_name: ArmName,
-    out: OutFolder = None,
-    lengths: Annotated[list[str] | None, typer.Option(help="MODULE=l1,l2,...: actuator lengths; repeatable.")] = None,
-    inputs: Annotated[list[str] | None, typer.Option(help="MODULE=x1,...: canonical inputs; repeatable.")] = None,
-) -> None:
-    """Draw an arm, straight and bent or in a given pose, as PNG and SVG line drawing; export it as GLB and STL."""
-    from vgtsim.kinematics.given_pose import read_pose
-    from vgtsim.mjcf import reach_pose
-    from vgtsim.output import prepare_folder
-    from vgtsim.output.arm_drawing import draw_arm, make_solid, write_drawing, write_solid
-    from vgtsim.site import load_arm
-
-    chain = load_arm(arm_name)
-    arm = chain.manipulator
-    given = bool(lengths or inputs)
-    q = read_pose(chain, lengths or (), inputs or ()) if given else reach_pose(chain)
-    stem = prepare_folder(out or Path("out") / arm.name) / arm.name
-    files = write_drawing(draw_arm(chain, {"straight": chain.straight, "given" if given else "bent": q}), stem)
-    list_files(*files, *write_solid(make_solid(chain, chain.nodes(q)), stem))
-    point, axis = (" ".join(f"{value:.6f}" for value in item) for item in chain.tool(q))
-    OUT.print(f"tool at {point} m, direction {axis}; base face at the origin, hanging", soft_wrap=True)
 
 
 @app.command(epilog="Example: vgtsim workspace arm15 --samples 20000")

@@ -20,14 +20,21 @@ def ik(
     description: SceneOrArm,
     position: Annotated[tuple[float, float, float], typer.Option(help="Tool point in the tank's frame, m.")],
     direction: Annotated[tuple[float, float, float], typer.Option(help="Tool direction in the tank's frame.")],
-    method: Annotated[Method, typer.Option(help="How redundancy is resolved.")] = Method.NULLSPACE,
-    objective: Annotated[list[str] | None, typer.Option(help="NAME or NAME:WEIGHT; may be repeated.")] = None,
+    method: Annotated[
+        Method | None, typer.Option(help="How redundancy is resolved [default: as in the scene, or nullspace].")
+    ] = None,
+    objective: Annotated[
+        list[str] | None, typer.Option(help="NAME or NAME:WEIGHT; may be repeated [default: as in the scene].")
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the posture to this .svg or .png file.")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the solution to this file.")] = None,
 ) -> None:
-    """Find a posture for a tool goal; an arm alone hangs with its base face at the origin."""
+    """Find a posture for a tool goal; an arm alone hangs with its base face at the origin.
+
+    The lines that it prints under `motion.start` can be put into a scene, and so can the name of the file that `--json` writes.
+    """
     from vgtsim.output import prepare_file
-    from vgtsim.planning.resolution import answer_as_json, solve_request
+    from vgtsim.planning.resolution import answer_as_json, default_resolution, solve_request
 
     if json_file is not None:
         prepare_file(json_file)
@@ -35,7 +42,9 @@ def ik(
         prepare_file(plot, (".svg", ".png"))
     place = _load(description)
     chain = place.chain
-    answer = solve_request(place, position, direction, method, tuple(objective or ("mid_stroke",)))
+    usual = default_resolution(place)
+    method, terms = method or usual.method, tuple(objective or usual.objective)
+    answer = solve_request(place, position, direction, method, terms)
     table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
     for row in answer.rows:
         wanted = ["" if value is None else f"{value:.6f}" for value in (row.desired, row.reached)]
@@ -43,6 +52,8 @@ def ik(
     OUT.print(table)
     for name, value in answer.facts.items():
         OUT.print(f"{name}: {value}", soft_wrap=True)
+    figures = ", ".join(repr(value) for value in answer.q.tolist())
+    OUT.print(f"\n[motion.start]\ninputs = [{figures}]", soft_wrap=True)
     if json_file is not None:
         json_file.write_text(answer_as_json(answer), encoding="utf-8")
     if plot is not None:

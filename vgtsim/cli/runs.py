@@ -21,7 +21,6 @@ from vgtsim.cli.application import (
     plain,
     show_report,
 )
-from vgtsim.errors import MissingLibraryError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -122,7 +121,7 @@ def build(description: SceneOrArm, out: OutFolder = None) -> None:
         check_strokes(arm)
         name = arm.manipulator.name
         beside = file.parent if file == description else Path("out") / name  # not among the shipped files
-        files = write_arm_files(arm.manipulator, prepare_folder(out or beside) / name)
+        files = write_arm_files(arm.manipulator, prepare_folder(out or beside))
     list_files(*files)
 
 
@@ -132,10 +131,11 @@ def verify(
     plan: Annotated[
         bool, typer.Option("--plan/--no-plan", help="Hold the commands against the plan, made again.")
     ] = True,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Also write report.pdf; needs vgtsim[pdf].")] = False,
 ) -> None:
     """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
     from vgtsim.description import find_original
-    from vgtsim.output import prepare_folder, write_reports
+    from vgtsim.output import prepare_folder, write_pdf, write_reports
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
@@ -150,8 +150,9 @@ def verify(
     with ERR.status("verifying"):
         report = judge(site, log, _prepare(site).plan(log) if plan else None, notes)
     write_reports(site, log, report, prepare_folder(place))
+    missing = write_pdf(site, log, report, place) if pdf else None
     show_report(report, place)
-    finish(report.passed, None)
+    finish(report.passed, missing)
 
 
 @app.command(epilog="Example: vgtsim render out/type_ii_reach --camera tool")
@@ -191,15 +192,14 @@ def view(
     ],
 ) -> None:
     """Open a generated model in MuJoCo's viewer with its scaled weights."""
+    from vgtsim.graphics import require_display
     from vgtsim.mjcf import load_model
 
     model = load_model(model_file)
-    try:
-        import mujoco.viewer
+    require_display()
+    import mujoco.viewer
 
-        mujoco.viewer.launch(model)
-    except (ImportError, RuntimeError) as error:
-        raise MissingLibraryError(f"a display ({error})", "run it on a desktop, or use `vgtsim render`") from None
+    mujoco.viewer.launch(model)
 
 
 def _load(folder: Path) -> tuple[Path, Scene, LogBook]:

@@ -21,10 +21,11 @@ _AT_ONCE = 1e-6  # of a step: a command of that instant counts
 
 @dataclass(frozen=True)
 class RehearsedLeg:
-    """Lengths of the cylinders at every step of a run, shape (S, J), m; its goal is -1, which is none."""
+    """Lengths of the cylinders at every step of a run, shape (S, J), m; its goal is -1, which is none. The mast is held."""
 
     lengths: Array
     goal: int = -1
+    feed: None = None
 
 
 @dataclass(frozen=True)

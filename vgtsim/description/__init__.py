@@ -3,6 +3,7 @@
 from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.changes import Steps, change_entries, locate
+from vgtsim.description.faults import list_faults, tell_file
 from vgtsim.description.files import (
     digest_scene,
     dump_scene,
@@ -37,12 +38,12 @@ from vgtsim.description.operator import (
 )
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
-from vgtsim.description.scene import Bend, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
+from vgtsim.description.scene import Bend, Feed, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
 from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study, Work
-from vgtsim.description.tank import Equipment, Riser, Shell, Tank
+from vgtsim.description.tank import Equipment, Guide, Riser, Shell, Tank
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 
 __all__ = [
@@ -63,8 +64,10 @@ __all__ = [
     "Description",
     "DoubleOctahedral",
     "Equipment",
+    "Feed",
     "GeneralDoubleOctahedral",
     "Goal",
+    "Guide",
     "Limits",
     "LinePiece",
     "LoadCase",
@@ -109,6 +112,7 @@ __all__ = [
     "find_original",
     "is_scene",
     "joint_offset",
+    "list_faults",
     "list_shipped",
     "load_catalogue",
     "load_commands",
@@ -120,6 +124,7 @@ __all__ = [
     "locate",
     "parse_scene",
     "split_objective",
+    "tell_file",
     "write_command",
     "write_sized_arm",
 ]

@@ -72,7 +72,7 @@ class Catalogue(Description):
 
     def material_of(self, field: str) -> Material:
         """Material of the cylinder or tube that a module's field names."""
-        return self.materials[self.cylinder_material if field == "cylinder" else self.tube_material]
+        return self.materials[self.cylinder_material if field.endswith("cylinder") else self.tube_material]
 
 
 def load_catalogue(path: str | Path | None = None) -> Catalogue:
@@ -106,9 +106,11 @@ def write_sized_arm(source: Path, target: Path, arm: Manipulator, catalogue: Cat
         sizes |= _section(part, _CYLINDER[2:], catalogue.cylinder_parts)
         data["cylinders"][name] = {**sizes, **kept, "pressure": psi}
     for table, module in zip(data["modules"], arm.modules, strict=True):
-        for field in table:
-            if field.endswith("_tube") or field == "cylinder":
-                table[field] = _figure(getattr(module, field), reason)
+        for field, name, kind in module.parts():
+            if kind != "blocks":
+                *outer, key = field.split(".")
+                entry = table[outer[0]][int(outer[1])] if outer else table
+                entry[key] = _figure(name, reason)
     header = list(takewhile(lambda line: line.startswith("#") or not line.strip(), text.splitlines()))
     if target.parent.resolve() != source.parent.resolve():  # the path of the schema is relative to the source
         header = [line for line in header if not line.startswith("#:schema")]

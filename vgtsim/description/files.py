@@ -10,15 +10,16 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from vgtsim.description.figures import warn_of_unusual
+from vgtsim.description.kinds import ROOTS, USES, articled, tell_kind
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
 from vgtsim.description.operator import OperatorCommand, load_commands
-from vgtsim.description.scene import Scene, SceneFile
-from vgtsim.description.schema import Description, Provenance
+from vgtsim.description.scene import BENDS, POSTURE, WORD, Scene, SceneFile
+from vgtsim.description.schema import UNKNOWN_KEY, Description, Provenance
 from vgtsim.description.shipped import Kind, find_file
 from vgtsim.description.study import AXES, VERBS, Study, StudyFile
 from vgtsim.description.tank import Tank
-from vgtsim.description.toml_file import read_toml
+from vgtsim.description.toml_file import read_text, read_toml
 from vgtsim.description.tool_path import SHAPES, ToolPath
 from vgtsim.digests import digest
 from vgtsim.errors import DescriptionError
@@ -27,7 +28,7 @@ from vgtsim.units import to_base
 _Model = TypeVar("_Model", bound=Description)
 
 _BASES = 16  # files that a scene may stand on, one over the other
-_CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES}  # a union adds the choice to the path of an error
+_CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES, BENDS, POSTURE, WORD}  # a union adds the choice to the path of an error
 _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
@@ -56,7 +57,7 @@ def load_scene(scene: str | Path) -> Scene:
         DescriptionError: One of the files is missing, is not TOML, or is inconsistent.
     """
     file = find_file(scene, "scene")
-    task = _validate(file, SceneFile, _read_scene(file))
+    task = _validate(file, SceneFile, read_scene(file))
     manipulator = load_description(find_file(task.manipulator, "arm", beside=file.parent), Manipulator)
     tank = load_description(find_file(task.tank, "tank", beside=file.parent), Tank)
     record = task.operator and task.operator.record
@@ -119,9 +120,10 @@ def is_scene(path: str | Path) -> bool:
     return not {"manipulator", "base"}.isdisjoint(read_toml(Path(path)))
 
 
-def _read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
+def read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
     """Read the tables of a scene over those of its base; `above` are the files that led here."""
     data = read_toml(file)
+    _read_start(file, data)
     base = data.pop("base", None)
     if base is None:
         return data
@@ -133,12 +135,26 @@ def _read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
         raise DescriptionError(file, "base", base, "a scene that does not lead back here")
     if len(above) > _BASES:
         raise DescriptionError(file, "base", f"scenes over scenes, {len(above)} of them", f"at most {_BASES}")
-    under = _read_scene(path, above)
+    under = read_scene(path, above)
     kinds: dict[str, Kind] = {"manipulator": "arm", "tank": "tank"}
     for name, kind in kinds.items():
         if isinstance(under.get(name), str):
             under[name] = os.path.relpath(find_file(under[name], kind, beside=path.parent), file.parent)
     return _overlay(under, data)
+
+
+def _read_start(file: Path, data: dict[str, Any]) -> None:
+    """Put the inputs that `vgtsim ik --json` left in a file in the place of the file's name."""
+    motion = data.get("motion")
+    if not isinstance(motion, dict):
+        return
+    start = motion.get("start")
+    saved = file.parent / start if isinstance(start, str) and start != "stowed" else None
+    if saved is not None and os.path.isfile(saved):
+        try:
+            motion["start"] = {"inputs": json.loads(read_text(saved))["q"]}
+        except (ValueError, KeyError, TypeError):
+            raise DescriptionError(saved, "", "no inputs `q`", "a file that `vgtsim ik --json` left") from None
 
 
 def _overlay(under: Any, over: Any) -> Any:
@@ -158,22 +174,39 @@ def load_description(file: Path, kind: type[_Model]) -> _Model:
 
 
 def _validate(file: Path, kind: type[_Model], data: dict[str, Any]) -> _Model:
+    plain = take_provenance(data, kind, file)
+    try:
+        model = kind.model_validate(plain)
+    except ValidationError as error:
+        refuse_other_kind(file, data, kind)
+        raise translate(error, file) from None
+    for key, label in plain.get("provenance", {}).items():
+        if label.range is not None:
+            _require_range(file, key, _find(plain, key), label.range)
+    warn_of_unusual(file, model)
+    return model
+
+
+def take_provenance(data: dict[str, Any], kind: type[Description], file: Path) -> dict[str, Any]:
+    """Tables of plain values, with the labels by key path where the kind of file has them.
+
+    Raises:
+        DescriptionError: A label is wrong.
+    """
     plain, provenance = _split_provenance(data, "", file)
     if "provenance" in plain:
         raise DescriptionError(
             file, "provenance", _short(plain["provenance"]), "labels beside the figures, no such key"
         )
-    if "provenance" in kind.model_fields:
-        plain["provenance"] = provenance
-    try:
-        model = kind.model_validate(plain)
-    except ValidationError as error:
-        raise translate(error, file) from None
-    for key, label in provenance.items():
-        if label.range is not None:
-            _require_range(file, key, _find(plain, key), label.range)
-    warn_of_unusual(file, model)
-    return model
+    return plain | ({"provenance": provenance} if "provenance" in kind.model_fields else {})
+
+
+def refuse_other_kind(file: Path, data: dict[str, Any], wanted: type[Description]) -> None:
+    """Raise an error with the right verb where a file is plainly of another kind than wanted."""
+    kind = tell_kind(data)
+    if kind is not None and ROOTS[kind] is not wanted:
+        asked = next((name for name, root in ROOTS.items() if root is wanted), "catalogue")
+        raise DescriptionError(file, "", articled(kind), f"{articled(asked)}; {USES[kind]}")
 
 
 def _find(plain: Any, key: str) -> Any:
@@ -222,14 +255,25 @@ def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, P
 
 def translate(error: ValidationError, file: Path | None, prefix: str = "") -> DescriptionError:
     """Turn the first of pydantic's complaints into ours, counting the others."""
-    first, *others = error.errors(include_url=False)
-    path = [str(part) for part in first["loc"] if part not in _CHOICES]
-    allowed = first["msg"].removeprefix("Value error, ")
+    first, *others = translate_all(error, file, prefix)
     if others:
-        allowed += f" [and {len(others)} more: {', '.join('.'.join(map(str, o['loc'])) for o in others[:4])}]"
-    whole = first["type"] == "value_error" and isinstance(first["input"], dict)  # says itself what it found
-    found = "nothing" if first["type"] == "missing" else "" if whole else _short(first["input"])
-    return DescriptionError(file, ".".join([prefix, *path] if prefix else path), found, allowed)
+        more = f" [and {len(others)} more: {', '.join(other.key for other in others[:4])}]"
+        return DescriptionError(file, first.key, first.found, first.allowed + more)
+    return first
+
+
+def translate_all(error: ValidationError, file: Path | None, prefix: str = "") -> list[DescriptionError]:
+    """Turn each of pydantic's complaints into ours."""
+    found = []
+    for item in error.errors(include_url=False):
+        path = [str(part) for part in item["loc"] if part not in _CHOICES]
+        # those of a whole table say themselves what they found
+        whole = item["type"] in ("value_error", UNKNOWN_KEY) and isinstance(item["input"], dict)
+        there = "nothing" if item["type"] == "missing" else "" if whole else _short(item["input"])
+        allowed = "this key, which is needed" if item["type"] == "missing" else item["msg"]
+        key = ".".join([prefix, *path] if prefix else path)
+        found.append(DescriptionError(file, key, there, allowed.removeprefix("Value error, ")))
+    return found
 
 
 def _short(value: Any) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from math import radians
 from typing import Literal
 
 from pydantic import Field, model_validator
 
+from vgtsim.constants import SAFETY_FACTOR
 from vgtsim.description.figures import Angle, Force, Gap, Moment, Number, Pressure, Speed, Time, Tolerance
 from vgtsim.description.schema import Description
 
@@ -31,35 +33,36 @@ class Limits(Description):
         pressure_force: Difference of chamber pressures from the drive forces, over the largest force.
         member_utilisation: Demand over capacity, as is `actuator_force`.
         actuator_stroke: Least distance to the end of a stroke.
-        clearance: Least distance to anything.
+        clearance: Least distance to anything; `headroom` is that of the mast's top from the tank's headroom.
         contacts: Number of logged contacts.
         safety_factor: On member strength, AISC 360 Omega.
         chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above that of the oil tank.
         saturation: Part of the records in which a cylinder may be at a limit of force, pressure, flow or stroke.
     """
 
-    closure: Tolerance
-    kinematics_agreement: Tolerance
+    closure: Tolerance = 1e-6  # the shipped scenes, which know their clean runs, have a tenth of these
+    kinematics_agreement: Tolerance = 1e-5
     record_time: Time = Field(default=1e-6, gt=0)  # a thousandth of a short step
     missing_records: int = Field(default=0, ge=0)
     command: Tolerance = 1e-5
     actuator_speed: Number = Field(default=1.0, gt=0)
     actuator_acceleration: Number = Field(default=1.0, gt=0)
     logged_speed: Speed = 1e-4  # a hundredth of a slow cylinder's speed
-    tracking_position: Tolerance
-    tracking_angle: Angle = Field(gt=0)
-    end_moment: Moment = Field(gt=0)
-    excess_shear: Force = Field(gt=0)
+    tracking_position: Tolerance = 1e-3
+    tracking_angle: Angle = Field(default=radians(0.1), gt=0)
+    end_moment: Moment = Field(default=1e-6, gt=0)
+    excess_shear: Force = Field(default=0.01, gt=0)
     lumped_shear: Force = Field(default=1e-6, gt=0)
-    axial_force_settled: Number = Field(gt=0)
-    axial_force_moving: Number = Field(gt=0)
+    axial_force_settled: Number = Field(default=1e-6, gt=0)
+    axial_force_moving: Number = Field(default=1e-3, gt=0)
     pressure_force: Number = Field(default=0.01, gt=0)  # pressures stand half a step from forces
-    member_utilisation: Number = Field(gt=0)
-    actuator_force: Number = Field(gt=0)
-    actuator_stroke: Gap
-    clearance: Gap
-    contacts: int = Field(ge=0, le=1_000_000)
-    safety_factor: Number = Field(ge=1, le=100)
+    member_utilisation: Number = Field(default=1.0, gt=0)
+    actuator_force: Number = Field(default=1.0, gt=0)
+    actuator_stroke: Gap = 0.0
+    clearance: Gap = 0.05  # half of what a plan keeps
+    headroom: Gap = 0.0
+    contacts: int = Field(default=0, ge=0, le=1_000_000)
+    safety_factor: Number = Field(default=SAFETY_FACTOR, ge=1, le=100)
     chamber_pressure: Pressure = 0.0
     saturation: Number = Field(default=0.0, ge=0)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import pi, sin, sqrt
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
@@ -44,6 +44,18 @@ class ModuleKind(Description):
                 yield field, getattr(self, field), "tubes"
             elif field in ("cylinder", "block") and getattr(self, field) is not None:
                 yield field, getattr(self, field), f"{field}s"
+
+    def sections(self) -> dict[str, str]:
+        """Names of its tubes and cylinders by field; members that share a section stand once, under their first field."""
+        return {field: name for field, name, table in self.parts() if table != "blocks"}
+
+    def section_of(self, role: str, number: int) -> str:  # noqa: ARG002  # for kinds whose longerons differ
+        """Field of `sections` that a member has its section from, by its role and its number, from 1, within the role."""
+        return "cylinder" if role == "actuator" else f"{role}_tube"
+
+    def with_sections(self, names: Mapping[str, str]) -> Self:
+        """The module with other tubes and cylinders, named by the fields of `sections`."""
+        return self.model_copy(update=dict(names))
 
     def check(self, arm: Manipulator) -> None:
         """Check that the module fits the arm's parts; a ValueError says which dimension is wrong."""
@@ -252,6 +264,29 @@ class Octahedral(FreeFaces):
     def actuated(self) -> tuple[int, ...]:
         """Indices of the actuated longerons."""
         return tuple(i for i, longeron in enumerate(self.longerons) if longeron.cylinder is not None)
+
+    def sections(self) -> dict[str, str]:
+        """As of any module; longerons that name the same tube or cylinder share it."""
+        found = super().sections()
+        shared = {self.section_of("longeron", number) for number in range(1, 7)}
+        return {field: name for field, name in found.items() if field in shared or "longerons" not in field}
+
+    def section_of(self, role: str, number: int) -> str:
+        """As of any module; of longerons and actuators the field of the first that names the same section."""
+        if role == "batten":
+            return super().section_of(role, number)
+        mine = self.longerons[number - 1]
+        alike = [(other.cylinder, other.tube) == (mine.cylinder, mine.tube) for other in self.longerons]
+        return f"longerons.{alike.index(True)}.{'tube' if mine.cylinder is None else 'cylinder'}"
+
+    def with_sections(self, names: Mapping[str, str]) -> Self:
+        """As of any module."""
+        longerons = []
+        for number, longeron in enumerate(self.longerons, 1):
+            field = self.section_of("longeron", number)
+            longerons.append(longeron.model_copy(update={field.split(".")[-1]: names[field]} if field in names else {}))
+        others = {field: name for field, name in names.items() if "longerons" not in field}
+        return self.model_copy(update={"longerons": tuple(longerons), **others})
 
     def parts(self) -> Iterator[tuple[str, str, str]]:
         """Parts of the module and of each longeron."""

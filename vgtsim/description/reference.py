@@ -127,7 +127,7 @@ def write_schema(kind: str) -> str:
             _describe(table, models[name])
     if kind == "scene":
         whole["properties"]["base"] = {"type": "string", "description": _BASE}
-        needed = {key: tables[part["$ref"].split("/")[-1]].pop("required") for key, part in _tables_of(whole)}
+        needed = {key: tables[part["$ref"].split("/")[-1]].pop("required", []) for key, part in _tables_of(whole)}
         demand = {
             "required": whole.pop("required"),
             "properties": {key: {"required": keys} for key, keys in needed.items()},

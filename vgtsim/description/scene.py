@@ -7,9 +7,9 @@ from math import hypot
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
 
-from vgtsim.constants import Method
+from vgtsim.constants import GRAVITY, Method
 from vgtsim.description.figures import (
     Acceleration,
     Angle,
@@ -36,17 +36,37 @@ from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
 
 Vector = tuple[Length, Length, Length]
+Direction = tuple[Number, Number, Number]
+BENDS, POSTURE, WORD = "list of bends", "table of a posture", "word for a posture"  # the forms of `motion.start`
+
+
+class Feed(Description):
+    """The hoist that lifts the mast, and the arm with it.
+
+    Attributes:
+        stroke: Greatest lift above the working depth.
+        rate: Rated speed.
+        acceleration: Greatest acceleration.
+        force: Greatest pull.
+    """
+
+    stroke: Size
+    rate: Speed
+    acceleration: Acceleration = Field(gt=0)
+    force: Force = Field(gt=0)
 
 
 class Mast(Pipe):
     """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
 
-    `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent.
+    `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent. Without a `feed` the mast is
+    held at its working depth.
     """
 
     pivot_depth: Size
-    density: Density
+    density: Density = 7850.0  # structural steel
     riser_spare: Size | None = None
+    feed: Feed | None = None
 
 
 class Payload(Description):
@@ -61,16 +81,20 @@ class Goal(Description):
 
     name: Name
     position: Vector
-    direction: tuple[Number, Number, Number]
+    direction: Direction
 
     @field_validator("direction")
     @classmethod
-    def _unit(cls, value: tuple[float, float, float]) -> tuple[float, float, float]:
-        length = hypot(*value)
-        if length < 1e-9:
-            raise ValueError("a direction that is not zero")
-        x, y, z = value
-        return (x / length, y / length, z / length)
+    def _unit(cls, value: Direction) -> Direction:
+        return _unit(value)
+
+
+def _unit(value: Direction) -> Direction:
+    length = hypot(*value)
+    if length < 1e-9:
+        raise ValueError("a direction that is not zero")
+    x, y, z = value
+    return (x / length, y / length, z / length)
 
 
 class Bend(Description):
@@ -89,11 +113,69 @@ class Bend(Description):
     extension: Length | None = None
 
 
+class StartPosture(Description):
+    """The posture that a scene starts from, in one of three forms.
+
+    Attributes:
+        lengths: Length of each actuator, from the mast to the tool.
+        inputs: Canonical inputs, from the mast to the tool, m and rad: what `vgtsim ik` prints.
+        position: Tool point in frame G. The posture is solved for it, clear of everything.
+        direction: Outward normal of the tip plate in frame G, with `position`.
+    """
+
+    lengths: tuple[Length, ...] | None = Field(default=None, max_length=1000)
+    inputs: tuple[float, ...] | None = Field(default=None, max_length=1000)
+    position: Vector | None = None
+    direction: Direction | None = None
+
+    @field_validator("direction")
+    @classmethod
+    def _unit(cls, value: Direction | None) -> Direction | None:
+        return value and _unit(value)
+
+    @model_validator(mode="after")
+    def _one_form(self) -> StartPosture:
+        given = [name for name in ("lengths", "inputs", "position") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise ValueError(f"one of lengths, inputs and position, not {' and '.join(given) or 'none of them'}")
+        if (self.position is None) != (self.direction is None):
+            raise ValueError("position and direction together")
+        return self
+
+
+def _form_of_start(value: object) -> str | None:
+    """The form in which a start is written."""
+    if isinstance(value, str):
+        return WORD
+    if isinstance(value, list | tuple):
+        return BENDS
+    return POSTURE if isinstance(value, dict | StartPosture) else None
+
+
+STARTS = 'a list of bends, a table with lengths, inputs or a tool pose, "stowed", a file that `vgtsim ik --json` left, or no key'
+
+
+def _require_word(value: str) -> str:
+    if value != "stowed":
+        raise ValueError(STARTS)
+    return value
+
+
+Start = Annotated[
+    Annotated[tuple[Bend, ...], Field(max_length=100), Tag(BENDS)]
+    | Annotated[StartPosture, Tag(POSTURE)]
+    | Annotated[Literal["stowed"], BeforeValidator(_require_word), Tag(WORD)],
+    Discriminator(_form_of_start, custom_error_type="start", custom_error_message=STARTS),
+]
+
+
 class Motion(Description):
     """The tour and how it is driven.
 
     Attributes:
-        start: Shape of each active module at the start, from the mast to the tool.
+        start: Posture at the start: a list with the shape of each active module, from the mast to the tool; a table with
+            lengths, inputs or a pose of the tool; `"stowed"`; or the path of a file that `vgtsim ik --json` left, beside
+            the scene. Absent: a posture clear of everything is searched, the same one every time.
         objective: Terms of the objective at the goals, each `NAME` or `NAME:WEIGHT`.
         coupling: Names (follower, leader) of coupled modules, for the coupled method; see `choose_coupling`.
         rate_fraction: Part of the cylinders' rated speed that the plan may use.
@@ -105,19 +187,19 @@ class Motion(Description):
         goals: In the order of the tour; none where an operator drives the arm.
     """
 
-    start: tuple[Bend, ...] = Field(max_length=100)
+    start: Start | None = None
     method: Method = Method.NULLSPACE
     objective: tuple[ObjectiveName, ...] = Field(
         default=("clearance", "stroke_barrier:0.01", "in_plane:10"), min_length=1
     )
     coupling: tuple[tuple[Name, Name], ...] | None = None
-    rate_fraction: Number = Field(gt=0, ge=1e-3, le=1)
-    acceleration: Acceleration = Field(gt=0)
-    stroke_margin: Gap
-    clearance: Gap
-    settle_speed: Speed
-    hold: Wait
-    patience: Wait
+    rate_fraction: Number = Field(default=0.4, gt=0, ge=1e-3, le=1)
+    acceleration: Acceleration = Field(default=0.02, gt=0)  # full speed of a slow cylinder in about two seconds
+    stroke_margin: Gap = 0.005
+    clearance: Gap = 0.1
+    settle_speed: Speed = 1e-7  # an arm this slow is within 1e-6 of its forces at rest
+    hold: Wait = 2.0
+    patience: Wait = 10.0
     goals: tuple[Goal, ...] = Field(default=(), max_length=1000)
 
     @model_validator(mode="after")
@@ -151,9 +233,9 @@ class Simulation(Description):
     """
 
     timestep: Step | None = None
-    log_rate: Frequency = Field(gt=0)
-    gravity: Acceleration = Field(ge=0)
-    weight_scale: Number = Field(ge=1e-9, le=1)
+    log_rate: Frequency = Field(default=25.0, gt=0)
+    gravity: Acceleration = Field(default=GRAVITY, ge=0)
+    weight_scale: Number = Field(default=1e-5, ge=1e-9, le=1)
     drive: Literal["rigid", "servo", "hydraulic"] = "rigid"
     servo_stiffness: Annotated[float, Field(ge=1, le=1e13)] = 1e8
     servo_damping: Annotated[float, Field(ge=1e-3, le=1e13)] = 1e6
@@ -221,8 +303,8 @@ class SceneFile(Description):
     mast: Mast
     payload: Payload
     motion: Motion
-    simulation: Simulation
-    limits: Limits
+    simulation: Simulation = Simulation()
+    limits: Limits = Limits()
     operator: Operator | None = None
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
     video: Video = Video()
@@ -269,9 +351,10 @@ class Scene:
         if arm.stowable and arm.stowed is None:
             allowed = f"a table [stowed] in {arm.name}: it passes the riser with its double octahedra retracted"
             raise self.error("manipulator.stowed", "nothing", allowed)
-        if len(self.task.motion.start) != len(arm.active):
+        start = self.task.motion.start
+        if isinstance(start, tuple) and len(start) != len(arm.active):
             allowed = f"one for each active module of {arm.name}, {len(arm.active)}"
-            raise self.error("motion.start", f"{len(self.task.motion.start)} module shapes", allowed)
+            raise self.error("motion.start", f"{len(start)} module shapes", allowed)
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
 

@@ -7,7 +7,9 @@ from difflib import get_close_matches
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic_core import PydanticCustomError
 
+UNKNOWN_KEY = "unknown_key"  # kind of pydantic's error whose context lists the keys
 _PRINTED = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*$"  # no sign that steers a terminal or breaks a line
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=64)]
@@ -26,19 +28,25 @@ class Description(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        if isinstance(data, Mapping):
-            for key in data:
-                if key not in cls.model_fields:
-                    raise ValueError(f"unknown key {key!r}{closest(str(key), cls.model_fields)}")
+        unknown = [str(key) for key in data if key not in cls.model_fields] if isinstance(data, Mapping) else []
+        if unknown:
+            hints = [f"unknown key {key!r}{near(key, cls.model_fields)}" for key in unknown]
+            known = ", ".join(sorted(cls.model_fields))
+            context = {"said": f"{'; '.join(hints)} (known: {known})", "keys": unknown}
+            raise PydanticCustomError(UNKNOWN_KEY, "{said}", context)
         return data
 
 
 def closest(name: str, allowed: Iterable[object]) -> str:
     """Make the end of an error message that gives the nearest allowed name, then all allowed names."""
     names = [str(item) for item in allowed]
-    near = get_close_matches(name, names, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"{hint} (known: {', '.join(sorted(names)) or 'none'})"
+    return f"{near(name, names)} (known: {', '.join(sorted(names)) or 'none'})"
+
+
+def near(name: str, allowed: Iterable[object]) -> str:
+    """Make a part of an error message that gives the nearest allowed name; empty where none is near."""
+    found = get_close_matches(name, [str(item) for item in allowed], n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
 
 
 def require_distinct(kind: str, items: Iterable[Any]) -> None:

@@ -6,10 +6,11 @@ import os
 from pathlib import Path
 from typing import Literal
 
+from vgtsim.description.kinds import USES, articled
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError
 
-Kind = Literal["arm", "model", "tank", "scene", "path", "study"]  # a model is the MJCF of an arm
+Kind = Literal["arm", "model", "tank", "scene", "path", "study"]  # a model is the MJCF of an arm and its floor
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 # The wheel holds both folders inside the package; in a checkout they stand beside it.
@@ -17,7 +18,7 @@ _ROOT = _PACKAGE if (_PACKAGE / "models").is_dir() else _PACKAGE.parent
 MODELS = _ROOT / "models"
 _PATTERNS: dict[Kind, str] = {
     "arm": "models/*/*.toml",
-    "model": "models/*/*.xml",
+    "model": "models/*/scene.xml",
     "tank": "scenes/tanks/*.toml",
     "scene": "scenes/*.toml",
     "path": "scenes/paths/*.toml",
@@ -27,7 +28,8 @@ _PATTERNS: dict[Kind, str] = {
 
 def list_shipped(kind: Kind) -> dict[str, Path]:
     """Files of all shipped descriptions of a kind by name, in the order of their names."""
-    return {file.stem: file for file in sorted(_ROOT.glob(_PATTERNS[kind]))}
+    files = sorted(_ROOT.glob(_PATTERNS[kind]))
+    return {file.parent.name if kind == "model" else file.stem: file for file in files}
 
 
 def find_file(name: str | Path, *kinds: Kind, beside: Path | None = None) -> Path:
@@ -47,6 +49,11 @@ def find_file(name: str | Path, *kinds: Kind, beside: Path | None = None) -> Pat
     known = {key: file for kind in kinds for key, file in list_shipped(kind).items()}
     if str(name) not in known:
         what = " or ".join(kinds)
+        others = [kind for kind in _PATTERNS if kind not in (*kinds, "model") and str(name) in list_shipped(kind)]
+        if others:
+            raise DescriptionError(
+                None, what, f"{str(name)!r}, {articled(others[0])}", f"{articled(what)}; {USES[others[0]]}"
+            )
         allowed = f"the path of a file, or the name of a shipped {what}{closest(str(name), known)}"
         raise DescriptionError(None, what, repr(str(name)), allowed)
     return known[str(name)]

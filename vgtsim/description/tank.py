@@ -5,9 +5,11 @@ Tank frame G: origin on the tank axis at the lowest point of the floor, z up.
 
 from __future__ import annotations
 
+from math import tau
+
 from pydantic import Field, model_validator
 
-from vgtsim.description.figures import Angle, Density, Gap, Length, Size
+from vgtsim.description.figures import Angle, Density, Force, Gap, Length, Size
 from vgtsim.description.schema import Description, Name, Provenance, Title
 
 
@@ -64,7 +66,8 @@ class Riser(Description):
 class Equipment(Description):
     """A vertical cylinder in the tank, from the height `bottom` to `top`; `top` is absent when it hangs from the dome.
 
-    Its axis stands at `radius` from the tank axis, at `azimuth` from +x about +z.
+    Its axis stands at `radius` from the tank axis, at `azimuth` from +x about +z. With a `count` it is a ring of that many, at
+    equal angles, the first at `azimuth`; their names end in numbers from `first` on, such as `alc_1`.
     """
 
     name: Name
@@ -73,6 +76,20 @@ class Equipment(Description):
     azimuth: Angle
     bottom: Gap
     top: Length | None = None
+    count: int | None = Field(default=None, ge=2, le=200)
+    first: int = Field(default=1, ge=0, le=10_000)
+
+    @property
+    def ring(self) -> tuple[Equipment, ...]:
+        """Each of its cylinders, alone."""
+        if self.count is None:
+            return (self,)
+        turns = [(self.azimuth + i * tau / self.count) % tau for i in range(self.count)]
+        names = [f"{self.name}_{self.first + i}" for i in range(self.count)]
+        return tuple(
+            self.model_copy(update={"name": name, "azimuth": turn, "count": None, "first": 1})
+            for name, turn in zip(names, turns, strict=True)
+        )
 
 
 class Waste(Description):
@@ -83,10 +100,29 @@ class Waste(Description):
     density: Density
 
 
+class Guide(Description):
+    """Two rings of rollers that hold the mast sideways, at the heights `lower` and `upper` over the soil; below it is negative.
+
+    They are retracted while the arm passes. `force` is the greatest force of either ring; absent, it is not judged.
+    """
+
+    name: Name
+    lower: Length
+    upper: Length
+    force: Force | None = Field(default=None, gt=0)
+
+    @model_validator(mode="after")
+    def _rings_differ(self) -> Guide:
+        if self.upper <= self.lower:
+            raise ValueError(f"upper {self.upper:.4g} m above lower {self.lower:.4g} m")
+        return self
+
+
 class Tank(Description):
     """A tank; the arm enters through `arm_riser`, on the tank axis, and the equipment is in its way.
 
-    `provenance` gives the sources of the figures by key path.
+    `headroom` is the free height over the soil at the arm riser; absent, it is not limited. A `guide` holds the mast there;
+    without one the mast may touch the bore. `provenance` gives the sources of the figures by key path.
     """
 
     name: Name
@@ -96,12 +132,19 @@ class Tank(Description):
     risers: tuple[Riser, ...] = Field(default=(), max_length=200)
     equipment: tuple[Equipment, ...] = Field(default=(), max_length=200)
     waste: Waste
+    headroom: Size | None = None
+    guide: Guide | None = None
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
     @property
     def grade(self) -> float:
         """Height of the ground above the lowest point of the floor, m."""
         return self.shell.crown + self.shell.dome_thickness + self.shell.soil_cover
+
+    @property
+    def standing(self) -> tuple[Equipment, ...]:
+        """Each cylinder of the equipment, rings taken apart."""
+        return tuple(single for item in self.equipment for single in item.ring)
 
     @model_validator(mode="after")
     def _contents_fit(self) -> Tank:
@@ -116,9 +159,10 @@ class Tank(Description):
         for item in (self.arm_riser, *self.risers):
             if item.bore >= inner:
                 raise ValueError(f"{item.name}: bore of {item.bore:.4g} m below the tank radius {inner:.4g} m")
-        taken = [item.name for item in (self.arm_riser, *self.risers, *self.equipment)] + ["shell", "riser", "waste"]
+        parts = [self.arm_riser, *self.risers, *self.standing, *([self.guide] if self.guide else [])]
+        taken = [item.name for item in parts] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):
-            raise ValueError(f"names of risers and equipment must differ, and from shell, riser, waste: {taken}")
+            raise ValueError(f"names of risers, equipment and guide must differ, and from shell, riser, waste: {taken}")
         for item in self.equipment:
             if item.top is not None and item.top <= item.bottom:
                 raise ValueError(f"{item.name}: top {item.top:.4g} m above its bottom {item.bottom:.4g} m")

@@ -310,6 +310,8 @@ def find_near(
 ) -> int:
     """Pairs of bodies nearer than a reach, configuration by configuration; returns their number, however few fit in.
 
+    Where no room is given for any, it ends soon after the first.
+
     Args:
         meets: Which members may meet which obstacle, shape (K, M); obstacles stand upright. The last member is the payload.
         point_radii: Of a ball about each point, shape (N + 1,).
@@ -322,7 +324,7 @@ def find_near(
     curve, mouth, axes, thick, level = tank
     ends, radii, corners, bulk, modules, members, begin = pairs
     balls, hulls, count = np.empty((len(corners), 4)), np.empty((len(ends), 4)), 0
-    fixed, capsules = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1)
+    fixed, capsules, brief = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1), not len(gaps)
     for i in range(len(points)):
         at = points[i]
         _wrap_members(ends, radii, at, hulls)
@@ -344,6 +346,8 @@ def find_near(
                     held[count, 0], slopes[count, 0, 2] = c, 1.0
                 count += 1
         for k in range(len(axes)):
+            if brief and count:
+                return count
             for m in range(capsules):
                 # a ball about a member that is beside the whole upright line is beside the obstacle
                 room, x, y = hulls[m, 3] + thick[k] + reach, hulls[m, 0] - axes[k, 0, 0], hulls[m, 1] - axes[k, 0, 1]
@@ -375,7 +379,30 @@ def find_near(
                         held[count, :2], held[count, 2:] = ends[m], ends[n]
                         _lead_apart(a0, a1, b0, b1, away, s, t, slopes[count])
                     count += 1
+            if brief and count:
+                return count
     return count
+
+
+@compiled
+def flag_clear(
+    tank: Walls,
+    pairs: MemberPairs,
+    meets: Mask,
+    point_radii: Array,
+    points: Array,
+    reach: float,
+    all_of_them: bool,
+    clear: Mask,
+) -> None:
+    """Which configurations, see `find_near`, have no pair nearer than a reach; if all must, those after one that has are not."""
+    config, gap, held, slope = np.empty(0, np.intp), np.empty(0), np.empty((0, 4), np.intp), np.empty((0, 4, 3))
+    clear[:] = False
+    for i in range(len(points)):
+        one = points[i : i + 1]
+        clear[i] = find_near(tank, pairs, meets, point_radii, one, reach, True, config, gap, held, slope) == 0
+        if all_of_them and not clear[i]:
+            return
 
 
 @compiled

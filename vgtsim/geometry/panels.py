@@ -2,14 +2,15 @@
 
 Each box touches the inner surface with the middle of its inner face, in the tangent plane of that point. The tank is
 convex, so such a box never comes inside, and neighbours may overlap. Where two boxes meet, they stand back from the
-tank by at most the tolerance, once for the angle between sectors and once for the angle between rings.
+tank by at most the tolerance, once for the angle between sectors and once for the angle between rings. Where the arm passes,
+in the riser's bore and on the dome about its rim, they stand back by no more than two millimetres.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import acos, ceil, cos, pi, sin, tan
+from math import acos, asin, ceil, cos, pi, sin, tan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,13 @@ from vgtsim.geometry.profile import Piece, Profile
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 0.02  # m, that the boxes stand back for each of the two angles
+TOLERANCE = 0.0045  # m, that the boxes stand back for each of the two angles: together less than a centimetre
+FINE = (
+    0.0015  # m, the same in the bore and about its rim, where angles between sectors or between rings matter, not both
+)
+NEAR = 3.0  # of the bore's radius: how far from the axis the dome counts as being about the rim
 DEPTH = 0.4  # m, of the boxes away from the tank
+RIM = "rim"  # name of the dome's piece about the bore
 _ONE_LINE = 1e-9  # rad between tangent lines: shipped tanks have 0.05 or more, rounding leaves 1e-16
 
 
@@ -63,7 +69,10 @@ def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> t
     The boxes stand back from the surface by at most about twice the tolerance, m.
     """
     bore = tank.arm_riser.bore / 2
-    tangents = [line for piece in profile.pieces for line in _tangents(piece, tolerance)]
+    *below, dome = profile.pieces
+    pieces = [(piece, tolerance) for piece in below]
+    pieces += zip(_split_dome(dome, bore), (tolerance, min(tolerance, FINE)), strict=True)
+    tangents = [line for piece, spare in pieces for line in _tangents(piece, spare)]
     corners = [_meet(a, b) for a, b in pairwise(tangents)]
     panels = [_slab(tangents[0], corners[0])]
     count: dict[str, int] = {tangents[0].name: 1}
@@ -77,16 +86,33 @@ def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> t
         turn = line.heading - tangents[index - 1].heading
         if index < len(corners):
             turn = max(turn, tangents[index + 1].heading - line.heading)
-        panels += _ring(line, (start, stop), turn, bore, tolerance, f"{line.name}/{number}")
-    return (*panels, *_bore(tank, profile, tolerance))
+        sectors = _sectors(max(start[0], stop[0]) * sin(line.heading), tolerance)
+        if line.name == RIM:
+            sectors = _sectors(bore, min(tolerance, FINE))  # their edges are the rim
+        panels += _ring(line, (start, stop), turn, bore, sectors, f"{line.name}/{number}")
+    return (*panels, *_bore(tank, profile, min(tolerance, FINE)))
+
+
+def _split_dome(dome: Piece, bore: float) -> tuple[Piece, Piece]:
+    """The dome's arc down to some radii of a bore from the axis, and from there to the bore."""
+    ends = [min(NEAR * bore, dome.start[0]), bore]
+    out, into = (dome.length - dome.radius * asin(end / dome.radius) for end in ends)
+    outer = Piece(dome.name, dome.start, dome.heading, out / dome.radius, out)
+    start = dome.at(out)
+    heading = dome.heading + outer.turn
+    return outer, Piece(RIM, (float(start[0]), float(start[1])), heading, (into - out) / dome.radius, into - out)
 
 
 def _tangents(piece: Piece, tolerance: float) -> list[_Tangent]:
-    """Tangent lines at equal angles; a line shared by two pieces is left to dish, wall or dome."""
+    """Tangent lines at equal angles; a line shared by two pieces is left to dish, wall or dome.
+
+    Between the pieces of the dome it is left to the outer one.
+    """
     steps = 1
     if piece.turn:
         steps = max(1, ceil(piece.turn / (2 * acos(piece.radius / (piece.radius + tolerance)))))
     first, last = (1, steps - 1) if piece.name in ("knuckle", "haunch") else (0, steps if piece.turn else 0)
+    first = 1 if piece.name == RIM else first
     parts = [i / steps for i in range(first, last + 1)]
     return [_Tangent(piece.name, piece.at(piece.length * part), piece.heading + piece.turn * part) for part in parts]
 
@@ -112,13 +138,10 @@ def _sectors(radius: float, tolerance: float) -> int:
     return max(8, ceil(pi / acos(radius / (radius + tolerance)))) if radius > 0 else 8
 
 
-def _ring(
-    line: _Tangent, ends: tuple[Array, Array], turn: float, bore: float, tolerance: float, name: str
-) -> list[Panel]:
+def _ring(line: _Tangent, ends: tuple[Array, Array], turn: float, bore: float, sectors: int, name: str) -> list[Panel]:
     """Boxes around the tank along a tangent line between its ends; `turn` is the sharper corner there."""
     start, stop = ends
     widest = max(start[0], stop[0])
-    sectors = _sectors(widest * sin(line.heading), tolerance)
     # overlap the neighbours by the mitre, and by a corner, as theirs may stand at other azimuths
     lap = DEPTH * tan(turn / 2) + widest * (1 / cos(pi / sectors) - 1) * abs(cos(line.heading))
     low = float((start - line.point) @ line.along) - lap

@@ -4,9 +4,10 @@ from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, 
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, ModuleState, kind_of
 from vgtsim.kinematics.rigid_sections import RigidSections, find_rigid_sections
-from vgtsim.kinematics.sampling import sample_inputs, singular_values
+from vgtsim.kinematics.sampling import sample_inputs, singular_values, within_strokes
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.stroke_boxes import check_strokes
+from vgtsim.kinematics.subspace import Subspace
 from vgtsim.kinematics.truss import Member, Truss, make_truss
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "ModuleState",
     "RigidSections",
     "State",
+    "Subspace",
     "Truss",
     "azimuth",
     "bend_all",
@@ -32,4 +34,5 @@ __all__ = [
     "singular_values",
     "straight_yaws",
     "swing",
+    "within_strokes",
 ]

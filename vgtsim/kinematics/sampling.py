@@ -43,6 +43,13 @@ def sample_inputs(chain: Chain, count: int, seed: int, part: float = 1.0) -> Arr
     return x
 
 
+def within_strokes(chain: Chain, q: Array) -> NDArray[np.bool_]:
+    """Which configurations of shape (N, n) assemble with every actuator in its stroke and every static leg at its length."""
+    state, (low, high) = chain.state(q), chain.stroke
+    kept = [part.kept.all(axis=1) for part in state.parts]
+    return state.assembles & np.all(kept, axis=0) & np.all((state.lengths >= low) & (state.lengths <= high), axis=1)
+
+
 def singular_values(chain: Chain, q: Array) -> tuple[Array, Array]:
     """Smallest singular value of each module, a pure number, and the leg worst of it, shapes (N, A), at q of shape (N, n)."""
     value, worst = np.empty((2, len(q), len(chain.layout.names)))

@@ -7,6 +7,7 @@ import numpy as np
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Member
 from vgtsim.mjcf import names
+from vgtsim.mjcf.defaults import add_defaults
 from vgtsim.mjcf.fittings import add_drives, add_force_sensors, hold_sites, set_inertia
 from vgtsim.mjcf.hubs import add_hubs
 from vgtsim.mjcf.pose import pinned_rotation, quaternions_to
@@ -14,26 +15,13 @@ from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.ring import Seat, add_blocks, pin_barrel, pin_rod
 from vgtsim.mjcf.tip import add_tip
 
-ROLE_COLOURS = {
-    "longeron": (0.27, 0.45, 0.69, 1.0),
-    "cross_longeron": (0.45, 0.67, 0.82, 1.0),
-    "batten": (0.62, 0.62, 0.65, 1.0),
-    "actuator": (0.86, 0.45, 0.13, 1.0),
-    "rod": (0.93, 0.90, 0.85, 1.0),
-    "hub": (0.20, 0.22, 0.26, 1.0),
-    "tip": (0.35, 0.36, 0.40, 1.0),
-    "payload": (0.60, 0.12, 0.16, 1.0),
-    "mast": (0.50, 0.52, 0.55, 1.0),
-}
-SITE_GROUP = 4  # hidden in viewers until asked for
-
 
 def add_arm(spec: mujoco.MjSpec, rigging: Rigging) -> None:
     """Add mast, hubs, members, tip plate, closures, drives and sensors.
 
-    Lengths are commanded from the reference pose: zero holds it, for the rigid drives and for the servos.
+    Servos are commanded by lengths from pin to pin, m, and rigid drives by what these differ from the reference pose's.
     """
-    add_defaults(spec)
+    add_defaults(spec, rigging)
     truss = rigging.chain.truss
     hubs = add_hubs(spec, rigging, range(3), np.setdiff1d(truss.free, truss.rings).tolist())
     seats = {node: Seat(hub, np.zeros(3), np.eye(3)) for node, hub in hubs.items()}
@@ -41,16 +29,6 @@ def add_arm(spec: mujoco.MjSpec, rigging: Rigging) -> None:
     add_tip(spec, rigging)
     for index, member in enumerate(truss.members):
         _add_member(spec, rigging, index, member, seats[member.ends[0]])
-
-
-def add_defaults(spec: mujoco.MjSpec) -> None:
-    """Add the default of each role: its colour; sites are small and hidden."""
-    spec.default.site.group = SITE_GROUP
-    spec.default.site.size = [0.01, 0.01, 0.01]
-    for role, colour in ROLE_COLOURS.items():
-        default = spec.add_default(role, spec.default)
-        default.geom.rgba = colour
-        default.geom.type = mujoco.mjtGeom.mjGEOM_CAPSULE
 
 
 def _add_member(spec: mujoco.MjSpec, rigging: Rigging, index: int, member: Member, seat: Seat) -> None:
@@ -63,13 +41,13 @@ def _add_member(spec: mujoco.MjSpec, rigging: Rigging, index: int, member: Membe
         pin_barrel(body, rigging.chain, member)
     else:
         body.quat = quaternions_to((seat.turn.T @ span)[None] / length)[0]
-        body.add_joint(name=member.name, type=mujoco.mjtJoint.mjJNT_BALL)
+        body.add_joint(spec.find_default(names.BALL), name=member.name)
     body.add_site(name=names.near(member.name))
     set_inertia(body, rigging.inertia, (index, 0), outward=1.0)
     add = _add_cylinder if member.role == "actuator" else _add_tube
     add(spec, rigging, index, member, body, length)
     far = rigging.chain.truss.nodes[member.ends[1]]
-    hold_sites(spec, names.closure(member.name), names.far(member.name), far, rigging.timestep, info=member.name)
+    hold_sites(spec, names.closure(member.name), names.far(member.name), far, info=member.name)
     add_force_sensors(spec, member.name, names.near(member.name))
 
 
@@ -109,20 +87,13 @@ def _add_cylinder(
     barrel.add_geom(
         name=member.name,
         default=spec.find_default("actuator"),
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[part.barrel_diameter / 2, (part.barrel_length - part.eye) / 2, 0],
         pos=[0, 0, (part.barrel_length + part.eye) / 2],
         **bits,
     )
     rod = barrel.add_body(name=names.rod(member.name), pos=[0, 0, length])
-    rod.add_joint(
-        name=slide,
-        type=mujoco.mjtJoint.mjJNT_SLIDE,
-        axis=[0, 0, 1],
-        ref=length - part.retracted,
-        range=[0, part.stroke],
-        limited=mujoco.mjtLimited.mjLIMITED_FALSE,  # drives hold the length; the stroke is judged afterwards
-    )
+    kind = names.cylinder(member.section)
+    rod.add_joint(spec.find_default(kind), name=slide, ref=length)
     rod.add_geom(
         name=names.rod(member.name),
         default=spec.find_default("rod"),
@@ -134,10 +105,9 @@ def _add_cylinder(
     rod.add_site(name=names.far(member.name))
     if index in rigging.chain.truss.ring_actuators:
         pin_rod(spec, rigging, member, rod)
-    spec.add_numeric(name=names.retracted(member.name), data=[part.retracted])
-    add_drives(spec, member.name, slide, rigging, force=(part.pull, part.push))
-    sensor, kind, far = mujoco.mjtSensor, mujoco.mjtObj, names.far(member.name)
-    place = {"objtype": kind.mjOBJ_JOINT, "objname": slide}
+    add_drives(spec, member.name, slide, kind)
+    sensor, sensed, far = mujoco.mjtSensor, mujoco.mjtObj, names.far(member.name)
+    place = {"objtype": sensed.mjOBJ_JOINT, "objname": slide}
     spec.add_sensor(name=names.length(member.name), type=sensor.mjSENS_JOINTPOS, **place)
-    place = {"objtype": kind.mjOBJ_SITE, "objname": far}
+    place = {"objtype": sensed.mjOBJ_SITE, "objname": far}
     spec.add_sensor(name=names.drive_force(member.name), type=sensor.mjSENS_FORCE, **place)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from weakref import WeakKeyDictionary
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.scene import Payload
+from vgtsim.description.scene import Feed, Payload
 from vgtsim.errors import VgtError
 from vgtsim.geometry import MastPipe
 from vgtsim.graphics import mujoco
@@ -20,12 +20,13 @@ from vgtsim.kinematics import Chain, Truss, hanging_mount
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import add_arm
 from vgtsim.mjcf.keyframes import HOLDING_WEIGHTS, add_keyframes, reach_pose, withdrawn_poses
-from vgtsim.mjcf.rigging import Rigging
+from vgtsim.mjcf.rigging import Lift, Rigging
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.mjcf.sections import add_sections
 from vgtsim.mjcf.tank import add_tank
-from vgtsim.mjcf.views import add_arm_views, add_goal_markers, add_tank_cameras, light_tank
+from vgtsim.mjcf.views import add_arm_views, add_floor, add_goal_markers, add_tank_cameras, light_tank
 from vgtsim.site import Site
+from vgtsim.statics import weigh
 
 Array = NDArray[np.float64]
 
@@ -33,23 +34,36 @@ VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weigh
 # Of the solver: at 1e-24 joints are short of equilibrium by 6e-8 N*m, at 1e-20 by more than a micronewton metre; below
 # 1e-28 rounding keeps it from stopping, and it spends all of its hundred iterations.
 SOLVED = 1e-27
+SHOWN = 1e-10  # of model files: MJCF writes nothing smaller, and zero would cost all hundred iterations
+EXTENT = 20.0  # m, about a tank's diameter
 _SHORT_MAST = MastPipe(
     outer_diameter=0.9144, wall=0.0127, density=7850.0, length=2.0
 )  # the reference scene's, cut short
 _FLOOR_GAP = 1.0  # between the tool of a hanging arm alone and its floor, m
+# Of a hoist that nothing describes: how often it lifts mast, arm and payload, how fast, m/s, and how far that of an arm alone, m.
+_RESERVE, _LIFT_RATE, _LIFT = 3.0, 0.05, 1.0
 _MODELS: WeakKeyDictionary[Site, mujoco.MjModel] = WeakKeyDictionary()
 
 
-def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: float | None = None) -> mujoco.MjSpec:
+def build_spec(
+    site: Site,
+    poses: Mapping[str, Array] | None = None,
+    timestep: float | None = None,
+    *,
+    limited: bool = False,
+) -> mujoco.MjSpec:
     """Lay out a scene in MJCF; the servos hold the arm until `select_drive` says otherwise.
 
     Keyframes besides `stowed` and `straight` are given as inputs, shape (n,), by name; a time step, s, replaces the scene's.
+    Strokes, commands and speeds are limited in model files, and not for a plant; see `Rigging.limited`.
     """
     task, simulation = site.task, site.task.simulation
     step = timestep or site.timestep
     keyed = withdrawn_poses(site) | {name: (q, 0.0) for name, q in dict(poses or {}).items()}
-    rigging = _rig(site, step, (0.0, max(lift for _, lift in keyed.values())))
-    spec, bare = (_start_spec(task.name, step, simulation.gravity, simulation.weight_scale) for _ in range(2))
+    rigging = replace(_rig(site, step, [lift for _, lift in keyed.values()]), limited=limited)
+    spec, bare = (
+        _start_spec(task.name, step, simulation.gravity, simulation.weight_scale, limited=limited) for _ in range(2)
+    )
     add_tank(spec, site.tank)
     for each in (spec, bare):
         add_arm(each, rigging)
@@ -60,8 +74,15 @@ def build_spec(site: Site, poses: Mapping[str, Array] | None = None, timestep: f
     return spec
 
 
-def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *, lumped: bool = False) -> mujoco.MjSpec:
-    """Lay out an arm alone, hanging over an empty floor, its members' mass in their hubs if lumped.
+def build_arm_spec(
+    manipulator: Manipulator,
+    timestep: float = VIEW_TIMESTEP,
+    *,
+    lumped: bool = False,
+    floor: bool = True,
+    limited: bool = True,
+) -> mujoco.MjSpec:
+    """Lay out an arm alone, hanging over an empty, lit floor unless told otherwise; members' mass is in their hubs if lumped.
 
     Its keyframes are `straight`, `reach` (see `reach_pose`) and, of an arm that stows, `stowed`.
     """
@@ -74,19 +95,20 @@ def build_arm_spec(manipulator: Manipulator, timestep: float = VIEW_TIMESTEP, *,
     rigging = Rigging(
         chain=chain,
         mast=_SHORT_MAST,
-        feed_range=(0.0, 0.0),
+        feed=_make_lift(_SHORT_MAST, weigh(chain), ()),
         payload=Payload(mass=0.0, radius=0.1),
         reference=chain.straight,
         timestep=timestep,
         servo_stiffness=1e8,
         servo_damping=1e6,
         lumped=lumped,
+        limited=limited,
     )
-    spec = _start_spec(manipulator.name, timestep, GRAVITY, HOLDING_WEIGHTS)
+    spec = _start_spec(manipulator.name, timestep, GRAVITY, HOLDING_WEIGHTS, limited=limited)
     add_arm(spec, rigging)
-    floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0)
-    floor.rgba = [0.86, 0.87, 0.88, 1]
     add_arm_views(spec, height)
+    if floor:
+        add_floor(spec)
     add_keyframes(spec, spec, chain, {name: (q, 0.0) for name, q in poses.items()})
     return spec
 
@@ -112,7 +134,7 @@ def _build_sections(site: Site) -> mujoco.MjModel:
     """Compile the arm with rigid sections, without tank and keyframes."""
     simulation = site.task.simulation
     spec = _start_spec(site.task.name, site.timestep, simulation.gravity, simulation.weight_scale)
-    add_sections(spec, replace(_rig(site, site.timestep, (0.0, 0.0)), lumped=True))
+    add_sections(spec, replace(_rig(site, site.timestep, ()), lumped=True))
     model = spec.compile()
     stiffen(model, simulation.weight_scale)
     select_drive(model, simulation.drive)
@@ -132,12 +154,12 @@ def finish_model(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
     return model
 
 
-def _rig(site: Site, timestep: float, feed_range: tuple[float, float]) -> Rigging:
+def _rig(site: Site, timestep: float, lifts: Sequence[float]) -> Rigging:
     simulation = site.task.simulation
     return Rigging(
         chain=site.chain,
         mast=site.mast,
-        feed_range=feed_range,
+        feed=_make_lift(site.mast, weigh(site.chain) + site.task.payload.mass, lifts, site.task.mast.feed),
         payload=site.task.payload,
         reference=site.start,
         timestep=timestep,
@@ -145,10 +167,21 @@ def _rig(site: Site, timestep: float, feed_range: tuple[float, float]) -> Riggin
         servo_damping=simulation.servo_damping,
         elastic=simulation.members == "elastic",
         lumped=simulation.lumped,
+        guided=site.tank.guide is not None,
     )
 
 
-def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float) -> mujoco.MjSpec:
+def _make_lift(mast: MastPipe, hung: float, lifts: Sequence[float], feed: Feed | None = None) -> Lift:
+    """The hoist of a mast that comes to some heights above the working depth, m; if no feed is described, one for a mass, kg."""
+    reach = (min([0.0, *lifts]), max([feed.stroke if feed else _LIFT, *lifts]))
+    if feed:
+        return Lift(reach, feed.force, feed.rate)
+    return Lift(reach, _RESERVE * GRAVITY * (mast.mass + hung), _LIFT_RATE)
+
+
+def _start_spec(
+    name: str, timestep: float, gravity: float, weight_scale: float, *, limited: bool = False
+) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = name
     spec.compiler.degree = False
@@ -156,13 +189,14 @@ def _start_spec(name: str, timestep: float, gravity: float, weight_scale: float)
     option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     option.gravity = [0, 0, -gravity]
-    option.tolerance = SOLVED
+    option.tolerance = SHOWN if limited else SOLVED
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE  # closures are stiffer than two steps
-    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state must be seen, not hidden
+    if not limited:
+        option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state must be seen, not hidden
     spec.add_numeric(name=names.WEIGHT_SCALE, data=[weight_scale])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 3840, 2160  # the largest film, pixels
     spec.visual.map.znear, spec.visual.map.zfar = 0.002, 10.0  # of the extent: from 4 cm to 200 m
-    spec.stat.extent = 20.0  # m, about a tank's diameter
+    spec.stat.extent = EXTENT
     return spec
 
 

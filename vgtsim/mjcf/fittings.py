@@ -8,59 +8,37 @@ from numpy.typing import NDArray
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics.inertia import MemberInertia
 from vgtsim.mjcf import names
-from vgtsim.mjcf.rigging import Rigging
-from vgtsim.mjcf.rows import LEAST_INERTIA, LEAST_MASS, SERVO_GROUP, SOLIMP, SOLREF_RATIO, SOLREF_STEPS
+from vgtsim.mjcf.rows import LEAST_INERTIA, LEAST_MASS
 
 Array = NDArray[np.float64]
 
 
-def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, timestep: float, info: str = "") -> None:
-    """Hold two sites of different bodies together with the stiffness of closures at a time step, s.
-
-    `info` is the key path of the description that compile errors name.
-    """
+def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, info: str = "") -> None:
+    """Hold two sites of different bodies together; `info` is the key path of the description that compile errors name."""
     spec.add_equality(
         name=name,
         type=mujoco.mjtEq.mjEQ_CONNECT,
         objtype=mujoco.mjtObj.mjOBJ_SITE,
         name1=first,
         name2=second,
-        solref=[SOLREF_STEPS * timestep, SOLREF_RATIO],
-        solimp=SOLIMP,
         info=info,
     )
 
 
-def add_drives(
-    spec: mujoco.MjSpec, owner: str, joint: str, rigging: Rigging, force: tuple[float, float] | None = None
-) -> None:
+def add_drives(spec: mujoco.MjSpec, owner: str, joint: str, kind: str) -> None:
     """Add the rigid drive and the servo of a joint of a member or the feed; which is active is chosen after compilation.
 
-    `force` is the greatest pull and push of the servo, N; without it the servo is not limited.
+    `kind` is the default class of the servo.
     """
     spec.add_equality(
         name=names.drive(owner),
         type=mujoco.mjtEq.mjEQ_JOINT,
         objtype=mujoco.mjtObj.mjOBJ_JOINT,
         name1=joint,
-        solref=[SOLREF_STEPS * rigging.timestep, SOLREF_RATIO],
-        solimp=SOLIMP,
         active=False,
         data=[0.0] * 12,
     )
-    servo = spec.add_actuator(
-        name=names.servo(owner),
-        trntype=mujoco.mjtTrn.mjTRN_JOINT,
-        target=joint,
-        group=SERVO_GROUP,
-        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-    )
-    stiffness = servo.gainprm[0] = rigging.servo_stiffness
-    servo.biasprm[:3] = [stiffness * spec.joint(joint).ref, -stiffness, -rigging.servo_damping]
-    if force is not None:
-        servo.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
-        servo.forcerange = [-force[0], force[1]]  # pushing the rod out compresses the member
+    spec.add_actuator(spec.find_default(kind), name=names.servo(owner), trntype=mujoco.mjtTrn.mjTRN_JOINT, target=joint)
 
 
 def add_force_sensors(spec: mujoco.MjSpec, owner: str, site: str) -> None:

@@ -49,26 +49,18 @@ def _add_mast(spec: mujoco.MjSpec, rigging: Rigging) -> mujoco.MjsBody:
     """Add mast and feed; returns the flange."""
     pipe, mount = rigging.mast, rigging.chain.mount
     mast = spec.worldbody.add_body(name=names.MAST, pos=mount[:3, 3])
-    mast.add_joint(
-        name=names.FEED,
-        type=mujoco.mjtJoint.mjJNT_SLIDE,
-        axis=[0, 0, 1],
-        range=rigging.feed_range,
-        limited=mujoco.mjtLimited.mjLIMITED_FALSE,
-        info="mast",
-    )
+    mast.add_joint(spec.find_default(names.FEED), name=names.FEED, info="mast")
     bits = rigging.bits(_MAST)
     mast.add_geom(
         name=names.MAST,
         default=spec.find_default("mast"),
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[pipe.outer_diameter / 2, pipe.length / 2, 0],
         pos=[0, 0, pipe.length / 2],
         contype=bits["contype"],
-        conaffinity=bits["conaffinity"] & ~TANK,  # it fills the riser by design; its fit is checked apart
+        conaffinity=bits["conaffinity"] & (~TANK if rigging.guided else ~0),
     )
     _set_pipe_inertia(mast, pipe)
-    add_drives(spec, names.FEED, names.FEED, rigging)
+    add_drives(spec, names.FEED, names.FEED, names.FEED)
     flange = mast.add_body(name=names.FLANGE)
     flange.add_site(name=names.FLANGE, zaxis=mount[:3, 2])
     add_force_sensors(spec, names.FLANGE, names.FLANGE)
@@ -97,7 +89,6 @@ def add_ball(
     body.add_geom(
         name=truss.nodes[node],
         default=spec.find_default("hub"),
-        type=mujoco.mjtGeom.mjGEOM_SPHERE,
         size=[radius, 0, 0],
         pos=place,
         **rigging.bits(int(truss.node_module[node])),

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.errors import AssemblyError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, kind_of, sample_inputs
+from vgtsim.mjcf import names
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.site import Site
@@ -88,8 +89,9 @@ def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:
 def add_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjSpec, chain: Chain, poses: Poses) -> None:
     """Add keyframes from inputs and lift of the mast; the servos hold the weight as well as the lengths.
 
-    The servos' bias holds the reference pose, which a viewer starts from, and the targets of a keyframe add to that.
-    Holding forces are worked out on the bare arm, without tank, which compiles in a fraction of the time.
+    A cylinder's target is beyond its length by what the servo gives under the holding force. The feed's servo carries mast and
+    arm besides, as a counterweight does: its target is the height. Holding forces are worked out on the bare arm, without
+    tank, which compiles in a fraction of the time.
     """
     model = bare.compile()
     stiffen(model, HOLDING_WEIGHTS)
@@ -99,12 +101,14 @@ def add_keyframes(spec: mujoco.MjSpec, bare: mujoco.MjSpec, chain: Chain, poses:
     joints = model.actuator_trnid[:, 0]
     address, speed, stiffness = model.jnt_qposadr[joints], model.jnt_dofadr[joints], model.actuator_gainprm[:, 0]
     rest = _holding_forces(model, model.qpos0)[speed]
-    for servo, push in zip(spec.actuators, rest, strict=True):
-        servo.biasprm[0] += push
+    feed = model.actuator(names.servo(names.FEED)).id
+    rest[np.arange(len(rest)) != feed] = 0.0
+    for each in dict.fromkeys((spec, bare)):
+        each.actuator(names.servo(names.FEED)).biasprm[0] = rest[feed]
     for name, (q, lift) in poses.items():
         qpos = qpos_from_nodes(model, chain.truss, chain.nodes(q) + np.array([0.0, 0.0, lift]))
         push = _holding_forces(model, qpos)[speed] - rest
-        spec.add_key(name=name, qpos=qpos, ctrl=(qpos - model.qpos0)[address] + push / stiffness)
+        spec.add_key(name=name, qpos=qpos, ctrl=qpos[address] + push / stiffness)
 
 
 def _holding_forces(model: mujoco.MjModel, qpos: Array) -> Array:

@@ -17,6 +17,8 @@ TANK = "tank"
 WASTE = "tank/waste"
 CAMERAS = ("overview", "cutaway", "riser", "tool")
 KEYFRAMES = ("stowed", "straight", "first_goal")
+BALL = "ball"  # default class of the joints on which members turn
+FLOOR = "floor"
 WEIGHT_SCALE = "vgtsim_weight_scale"
 
 
@@ -32,9 +34,9 @@ force = _of("{}/force")  # force sensor of a member
 torque = _of("{}/torque")  # torque sensor of a member
 half = _of("{}/half")  # far half of an elastic tube, a body and its geom
 rod = _of("{}/rod")  # second body of a cylinder, and its geom
-slide = _of("{}/slide")  # joint of a cylinder, zero when retracted; of an elastic tube, zero when unloaded
-length = _of("{}/length")  # sensor of a cylinder: pin to pin less the retracted length
-retracted = _of("{}/retracted")  # numeric of a cylinder: pin to pin at zero slide, m
+slide = _of("{}/slide")  # joint of a cylinder, its length pin to pin; of an elastic tube, zero when unloaded
+length = _of("{}/length")  # sensor of a cylinder: pin to pin
+cylinder = _of("cylinder/{}")  # default class of the slides and servos of a kind of cylinder
 drive = _of("{}/drive")  # joint equality of the rigid drive of a member or of the feed
 servo = _of("{}/servo")  # position actuator of a member or of the feed
 drive_force = _of("{}/drive_force")  # sensor of the force of a cylinder's drive

@@ -32,7 +32,7 @@ class PoseMap:
         pins: Hinge of each actuator between joint blocks, in the order of the rings, shape (3 R,).
         sliding: Indices of the S members with slides: the actuators, then the elastic tubes, shape (S,).
         members: Slide of each of those, shape (S,).
-        at_zero: Length of each of those at zero slide, shape (S,), m.
+        at_zero: Length of each of those at zero slide, shape (S,), m: none of an actuator.
         feed, feed_reference: Coordinate of the mast's feed, and height of the mast flange at zero feed, m.
         tip: First of the seven coordinates of the tip plate.
     """
@@ -68,7 +68,6 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
     bodies = {model.body(i).name for i in range(model.nbody)}
     tubes = [i for i, label in enumerate(labels) if names.half(label) in bodies]
     sliding = np.concatenate([truss.actuated, np.array(tubes, dtype=int)])
-    retracted = [model.numeric(names.retracted(labels[i])).data[0] for i in truss.actuated]
     return PoseMap(
         slides=addresses(joint for node in hubs for joint in names.slides(node)).reshape(-1, 3),
         hub_reference=np.array([model.body(node).pos for node in hubs]).reshape(-1, 3),
@@ -81,7 +80,7 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
         pins=addresses(names.pin(labels[i]) for i in pinned),
         sliding=sliding,
         members=addresses(names.slide(labels[i]) for i in sliding),
-        at_zero=np.array([*retracted, *(model.body(names.half(labels[i])).pos[2] for i in tubes)]),
+        at_zero=np.array([*np.zeros(len(truss.actuated)), *(model.body(names.half(labels[i])).pos[2] for i in tubes)]),
         feed=int(model.joint(names.FEED).qposadr[0]),
         feed_reference=float(model.body(names.MAST).pos[2]),
         tip=int(model.joint(names.TIP).qposadr[0]),

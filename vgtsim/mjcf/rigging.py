@@ -24,22 +24,34 @@ TANK = 1  # contact bit of the tank
 _BITS = 30  # of MuJoCo's 32, less the tank's and the sign
 
 
+@dataclass(frozen=True)
+class Lift:
+    """Lowest and highest position of the mast relative to its working depth, m, and greatest force, N, and rate, m/s."""
+
+    range: tuple[float, float]
+    force: float
+    rate: float
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rigging:
     """An arm with what it hangs from and carries, and how its cylinders are held.
 
     Attributes:
-        feed_range: Lowest and highest position of the mast relative to its working depth, m.
+        feed: How the mast is lifted.
         reference: Inputs of the reference pose, shape (n,): where the model stands when it is reset.
         timestep: Of the simulation, s; it sets the closures' time constants.
         servo_stiffness, servo_damping: N/m and N·s/m.
         elastic: Whether each tube is two halves with a spring of stiffness EA/L between them.
         lumped: Whether the members' mass sits in their hubs.
+        guided: Whether a guide holds the mast sideways; without one it can touch the riser.
+        limited: Whether strokes, commands and speeds are limited, idle spins damped and contacts softened as model files
+            have it; a plant goes where it is sent.
     """
 
     chain: Chain
     mast: MastPipe
-    feed_range: tuple[float, float]
+    feed: Lift
     payload: Payload
     reference: Array
     timestep: float
@@ -47,6 +59,8 @@ class Rigging:
     servo_damping: float
     elastic: bool = False
     lumped: bool = False
+    guided: bool = True
+    limited: bool = False
 
     @cached_property
     def nodes(self) -> Array:

@@ -74,6 +74,7 @@ def _dress_block(
     body.add_geom(
         name=truss.nodes[block[1]],
         default=spec.find_default("hub"),
+        type=mujoco.mjtGeom.mjGEOM_CAPSULE,
         fromto=[0, 0, -half, 0, 0, half],
         size=[arm.block_of(module).diameter / 2, 0, 0],
         **rigging.bits(module),
@@ -93,4 +94,4 @@ def pin_rod(spec: mujoco.MjSpec, rigging: Rigging, member: Member, rod: mujoco.M
     lever = float(np.linalg.norm(nodes[head] - nodes[middle]))
     rod.add_joint(name=names.roll(member.name), type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 0, 1])
     rod.add_site(name=names.lug(member.name), pos=[lever, 0, 0])
-    hold_sites(spec, names.alignment(member.name), names.lug(member.name), truss.nodes[head], rigging.timestep)
+    hold_sites(spec, names.alignment(member.name), names.lug(member.name), truss.nodes[head])

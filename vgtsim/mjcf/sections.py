@@ -15,11 +15,10 @@ from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, find_rigid_sections
 from vgtsim.kinematics.inertia import make_hub_masses
 from vgtsim.mjcf import names
-from vgtsim.mjcf.arm import ROLE_COLOURS, add_defaults
+from vgtsim.mjcf.defaults import ROLE_COLOURS, add_defaults
 from vgtsim.mjcf.fittings import set_point_masses
 from vgtsim.mjcf.hubs import add_ball, add_hubs
 from vgtsim.mjcf.rigging import Rigging
-from vgtsim.mjcf.rows import SOLIMP, SOLREF_RATIO, SOLREF_STEPS
 from vgtsim.mjcf.tip import add_tip
 
 Array = NDArray[np.float64]
@@ -35,7 +34,7 @@ def add_sections(spec: mujoco.MjSpec, rigging: Rigging) -> None:
     """
     truss, sections = rigging.chain.truss, find_rigid_sections(rigging.chain)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-    add_defaults(spec)
+    add_defaults(spec, rigging)
     add_hubs(spec, rigging, sections.nodes(0), sections.nodes(-1))
     for number in range(1, sections.count - 1):
         _add_section(spec, rigging, sections.nodes(number))
@@ -51,8 +50,6 @@ def add_sections(spec: mujoco.MjSpec, rigging: Rigging) -> None:
             type=mujoco.mjtEq.mjEQ_TENDON,
             objtype=mujoco.mjtObj.mjOBJ_TENDON,
             name1=name,
-            solref=[SOLREF_STEPS * rigging.timestep, SOLREF_RATIO],
-            solimp=SOLIMP,
             data=[0.0] * 12,
             info=member.name,
         )
@@ -83,7 +80,8 @@ class SectionPose:
         bodies: Body of each section, shape (S,).
         slides, moves: Coordinates of the hubs' slides and first one of the sections', shapes (F, 3) and (S,).
         slide_speeds, move_speeds: The same of the degrees of freedom.
-        feed, feed_reference: Coordinate of the mast's feed, and height of the mast flange at zero feed, m.
+        feed, feed_speed, feed_reference: Coordinate and degree of freedom of the mast's feed, and height of the mast flange at
+            zero feed, m.
     """
 
     hubs: Index
@@ -97,6 +95,7 @@ class SectionPose:
     slide_speeds: Index
     move_speeds: Index
     feed: int
+    feed_speed: int
     feed_reference: float
 
     def find_frames(self, nodes: Array) -> tuple[Array, Array]:
@@ -145,5 +144,6 @@ def make_section_pose(model: mujoco.MjModel, chain: Chain) -> SectionPose:
         slide_speeds=model.jnt_dofadr[joints],
         move_speeds=model.jnt_dofadr[moves],
         feed=int(model.joint(names.FEED).qposadr[0]),
+        feed_speed=int(model.joint(names.FEED).dofadr[0]),
         feed_reference=float(model.body(names.MAST).pos[2]),
     )

@@ -48,7 +48,7 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
 
     Differs:
         The dissertation draws its tank; here the arm can touch it. For contact the tank is enclosed in boxes
-        that lie outside it and stand back by at most a few centimetres, see `geometry.panels`.
+        that lie outside it and stand back by at most a centimetre, see `geometry.panels`.
     """
     from vgtsim.geometry import solids  # with trimesh, which an arm alone does without
 
@@ -66,7 +66,8 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         waste = _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_CYLINDER, "contact", "tank.waste", size=size)
         waste.pos = [0, 0, tank.waste.level - DEPTH / 2]
     around = obstacles(tank)
-    for index, (name, axis, radius) in enumerate(zip(around.names, around.axes, around.radii, strict=True)):
+    entries = [index for index, item in enumerate(tank.equipment) for _ in item.ring]
+    for index, name, axis, radius in zip(entries, around.names, around.axes, around.radii, strict=True):
         shape, info = mujoco.mjtGeom.mjGEOM_CYLINDER, f"tank.equipment.{index}"
         geom = _add_felt(
             body, names.equipment(name), shape, "equipment", info, fromto=axis.ravel(), size=[radius, 0, 0]

@@ -62,7 +62,6 @@ def _dress_tip(spec: mujoco.MjSpec, tip: mujoco.MjsBody, rigging: Rigging, corne
         tip.add_geom(
             name=names.PAYLOAD,
             default=spec.find_default("payload"),
-            type=shape.mjGEOM_SPHERE,
             size=[rigging.payload.radius, 0, 0],
             pos=reach,
             **bits,

@@ -56,12 +56,18 @@ def light_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
 
 
 def add_arm_views(spec: mujoco.MjSpec, height: float) -> None:
-    """Light an arm alone, whose base face is at a height, m, and place its four cameras."""
-    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.5] * 3
+    """Place the four cameras of an arm alone, whose base face is at a height, m."""
     middle = np.array([0.0, 0.0, height / 2])
     _add_camera(spec, "overview", [-0.9 * height, -1.5 * height, 0.9 * height], middle, 50)
     _add_camera(spec, "cutaway", [0.0, -1.6 * height, height / 2], middle, 50)
     _add_arm_cameras(spec, height)
+
+
+def add_floor(spec: mujoco.MjSpec) -> None:
+    """Add a floor under an arm alone, and light."""
+    spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.5] * 3
+    floor = spec.worldbody.add_geom(name=names.FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[20, 20, 1], conaffinity=0)
+    floor.rgba = [0.86, 0.87, 0.88, 1]
 
 
 def _add_arm_cameras(spec: mujoco.MjSpec, height: float) -> None:

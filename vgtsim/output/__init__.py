@@ -2,7 +2,7 @@
 
 from vgtsim.output.folders import naming_folder, prepare_file, prepare_folder
 from vgtsim.output.staging import LOG, find_results, stage_results
-from vgtsim.output.write import film, write_outputs, write_reports, write_verdict
+from vgtsim.output.write import film, write_outputs, write_pdf, write_reports, write_verdict
 
 __all__ = [
     "LOG",
@@ -13,6 +13,7 @@ __all__ = [
     "prepare_folder",
     "stage_results",
     "write_outputs",
+    "write_pdf",
     "write_reports",
     "write_verdict",
 ]

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import io
+import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from vgtsim.output.colours import HOLD, LIMIT
 from vgtsim.replacing import replacing
@@ -20,6 +24,8 @@ from vgtsim.site import Site
 from vgtsim.verification import find_holds, goal_name
 
 WIDTH = 9.6  # inches; the page shows it at full column width
+_FEW = 2  # points of a line that only marks a limit or a place
+_TOLD = 300  # points of a line that a page can tell values of: one a pixel or two
 _INK = "#010203"  # stands for the page's text colour until the SVG is written
 
 _STYLE: dict[Any, Any] = {
@@ -95,7 +101,30 @@ def to_svg(figure: Figure, prefix: str, label: str) -> str:
     svg = re.sub(r'\sid="([^"]*)"', lambda hit: f' id="{prefix}-{hit[1]}"' if hit[1] in used else "", svg)
     svg = re.sub(r'(url\(#|href="#)', rf"\g<1>{prefix}-", svg)
     svg = re.sub(r'\s(width|height)="[\d.]+pt"', "", svg, count=2)
-    return svg.replace("<svg", f'<svg role="img" aria-label="{label}"', 1).strip()
+    told = escape(json.dumps([_describe_axes(figure, axes) for axes in figure.axes if axes.lines]), quote=True)
+    return svg.replace("<svg", f'<svg role="img" aria-label="{label}" data-axes="{told}"', 1).strip()
+
+
+def _describe_axes(figure: Figure, axes: Axes) -> dict[str, Any]:
+    """Where axes stand in the drawing, in points from its top left corner, and the lines that a reader may ask values of."""
+    wide, high = 72 * figure.get_size_inches()
+    box = axes.get_position()
+    read = [(str(line.get_label()), *np.asarray(line.get_xydata(), float).T) for line in axes.lines]
+    named = ((label, x, y) for label, x, y in read if not label.startswith("_") or len(x) > _FEW)
+    return {
+        "box": [round(float(v), 2) for v in (box.x0 * wide, (1 - box.y1) * high, box.x1 * wide, (1 - box.y0) * high)],
+        "x": [float(f"{edge:.6g}") for edge in axes.get_xlim()],
+        "lines": [_describe_line(axes.get_ylabel() if label.startswith("_") else label, x, y) for label, x, y in named],
+    }
+
+
+def _describe_line(name: str, x: NDArray[np.float64], y: NDArray[np.float64]) -> dict[str, Any]:
+    every = max(len(x) // _TOLD, 1)
+    return {
+        "name": name,
+        "x": [float(f"{value:.6g}") for value in x[::every]],
+        "y": [float(f"{value:.4g}") if np.isfinite(value) else None for value in y[::every]],
+    }
 
 
 def draw_limit(axes: Axes, value: float, label: str) -> None:

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import base64
+import subprocess
 from collections.abc import Callable
-from dataclasses import dataclass
-from html import escape
+from dataclasses import astuple, dataclass
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
-from string import Template
+from typing import Any
 
 import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
+from vgtsim.errors import MissingLibraryError
 from vgtsim.output import html_tables as tables
 from vgtsim.output import run_plots as runs
+from vgtsim.output.calculation import make_sheet
 from vgtsim.output.figure import styled, to_svg
 from vgtsim.output.quantities import format_quantity
+from vgtsim.output.staging import HTML, RESULTS, VIDEO
 from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
@@ -67,35 +73,89 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
 
 
 def write_report_html(site: Site, log: RunLog, report: Report, path: str | Path) -> None:
-    """Write `report.html`: verdict, checks, goals, plots, settings; it needs no other file and no network.
+    """Write `report.html`: verdict, picture, film, goals, checks, plots, calculation, settings; it needs no network.
 
-    The file is written whole or not at all. A plot without its series says so.
+    A film and other results that lie beside it are shown and linked; without them it is whole too. The file is written
+    whole or not at all. A plot without its series says so.
     """
-    template = Template(resources.files("vgtsim.output").joinpath("report.html").read_text(encoding="utf-8"))
-    page = template.substitute(
-        title=escape(site.task.title),
-        verdict="PASSED" if report.passed else "FAILED",
-        verdict_class="pass" if report.passed else "fail",
-        summary=escape(tables.summarise(report)),
-        notices=tables.notices(log, report),
-        checks=tables.check_rows(report),
-        goals=tables.goal_rows(site, log, report),
-        members=tables.member_rows(site, log, report),
-        reactions=tables.reaction_rows(site, log),
-        plots="\n".join(_draw(plot, report) for plot in list_plots(site, log, report)),
-        settings=tables.fact_rows(tables.list_settings(site)),
-        performance=tables.fact_rows(tables.list_costs(report.performance)),
-        versions=tables.fact_rows(report.versions.items()),
-    )
     with replacing(path) as partial:
-        partial.write_text(page, encoding="utf-8")
+        partial.write_text(make_page(site, log, report, Path(path).parent), encoding="utf-8")
 
 
-def _draw(plot: ReportPlot, report: Report) -> str:
-    heading = f'<h3 id="{plot.name}">{escape(plot.title)}</h3>'
+def write_report_pdf(site: Site, log: RunLog, report: Report, path: str | Path) -> None:
+    """Write the report as PDF, whole or not at all: the same page with every check open and without the film.
+
+    Raises:
+        MissingLibraryError: WeasyPrint or the system library Pango is not there.
+    """
+    try:
+        import weasyprint
+    except ImportError:
+        raise MissingLibraryError("WeasyPrint", "pip install vgtsim[pdf]") from None
+    except OSError as error:
+        raise MissingLibraryError(f"Pango ({error})", "apt-get install libpango-1.0-0 libpangoft2-1.0-0") from None
+    with replacing(path) as partial:
+        weasyprint.HTML(string=make_page(site, log, report)).write_pdf(partial)
+
+
+def make_page(site: Site, log: RunLog, report: Report, folder: Path | None = None) -> str:
+    """Make the report's page; without a folder of results it shows and links nothing that lies beside it."""
+    sheet = make_sheet(site, log, report)
+    return (
+        _load_pages()
+        .get_template("report.html")
+        .render(
+            title=site.task.title,
+            passed=report.passed,
+            verdict="PASSED" if report.passed else "FAILED",
+            summary=tables.summarise(report),
+            notices=tables.list_notices(log, report),
+            plots=[_draw(plot, report) for plot in list_plots(site, log, report)],
+            film=folder and _find_film(folder),
+            goals=tables.list_goals(site, log, report),
+            checks=tables.group_checks(report),
+            members=tables.list_members(site, log, report),
+            sheet=sheet and {**vars(sheet), "lines": [astuple(line) for line in sheet.lines]},
+            reactions=tables.list_reactions(site, log),
+            settings=tables.list_settings(site),
+            performance=tables.list_costs(report.performance),
+            versions=report.versions.items(),
+            beside=[name for name in RESULTS if folder and name != HTML and (folder / name).exists()],
+            style=_read_page("report.css"),
+            script=_read_page("plots.js"),
+        )
+    )
+
+
+@lru_cache(maxsize=1)
+def _load_pages() -> Environment:
+    pages = PackageLoader("vgtsim.output", "pages")
+    return Environment(loader=pages, autoescape=True, undefined=StrictUndefined, keep_trailing_newline=True)
+
+
+def _read_page(name: str) -> str:
+    return resources.files("vgtsim.output").joinpath("pages", name).read_text(encoding="utf-8").strip()
+
+
+def _find_film(folder: Path) -> dict[str, str] | None:
+    """The film in a folder with its first frame as a data address, if there is one."""
+    if not (folder / VIDEO).is_file():
+        return None
+    import imageio_ffmpeg
+
+    still = ["-frames:v", "1", "-f", "image2pipe", "-c:v", "mjpeg", "-q:v", "4", "-"]  # 4 of 31: little is lost
+    try:
+        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", str(folder / VIDEO), *still]
+        picture = subprocess.run(command, capture_output=True, check=True).stdout
+    except (RuntimeError, OSError, subprocess.CalledProcessError):  # no decoder, or a film that it cannot read
+        return {"file": VIDEO, "poster": ""}
+    return {"file": VIDEO, "poster": f"data:image/jpeg;base64,{base64.b64encode(picture).decode()}"}
+
+
+def _draw(plot: ReportPlot, report: Report) -> dict[str, Any]:
+    shown = {"name": plot.name, "title": plot.title, "caption": plot.caption}
     lacking = [name for name in plot.needs if not np.isfinite(report.series.get(name, np.nan)).any()]
     if lacking:
-        return f'<figure>{heading}<p class="notice">Not measured: {", ".join(lacking)}.</p></figure>'
+        return shown | {"lacking": lacking}
     with styled():
-        svg = to_svg(plot.plot(), plot.name, plot.title)
-    return f"<figure>{heading}{svg}<figcaption>{escape(plot.caption)}</figcaption></figure>"
+        return shown | {"lacking": [], "svg": to_svg(plot.plot(), plot.name, plot.title)}

@@ -1,9 +1,9 @@
-"""The words and tables of the HTML report."""
+"""The words and tables of the report, as a template shows them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from html import escape
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import CHECK_NAMES, Check, Report, find_holds, find_riser_reaction
 
+_NO_MATTER = 1e-3  # of its limit: a figure below this is as good as nothing, and `report.json` has it
 _ROWS = 20  # members listed, the most used first; a page long
 _KEY_FIGURES = {
     "closure": "loops closed within",
@@ -39,7 +40,7 @@ def summarise(report: Report) -> str:
     first = {check.name: check for check in reversed(report.checks)}
     for name, text in _KEY_FIGURES.items():
         if name in first:
-            parts.append(f"{text} {format_quantity(first[name].measured, first[name].unit)}")
+            parts.append(f"{text} {_write_measured(first[name])}")
     if "real_time_factor" in report.performance:
         parts.append(f"{report.performance['real_time_factor']:.3g} times real time")
     return " · ".join(parts)
@@ -51,88 +52,136 @@ def missing_checks(report: Report) -> list[str]:
     return [name for name in CHECK_NAMES if name not in present]
 
 
-def notices(log: RunLog, report: Report) -> str:
-    """Write paragraphs of the report's notes and of what went wrong in the run itself; none when there is nothing to tell."""
+def list_notices(log: RunLog, report: Report) -> list[str]:
+    """List the report's notes and what went wrong in the run itself; empty when there is nothing to tell."""
     lines = [f"Note: {note}" for note in report.notes]
     lines += [f"The run ended early: {log.stopped}"] if log.stopped else []
     lines += [f"MuJoCo warned: {text}" for text in log.warnings]
     pairs = {tuple(sorted(pair)) for pair in log.contact_pair.tolist()}
-    lines += [f"Contact: {first} with {second}" for first, second in sorted(pairs)]
-    return "\n".join(f'<p class="notice">{escape(line)}</p>' for line in lines)
+    return lines + [f"Contact: {first} with {second}" for first, second in sorted(pairs)]
 
 
-def check_rows(report: Report) -> str:
-    """Write a row for each check; a check that is missing has one that says so."""
-    rows = [_check_row(check) for check in report.checks]
-    rows += [
-        f'<tr class="fail"><td class="mark">✗</td><th scope="row">{name}</th><td colspan="7">not made</td></tr>'
-        for name in missing_checks(report)
-    ]
-    return "\n".join(rows)
+@dataclass(frozen=True, kw_only=True)
+class CheckRow:
+    """A check as the page shows it; `share` is how much of the limit is used, in per cent, NaN where none can be said."""
+
+    quantity: str
+    measured: str
+    limit: str
+    share: float
+    where: str
+    when: str
+    source: str
+    detail: str
+    passed: bool
 
 
-def _check_row(check: Check) -> str:
+@dataclass(frozen=True)
+class CheckGroup:
+    """The rows of one check; none where the check was not made."""
+
+    name: str
+    rows: tuple[CheckRow, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the check was made and every figure is within its limit."""
+        return bool(self.rows) and all(row.passed for row in self.rows)
+
+    @property
+    def worst(self) -> CheckRow:
+        """The row that uses most of its limit, failed ones first."""
+        return max(self.rows, key=lambda row: (not row.passed, np.nan_to_num(row.share, nan=-1.0)))
+
+
+def group_checks(report: Report) -> list[CheckGroup]:
+    """Group the checks of a report by name, in the order of `CHECK_NAMES`; what is missing has no rows."""
+    found: dict[str, list[CheckRow]] = {name: [] for name in CHECK_NAMES}
+    for check in report.checks:
+        found.setdefault(check.name, []).append(_describe_check(check))
+    return [CheckGroup(name, tuple(rows)) for name, rows in found.items()]
+
+
+def _describe_check(check: Check) -> CheckRow:
     sign = "≤" if check.sense == "at most" else "≥"
-    when = f"{check.when:.2f} s" if np.isfinite(check.when) else ""
-    detail = f"<small>{escape(check.detail)}</small>" if check.detail else ""
-    cells = (
-        f'<td class="mark">{"✓" if check.passed else "✗"}</td>',
-        f'<th scope="row">{escape(check.name)}</th>',
-        f"<td>{escape(check.quantity)}{detail}</td>",
-        _figure(format_quantity(check.measured, check.unit)),
-        _figure(f"{sign} {format_quantity(check.limit, check.unit)}"),
-        f'<td class="share">{_share_bar(check)}</td>',
-        f'<td class="where">{escape(check.where).replace("/", "/<wbr>")}</td>',
-        _figure(when),
-        f"<td><small>{escape(check.source)}</small></td>",
+    return CheckRow(
+        quantity=check.quantity,
+        measured=_write_measured(check),
+        limit=f"{sign} {format_quantity(check.limit, check.unit)}",
+        share=_find_share(check),
+        where=check.where,
+        when=f"{check.when:.2f} s" if np.isfinite(check.when) else "",
+        source=check.source,
+        detail=check.detail,
+        passed=check.passed,
     )
-    return f'<tr class="{"pass" if check.passed else "fail"}">{"".join(cells)}</tr>'
 
 
-def _figure(text: str) -> str:
-    return f'<td class="figure">{escape(text)}</td>'
+def _write_measured(check: Check) -> str:
+    """The figure, or that it is far below its limit: more digits would not matter."""
+    return _write(check.measured, check.unit, check.limit if check.sense == "at most" else 0.0)
 
 
-def _share_bar(check: Check) -> str:
-    """Show how much of the limit is used up."""
+def _write(value: float, unit: str, limit: float) -> str:
+    least = _NO_MATTER * limit
+    return f"< {format_quantity(least, unit)}" if 0 < value < least else format_quantity(value, unit)
+
+
+def _find_share(check: Check) -> float:
     over, under = (check.measured, check.limit) if check.sense == "at most" else (check.limit, check.measured)
-    if not np.isfinite(check.measured) or under <= 0:
-        return ""
-    share = 100 * over / under
-    text = f"{share:.0f} %" if 1 <= share < 1000 else "&lt; 1 %" if share < 1 else "&gt; 999 %"
-    width = min(max(share, 0.0), 100.0)
-    return f'<span class="bar"><i style="width:{width:.0f}%"></i></span> <small>{text}</small>'
+    return 100 * over / under if np.isfinite(check.measured) and under > 0 else np.nan
 
 
-def goal_rows(site: Site, log: RunLog, report: Report) -> str:
-    """Write a row for each goal: place, stays and greatest errors, of the report's series `tool_..._error` if there."""
-    stays = find_holds(log)
+@dataclass(frozen=True, kw_only=True)
+class GoalRow:
+    """A goal of the tour: when the arm settled there, and the greatest distance and angle of the tool from it."""
+
+    name: str
+    position: str
+    direction: str
+    stays: str
+    distance: str
+    angle: str
+    reached: bool
+
+
+def list_goals(site: Site, log: RunLog, report: Report) -> list[GoalRow]:
+    """List the goals; errors are of the report's series `tool_..._error`, if there."""
+    stays, limits = find_holds(log), site.task.limits
+    judged = (
+        ("tool_position_error", "m", limits.tracking_position),
+        ("tool_angle_error", "rad", limits.tracking_angle),
+    )
     rows = []
     for index, goal in enumerate(site.task.motion.goals):
-        own = [hold for hold in stays if hold.goal == index]
-        spans = ", ".join(f"{hold.start:.1f} to {hold.end:.1f} s" for hold in own) or "never settled"
-        cells = [", ".join(f"{value:.3f}" for value in goal.position).replace("-", MINUS)]
-        cells += [", ".join(f"{value:.2f}" for value in goal.direction).replace("-", MINUS)]
+        held = [hold for hold in stays if hold.goal == index]
         errors = []
-        for key, unit in (("tool_position_error", "m"), ("tool_angle_error", "rad")):
+        for key, unit, limit in judged:
             series = report.series.get(key)
-            known = [] if series is None else [float(np.max(series[h.first : h.last + 1])) for h in own]
-            errors.append(format_quantity(max(known, default=np.nan), unit))
+            known = [] if series is None else [float(np.max(series[h.first : h.last + 1])) for h in held]
+            errors.append(_write(max(known, default=np.nan), unit, limit))
         rows.append(
-            f'<tr class="{"pass" if own else "fail"}"><th scope="row">{goal.name}</th>'
-            f"{''.join(map(_figure, cells))}<td>{spans}</td>{''.join(map(_figure, errors))}</tr>"
+            GoalRow(
+                name=goal.name,
+                position=", ".join(f"{value:.3f}" for value in goal.position).replace("-", MINUS),
+                direction=", ".join(f"{value:.2f}" for value in goal.direction).replace("-", MINUS),
+                stays=", ".join(f"{hold.start:.1f} to {hold.end:.1f} s" for hold in held) or "never settled",
+                distance=errors[0],
+                angle=errors[1],
+                reached=bool(held),
+            )
         )
-    return "\n".join(rows)
+    return rows
 
 
-def member_rows(site: Site, log: RunLog, report: Report) -> str:
-    """Write rows of the most used members: tension and compression apart, with the margin.
+def list_members(site: Site, log: RunLog, report: Report) -> list[tuple[str, ...]]:
+    """List the most used members: name, section, tension and compression, kN, each with its use, greatest use, margin, when.
 
-    The report should have the series `utilisation` and its parts; the row says so where it was not measured.
+    Empty where the report has no series `utilisation`.
     """
     used = report.series.get("utilisation", np.empty((0, 0)))
     if not np.isfinite(used).any():
-        return '<tr><td colspan="9">not measured</td></tr>'
+        return []
     axial = log.axial(site.truss.ends)
     peak = np.max(np.nan_to_num(used, nan=-np.inf), axis=0)
     rows = []
@@ -141,22 +190,24 @@ def member_rows(site: Site, log: RunLog, report: Report) -> str:
         pulled, pushed = (
             float(np.nanmax(report.series[f"utilisation_{kind}"][:, index])) for kind in ("tension", "compression")
         )
-        cells = (
-            member.section,
-            f"{max(axial[:, index].max(), 0) / 1e3:.1f}",
-            f"{pulled:.3f}",
-            f"{max(-axial[:, index].min(), 0) / 1e3:.1f}",
-            f"{pushed:.3f}",
-            f"{peak[index]:.3f}",
-            f"{1 / peak[index] - 1:.2f}" if peak[index] > 0 else "",
-            f"{log.time[record]:.2f} s",
+        rows.append(
+            (
+                member.name,
+                member.section,
+                f"{max(axial[:, index].max(), 0) / 1e3:.1f}",
+                f"{pulled:.3f}",
+                f"{max(-axial[:, index].min(), 0) / 1e3:.1f}",
+                f"{pushed:.3f}",
+                f"{peak[index]:.3f}",
+                f"{1 / peak[index] - 1:.2f}" if peak[index] > 0 else "",
+                f"{log.time[record]:.2f} s",
+            )
         )
-        rows.append(f'<tr><th scope="row">{escape(member.name)}</th>{"".join(map(_figure, cells))}</tr>')
-    return "\n".join(rows)
+    return rows
 
 
-def reaction_rows(site: Site, log: RunLog) -> str:
-    """Write the peaks of the loads on mast and riser."""
+def list_reactions(site: Site, log: RunLog) -> list[tuple[str, ...]]:
+    """List the peaks of the loads on mast and riser: downward, lateral, bending moment, torque."""
     rows = []
     for name, wrench in (
         ("mast at the pivot", -log.mast_reaction),
@@ -164,17 +215,12 @@ def reaction_rows(site: Site, log: RunLog) -> str:
     ):
         lateral, bending = (np.linalg.norm(wrench[:, first : first + 2], axis=1) for first in (0, 3))
         peaks = ((-wrench[:, 2], "kN"), (lateral, "kN"), (bending, "kN·m"), (np.abs(wrench[:, 5]), "kN·m"))
-        cells = []
+        row = [name]
         for values, unit in peaks:
             worst = int(first_greatest(values))
-            cells.append(_figure(f"{values[worst] / 1e3:.2f} {unit} at {log.time[worst]:.2f} s"))
-        rows.append(f'<tr><th scope="row">{name}</th>{"".join(cells)}</tr>')
-    return "\n".join(rows)
-
-
-def fact_rows(facts: Iterable[tuple[str, str]]) -> str:
-    """Write pairs of name and value as table rows."""
-    return "\n".join(f'<tr><th scope="row">{escape(name)}</th><td>{escape(value)}</td></tr>' for name, value in facts)
+            row.append(f"{values[worst] / 1e3:.2f} {unit} at {log.time[worst]:.2f} s")
+        rows.append(tuple(row))
+    return rows
 
 
 def list_settings(site: Site) -> list[tuple[str, str]]:

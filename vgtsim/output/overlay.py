@@ -16,18 +16,19 @@ from vgtsim.output.quantities import MINUS
 
 Picture = NDArray[np.uint8]
 
-LABELS = ("time", "goal", "tool error", "greatest force", "in member")
+LABELS = ("time", "goal", "tool", "greatest force", "in member")
 _GROUND = (14, 18, 24, 215)
 _SOFT = (170, 178, 188, 255)
 _INK = (242, 244, 246, 255)
 _ACTIVE = (110, 240, 150)
+_THING = (214, 206, 178)  # names of what stands in the tank
 _LEAST_FONT = 9  # pixels; smaller letters cannot be read
 _HALO = 2  # pixels of dark rim around a goal's name
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A name to write at a place in the picture, pixels; the active one is the one to look at."""
+    """A name to write at a place in the picture, pixels; the active one is the one to look at, and has a ring."""
 
     text: str
     column: float
@@ -44,7 +45,7 @@ class Overlay:
         unit: Height of the letters, pixels; every other distance is a multiple.
         font: For the panel.
         values: Column and row of each value in the panel, pixels.
-        names: Every goal's name as it is when another goal is approached, and when this one is.
+        names: Every name as it is usually, and as that of the goal that is approached.
     """
 
     pieces: tuple[tuple[Image.Image, tuple[int, int]], ...]
@@ -54,10 +55,12 @@ class Overlay:
     names: dict[str, tuple[Image.Image, Image.Image]]
 
 
-def make_overlay(width: int, height: int, title: str, end: float, goals: Iterable[str] = ()) -> Overlay:
+def make_overlay(
+    width: int, height: int, title: str, end: float, goals: Iterable[str] = (), things: Iterable[str] = ()
+) -> Overlay:
     """Draw the static parts once, for frames of a size in pixels; the scale of axial force ends at `end`, N.
 
-    Only the names of these goals can be written.
+    Only the names of these goals and things can be written.
     """
     unit = max(_LEAST_FONT, round(height / 36))
     folder, less = Path(mpl.get_data_path()) / "fonts" / "ttf", max(_LEAST_FONT, round(0.8 * unit))
@@ -78,7 +81,9 @@ def make_overlay(width: int, height: int, title: str, end: float, goals: Iterabl
     scale = _draw_scale(layer, draw, small, unit, end)
     pieces = tuple((layer.crop((a, b, c + 1, d + 1)), (a, b)) for a, b, c, d in (panel, scale, foot))
     values = tuple((left + round(8.3 * unit), row) for row in rows)
-    names = {goal: (_draw_name(goal, small, _INK), _draw_name(goal, small, _ACTIVE)) for goal in goals}
+    drawn = ((thing, _draw_name(thing, small, _THING)) for thing in things)
+    names = {thing: (name, name) for thing, name in drawn}
+    names |= {goal: (_draw_name(goal, small, _INK), _draw_name(goal, small, _ACTIVE)) for goal in goals}
     return Overlay(pieces, unit, font, values, names)
 
 
@@ -123,6 +128,8 @@ def draw_overlay(overlay: Overlay, frame: Picture, values: tuple[str, ...], mark
         if 0 <= mark.column < image.width and 0 <= mark.row < image.height:
             name = overlay.names[mark.text][mark.active]
             image.paste(name, (round(mark.column + shift), round(mark.row - shift)), name)
+            if mark.active:
+                draw.circle((mark.column, mark.row), 0.6 * overlay.unit, outline=_ACTIVE, width=_HALO)
     for piece, corner in overlay.pieces:
         image.paste(piece, corner, piece)
     for text, place in zip(values, overlay.values, strict=True):

@@ -7,7 +7,7 @@ from math import degrees, floor, isfinite, log10
 MINUS = "\N{MINUS SIGN}"
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-_PREFIXED = {"m": "m", "N": "N", "N·m": "N·m", "N*m": "N·m", "Nm": "N·m", "Pa": "Pa"}
+_PREFIXED = {"m": "m", "s": "s", "N": "N", "N·m": "N·m", "N*m": "N·m", "Nm": "N·m", "Pa": "Pa"}
 _PLAIN = ("", "1", "-", "dimensionless", "ratio")
 
 
@@ -32,7 +32,7 @@ def _prefixed(value: float, unit: str) -> str:
     """Write a figure that is not negative with a prefix."""
     if value == 0:
         return f"0 {unit}"
-    largest = 0 if unit == "m" else 9  # nobody writes km in a tank
+    largest = 0 if unit in ("m", "s") else 9  # nobody writes km in a tank
     exponent = 3 * floor(log10(float(f"{value:.3g}")) / 3)
     exponent = min(max(exponent, -12), largest)
     return f"{_digits(value / 10.0**exponent)} {_PREFIXES[exponent]}{unit}"

@@ -9,8 +9,8 @@ from copy import copy
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import MissingLibraryError
-from vgtsim.graphics import mujoco
+from vgtsim.geometry import obstacles
+from vgtsim.graphics import explain_no_picture, mujoco
 from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.replay import make_replay, pose_model, project
 from vgtsim.site import Site
@@ -19,7 +19,9 @@ Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Box = tuple[int, int, int, int]  # left, top, right and bottom, pixels
 
-_DIM = 0.6
+_DIM = 0.45  # of the liner: members without force are a light grey
+_GHOST = (0.75, 0.80, 0.86, 0.10)  # the near wall from outside: there, but not in the way
+_MOST_NAMES = 6  # of equipment; the names of more would hide it
 _AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
 _SLICES, _STACKS = (
     14,
@@ -41,6 +43,17 @@ def compile_view(site: Site) -> mujoco.MjModel:
     return model
 
 
+def name_things(site: Site) -> dict[str, Array]:
+    """Places of the names of what is in the tank, shape (3,), m, by name: waste, and the equipment unless it is much."""
+    around, level = obstacles(site.tank), site.tank.waste.level
+    heights = np.linspace(0.8, 0.3, len(around.names))[:, None]  # of each, so that names beside one another do not meet
+    places = (1 - heights) * around.axes[:, 0] + heights * around.axes[:, 1]
+    named = len(around.names) <= _MOST_NAMES
+    things = {name.replace("_", " "): place for name, place in zip(around.names, places, strict=True) if named}
+    front = np.array([0.0, -site.tank.shell.inner_diameter / 8, level])  # where the arm seldom hides it
+    return things | ({site.tank.waste.kind: front} if level else {})
+
+
 class Stage:
     """A model that is posed and drawn, with a thread of its own, which its OpenGL context needs; several draw at once."""
 
@@ -48,11 +61,13 @@ class Stage:
         """Prepare a copy of a model for pictures of a width and height, pixels; the colour scale ends at this force, N.
 
         Raises:
-            MissingLibraryError: There is no EGL.
+            MissingLibraryError: There is no EGL, or not what `MUJOCO_GL` asks for.
         """
         self._model, self._size = copy(model), size
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         self._replay = make_replay(self._model, site.truss, end)
+        self._near = self._model.geom(f"{names.TANK}/liner/front")
+        self._wall = int(self._near.matid[0]), self._near.rgba.copy(), int(self._near.group[0])
         self._scene = mujoco.MjvScene(self._model, _MOST)
         for effect in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
             self._scene.flags[effect] = 0
@@ -60,20 +75,21 @@ class Stage:
         boxes = self._model.geom_aabb[self._moving, None]
         self._corners = boxes[..., :3] + boxes[..., 3:] * _CORNERS
         self._grounds: dict[str, Picture] = {}
-        self._points = np.array([goal.position for goal in site.task.motion.goals]).reshape(-1, 3)
+        points = [*(goal.position for goal in site.task.motion.goals), *name_things(site).values()]
+        self._points = np.array(points).reshape(-1, 3)
         self._thread = ThreadPoolExecutor(1)
         self._close: Callable[[], None] = lambda: None
         try:
             self._thread.submit(self._open).result()
-        except (ImportError, AttributeError, RuntimeError, mujoco.FatalError):
-            # which of them depends on what is missing: the library, its driver, or a device
+        except (ImportError, AttributeError, RuntimeError, ValueError, mujoco.FatalError) as error:
+            # which of them depends on what is missing: the library, its driver, a device or a display
             self.close()
-            raise MissingLibraryError("EGL", "apt-get install libegl1 libgl1-mesa-dri") from None
+            raise explain_no_picture(error) from None
 
     def draw(self, camera: str, nodes: Array, axial: Array) -> Future[tuple[Picture, Array]]:
         """Draw nodes in frame G, shape (N, 3), m, members coloured by axial force, shape (M,), N.
 
-        The picture, shape (height, width, 3), comes with column and row of every goal, see `project`.
+        The picture, shape (height, width, 3), comes with column and row of every goal and thing, see `project`.
         """
         return self._thread.submit(self._draw, camera, nodes, axial)
 
@@ -109,9 +125,11 @@ class Stage:
         return picture, places
 
     def _look(self, camera: str, shown: mujoco.mjtCatBit) -> None:
-        """Fill the scene with what a camera sees; the cameras outside the tank see no front half of it."""
-        view, eye = mujoco.MjvOption(), mujoco.MjvCamera()
-        view.geomgroup[[tank.FRONT_GROUP, tank.FRONT_COVER_GROUP]] = camera in _INSIDE
+        """Fill the scene with what a camera sees; those outside the tank see of its front half a ghost of the wall."""
+        view, eye, inside = mujoco.MjvOption(), mujoco.MjvCamera(), camera in _INSIDE
+        view.geomgroup[[tank.FRONT_GROUP, tank.FRONT_COVER_GROUP]] = inside
+        shape = self._wall if inside else (-1, _GHOST, tank.INSIDE_GROUP)
+        self._near.matid, self._near.rgba, self._near.group = shape
         eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.cam(camera).id
         mujoco.mjv_updateScene(self._model, self._replay.data, view, None, eye, shown, self._scene)
 

@@ -13,9 +13,9 @@ from vgtsim.errors import DescriptionError
 from vgtsim.output.folders import naming_folder, prepare_folder
 from vgtsim.replacing import lock_folder, replacing
 
-LOG, JSON, HTML, VIDEO = "log", "report.json", "report.html", "video.mp4"
+LOG, JSON, HTML, PDF, VIDEO = "log", "report.json", "report.html", "report.pdf", "video.mp4"
 UNFINISHED = "unfinished"  # folder within the folder of a run, in which a new run puts its results
-_RESULTS = ("scene.xml", "scene.mjb", LOG, JSON, HTML, VIDEO)
+RESULTS = ("scene.xml", "scene.mjb", LOG, JSON, HTML, PDF, VIDEO)
 _WHOLE = ".whole"  # lists the results of a finished run that are being moved
 
 
@@ -39,7 +39,7 @@ def stage_results(out_dir: str | Path, *, resume: bool = False) -> Iterator[Path
         stage.mkdir(exist_ok=True)
         yield stage
         with replacing(stage / _WHOLE) as partial:
-            partial.write_text(json.dumps([name for name in _RESULTS if (stage / name).exists()]), encoding="utf-8")
+            partial.write_text(json.dumps([name for name in RESULTS if (stage / name).exists()]), encoding="utf-8")
         _finish_move(folder)
 
 
@@ -61,7 +61,7 @@ def _finish_move(folder: Path) -> None:
         return
     except (ValueError, RecursionError) as error:
         raise DescriptionError(stage / _WHOLE, "", str(error)[:80], "the list of a run's results") from None
-    for name in _RESULTS:
+    for name in RESULTS:
         if name not in listed:
             _remove(folder / name)
         elif (stage / name).exists():

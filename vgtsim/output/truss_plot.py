@@ -50,10 +50,10 @@ def plot_truss(site: Site, log: RunLog, report: Report) -> Figure:
     figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.05))
     tall, left, right = (figure.add_subplot(cell) for cell in (grid[0, :], grid[1, 0], grid[1, 1]))
-    _draw_tank_side(tall, site.tank, azimuth)
-    _draw_tank_top(left, site.tank)
-    for axes, view in ((tall, _upright(azimuth)), (left, np.eye(3)[:2])):
-        _draw_goals(axes, site, view)
+    draw_tank_side(tall, site.tank, azimuth)
+    draw_tank_top(left, site.tank)
+    for axes, view in ((tall, upright(azimuth)), (left, np.eye(3)[:2])):
+        draw_goals(axes, site, view)
         _draw_arm(axes, site, nodes, axial, view)
         _point_out(axes, site, nodes, worst, view)
     view = _best_plane(nodes)
@@ -114,10 +114,10 @@ def draw_posture(chain: Chain, q: ArrayLike, goal: ArrayLike, path: Path) -> Non
 def goal_plane(chain: Chain, goal: Array) -> Array:
     """Outward and upward unit vectors of the vertical plane of a goal in frame G, shape (2, 3)."""
     x, y, _ = goal - chain.mount[:3, 3]
-    return _upright(float(np.arctan2(y, x)))
+    return upright(float(np.arctan2(y, x)))
 
 
-def _upright(azimuth: float) -> Array:
+def upright(azimuth: float) -> Array:
     """View (2, 3) of the vertical plane at an azimuth: outward and up."""
     return np.array([[np.cos(azimuth), np.sin(azimuth), 0.0], [0.0, 0.0, 1.0]])
 
@@ -129,7 +129,8 @@ def _point_out(axes: Axes, site: Site, nodes: Array, member: int, view: Array) -
     axes.annotate(name, middle, (22, 22), textcoords="offset points", fontsize=8, arrowprops=line)
 
 
-def _draw_goals(axes: Axes, site: Site, view: Array) -> None:
+def draw_goals(axes: Axes, site: Site, view: Array) -> None:
+    """Draw the goals of a scene with their directions and names; `view` (2, 3) projects."""
     for goal in site.task.motion.goals:
         x, y = (float(value) for value in view @ np.array(goal.position))
         dx, dy = (1.1 * float(value) for value in view @ np.array(goal.direction))
@@ -144,7 +145,7 @@ def _scale(end: float) -> ScalarMappable:
     return ScalarMappable(Normalize(-end / 1e3, end / 1e3), ListedColormap(list(colours)))
 
 
-def _draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
+def draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
     """Draw the tank cut by the vertical plane through its axis at an azimuth; equipment is projected onto it."""
     profile = make_profile(tank.shell)
     r, z = profile.points(_SPACING).T
@@ -161,18 +162,18 @@ def _draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
         axes.plot([side * bore] * 2, [float(profile.ceiling_at(bore)), top], color=REST, linewidth=1.4)
         axes.plot([side * bore, side * 1.15 * inner], [top, top], color=REST, linestyle=":")
     axes.text(-inner, top + 0.1, "grade", color=REST, fontsize=7.5, va="bottom")
-    for item in tank.equipment:
+    for item in tank.standing:
         across = item.radius * np.cos(item.azimuth - azimuth)
         crown = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
         corner, height = (across - item.diameter / 2, item.bottom), crown - item.bottom
         axes.add_patch(Rectangle(corner, item.diameter, height, facecolor=REST, alpha=0.45, linewidth=0))
 
 
-def _draw_tank_top(axes: Axes, tank: Tank) -> None:
+def draw_tank_top(axes: Axes, tank: Tank) -> None:
     """Draw the wall, the arm's riser and the equipment from above."""
     axes.add_patch(Circle((0, 0), tank.shell.inner_diameter / 2, fill=False, edgecolor=REST, linewidth=1.4))
     axes.add_patch(Circle((0, 0), tank.arm_riser.bore / 2, fill=False, edgecolor=REST, linestyle=":"))
-    for item in tank.equipment:
+    for item in tank.standing:
         place = item.radius * float(np.cos(item.azimuth)), item.radius * float(np.sin(item.azimuth))
         axes.add_patch(Circle(place, max(item.diameter / 2, 0.08), facecolor=REST, alpha=0.7, linewidth=0))
         name = item.name.replace("_", " ")

@@ -21,7 +21,7 @@ from vgtsim.output.colours import scale_end
 from vgtsim.output.overlay import Mark, Overlay, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.replay import camera_at, frame_times, interpolate
-from vgtsim.output.stage import Picture, Stage, compile_view
+from vgtsim.output.stage import Picture, Stage, compile_view, name_things
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -33,6 +33,7 @@ _STILL, _SHADE = 1e-4, 1e-3  # m, and part of the colour scale: a tenth of a pix
 _MOST_STAGES = 4  # more than the texts and the encoder keep up with
 _AHEAD = 2  # pictures in work for each stage, so that none waits for the encoder
 _ENCODER = ["-preset", "veryfast", "-movflags", "+faststart", "-threads", "1"]  # more threads, other bits
+_NO_MATTER = 1e-3  # of its limit: an error of a settled tool below this flickers, and is as good as nothing
 _QUALITY = 6  # of ten; constant rate factor 20
 
 
@@ -94,7 +95,9 @@ def draw_frames(
     """
     axial = log.axial(site.truss.ends)
     end = scale_end(axial)
-    overlay = make_overlay(*size, site.task.title, end, (goal.name for goal in site.task.motion.goals))
+    things = name_things(site)
+    goals = [goal.name for goal in site.task.motion.goals]
+    overlay = make_overlay(*size, site.task.title, end, goals, things)
     instants = (
         _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)
         for time in times
@@ -107,9 +110,9 @@ def draw_frames(
         for now, drawing in _share(instants, stages, end):
             waiting.append((now, drawing))
             if len(waiting) > _AHEAD * len(stages):
-                yield _label(site, log, report, overlay, *waiting.popleft())
+                yield _label(site, log, report, overlay, [*goals, *things], *waiting.popleft())
         while waiting:
-            yield _label(site, log, report, overlay, *waiting.popleft())
+            yield _label(site, log, report, overlay, [*goals, *things], *waiting.popleft())
 
 
 def _count_stages() -> int:
@@ -135,14 +138,15 @@ def _label(
     log: RunLog,
     report: Report,
     overlay: Overlay,
+    names: list[str],
     now: _Instant,
     drawing: Future[tuple[Picture, Array]],
 ) -> Picture:
-    """Write texts and goals' names of an instant on its picture."""
+    """Write texts and the names of goals and things of an instant on its picture."""
     picture, places = drawing.result()
     marks = tuple(
-        Mark(text=goal.name, column=column, row=row, active=index == int(log.goal[now.record]))
-        for index, (goal, (column, row)) in enumerate(zip(site.task.motion.goals, places.tolist(), strict=True))
+        Mark(text=name, column=column, row=row, active=index == int(log.goal[now.record]))
+        for index, (name, (column, row)) in enumerate(zip(names, places.tolist(), strict=True))
     )
     return draw_overlay(overlay, picture, _values(site, log, report, now), marks)
 
@@ -151,11 +155,14 @@ def _values(site: Site, log: RunLog, report: Report, now: _Instant) -> tuple[str
     """Write the texts of one instant, one for each of the overlay's labels."""
     record, goal = now.record, goal_name(site, int(log.goal[now.record])) or "none"
     error = report.series.get("tool_position_error")
+    known, least = error is not None and np.isfinite(error[record]), _NO_MATTER * site.task.limits.tracking_position
+    off = format_quantity(max(float(error[record]), least), "m") if error is not None and known else ""
+    speed = site.task.video.speed
     worst = int(first_greatest(np.abs(now.axial)))
     return (
-        f"{now.time:.2f} s",
+        f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else ""),
         f"{goal}{' (settled)' if log.settled[record] else ''}",
-        format_quantity(float(error[record]), "m") if error is not None and np.isfinite(error[record]) else "",
+        off and f"{off} {'off' if log.settled[record] else 'to goal'}",
         f"{now.axial[worst] / 1e3:+.1f} kN".replace("-", MINUS),
         site.truss.members[worst].name,
     )

@@ -13,7 +13,7 @@ from vgtsim.description.judging import CameraName, Cut
 from vgtsim.description.schema import closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.output.folders import naming_folder, prepare_folder
-from vgtsim.output.staging import HTML, JSON, LOG, VIDEO, stage_results
+from vgtsim.output.staging import HTML, JSON, LOG, PDF, VIDEO, stage_results
 from vgtsim.replacing import replacing
 
 if TYPE_CHECKING:  # plots, MuJoCo and the checks are loaded where a file needs them
@@ -47,6 +47,7 @@ def write_verdict(
             film(site, log, report, folder)
         except MissingLibraryError as error:
             return error
+        write_reports(site, log, report, folder)  # again, as the page shows the film
     return None
 
 
@@ -58,6 +59,19 @@ def write_reports(site: Site, log: LogSource, report: Report, folder: Path) -> N
     with naming_folder(folder):
         write_report_json(report, folder / JSON)
         write_report_html(site, thin(log), report, folder / HTML)
+
+
+def write_pdf(site: Site, log: LogSource, report: Report, folder: Path) -> MissingLibraryError | None:
+    """Write `report.pdf` into an existing folder; give the reason why it could not be made."""
+    from vgtsim.output.html_report import write_report_pdf
+    from vgtsim.stretch import thin
+
+    try:
+        with naming_folder(folder):
+            write_report_pdf(site, thin(log), report, folder / PDF)
+    except MissingLibraryError as error:
+        return error
+    return None
 
 
 def write_report_json(report: Report, path: Path) -> None:

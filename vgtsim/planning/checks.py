@@ -2,35 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import AssemblyError, DescriptionError
+from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections
 from vgtsim.kinematics.inertia import member_radii
+from vgtsim.planning.collisions import list_collisions, tell_collisions
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 # The shipped arms are laid out to leave 1.5 in all round; their figures are rounded to five digits, m.
 RISER_SPARE = 0.0381 - 1e-5
+_COUPLED = 1e-9  # rounding of inputs of coupled modules, m and rad
 
 
 def check_site(site: Site) -> None:
     """Refuse a scene that cannot work, before any planning.
 
     Raises:
-        DescriptionError: Rigid sections are asked for that the arm does not have. A module has static longerons, or does
-            not assemble over its strokes; the stowed arm does not pass the riser; the start is outside a stroke or too near
-            something; a goal is outside the tank or too near something.
+        DescriptionError: Rigid sections are asked for that the arm does not have. A module does not assemble over its
+            strokes; the stowed arm does not pass the riser; the start is outside a stroke, too near something, or not
+            coupled; a goal is outside the tank or too near something.
     """
-    _check_kinds(site)
-    check_assembly(site)
-    check_riser(site)
-    _check_start(site)
-    _check_goals(site)
+    for error in find_faults(site):
+        raise error
+
+
+def find_faults(site: Site) -> Iterator[VgtError]:
+    """Each reason to refuse a scene, in the order of `check_site`; without a usable arm there is one."""
+    for index, check in enumerate((_check_kinds, check_assembly, check_riser, _check_start)):
+        try:
+            check(site)
+        except VgtError as error:
+            yield error
+            if index < 2:
+                return
+    yield from _find_goal_faults(site)
 
 
 def require_positionable(chain: Chain) -> None:
@@ -48,12 +60,6 @@ def require_positionable(chain: Chain) -> None:
 
 def _check_kinds(site: Site) -> None:
     require_positionable(site.chain)
-    for place, m in site.chain.seats:
-        static = int(np.sum(~place.modules.actuated[m]))
-        if static:
-            found = f"{site.arm.name}, whose module {place.modules.names[m]} has {static} static longerons"
-            allowed = "octahedra with six actuators: a path between poses would not leave static longerons their length"
-            raise site.scene.error("manipulator", found, allowed)
     if site.task.simulation.members == "sections":
         try:
             find_rigid_sections(site.chain)
@@ -99,13 +105,34 @@ def _check_start(site: Site) -> None:
         where, found = f"motion.start.{names.index(actuator.split('/')[0])}", f"{actuator} at {length[worst]:.4f} m"
         allowed = f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin"
         raise scene.error(where, found, allowed)
+    _check_coupling(site)
     clearance, place = site.surroundings.least(q)
-    if clearance < motion.clearance:
-        found = f"a shape that comes to {clearance:.3f} m of {place}"
-        raise scene.error("motion.start", found, f"{motion.clearance:.3f} m")
+    if clearance >= motion.clearance:
+        return
+    collisions = list_collisions(site, q, motion.clearance)
+    lines = "".join(f"\n  {line}" for line in tell_collisions(collisions))
+    found = f"a posture that comes to {clearance:.3f} m of {place}:{lines}\n"
+    allowed = f"{motion.clearance:.3f} m from everything; without motion.start a posture is searched"
+    if motion.start is None:
+        found = f"no posture clear of everything among {site.searched_start[1]}; the best is {found}"
+        allowed = f"{motion.clearance:.3f} m from everything, or an arm and a tank that leave room for it"
+    where = scene.file, "motion.start"
+    raise PostureError(where, found, allowed, name=scene.task.name, site=site, q=q, collisions=collisions)
 
 
-def _check_goals(site: Site) -> None:
+def _check_coupling(site: Site) -> None:
+    """Coupling holds on the way, so it must hold at its begin."""
+    chain = site.chain
+    off, owner, names = site.start - chain.straight, chain.layout.owner, chain.layout.names
+    for follower, leader in site.coupling:
+        apart = float(np.abs(off[owner == follower] - off[owner == leader]).max())
+        if apart > _COUPLED:
+            found = f"inputs of {names[follower]} that differ by {apart:.4g} from those of {names[leader]}"
+            allowed = f"the bend of {names[leader]}: the two are coupled, on the way too"
+            raise site.scene.error(f"motion.start.{follower}", found, allowed)
+
+
+def _find_goal_faults(site: Site) -> Iterator[VgtError]:
     """The ball of the payload at each goal must keep the planned clearance from everything that stands."""
     scene, around = site.scene, site.surroundings
     radius, wanted = scene.task.payload.radius, scene.task.motion.clearance
@@ -121,7 +148,7 @@ def _check_goals(site: Site) -> None:
             side = "inside" if gaps[place] < 0 else f"{gaps[place]:.3f} m from"
             found = f"{goal.name} at ({point[0]:.3f}, {point[1]:.3f}, {point[2]:.3f}) m, {side} {place}"
             allowed = f"at least {radius + wanted:.3f} m from everything: payload radius and clearance"
-            raise scene.error(f"motion.goals.{index}.position", found, allowed)
+            yield scene.error(f"motion.goals.{index}.position", found, allowed)
 
 
 @dataclass(frozen=True)

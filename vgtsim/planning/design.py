@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
 from vgtsim.description.scene import LoadCase
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Chain, swing
+from vgtsim.kinematics import Chain, bend_all, sample_inputs, swing, within_strokes
 from vgtsim.planning.checks import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.tour import Tour, plan_tour
 from vgtsim.site import Site
@@ -47,12 +47,11 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
     left out. `anywhere` asks that the arm stands the load cases in any posture too, see `sample_postures`.
 
     Raises:
-        DescriptionError: The arm has modules that are not sized; nothing in the catalogue passes the riser or carries
-            the load of a place; or sizes keep changing.
+        DescriptionError: Nothing in the catalogue passes the riser or carries the load of a place; or sizes keep
+            changing.
         ReachError: A goal of the tour cannot be met.
         PathError: A goal cannot be come to.
     """
-    _require_sizable(site.chain, anywhere)
     task = site.task
     catalogue = passing_sizes(site.chain, catalogue, site.tank.arm_riser.bore, asked_spare(site))
     beside = sample_postures(site.chain) if anywhere else np.empty((0, len(site.truss.nodes), 3))
@@ -79,20 +78,6 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
         before, now = found.chosen, Site(replace(site.scene, manipulator=found.manipulator))
     changes = f"a tour that changes sizes {_ROUNDS} times"
     raise DescriptionError(site.scene.file, "motion", changes, "a tour with a fixed point")
-
-
-def _require_sizable(chain: Chain, anywhere: bool) -> None:
-    """Refuse arms whose members name a section each, and any posture of arms that do not bend by their inputs."""
-    name, names = chain.manipulator.name, chain.layout.names
-    apart = [names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.sizable]
-    if apart:
-        allowed = "double octahedra, tetrahedra and static sections: longerons of octahedra are not sized one by one"
-        raise DescriptionError(None, "modules", f"{', '.join(apart)} of {name}, octahedral", allowed)
-    if anywhere and not chain.leans:
-        others = [names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.leans]
-        allowed = "symmetric double octahedra, all of them or none with a joint offset; any other arm with --tour-only"
-        found = f"{', '.join(others or names)} of {name}, to be bent into any posture"
-        raise DescriptionError(None, "modules", found, allowed)
 
 
 def passing_sizes(chain: Chain, catalogue: Catalogue, bore: float, spare: float = RISER_SPARE) -> Catalogue:
@@ -141,29 +126,27 @@ def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array
 
 
 def sample_postures(chain: Chain) -> Array:
-    """Nodes of an arm of double octahedra in many postures, shape (K, N, 3), m, in frame G.
+    """Nodes of an arm in many postures, shape (K, N, 3), m, in frame G.
 
     Some postures reach out horizontally in all directions: the first three or more modules bend evenly to the
     horizontal, and the others stay straight, or bend together into every local direction, which twists the modules that
     carry them. In random postures each module bends in any direction by up to 45 degrees; the seed is fixed. Postures
-    outside a stroke are left out.
+    outside a stroke are left out. An arm with modules that do more than bend, or bend in fewer directions, has as many
+    postures with lengths evenly spread over its strokes beside them.
     """
     active = len(chain.layout.names)
-    shapes = []
+    angles, directions = [], []
     for bent in range(min(3, active), active + 1):
-        plain = np.reshape(chain.straight, (active, 3)).copy()
-        plain[:bent, 0] = np.sin(min(np.pi / 2 / bent, _LEAN) / 2)
-        shapes.append(plain)
-        for turn in 2 * np.pi / _HOOKS * np.arange(_HOOKS if bent < active else 0):
-            hooked = np.array(plain)
-            hooked[bent:, :2] = np.sin(_HOOK / 2) * np.array([np.cos(turn), np.sin(turn)])
-            shapes.append(hooked)
-    shaped = np.reshape(shapes, (len(shapes), -1))
-    q = np.concatenate([swing(chain, shaped, angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
+        plain = np.where(np.arange(active) < bent, min(np.pi / 2 / bent, _LEAN), 0.0)
+        hooks = 2 * np.pi / _HOOKS * np.arange(_HOOKS if bent < active else 0)
+        for turn in (None, *hooks):
+            free = (np.arange(active) >= bent) & (turn is not None)
+            angles.append(np.where(free, _HOOK, plain))
+            directions.append(np.where(free, turn or 0.0, 0.0))
+    shapes = bend_all(chain, angles, directions)
+    q = np.concatenate([swing(chain, shapes, angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
     rng = np.random.default_rng(0)
     bend, turn = rng.uniform((0.0, -np.pi), (_LEAN, np.pi), (_DRAWN, active, 2)).transpose(2, 0, 1)
-    drawn = np.repeat(chain.straight[None], _DRAWN, axis=0)
-    drawn[:, ::3], drawn[:, 1::3] = np.sin(bend / 2) * np.cos(turn), np.sin(bend / 2) * np.sin(turn)
-    q = np.concatenate([q, drawn])
-    length, (low, high) = chain.lengths(q), chain.stroke
-    return chain.nodes(q[np.all((length >= low) & (length <= high), axis=1)])
+    q = np.concatenate([q, bend_all(chain, bend, turn)])
+    q = q[within_strokes(chain, q)]
+    return chain.nodes(q if chain.leans else np.concatenate([q, sample_inputs(chain, _DRAWN, 0)]))

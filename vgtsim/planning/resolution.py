@@ -71,6 +71,14 @@ class Answer:
     facts: Facts
 
 
+def default_resolution(place: Place) -> Resolution:
+    """How a site's scene resolves redundancy; an arm alone keeps its actuators near mid-stroke."""
+    if place.scene is None:
+        return Resolution(Method.NULLSPACE, ("mid_stroke",))
+    motion = place.scene.task.motion
+    return Resolution(motion.method, motion.objective, place.coupling)
+
+
 def goal_keep(place: Place) -> Keep | None:
     """Minimum clearance at a goal: the path's and a margin. It is checked on the unloaded shape; sag is added later."""
     return place.surroundings and Keep(place.surroundings.unloaded, place.clearance + MARGIN)

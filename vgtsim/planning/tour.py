@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.constants import Method
 from vgtsim.description.scene import Goal
 from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
+from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
-from vgtsim.planning.pace import choose_step
-from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import MARGIN, Resolution, goal_keep, resolve_goal
+from vgtsim.planning.pace import choose_step, find_bounds
+from vgtsim.planning.path import Path, plan_path
+from vgtsim.planning.resolution import MARGIN, default_resolution, goal_keep, resolve_goal
+from vgtsim.planning.sampling import Ground
+from vgtsim.planning.stages import plan_stages
 from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
@@ -31,7 +36,8 @@ class Leg:
     """The way to one goal; the clearance, m, is the least planned one, from the thing named `place`.
 
     Actuator lengths at every step, the first and last included, have shape (T, J), m. `q` are the inputs at the end,
-    shape (n,), and `goal` the index of the goal in the scene.
+    shape (n,), and `goal` the index of the goal in the scene. `feed`, shape (T,), m, lifts the mast above its working depth;
+    without one the mast stays where it is.
     """
 
     name: str
@@ -40,23 +46,26 @@ class Leg:
     q: Array
     clearance: float
     place: str
+    feed: Array | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        self.lengths.flags.writeable = False
-        self.q.flags.writeable = False
+        for array in (self.lengths, self.q, self.feed):
+            if array is not None:
+                array.flags.writeable = False
 
 
 @dataclass(frozen=True)
 class Tour:
     """Timed lengths from the start inputs, shape (n,), to every goal in turn; the time step is in s.
 
-    Each leg begins with the lengths at which the leg before it ended.
+    Each leg begins with the lengths, and with the feed, at which the leg before it ended.
     """
 
     start: Array
     legs: tuple[Leg, ...]
     timestep: float
+    bounds: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Make the start read-only."""
@@ -64,8 +73,11 @@ class Tour:
 
     @property
     def digest(self) -> str:
-        """Digest of the timed lengths, the goals' indices and the time step."""
-        parts = (part for leg in self.legs for part in (str(leg.goal).encode(), leg.lengths.tobytes()))
+        """Digest of the timed lengths and feeds, the goals' indices and the time step."""
+        parts = []
+        for leg in self.legs:
+            parts += [str(leg.goal).encode(), leg.lengths.tobytes()]
+            parts += [] if leg.feed is None else [leg.feed.tobytes()]
         return digest(repr(float(self.timestep)).encode(), *parts)
 
     @property
@@ -108,24 +120,36 @@ def plan_tour(site: Site) -> Tour:
     for goal in motion.goals:
         q = _configure(site, goal, shapes[-1], keep)
         shapes.append(_aim_above(site, goal, q) if site.sags else q)
-    corridor = Corridor(site.box, site.surroundings, site.clearance)
+    corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
     ends = zip(motion.goals, shapes[:-1], shapes[1:], strict=True)
-    paths = [plan_path(corridor, first, last, goal.name) for goal, first, last in ends]
-    ways = [time_path(site.chain, path.spline, limits) for path in paths]
-    timestep = choose_step(site, ((way, path.clearance) for way, path in zip(ways, paths, strict=True)))
-    legs = [
-        Leg(
+    carousel = Carousel(Ground(corridor))
+    paths = [_find_paths(site, corridor, first, last, goal.name, carousel) for goal, first, last in ends]
+    ways = [[time_path(site.chain, path.curve, limits) for path in leg] for leg in paths]
+    clearances = [path.clearance for leg in paths for path in leg]
+    bounds = find_bounds(site, zip([way for leg in ways for way in leg], clearances, strict=True))
+    timestep = choose_step(site, bounds)
+    legs = []
+    for index, (goal, parts, timed, last) in enumerate(zip(motion.goals, paths, ways, shapes[1:], strict=True)):
+        nearest = min(parts, key=lambda path: path.clearance)
+        lengths = [site.chain.lengths(way.inputs(timestep)) for way in timed]
+        leg = Leg(
             name=goal.name,
             goal=index,
-            lengths=site.chain.lengths(way.inputs(timestep)),
+            lengths=np.concatenate([lengths[0], *(rows[1:] for rows in lengths[1:])]),
             q=last,
-            clearance=path.clearance,
-            place=path.place,
+            clearance=nearest.clearance,
+            place=nearest.place,
         )
-        for index, (goal, path, way, last) in enumerate(zip(motion.goals, paths, ways, shapes[1:], strict=True))
-    ]
-    return Tour(site.start, tuple(legs), timestep)
+        legs.append(leg)
+    return Tour(site.start, tuple(legs), timestep, bounds)
+
+
+def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name: str, carousel: Carousel) -> list[Path]:
+    """Paths to a goal, one after the other: one, or with anchoring one for each window of modules."""
+    if site.task.motion.method is Method.ANCHORED:
+        return plan_stages(corridor, first, last, name)
+    return [plan_path(corridor, first, last, name, carousel)]
 
 
 def _configure(
@@ -133,8 +157,7 @@ def _configure(
 ) -> Array:
     """Inputs with the tool at a goal, or at an aim in its place, shape (n,)."""
     pose = aim or (np.array(goal.position), np.array(goal.direction))
-    how = Resolution(site.task.motion.method, site.task.motion.objective, site.coupling)
-    return np.array(resolve_goal(site, how, goal.name, pose, start, keep).q)
+    return np.array(resolve_goal(site, default_resolution(site), goal.name, pose, start, keep).q)
 
 
 def _aim_above(site: Site, goal: Goal, q: Array) -> Array:

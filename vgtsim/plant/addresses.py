@@ -23,11 +23,10 @@ class Addresses:
         nodes: Sites of the hubs, shape (N,).
         near, far: Sites of the ends of the members, shape (M,).
         force, torque: First sensor value of the force and torque of each member, shape (M,).
-        length: Sensor value of the slide of each cylinder, shape (J,).
+        length: Sensor value of the length of each cylinder, shape (J,).
         drive_force: First sensor value of the force of each drive, shape (J,).
-        position: Coordinate in qpos of each slide, shape (J,).
+        position: Coordinate in qpos of each slide, the length of its cylinder, shape (J,).
         slide: Degree of freedom of each slide, shape (J,).
-        retracted: Length of each cylinder at zero slide, shape (J,), m.
         flange: Site of the mast flange.
         flange_force: First sensor value of the flange's force; the torque follows.
         tool: Site of the tool point.
@@ -44,7 +43,6 @@ class Addresses:
     drive_force: Index
     position: Index
     slide: Index
-    retracted: Array
     flange: int
     flange_force: int
     tool: int
@@ -81,7 +79,6 @@ def find_addresses(model: mujoco.MjModel, truss: Truss) -> Addresses:
         drive_force=sensors([names.drive_force(name) for name in actuators]),
         position=model.jnt_qposadr[joint],
         slide=model.jnt_dofadr[joint],
-        retracted=np.array([model.numeric(names.retracted(name)).data[0] for name in actuators]),
         flange=model.site(names.FLANGE).id,
         flange_force=int(model.sensor(names.force(names.FLANGE)).adr[0]),
         tool=model.site(names.TOOL).id,

@@ -34,18 +34,19 @@ class Correction:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, foresight: Foresight | None) -> None:
         """Start at rest: no force is known yet."""
         self._model, self._data, self._foresight = model, data, foresight
-        self._ahead = mujoco.MjData(model)  # the bodies where they are foreseen
+        self._ahead = mujoco.MjData(model)  # bodies and sites where they are foreseen
+        self._frames = np.array(model.geom_sameframe)
         self._speeds = np.zeros(model.nv)
         self._count = -1
 
-    def step(self, lengths: Array) -> Array:
-        """Make a step towards lengths, shape (J,), m; returns the gaps of the equality rows at its begin, shape (E,), m."""
+    def step(self, lengths: Array, feed: float = 0.0) -> Array:
+        """Make a step towards lengths, shape (J,), and a feed, m; returns the gaps of the equality rows at its begin, (E,), m."""
         model, data = self._model, self._data
         mujoco.mj_step1(model, data)
         if data.ne != self._count:
             self._find_rows()
         gaps = np.array(data.efc_pos[: self._count])
-        way = gaps - self._given_way + self._find_departures(lengths)
+        way = gaps - self._given_way + self._find_departures(lengths, feed)
         speeds = model.opt.timestep * data.efc_vel[: self._count]
         data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
         mujoco.mj_step2(model, data)
@@ -72,17 +73,21 @@ class Correction:
         self._inertia = 1 + 2 / steps + self._stiffness
         self._given_way = np.zeros(self._count)
 
-    def _find_departures(self, lengths: Array) -> Array:
+    def _find_departures(self, lengths: Array, feed: float) -> Array:
         """Gaps that the step ends with beyond what its tangent foretells, shape (E,), m."""
         model, data, ahead = self._model, self._data, self._ahead
         step, now = model.opt.timestep, data.qvel
         speeds = 2 * now - self._speeds
         self._speeds = np.array(now)
         if self._foresight is not None:
-            self._foresight.correct(data, lengths, speeds)
+            self._foresight.correct(data, lengths, feed, speeds)
         ahead.qpos = data.qpos
         mujoco.mj_integratePos(model, ahead.qpos, speeds, step)
+        model.geom_sameframe[:] = (
+            mujoco.mjtSameFrame.mjSAMEFRAME_BODY
+        )  # of the tank's two thousand geoms nothing is asked
         mujoco.mj_kinematics(model, ahead)
+        model.geom_sameframe[:] = self._frames
         along, departures = np.empty(data.nefc), np.zeros(self._count)
         mujoco.mj_mulJacVec(model, data, along, speeds)
         along *= step

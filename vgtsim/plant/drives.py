@@ -75,28 +75,26 @@ class ServoDrive:
 
     Attributes:
         rows: Actuators, shape (J,).
-        zero: Lengths at zero command, shape (J,), m.
         limit: Least and greatest force, shape (J, 2), N.
         rate: Rated speeds, shape (J,), m/s.
-        stroke: Shape (J,), m.
+        reach: Least and greatest length, shape (J, 2), m.
     """
 
     model: mujoco.MjModel
     data: mujoco.MjData
     at: Addresses
     rows: NDArray[np.intp]
-    zero: Array
     limit: Array
     rate: Array
-    stroke: Array
+    reach: Array
     pressure: Array | None = None
 
     def command(self, lengths: Array) -> Bits:
         """Set the lengths wanted, shape (J,), m; returns what the last step left saturated, shape (J,)."""
-        self.data.ctrl[self.rows] = lengths - self.zero
-        force, slide = self.data.actuator_force[self.rows], self.data.qpos[self.at.position]
+        self.data.ctrl[self.rows] = lengths
+        force, now = self.data.actuator_force[self.rows], self.data.qpos[self.at.position]
         forced = (force <= self.limit[:, 0]) | (force >= self.limit[:, 1])
-        beyond = (slide < 0) | (slide > self.stroke)
+        beyond = (now < self.reach[:, 0]) | (now > self.reach[:, 1])
         return PRESSURE * forced + FLOW * (np.abs(self.data.qvel[self.at.slide]) > self.rate) + STROKE * beyond
 
     def force(self) -> Array:
@@ -127,7 +125,7 @@ class HydraulicDrive:
         now = lengths if self._last is None else self._last
         speed = (lengths - now) / self.hydraulics.timestep
         self._last = np.array(lengths)
-        length = springs.retracted + self.data.qpos[springs.position]
+        length = self.data.qpos[springs.position]
         velocity = self.data.qvel[springs.slide]
         self.state = find_state(parts, self.oil, length)
         self.oil, drift, saturated = advance(self.hydraulics, self.oil, self.state, now, speed, length, velocity)
@@ -157,25 +155,21 @@ def find_drive(
     """
     truss, simulation = site.truss, site.task.simulation
     actuators = [truss.members[i] for i in truss.actuated]
-    zero = at.retracted + model.qpos0[at.position]
     if simulation.drive == "servo":
         rows = np.array([model.actuator(names.servo(member.name)).id for member in actuators])
         parts = [site.arm.cylinders[member.section] for member in actuators]
-        # the model's servos push with the reference pose's holding forces besides, so that a viewer's reset holds still
-        push = model.actuator_biasprm[rows, 0] + model.actuator_biasprm[rows, 1] * model.qpos0[at.position]
         return ServoDrive(
             model=model,
             data=data,
             at=at,
             rows=rows,
-            zero=zero + push / model.actuator_gainprm[rows, 0],
             limit=model.actuator_forcerange[rows],
             rate=np.array([part.rate for part in parts]),
-            stroke=np.array([part.stroke for part in parts]),
+            reach=np.array([(part.retracted, part.extended) for part in parts]),
         )
     if springs is None:
         rows = np.array([model.equality(names.drive(member.name)).id for member in actuators])
-        return RigidDrive(model=model, data=data, rows=rows, zero=zero)
+        return RigidDrive(model=model, data=data, rows=rows, zero=model.qpos0[at.position])
     timestep = model.opt.timestep
     if simulation.drive == "rigid":
         return SpringDrive(data, springs, timestep)

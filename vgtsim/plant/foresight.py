@@ -24,7 +24,7 @@ class Turns(Protocol):
 
 
 class Foresight:
-    """Foresees the speeds of a step from the lengths commanded for its end.
+    """Foresees the speeds of a step from the lengths and the feed commanded for its end.
 
     Where the commands go on smoothly, the speeds of two steps tell the next ones as well and cost nothing; kinematics is
     asked where an acceleration jumps.
@@ -36,8 +36,11 @@ class Foresight:
         self._last = chain.state(np.array(q)[None])
         self._past = [np.array(lengths)] * 3
 
-    def correct(self, data: mujoco.MjData, lengths: Array, speeds: Array) -> None:
-        """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better."""
+    def correct(self, data: mujoco.MjData, lengths: Array, feed: float, speeds: Array) -> None:
+        """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better.
+
+        The feed, m, lifts all nodes alike, so its jumps open no loop.
+        """
         first, second, third = self._past
         self._past = [second, third, lengths]
         if np.abs(lengths - 3 * third + 3 * second - first).max() < _SMOOTH:
@@ -45,4 +48,4 @@ class Foresight:
         state = self._chain.follow(lengths, self._last)
         if state is not None:
             self._last = state
-            self._turns(data, state.nodes[0], lengths, speeds)
+            self._turns(data, state.nodes[0] + [0.0, 0.0, feed], lengths, speeds)

@@ -80,7 +80,7 @@ class MemberGauges:
 
     def lengths(self, data: mujoco.MjData) -> Array:
         """See `Gauges.lengths`."""
-        return self.at.retracted + data.qpos[self.at.position]
+        return data.qpos[self.at.position]
 
     def rates(self, data: mujoco.MjData) -> Array:
         """See `Gauges.rates`."""
@@ -102,7 +102,7 @@ class MemberGauges:
         return {
             "nodes": data.site_xpos[at.nodes],
             "ends": np.stack([data.site_xpos[at.near], data.site_xpos[at.far]], axis=1),
-            "actual": at.retracted + sensed[at.length],
+            "actual": sensed[at.length],
             "rates": noted,
             "member_force": -np.einsum("mij,mj->mi", turn, sensed[at.force[:, None] + _TRIPLE]),
             "member_moment": -np.einsum("mij,mj->mi", turn, sensed[at.torque[:, None] + _TRIPLE]),

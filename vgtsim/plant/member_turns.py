@@ -59,7 +59,7 @@ class MemberTurns:
         speeds[joints.balls[:, :2]] = _find_swings(ahead[joints.hung], spin) / step
         pinned = truss.ring_actuators.ravel()
         speeds[joints.pins] = -np.arcsin(ahead[pinned, 1]) / step
-        speeds[at.slide] = (lengths - at.retracted - data.qpos[at.position]) / step
+        speeds[at.slide] = (lengths - data.qpos[at.position]) / step
 
     def _turn_blocks(self, data: mujoco.MjData, nodes: Array, spans: Array, speeds: Array) -> None:
         """Speeds of the turns of joint blocks; spans, shape (M, 3), m, become what their members see of them."""

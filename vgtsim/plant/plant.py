@@ -15,6 +15,7 @@ from vgtsim.plant.correction import Correction
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
 from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
+from vgtsim.plant.hoist import Hoist
 from vgtsim.plant.lookout import Lookout
 from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder, list_digests
@@ -99,16 +100,19 @@ class Plant:
         """Simulated time since the reset, s."""
         return self._steps * self.timestep
 
-    def reset(self, lengths: ArrayLike | None = None, inputs: ArrayLike | None = None) -> PlantState:
+    def reset(
+        self, lengths: ArrayLike | None = None, inputs: ArrayLike | None = None, *, feed: float = 0.0
+    ) -> PlantState:
         """Stand the arm in a posture, at rest and in equilibrium under its weight; time, log and goal start anew.
 
         Args:
             lengths: Lengths of the cylinders, shape (J,), m.
             inputs: Inputs of the same posture, shape (n,); saves the way from lengths to inputs. Without both, the arm
                 stands as at the scene's start.
+            feed: Height of the mast above its working depth, m.
 
         Raises:
-            CommandError: An array has the wrong size or is not finite.
+            CommandError: An array has the wrong size or is not finite, or the feed is beyond its stroke.
             AssemblyError: The lengths do not close the loops.
             DescriptionError: The arm is so deep in something that its state diverges, or an elastic arm buckles.
         """
@@ -118,11 +122,13 @@ class Plant:
             q = self.site.start if wanted is None else np.asarray(chain.inputs_from_lengths(wanted))
         else:
             q = _read_row("inputs", inputs, chain.straight.size)
-        wanted, nodes = chain.lengths(q) if wanted is None else wanted, chain.nodes(q)
+        wanted = chain.lengths(q) if wanted is None else wanted
+        self._hoist = Hoist(self.model, self.data, self.site)
+        self._feed = self._fed = self._hoist.read_command(feed)
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
-        self._stand(q, nodes)
+        self._stand(q, chain.nodes(q) + [0.0, 0.0, self._feed])
         self._find_equilibrium()
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
@@ -133,24 +139,32 @@ class Plant:
         self._state: PlantState | None = None
         return self.state
 
-    def command(self, lengths: ArrayLike | None = None, *, rates: ArrayLike | None = None) -> None:
-        """Say where the cylinders are to be at the end of the next step, or how fast they are to go from now on.
+    def command(
+        self, lengths: ArrayLike | None = None, *, rates: ArrayLike | None = None, feed: float | None = None
+    ) -> None:
+        """Say where cylinders and mast are to be at the end of the next step, or how fast cylinders are to go from now on.
 
         Args:
             lengths: Shape (J,), m; held until the next command.
             rates: Shape (J,), m/s; each step adds a step's way to the commanded lengths, until the next command.
+            feed: Height of the mast above its working depth, m; held until the next command. Alone it leaves the cylinders
+                their command.
 
         Raises:
-            CommandError: Both or neither are given, or the size is wrong, or something is not finite.
+            CommandError: Lengths and rates are given both, or nothing is, or the size is wrong, or something is not finite,
+                or the feed is beyond its stroke.
             StoppedError: The plant has stopped.
         """
         self._require_going()
-        if (lengths is None) == (rates is None):
+        given = (lengths is not None) + (rates is not None)
+        if given == 2 or (not given and feed is None):
             raise CommandError("command", "neither or both", "either lengths or rates")
+        wanted = self._feed if feed is None else self._hoist.read_command(feed)
         if lengths is not None:
             self._target, self._rates = _read_row("lengths", lengths, self._count), None
-        else:
+        elif rates is not None:
             self._rates = _read_row("rates", rates, self._count)
+        self._feed = wanted
 
     def mark(self, goal: int, *, settled: bool = False, target: ArrayLike | None = None) -> None:
         """Say for the records which goal is approached from now on, or held, settled; -1 for none.
@@ -186,7 +200,7 @@ class Plant:
             self._require_going()
         if self._state is None:
             data, gauges = self.data, self._gauges
-            drive_force = self._drive.force()
+            drive_force, pull = self._drive.force(), self._hoist.pull()
             mujoco.mj_kinematics(self.model, data)  # a step leaves the places of its begin
             self._state = PlantState(
                 time=self.time,
@@ -197,6 +211,8 @@ class Plant:
                 tool_position=data.site_xpos[gauges.tool].copy(),
                 tool_rotation=data.xmat[gauges.tip].reshape(3, 3).copy(),
                 drive_force=drive_force,
+                feed=self._hoist.height,
+                feed_force=pull,
                 speed=self._speed(),
                 calm=self.calm,
                 contacts=tuple(self._touched),
@@ -246,7 +262,8 @@ class Plant:
         touched: list[Contact] = []
         for _ in range(round(motion.patience / self.timestep)):
             self._drive.command(self._target)
-            gaps = self._correction.step(self._target)
+            self._hoist.command(self._feed)
+            gaps = self._correction.step(self._target, self._feed)
             touched = touched or self._list_contacts()
             try:
                 check_state(self.model, self.data, gaps)
@@ -270,9 +287,11 @@ class Plant:
         if self._rates is not None:
             self._target = self._target + self._rates * self.timestep
         recorded = self._start_step()
-        noted = self._gauges.note(data)
+        noted, height = self._gauges.note(data), self._hoist.height
         self._recorder.note_saturation(self._drive.command(self._target))
-        gaps = self._correction.step(self._target)
+        self._hoist.command(self._feed)
+        gaps = self._correction.step(self._target, self._feed)
+        self._hoist.discount(gaps, self._feed - self._fed)
         self._steps += 1
         try:
             check_state(self.model, data, gaps)
@@ -290,6 +309,7 @@ class Plant:
                 settled=self._settled,
                 pressure=self._drive.pressure,
                 target=self._aimed,
+                feed={"feed": height, "feed_commanded": self._fed, "feed_force": self._hoist.pull()},
             )
         self._note_rest()
         self._note_contacts(self._list_contacts())
@@ -306,10 +326,11 @@ class Plant:
 
     def _note_rest(self) -> None:
         """Count the steps for which the arm has been slow under one command."""
-        if self._target is not self._commanded and (self._target != self._commanded).any():
+        moved = self._target is not self._commanded and (self._target != self._commanded).any()
+        if moved or self._feed != self._fed:
             self._slow = 0
         self._slow = self._slow + 1 if self._speed() < self.site.task.motion.settle_speed else 0
-        self._commanded = self._target
+        self._commanded, self._fed = self._target, self._feed
 
     def _list_contacts(self) -> list[Contact]:
         """What touches at the begin of the last step."""

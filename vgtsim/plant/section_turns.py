@@ -15,7 +15,7 @@ _TRIPLE = np.arange(3)
 
 
 class SectionTurns:
-    """Moves of free hubs, and moves and turns of sections."""
+    """Moves of mast and free hubs, and moves and turns of sections."""
 
     def __init__(self, model: mujoco.MjModel, pose: SectionPose) -> None:
         """Take the places in the model from a pose."""
@@ -26,5 +26,7 @@ class SectionTurns:
         pose, step = self._pose, self._step
         speeds[pose.slide_speeds] = (nodes[pose.hubs] - pose.reference - data.qpos[pose.slides]) / step
         P, R = pose.find_frames(nodes)
+        lift = nodes[:3, 2].mean() - pose.feed_reference - data.qpos[pose.feed]
+        speeds[pose.feed_speed] = lift / step
         speeds[pose.move_speeds[:, None] + _TRIPLE] = (P - data.qpos[pose.moves[:, None] + _TRIPLE]) / step
         speeds[pose.move_speeds[:, None] + 3 + _TRIPLE] = find_turn(data.xmat[pose.bodies].reshape(-1, 3, 3), R) / step

@@ -26,9 +26,8 @@ class Springs:
 
     Attributes:
         joints: Slides of the actuators, shape (J,).
-        position: Coordinates of the slides in qpos, shape (J,).
+        position: Coordinates of the slides in qpos, the lengths of the cylinders, shape (J,).
         slide: Degrees of freedom of the slides, shape (J,).
-        retracted: Lengths at zero slide, shape (J,), m.
         excess: Damper over stiffness beyond what the integrator brings, s.
         period: Period of the slowest mode in the start posture, s.
     """
@@ -38,7 +37,6 @@ class Springs:
     joints: NDArray[np.intp]
     position: NDArray[np.intp]
     slide: NDArray[np.intp]
-    retracted: Array
     excess: float
     period: float
 
@@ -54,7 +52,7 @@ class Springs:
         model = self.model
         model.jnt_stiffness[self.joints] = stiffness
         model.dof_damping[self.slide] = self.excess * stiffness
-        model.qpos_spring[self.position] = lengths + self.excess * rate - self.retracted
+        model.qpos_spring[self.position] = lengths + self.excess * rate
 
     def force(self, data: mujoco.MjData) -> Array:
         """Forces of springs and dampers as the integrator takes them, tension positive, shape (J,), N."""
@@ -93,7 +91,6 @@ def fit_springs(model: mujoco.MjModel, data: mujoco.MjData, site: Site, nodes: A
         joints=joints,
         position=model.jnt_qposadr[joints],
         slide=model.jnt_dofadr[joints],
-        retracted=np.array([model.numeric(names.retracted(name)).data[0] for name in actuators]),
         excess=excess,
         period=1 / slowest,
     )

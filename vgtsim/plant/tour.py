@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from vgtsim.errors import DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.logbook import LogWriter
-from vgtsim.planning import Tour
+from vgtsim.planning import STEP_BOUND, Tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.plant import Plant
 from vgtsim.plant.recorder import list_digests, list_versions
@@ -39,7 +39,7 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
             pressure cannot hold the dead load somewhere on the tour.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
-    log = _ride(Plant(site, timestep=tour.timestep, model=model), tour).log
+    log = _note_bounds(_ride(Plant(site, timestep=tour.timestep, model=model), tour).log, tour)
     return replace(log, digests=log.digests | {"programme": tour.digest})
 
 
@@ -56,12 +56,18 @@ def record(site: Site, tour: Tour, writer: LogWriter) -> None:
     """
     plant = Plant(site, timestep=tour.timestep, store=writer.write)
     try:
-        rest = _ride(plant, tour).log
+        rest = _note_bounds(_ride(plant, tour).log, tour)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
             writer.end(error.log)
         raise
     writer.end(rest)
+
+
+def _note_bounds(log: RunLog, tour: Tour) -> RunLog:
+    """A log whose performance has what bounded the step."""
+    bounds = {STEP_BOUND + name: float(bound) for name, bound in tour.bounds.items() if np.isfinite(bound)}
+    return replace(log, performance=log.performance | bounds)
 
 
 def _ride(plant: Plant, tour: Tour) -> Plant:
@@ -70,7 +76,8 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
         lengths = np.concatenate([leg.lengths for leg in tour.legs])
         every = max(round(_PRESSURE_POSES / tour.timestep), 1)
         require_pressure(site, np.arange(0.0, len(lengths), every) * tour.timestep, lengths[::every])
-    plant.reset(tour.legs[0].lengths[0], tour.start)
+    first = tour.legs[0]
+    plant.reset(first.lengths[0], tour.start, feed=0.0 if first.feed is None else first.feed[0])
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
     with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
@@ -89,8 +96,9 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
     step(hold)
     for leg in tour.legs:
         plant.mark(leg.goal)
-        for lengths in leg.lengths[1:]:
-            plant.command(lengths)
+        feeds = [None] * len(leg.lengths) if leg.feed is None else leg.feed.tolist()
+        for lengths, feed in zip(leg.lengths[1:], feeds[1:], strict=True):
+            plant.command(lengths, feed=feed)
             step(1)
         for _ in range(patience):
             if plant.calm:

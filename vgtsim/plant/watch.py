@@ -39,6 +39,7 @@ class PlantState:
         tool_position: Tool point, shape (3,), m.
         tool_rotation: Rotation of frame T of the tip plate, shape (3, 3).
         drive_force: Force of each drive on its rod, tension positive, shape (J,), N.
+        feed: Height of the mast above its working depth, m; `feed_force` is the force of the hoist on it, upward, N.
         speed: Greatest speed of a node along an axis, m/s.
         calm: Whether the arm has come to rest: slower than the scene's `settle_speed`, an elastic arm for a whole period
             of its slowest mode, since the command last changed.
@@ -54,6 +55,8 @@ class PlantState:
     tool_position: Array
     tool_rotation: Array
     drive_force: Array
+    feed: float
+    feed_force: float
     speed: float
     calm: bool
     contacts: tuple[Contact, ...]

@@ -44,11 +44,16 @@ def likely_starts(chain: Chain, start: Array, target: Array) -> Array:
     First come the present ones swung to the target's azimuth, then the present ones, then bends in the plane of the
     target. Some may be outside the strokes.
     """
-    there, count = azimuth(chain, target), len(chain.layout.names)
+    there = azimuth(chain, target)
+    patterns = bend_all(chain, pattern_bends(len(chain.layout.names)), there)
+    return np.array([swing(chain, start, there - azimuth(chain, chain.tool(start)[0])), start, *patterns])
+
+
+def pattern_bends(count: int) -> Array:
+    """Angles of bend patterns, shape (P, A), rad, for an arm of a number of active modules."""
     stations, marks = np.linspace(0, 1, count), np.linspace(0, 1, 5)
     part = min(1.0, len(marks) / count)  # more modules need less each
-    patterns = [bend_all(chain, part * np.radians(np.interp(stations, marks, bends)), there) for bends in _BENDS]
-    return np.array([swing(chain, start, there - azimuth(chain, chain.tool(start)[0])), start, *patterns])
+    return np.array([part * np.radians(np.interp(stations, marks, bends)) for bends in _BENDS])
 
 
 def start_groups(problem: Problem, start: Array) -> Iterator[Array]:

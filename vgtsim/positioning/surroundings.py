@@ -18,6 +18,7 @@ from vgtsim.geometry import (
     arm_clearance,
     carry,
     find_near,
+    flag_clear,
     make_profile,
     make_walls,
     nearest_pair,
@@ -117,6 +118,11 @@ class Surroundings:
         axes = np.concatenate([self.obstacles.axes, [[foot, head]]])
         return _Pillars(axes, np.append(self.obstacles.radii, self.mast_radius), meets)
 
+    @property
+    def mast_axis(self) -> Array:
+        """Foot and head of the mast's axis in frame G, shape (2, 3), m."""
+        return self._pillars.axes[-1]
+
     def points(self, q: Array) -> Array:
         """Nodes and then the tool point in frame G, shape (W, N + 1, 3), m; inputs of shape (W, n)."""
         nodes = self.chain.nodes(q)
@@ -144,6 +150,17 @@ class Surroundings:
                 J[used] += self._sag_slopes(self.sag, state.q[used])
             carry(config, held, slope, J, gradient)
         return NearPairs(config, gap, gradient, bodies)
+
+    def clear(self, state: State, reach: float, all_of_them: bool = False) -> Mask:
+        """Which assembled configurations keep a distance, m, from everything, shape (W,).
+
+        If all of them must, none is looked at after the first that does not.
+        """
+        points, clear = self._points(state), np.empty(len(state.q), bool)
+        capsules = self.capsules
+        args = self._walls, capsules.far_pairs, self._pillars.meets, capsules.point_radii
+        flag_clear(*args, points, reach, all_of_them, clear)
+        return clear
 
     def _near(self, points: Array, reach: float, payload: bool) -> tuple[Index, Array, Index, Index, Array]:
         """Configurations, gaps, bodies, points and slopes of all near pairs, see `find_near`."""

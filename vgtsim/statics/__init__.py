@@ -14,7 +14,15 @@ from vgtsim.statics.framework import diagnose
 from vgtsim.statics.loads import LoadModel, make_load_model, tool_point, weigh
 from vgtsim.statics.modes import NaturalModes, damping_time, find_modes
 from vgtsim.statics.motion import NodeMotion, motion_from_log
-from vgtsim.statics.rating import SLENDERNESS_ADVICE, MemberSections, Ratings, make_sections, rate
+from vgtsim.statics.rating import (
+    ROD_FACTOR,
+    SLENDERNESS_ADVICE,
+    MemberSections,
+    Ratings,
+    effective_area,
+    make_sections,
+    rate,
+)
 from vgtsim.statics.settling import settle
 from vgtsim.statics.sizing import Demand, Sizing, grow_sizes, size_arm
 from vgtsim.statics.stiffness import Deflection, deflect, node_loads, tip_compliance
@@ -22,6 +30,7 @@ from vgtsim.statics.utilisation import MODES, Utilisation, find_use, smooth_peak
 
 __all__ = [
     "MODES",
+    "ROD_FACTOR",
     "SLENDERNESS_ADVICE",
     "TRAPPED",
     "CapacityMap",
@@ -41,6 +50,7 @@ __all__ = [
     "deflect",
     "diagnose",
     "draw_shapes",
+    "effective_area",
     "find_envelope",
     "find_gain",
     "find_modes",

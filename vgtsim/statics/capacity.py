@@ -9,28 +9,32 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.constants import GRAVITY, PAYLOAD, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description.scene import Payload
-from vgtsim.errors import DescriptionError, TrussError
-from vgtsim.kinematics import Chain
+from vgtsim.errors import TrussError
+from vgtsim.kinematics import Chain, bend_all, sample_inputs, within_strokes
 from vgtsim.kinematics.ties import first_least
-from vgtsim.statics.elasticity import make_elastic_model, require_no_offset
-from vgtsim.statics.equilibrium import solve_members
+from vgtsim.statics.elasticity import make_elastic_model
+from vgtsim.statics.equilibrium import MemberForces, blend, solve_members
 from vgtsim.statics.loads import make_load_model
-from vgtsim.statics.rating import LIMITS, make_sections, rate
+from vgtsim.statics.rating import LIMITS, Ratings, make_sections, rate
 from vgtsim.statics.stiffness import deflect
+from vgtsim.statics.utilisation import utilise
 
 Array = NDArray[np.float64]
 
 _UNIT = 1000.0  # payload of the second load, kg
 _GREATEST_BEND = np.pi / 4  # of a module, rad
 _ROUND = 2000  # shapes solved at a time
+_HALVINGS = 60  # of the range of a payload: what is left of 1e9 kg is rounding
+_DOUBLINGS = 24  # of a unit of payload taken away, until an actuator that is bent too far by the arm's own weight holds
+GOVERNING = (*LIMITS, "axial force with bending")  # what may govern an allowance
 
 
 @dataclass(frozen=True)
 class Allowance:
     """Allowable payload of a batch of poses, shape (...), kg: the greatest mass at the tool with every utilisation at most 1.
 
-    It is negative where the arm cannot hold its own weight. `member` and `limit` index the member and the one of `LIMITS`
-    that govern, shape (...).
+    It is negative where the arm cannot hold its own weight, minus infinity where no load in place of a payload relieves a
+    bent actuator. `member` and `limit` index the member and the one of `GOVERNING` that govern, shape (...).
     """
 
     payload: Array
@@ -50,6 +54,8 @@ class CapacityMap:
         member: Name of the governing member of each cell.
         limit: The limit of it that governs.
         reference: Payload of the sag, kg.
+        bends: Angle between the end faces of each active module, shape (C, A), rad.
+        azimuths: Direction each active module bends to, from the x axis of its base frame, shape (C, A), rad.
     """
 
     radius: Array
@@ -60,39 +66,61 @@ class CapacityMap:
     limit: tuple[str, ...]
     q: Array
     reference: float
-
-    @property
-    def bends(self) -> Array:
-        """Angle between the end faces of each active module, shape (C, A), rad."""
-        return 2 * np.arcsin(np.minimum(np.hypot(self.q[:, ::3], self.q[:, 1::3]), 1.0))
-
-    @property
-    def azimuths(self) -> Array:
-        """Direction each active module bends to, from the x axis of its base frame, shape (C, A), rad."""
-        return np.arctan2(self.q[:, 1::3], self.q[:, ::3])
+    bends: Array
+    azimuths: Array
 
 
 def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor: float, radius: float) -> Allowance:
     """Find the payload at which the first member or cylinder is used to the full, in poses of shape (..., N, 3), m, frame G.
 
-    Member forces are linear in the payload, so two solves give it exactly. `radius` is the payload's, m.
+    Member forces are linear in the payload, so two solves give it exactly; use in bending is not linear, and the payload at
+    which it is full is found by halving. `radius` is the payload's, m.
 
     Raises:
-        DescriptionError: A module has a joint offset: use in bending is not linear in the payload.
         TrussError: The arm is a mechanism in one of the poses.
     """
-    require_no_offset(chain, "an allowable payload is asked for")
     n, payloads = np.asarray(nodes, float), [Payload(mass=mass, radius=radius) for mass in (0.0, _UNIT)]
-    empty, loaded = (solve_members(make_load_model(chain, payload, gravity), n).along for payload in payloads)
+    empty, loaded = (solve_members(make_load_model(chain, payload, gravity), n) for payload in payloads)
     ratings = rate(make_sections(chain.manipulator, chain.truss), chain.truss.lengths(n), safety_factor)
-    growth, rows = (loaded - empty) / _UNIT, []
+    force, growth, rows = empty.along, (loaded.along - empty.along) / _UNIT, []
     for name, (pull, push) in ratings.limits.items():
         part = slice(1, 2) if name == "oil pressure" else slice(None)  # a drive feels its bar force alone
-        rows.append(_find_room(empty[part], growth[part], pull, push))
+        rows.append(_find_room(force[part], growth[part], pull, push))
+    rows.append(_find_bending_room(chain, empty, loaded, ratings, np.min(rows, axis=0)))
     room = np.stack(rows, axis=-1)
     flat = room.reshape(*room.shape[:-2], -1)
     worst = first_least(flat, axis=-1)  # members that mirror one another carry the same
-    return Allowance(flat.min(axis=-1), worst // len(LIMITS), worst % len(LIMITS))
+    return Allowance(flat.min(axis=-1), worst // len(GOVERNING), worst % len(GOVERNING))
+
+
+def _find_bending_room(
+    chain: Chain, empty: MemberForces, loaded: MemberForces, ratings: Ratings, axial: Array
+) -> Array:
+    """Payload at which each member is bent to the full, shape (..., M), kg; endless for members that nothing bends.
+
+    `axial` is that at which axial force alone is full, which is never less. Between the two ends of the range that is halved
+    use passes one upward.
+    """
+    room, bent = np.full(axial.shape, np.inf), chain.truss.ring_actuators.ravel()
+    if not len(bent):
+        return room
+    first, last = empty.of(bent), loaded.of(bent)
+    strength = ratings.of(bent)
+
+    def stands(payload: Array) -> NDArray[np.bool_]:
+        return utilise(strength, blend(first, last, payload / _UNIT)).bent <= 1.0
+
+    top = np.maximum(axial[..., bent], 0.0)
+    low = np.zeros(top.shape)
+    for count in range(_DOUBLINGS):
+        low = np.where(stands(low), low, -(2.0**count))
+    hopeless, high = ~stands(low), top
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        good = stands(middle)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    room[..., bent] = np.where(hopeless, -np.inf, high)
+    return room
 
 
 def _find_room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) -> Array:
@@ -106,26 +134,25 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
     """Inputs of shapes drawn in the vertical plane of azimuth zero, shape (K, n).
 
     Each module is bent in the plane by up to 45 degrees at its straight extension; shapes outside a stroke are dropped.
+    An arm with modules that do not all bend in any plane has half of its shapes drawn so; the lengths of the others are
+    evenly spread over the strokes, in the plane or out of it.
 
     Raises:
-        DescriptionError: The arm has other active modules than double octahedra.
         TrussError: No shape is within the strokes.
     """
-    if not chain.leans:
-        found = f"{chain.manipulator.name}, whose active modules are {', '.join(chain.layout.names)}"
-        raise DescriptionError(None, "modules", found, "double octahedra alone: they bend in a plane by their inputs")
     rng, active = np.random.default_rng(seed), len(chain.layout.names)
+    drawn = shapes if chain.leans else shapes // 2
     # evenly curved arms as well as free ones: the former reach far, the latter fill the plane
-    bend = _GREATEST_BEND * rng.uniform(-1, 1, (shapes, active))
-    even = rng.uniform(0, 1, (shapes, 1)) < 0.5
+    bend = _GREATEST_BEND * rng.uniform(-1, 1, (drawn, active))
+    even = rng.uniform(0, 1, (drawn, 1)) < 0.5
     bend = np.where(even, 0.7 * bend[:, :1] * np.linspace(1, -1, active) ** 2 + 0.3 * bend, bend)
-    q = np.repeat(chain.straight[None], shapes, axis=0)
-    q[:, ::3] = np.sin(bend / 2)
-    length, (low, high) = chain.lengths(q), chain.stroke
-    kept = np.all((length >= low) & (length <= high), axis=1)
-    if not kept.any():
+    q = bend_all(chain, bend, 0.0)
+    q = q[within_strokes(chain, q)]
+    if not chain.leans:
+        q = np.concatenate([q, sample_inputs(chain, shapes - drawn, seed)])
+    if not len(q):
         raise TrussError(0, (), f"none of {shapes} shapes is within the strokes")
-    return q[kept]
+    return q
 
 
 def map_capacity(
@@ -157,6 +184,7 @@ def map_capacity(
     )
     best = np.lexsort((-payload, row, column))  # cell by cell, the greatest payload of a cell first
     best = best[np.unique(np.stack([column[best], row[best]]), axis=1, return_index=True)[1]]
+    normal = _top_normals(chain, postures[best])
     elastic = make_elastic_model(chain, Payload(mass=reference, radius=PAYLOAD_RADIUS), gravity)
     return CapacityMap(
         radius=(column[best] + 0.5) * cell,
@@ -164,10 +192,18 @@ def map_capacity(
         payload=payload[best],
         sag=np.linalg.norm(deflect(elastic, chain.nodes(postures[best])).tool[:, :3], axis=1),
         member=tuple(chain.truss.member_names[i] for i in member[best]),
-        limit=tuple(LIMITS[i] for i in limit[best]),
+        limit=tuple(GOVERNING[i] for i in limit[best]),
         q=postures[best],
         reference=reference,
+        bends=np.arctan2(np.hypot(normal[..., 0], normal[..., 1]), normal[..., 2]),
+        azimuths=np.arctan2(normal[..., 1], normal[..., 0]),
     )
+
+
+def _top_normals(chain: Chain, q: Array) -> Array:
+    """Normal of the top of each active module in the frame of its base, shape (C, A, 3)."""
+    state = chain.state(q)
+    return np.einsum("cakj,cak->caj", state.base[:, :-1, :, :3], state.top[..., 2])
 
 
 def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:

@@ -164,15 +164,15 @@ def find_envelope(
             high, low = effects.bound(case)
             pull = np.maximum(pull, high.along.max(axis=(0, 1)))
             push = np.maximum(push, -low.along.min(axis=(0, 1)))
-            used = [utilise(ratings, state) for state in _corners(high, low)]
+            used = [utilise(ratings, state) for state in find_corners(high, low)]
             strength[i, part] = np.max([use.strength for use in used], axis=0)
             pressure[i, part] = np.max([use.pressure for use in used], axis=0)
     whole = (item.reshape(len(cases), *n.shape[:-2], count) for item in (strength, pressure))
     return Envelope(tuple(case.name for case in cases), pull, push, *whole)
 
 
-def _corners(high: MemberForces, low: MemberForces) -> list[MemberForces]:
-    """The range's ends with one another: both axial ones, each with either moment at either hub if there are any."""
+def find_corners(high: MemberForces, low: MemberForces) -> list[MemberForces]:
+    """Combine the ends of a case's range: both axial ones, each with either moment at either hub if there are any."""
     if not high.near_moment.any() and not low.near_moment.any():
         return [high, low]
     sides = product((high, low), repeat=3)

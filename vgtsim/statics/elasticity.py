@@ -62,16 +62,14 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped
     """Collect stiffnesses and masses from the description; gravity is m/s² along -z of frame G, as for `make_load_model`.
 
     A tube is EA/L from hub to hub. A cylinder is its oil, trapped on both sides of the piston by lock valves, in series
-    with its solid rod; barrel wall and pins count as rigid.
+    with its solid rod; barrel wall, pins and joint blocks count as rigid, and so does an actuator in bending.
 
     Raises:
-        DescriptionError: A module has a joint offset: bending of its actuators is not in the stiffness.
         TrussError: A member has no area or no stiffness.
 
     Source: oil column, H. E. Merritt, Hydraulic Control Systems (1967), equation 6-43, for unequal areas.
     """
     arm, truss = chain.manipulator, chain.truss
-    require_no_offset(chain, "members are elastic")
     spring, length = np.zeros(len(truss.members)), truss.lengths(chain.nodes(chain.straight))
     for index, member in enumerate(truss.members):
         if member.role != "actuator":

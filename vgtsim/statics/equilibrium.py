@@ -63,6 +63,32 @@ class MemberForces:
         """The forces at an index, or at several, of the first dimension."""
         return MemberForces(**{item.name: getattr(self, item.name)[instants] for item in fields(self)})
 
+    def of(self, members: NDArray[np.intp]) -> MemberForces:
+        """The forces of some members, with the reaction of the whole arm."""
+        along = {name: getattr(self, name)[..., members] for name in ("bar", "near_axial", "far_axial")}
+        vectors = ("near_transverse", "direction", "near_moment", "far_moment")
+        return MemberForces(
+            **along, **{name: getattr(self, name)[..., members, :] for name in vectors}, reaction=self.reaction
+        )
+
+    @staticmethod
+    def join(parts: Sequence[MemberForces]) -> MemberForces:
+        """The forces of parts of a batch one after the other, along the first dimension."""
+        return MemberForces(
+            **{item.name: np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(MemberForces)}
+        )
+
+
+def blend(first: MemberForces, second: MemberForces, part: Array) -> MemberForces:
+    """Forces a part of the way from one load's to another's, and beyond, in the same poses; a part for each member, (..., M)."""
+    mixed = {}
+    for item in fields(MemberForces):
+        one, two = getattr(first, item.name), getattr(second, item.name)
+        if item.name not in ("reaction", "direction"):
+            one = one + (two - one) * part.reshape(*part.shape, *(1,) * (one.ndim - part.ndim))
+        mixed[item.name] = one
+    return MemberForces(**mixed)
+
 
 @dataclass(frozen=True)
 class Loading:

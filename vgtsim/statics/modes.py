@@ -9,14 +9,18 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
 from vgtsim.errors import TrussError
+from vgtsim.kinematics import Truss
+from vgtsim.kinematics.inertia import MemberInertia
 from vgtsim.kinematics.ties import first_greatest
 from vgtsim.statics.banded_solve import require_stiff, softest
+from vgtsim.statics.blocks import block_moves, ring_stiffness
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads
-from vgtsim.statics.stiffness import band_matrix, deflect, node_loads, pattern_of, scatter
-from vgtsim.statics.stiffness_matrix import add_blocks, geometric_blocks, unfold
+from vgtsim.statics.stiffness import band_matrix, deflect, node_loads, pattern_of, scatter, unknowns_of
+from vgtsim.statics.stiffness_matrix import add_blocks, geometric_blocks, make_pattern, unfold
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 _MASSLESS = 1e-12  # smallest eigenvalue of the mass matrix, its diagonal scaled to one: rounding leaves 1e-16,
 # a payload of 100 t on massless hubs 1e-4
@@ -74,13 +78,17 @@ def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
     """
     n, truss, loads = np.asarray(nodes, float), model.truss, model.loads
     bar, span = deflect(model, n).bar, truss.spans(n)
-    total = add_blocks(pattern_of(truss), geometric_blocks(span, bar, _moves(model, n, 1) - _moves(model, n, 0)))
+    near, far = _moves(truss, n, truss.ends)
+    total = add_blocks(pattern_of(truss), geometric_blocks(span, bar, far - near))
     force = bar[:, None] * (span / np.linalg.norm(span, axis=-1)[:, None])
     pull = (
         node_loads(model, n[None])[0] - hub_loads(loads, n[None])[0]
     )  # of the members: weight here, their forces next
     np.add.at(pull, truss.ends[:, 0], force)
     np.add.at(pull, truss.ends[:, 1], -force)
+    if len(truss.rings):
+        dof = np.array(unknowns_of(truss))[truss.rings[:, 0, 0]]
+        total[dof[:, :, None], dof[:, None, :]] += ring_stiffness(truss, n, pull + hub_loads(loads, n[None])[0])
     outer = np.einsum("ni,nj->ij", pull[truss.tip], _levers(model, n))
     # the plate's own weight acts at its centre of mass, off the plane of the tip nodes
     mass, centre = _tip_mass(model, n)
@@ -91,26 +99,35 @@ def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
 
 def mass_matrix(model: ElasticModel, nodes: ArrayLike) -> Array:
     """Mass matrix of the unknowns, symmetric, shape (n, n), kg, kg·m and kg·m², for nodes of shape (N, 3), m."""
+    n, truss, loads = np.asarray(nodes, float), model.truss, model.loads
+    total = add_blocks(pattern_of(truss), _weigh(truss, n, truss.ends, loads.members))
+    free = np.arange(len(total) - 6)
+    total[free, free] += np.repeat(loads.hub_mass[truss.free], 3)
+    if len(truss.rings):
+        ends = truss.rings[:, :, [0, 2]].reshape(-1, 2)
+        posts = make_pattern(unknowns_of(truss), tuple(map(tuple, ends.tolist())))
+        total += add_blocks(posts, _weigh(truss, n, ends, loads.blocks, loads.hub_mass[ends]))
+    total[-6:, -6:] += _tip_inertia(model, n)
+    return total
+
+
+def _weigh(truss: Truss, nodes: Array, ends: Index, part: MemberInertia, more: Array | float = 0.0) -> Array:
+    """Mass matrices of bars of two segments with more mass at their ends, (B, 2), kg; shape (B, 2 w, 2 w), see `Pattern`."""
 
     def weighed(weight: Array, left: Array, right: Array) -> Array:
         return np.einsum("m,mki,mkj->mij", weight, left, right)
 
-    n, truss, part = np.asarray(nodes, float), model.truss, model.loads.members
-    span = truss.spans(n)
+    span = nodes[ends[:, 1]] - nodes[ends[:, 0]]
     length = np.linalg.norm(span, axis=-1)
     unit = span / length[:, None]
     across = np.eye(3) - unit[:, :, None] * unit[:, None, :]
-    near, far = _moves(model, n, 0), _moves(model, n, 1)
+    near, far = _moves(truss, nodes, ends)
     turn = np.einsum("mij,mjk->mik", across / length[:, None, None], far - near)
-    blocks = weighed(part.about_end.sum(axis=1), turn, turn)
+    blocks, mass = weighed(part.about_end.sum(axis=1), turn, turn), part.mass + more
     for end, side, sign in ((near, 0, 1.0), (far, 1, -1.0)):
         mixed = sign * weighed(part.first_moment[:, side], end, turn)
-        blocks += weighed(part.mass[:, side], end, end) + mixed + np.swapaxes(mixed, 1, 2)
-    total = add_blocks(pattern_of(truss), blocks)
-    free = np.arange(len(total) - 6)
-    total[free, free] += np.repeat(model.loads.hub_mass[truss.base.stop : truss.tip.start], 3)
-    total[-6:, -6:] += _tip_inertia(model, n)
-    return total
+        blocks += weighed(mass[:, side], end, end) + mixed + np.swapaxes(mixed, 1, 2)
+    return blocks
 
 
 def _require_mass(model: ElasticModel, mass: Array) -> None:
@@ -120,7 +137,7 @@ def _require_mass(model: ElasticModel, mass: Array) -> None:
         return
     truss, size = model.truss, np.linalg.norm(modes, axis=1)
     moved = np.zeros(len(truss.nodes))
-    moved[truss.base.stop : truss.tip.start] = size[:-6].reshape(-1, 3).max(axis=1)
+    moved[truss.free] = size[:-6].reshape(-1, 3).max(axis=1)
     moved[truss.tip] = size[-6:].max()
     node = int(first_greatest(moved))
     members = tuple(m.name for m in truss.members if node in m.ends)
@@ -133,14 +150,18 @@ def _levers(model: ElasticModel, nodes: Array) -> Array:
     return nodes[model.truss.tip] - nodes[model.truss.tip].mean(axis=0)
 
 
-def _moves(model: ElasticModel, nodes: Array, side: int) -> Array:
-    """Displacement of each member's end per unit of the twelve unknowns of its pattern, shape (M, 3, 12)."""
-    truss = model.truss
-    lever = nodes[truss.ends[:, side]] - nodes[truss.tip].mean(axis=0)
-    moves = np.zeros((len(truss.members), 3, 12))
-    moves[:, :, 6 * side : 6 * side + 3] = np.eye(3)
-    moves[:, :, 6 * side + 3 : 6 * side + 6] = np.swapaxes(np.cross(np.eye(3)[None], lever[:, None]), 1, 2)
-    return moves
+def _moves(truss: Truss, nodes: Array, ends: Index) -> tuple[Array, Array]:
+    """Displacements of the ends of bars, shape (B, 2), per unit of the unknowns of both ends, each of shape (B, 3, 2 w)."""
+    width = 9 if len(truss.rings) else 6
+    moves = np.zeros((len(nodes), 3, width))
+    moves[:, :, :3] = np.eye(3)
+    lever = nodes - nodes[truss.tip].mean(axis=0)
+    moves[:, :, 3:6] = np.swapaxes(np.cross(np.eye(3)[None], lever[:, None]), 1, 2)
+    if len(truss.rings):
+        moves[truss.rings[:, :, [0, 2]]] = block_moves(truss, nodes)
+    near, far = moves[ends].swapaxes(0, 1)
+    none = np.zeros(near.shape)
+    return np.concatenate([near, none], axis=-1), np.concatenate([none, far], axis=-1)
 
 
 def _tip_mass(model: ElasticModel, nodes: Array) -> tuple[float, Array]:

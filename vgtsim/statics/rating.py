@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import pi
 
 import numpy as np
@@ -78,6 +78,10 @@ class Ratings:
     mouth: Array
     barrel_moment: Array
     rod_moment: Array
+
+    def of(self, members: NDArray[np.intp]) -> Ratings:
+        """The ratings of some members."""
+        return Ratings(**{item.name: getattr(self, item.name)[..., members] for item in fields(self)})
 
     @property
     def limits(self) -> Mapping[str, tuple[Array, Array]]:

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import TrussError
 from vgtsim.statics.banded_solve import solve_poses
+from vgtsim.statics.blocks import find_heights, seat_blocks
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness import band_matrix, elongations, gather, node_loads, pattern_of, scatter
@@ -82,5 +83,7 @@ def _correct(
     centre = nodes[:, truss.tip].mean(axis=1, keepdims=True)
     turn = np.swapaxes(Rotation.from_rotvec(moved[:, -3:]).as_matrix(), 1, 2)
     after = nodes + shift
+    if len(truss.rings):
+        seat_blocks(truss, after, find_heights(truss, nodes))
     after[:, truss.tip] = centre + moved[:, None, -6:-3] + (nodes[:, truss.tip] - centre) @ turn
     return after, shift

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -16,18 +15,16 @@ from vgtsim.description.scene import LoadCase, Payload
 from vgtsim.description.sections import Cylinder, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
-from vgtsim.statics.cases import chunks, find_effects
-from vgtsim.statics.elasticity import require_no_offset
+from vgtsim.statics.cases import chunks, find_corners, find_effects
+from vgtsim.statics.equilibrium import MemberForces
 from vgtsim.statics.loads import make_load_model, weigh
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.rating import SLENDERNESS_ADVICE, describe_sections, rate
-from vgtsim.statics.utilisation import use_axial
+from vgtsim.statics.utilisation import use_axial, utilise
 
 Array = NDArray[np.float64]
 Place = tuple[str, str]
 PlaceT = TypeVar("PlaceT")
-
-_FIELDS = {"longeron": "longeron_tube", "cross_longeron": "cross_longeron_tube", "batten": "batten_tube"}
 
 
 @dataclass(frozen=True)
@@ -50,6 +47,8 @@ class Demand:
 class Sizing:
     """A sized arm: the section chosen for each module and field, and its greatest utilisation over poses and cases.
 
+    Fields are those of `sections` of a module: longerons of an octahedron that name the same section are sized as one.
+
     `mass` is that of the arm without payload, before and after, kg; `passes` are the iterations it took.
     """
 
@@ -68,9 +67,8 @@ def size_arm(chain: Chain, catalogue: Catalogue, demand: Demand, target: float =
 
     Raises:
         DescriptionError: No cylinder in the catalogue is short enough for the arm's strokes, or no size carries the load
-            of a place; its forces are named. A module has a joint offset: bending is not rated here.
+            of a place; its forces are named.
     """
-    require_no_offset(chain, "an arm is sized")
     sizes, used = _Sizes(catalogue, chain.manipulator), {}
 
     def choose(rank: Mapping[Place, int]) -> dict[Place, int]:
@@ -129,7 +127,7 @@ class _Sizes:
 
     def of(self, field: str) -> Sequence[TubeSize | CylinderSize]:
         """Sizes for a field of a module."""
-        return self.cylinders if field == "cylinder" else self.tubes
+        return self.cylinders if field.endswith("cylinder") else self.tubes
 
     def fit(self, arm: Manipulator, field: str, old: str, index: int) -> tuple[str, Tube | Cylinder]:
         """Name of a size and the part that it makes of an old one, whose pins and stroke stay."""
@@ -142,50 +140,84 @@ class _Sizes:
         return name, arm.tubes[old].model_copy(update=given | {"material": self.catalogue.tube_material})
 
 
+@dataclass(frozen=True)
+class _Carried:
+    """What the m members of a place carry in all cases and K poses.
+
+    Attributes:
+        axial: Greatest pull and push anywhere along a member, then where its segments meet, shape (4, K, m), N.
+        length: Of the members, shape (K, m), m.
+        bent: States of actuators between joint blocks that can be the worst in bending, shapes (K, m); none of others.
+    """
+
+    axial: Array
+    length: Array
+    bent: list[MemberForces]
+
+    def describe(self) -> str:
+        """Greatest forces and moment in words."""
+        pull, push = self.axial[0].max() / 1e3, self.axial[1].max() / 1e3
+        text = f"{pull:.1f} kN of pull and {push:.1f} kN of push"
+        if self.bent:
+            moments = [np.linalg.norm([item.near_moment, item.far_moment], axis=-1).max() for item in self.bent]
+            text += f" with {max(moments) / 1e3:.2f} kN m of bending"
+        return text
+
+
 def _places(chain: Chain) -> list[Place]:
     """Module and field that give each member its section."""
     modules = chain.manipulator.modules
-    return [(modules[member.module].name, _FIELDS.get(member.role, "cylinder")) for member in chain.truss.members]
+    found = []
+    for member in chain.truss.members:
+        module = modules[member.module]
+        found.append((module.name, module.section_of(member.role, int(member.name.rsplit("/", 1)[1]))))
+    return found
 
 
-def _find_carried(chain: Chain, demand: Demand) -> dict[Place, Array]:
-    """Greatest forces of all cases along the m members of each place and their lengths, shape (5, K, m), N and m.
-
-    The forces are pull and push anywhere along a member, then pull and push where its segments meet.
-    """
-    model = make_load_model(chain, demand.payload, demand.gravity)
+def _find_carried(chain: Chain, demand: Demand) -> dict[Place, _Carried]:
+    """What the members of each place carry in all cases and poses."""
+    model, rings = make_load_model(chain, demand.payload, demand.gravity), chain.truss.ring_actuators.ravel()
     length = chain.truss.lengths(demand.nodes)
-    most = np.zeros((5, *length.shape))
-    most[4] = length
+    most, parts = np.zeros((4, *length.shape)), []
     for part, poses, motion in chunks(demand.nodes, demand.motion):
         effects = find_effects(model, poses, motion)
-        for high, low in map(effects.bound, demand.cases):
+        bounds = [effects.bound(case) for case in demand.cases]
+        for high, low in bounds:
             forces = [high.along.max(axis=0), -low.along.min(axis=0), high.bar, -low.bar]
-            most[:4, part] = np.maximum(most[:4, part], forces)
+            most[:, part] = np.maximum(most[:, part], forces)
+        if len(rings):
+            parts.append([corner.of(rings) for high, low in bounds for corner in find_corners(high, low)])
+    bent = [MemberForces.join(items) for items in zip(*parts, strict=True)]
     found: dict[Place, list[int]] = {}
     for index, place in enumerate(_places(chain)):
         found.setdefault(place, []).append(index)
-    return {place: most[:, :, members] for place, members in found.items()}
+    carried = {}
+    for place, members in found.items():
+        mine = np.flatnonzero(np.isin(rings, members))
+        carried[place] = _Carried(
+            most[:, :, members], length[:, members], [item.of(mine) for item in bent] if len(mine) else []
+        )
+    return carried
 
 
 def _choose(
-    arm: Manipulator, place: Place, carried: Array, sizes: _Sizes, safety_factor: float, target: float, least: int
+    arm: Manipulator, place: Place, carried: _Carried, sizes: _Sizes, safety_factor: float, target: float, least: int
 ) -> tuple[int, float]:
     """Rank of the lightest size that carries the load, and how much of it is used."""
-    old = getattr(next(module for module in arm.modules if module.name == place[0]), place[1])
+    old = next(module for module in arm.modules if module.name == place[0]).sections()[place[1]]
     steel, offered, used = sizes.catalogue.material_of(place[1]), sizes.of(place[1]), np.inf
-    *forces, length = carried
     for index in range(least, len(offered)):
         part = sizes.fit(arm, place[1], old, index)[1]
-        ratings = rate(describe_sections([(part, steel)]), length, safety_factor)
+        ratings = rate(describe_sections([(part, steel)]), carried.length, safety_factor)
         if isinstance(part, Tube) and ratings.slenderness.max() > SLENDERNESS_ADVICE:
             continue
-        used = float(use_axial(ratings, *forces).worst.max())
+        used = float(use_axial(ratings, *carried.axial).worst.max())
+        if used <= target:
+            used = max([used, *(float(utilise(ratings, state).strength.max()) for state in carried.bent)])
         if used <= target:
             return index, used
-    found = f"{carried[0].max() / 1e3:.1f} kN of pull and {carried[1].max() / 1e3:.1f} kN of push"
     allowed = f"what the largest of {len(offered)} sizes in the catalogue carries, 1/{used / target:.3g} of it"
-    raise DescriptionError(None, f"modules.{place[0]}.{place[1]}", found, allowed)
+    raise DescriptionError(None, f"modules.{place[0]}.{place[1]}", carried.describe(), allowed)
 
 
 def _rebuild(arm: Manipulator, rank: Mapping[Place, int], sizes: _Sizes) -> tuple[Manipulator, dict[Place, str]]:
@@ -195,15 +227,15 @@ def _rebuild(arm: Manipulator, rank: Mapping[Place, int], sizes: _Sizes) -> tupl
     modules = []
     for module in arm.modules:
         update = {}
-        for field in filter(partial(hasattr, module), (*_FIELDS.values(), "cylinder")):
+        for field, old in module.sections().items():
             # the last module's battens are the tip plate, but the file names a tube
             index = rank.get((module.name, field), 0)
-            name, part = sizes.fit(arm, field, getattr(module, field), index)
-            parts = new["cylinders" if field == "cylinder" else "tubes"]
+            name, part = sizes.fit(arm, field, old, index)
+            parts = new["cylinders" if isinstance(part, Cylinder) else "tubes"]
             if parts.setdefault(name, part) != part:  # modules differ in pins or strokes
                 name = f"{name}_{module.name}"
                 parts[name] = part
             chosen[module.name, field] = update[field] = name
-        modules.append(module.model_copy(update=update))
+        modules.append(module.with_sections(update))
     changes = {"materials": arm.materials | sizes.catalogue.materials, **new, "modules": tuple(modules)}
     return arm.model_copy(update=changes), chosen

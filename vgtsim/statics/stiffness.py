@@ -2,6 +2,8 @@
 
 Unknowns are the displacements of the free hubs and, for the rigid tip plate with tool and payload, a displacement of its
 centroid and a rotation about it. Nodes are numbered from the mast to the tip, so the stiffness matrix is narrow.
+
+Of joint blocks the middles have unknowns; feet and heads follow them, see `blocks`.
 """
 
 from __future__ import annotations
@@ -15,12 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.kinematics import Truss
 from vgtsim.kinematics.vectors import cross
 from vgtsim.statics.banded_solve import solve_poses
+from vgtsim.statics.blocks import block_moves, ring_loads
 from vgtsim.statics.elasticity import ElasticModel
-from vgtsim.statics.loads import hub_loads, member_loads, tool_point
+from vgtsim.statics.loads import block_loads, hub_loads, member_loads, tool_point
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 _CHUNK = 256  # poses assembled at a time: keeps the work arrays in cache
 
@@ -42,24 +46,57 @@ class Deflection:
 
 @lru_cache(maxsize=64)
 def pattern_of(truss: Truss) -> Pattern:
-    """Pattern of an arm, with six unknowns of a node: of a free hub its displacement, of a tip node those of the plate."""
-    between = len(truss.nodes) - 6
-    none, plate = (-1,) * 6, tuple(range(3 * between, 3 * between + 6))
-    hubs = [(*range(3 * i, 3 * i + 3), -1, -1, -1) for i in range(between)]
-    return make_pattern((*[none] * 3, *hubs, *[plate] * 3), tuple(map(tuple, truss.ends.tolist())))
+    """Pattern of an arm's members, see `unknowns_of`."""
+    return make_pattern(unknowns_of(truss), tuple(map(tuple, truss.ends.tolist())))
+
+
+def unknowns_of(truss: Truss) -> tuple[tuple[int, ...], ...]:
+    """Unknowns that each node's displacement depends on, six of a node, or nine of an arm with joint blocks; -1 for none.
+
+    Of a free hub or the middle of a block they are its displacement, of a tip node those of the plate, of the foot or the
+    head of a block the displacements of the three middles of its ring.
+    """
+    free, width = truss.free, 9 if len(truss.rings) else 6
+    found = np.full((len(truss.nodes), width), -1)
+    found[free, :3] = np.arange(3 * len(free)).reshape(-1, 3)
+    found[truss.tip, :6] = 3 * len(free) + np.arange(6)
+    for ring in truss.rings:
+        found[ring[:, [0, 2]]] = found[ring[:, 1], :3].ravel()
+    return tuple(map(tuple, found.tolist()))
+
+
+@lru_cache(maxsize=64)
+def _seated(truss: Truss, side: int) -> tuple[Indices, tuple[Indices, Indices, Indices]]:
+    """Members whose near (0) or far (1) end is the foot or the head of a block: ring, block and end."""
+    ends = truss.rings[:, :, [0, 2]]
+    member = np.flatnonzero(np.isin(truss.ends[:, side], ends))
+    order = np.argsort(ends, axis=None)
+    place = order[np.searchsorted(ends.ravel()[order], truss.ends[member, side])]
+    ring, block, end = np.unravel_index(place, ends.shape)
+    return member, (ring, block, end)
 
 
 def elongations(truss: Truss, nodes: Array) -> Array:
-    """Elongation of each member per unit of each unknown of its ends, shape (..., M, 12), dimensionless and m.
+    """Elongation of each member per unit of each unknown of its ends, shape (..., M, 2 w), dimensionless and m.
 
-    Nodes have shape (..., N, 3), m; the unknowns are in the order of `Pattern.dof`.
+    Nodes have shape (..., N, 3), m; the 2 w unknowns are in the order of `Pattern.dof`.
     """
     first, second = truss.ends.T
     span = truss.spans(nodes)
     unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
     lever = nodes - nodes[..., truss.tip, :].mean(axis=-2, keepdims=True)
     ends = [-unit, -cross(lever[..., first, :], unit), unit, np.cross(lever[..., second, :], unit)]
-    return np.concatenate(ends, axis=-1)
+    if not len(truss.rings):
+        return np.concatenate(ends, axis=-1)
+    none, moves = np.zeros(unit.shape), block_moves(truss, nodes)
+    found = np.concatenate([*ends[:2], none, *ends[2:], none], axis=-1)
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        member, seat = _seated(truss, side)
+        row = np.einsum(
+            "...mi,...mik->...mk", sign * unit[..., member, :], moves[(..., *seat, slice(None), slice(None))]
+        )
+        found[..., member, 9 * side : 9 * side + 9] = row
+    return found
 
 
 def deflect(
@@ -113,12 +150,16 @@ def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
 
 def node_loads(model: ElasticModel, nodes: Array, motion: NodeMotion | None = None) -> Array:
     """Weight, and inertia in a motion, of everything: shape (..., N, 3), N, for nodes of shape (..., N, 3)."""
-    return hub_loads(model.loads, nodes, motion) + member_loads(model.loads, nodes, motion).total
+    force = hub_loads(model.loads, nodes, motion) + member_loads(model.loads, nodes, motion).total
+    return force + block_loads(model.loads, nodes, motion).total if len(model.truss.rings) else force
 
 
 def gather(truss: Truss, nodes: Array, force: Array) -> Array:
     """Forces at the nodes, shape (T, N, 3), as loads on the unknowns, shape (T, n)."""
-    free, tip = force[:, truss.base.stop : truss.tip.start].reshape(len(force), -1), force[:, truss.tip]
+    if len(truss.rings):
+        force, middle = force.copy(), truss.rings[:, :, 1]
+        force[:, middle] += ring_loads(truss, nodes, force)
+    free, tip = force[:, truss.free].reshape(len(force), -1), force[:, truss.tip]
     moment = np.cross(_levers(truss, nodes), tip).sum(axis=1)
     return np.concatenate([free, tip.sum(axis=1), moment], axis=-1)
 
@@ -126,7 +167,11 @@ def gather(truss: Truss, nodes: Array, force: Array) -> Array:
 def scatter(truss: Truss, nodes: Array, moved: Array) -> Array:
     """Unknowns, shape (T, n), as displacements of the nodes, shape (T, N, 3)."""
     shift = np.zeros(nodes.shape)
-    shift[:, truss.base.stop : truss.tip.start] = moved[:, :-6].reshape(len(moved), -1, 3)
+    shift[:, truss.free] = moved[:, :-6].reshape(len(moved), -1, 3)
+    if len(truss.rings):
+        middle = shift[:, truss.rings[:, :, 1]].reshape(len(shift), len(truss.rings), 9)
+        ends = np.einsum("trbeik,trk->trbei", block_moves(truss, nodes), middle)
+        shift[:, truss.rings[:, :, [0, 2]]] = ends
     shift[:, truss.tip] = moved[:, None, -6:-3] + cross(moved[:, None, -3:], _levers(truss, nodes))
     return shift
 

@@ -36,13 +36,16 @@ _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread 
 
 
 class PlannedLeg(Protocol):
-    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m."""
+    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m, and the feed, (S,), m."""
 
     @property
     def goal(self) -> int: ...  # noqa: D102
 
     @property
     def lengths(self) -> Array: ...  # noqa: D102
+
+    @property
+    def feed(self) -> Array | None: ...  # noqa: D102
 
 
 class PlannedTour(Protocol):
@@ -114,6 +117,16 @@ class Evidence:
         """Velocities and accelerations of the nodes; NaN where they are unknown."""
         return self._differentiate(self.wide.nodes)
 
+    @property
+    def lift(self) -> Array:
+        """The height of the mast as a displacement of all nodes, shape (T, 1, 3), m."""
+        return self.log.height[:, None, None] * np.array([0.0, 0.0, 1.0])
+
+    @cached_property
+    def feed_acceleration(self) -> Array:
+        """Of the mast, upward, from differenced heights, shape (T,), m/s²."""
+        return self._differentiate(self.wide.height[:, None, None]).acceleration[:, 0, 0]
+
     @cached_property
     def speeds(self) -> Array:
         """Speeds of the cylinders half a step before each record, from differenced lengths, shape (T, J), m/s.
@@ -153,9 +166,7 @@ class Evidence:
     def settled(self) -> Index:
         """Records at rest, shape (S,)."""
         settled = np.flatnonzero(self.outline.settled)
-        if (
-            self._rings
-        ):  # accelerations beside a record that is not settled are partly those of the motion to or from it
+        if self.rings:  # accelerations beside a record that is not settled are partly those of the motion to or from it
             settled = settled[np.isin(settled - _BESIDE, settled) & np.isin(settled + _BESIDE, settled)]
         return self.within(settled)
 
@@ -163,14 +174,14 @@ class Evidence:
     def resting(self) -> MemberForces:
         """Expected forces of the settled records alone: at rest, or with the inertia of an elastic arm's ringing."""
         nodes = self.log.nodes[self.settled]
-        return self.moving.at(self.settled) if self._rings else solve_members(self.site.load_model, nodes)
+        return self.moving.at(self.settled) if self.rings else solve_members(self.site.load_model, nodes)
 
     def expect(self, *, settled: bool) -> tuple[Index, MemberForces]:
         """Settled or all records, and the forces expected in them."""
         return (self.settled, self.resting) if settled else (np.arange(len(self.log.time)), self.moving)
 
     @property
-    def _rings(self) -> bool:
+    def rings(self) -> bool:
         """Whether the arm still rings a little when it counts as settled: an elastic one does."""
         return self.site.task.simulation.members == "elastic"
 
@@ -262,6 +273,7 @@ def find_riser_reaction(site: Site, log: RunLog) -> Array:
     About the tank's axis at the crown, in frame G.
     """
     force, moment = -log.mast_reaction[:, :3], -log.mast_reaction[:, 3:]
-    lever = np.array([0.0, 0.0, -site.task.mast.pivot_depth])
+    lever = np.zeros((log.count, 3))
+    lever[:, 2] = log.height - site.task.mast.pivot_depth
     weight = np.array([0.0, 0.0, -site.mast.mass * site.task.simulation.gravity])
     return np.concatenate([force + weight, moment + np.cross(lever, force)], axis=1)

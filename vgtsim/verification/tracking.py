@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,21 +65,28 @@ def check_command(run: Evidence) -> Finding:
 
 @report_as("tracking", "commanded length to the plan", unit="m", limit="command", planned=True)
 def check_plan(run: Evidence) -> Finding:
-    """Greatest distance of a logged command from the planned one of its instant.
+    """Greatest distance of a logged command from the planned one of its instant."""
+    assert run.tour is not None  # the row is for reports with a plan
+    error = measure_plan_error(run, run.log.commanded, [leg.lengths for leg in run.tour.legs])
+    return worst_of(error, run.log.time, run.actuator_names)
+
+
+def measure_plan_error(run: Evidence, commanded: Array, planned: Sequence[Array]) -> Array:
+    """Distances of logged commands, shape (T, K), from planned ones of their instants, one array (S, K) a leg.
 
     A leg begins at some step between the last record before it and its first one. The log does not say which, so every
     step between is tried.
     """
     log, tour = run.log, run.tour
-    assert tour is not None  # the row is for reports with a plan
+    assert tour is not None
     every = round(1 / (run.site.task.simulation.log_rate * tour.timestep))  # steps between records
-    error = np.abs(log.commanded - tour.legs[0].lengths[0])
-    for leg in tour.legs:
+    error = np.abs(commanded - planned[0][0])
+    for leg, wanted in zip(tour.legs, planned, strict=True):
         rows = np.flatnonzero(log.goal == leg.goal)
         before = np.count_nonzero(run.outline.goal[: run.first] == leg.goal)
-        ways = (_follow(leg.lengths, every * (before + np.arange(len(rows))) + begun) for begun in range(every))
-        error[rows] = min((np.abs(log.commanded[rows] - way) for way in ways), key=lambda off: off.max(initial=0.0))
-    return worst_of(error, log.time, run.actuator_names)
+        ways = (_follow(wanted, every * (before + np.arange(len(rows))) + begun) for begun in range(every))
+        error[rows] = min((np.abs(commanded[rows] - way) for way in ways), key=lambda off: off.max(initial=0.0))
+    return error
 
 
 def _follow(lengths: Array, steps: Index) -> Array:

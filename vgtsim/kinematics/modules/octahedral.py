@@ -140,7 +140,6 @@ class Octahedra(ModuleSet):
     geometries: tuple[single.OctahedronGeometry, ...]
     inputs = 6
     units = ("m", "m", "m", "rad", "rad", "rad")
-    sizable = False  # each longeron names a section of its own
     sections_key = "longerons"
 
     @cached_property

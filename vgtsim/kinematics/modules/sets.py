@@ -163,7 +163,6 @@ class ModuleSet(ABC):
         leans: Whether the first two inputs are the sine of half the bend times cosine and sine of its direction.
         stows: Whether the pose that passes the riser is another than the straight one.
         positionable: Whether batches of trial steps can be asked of it.
-        sizable: Whether its members can be sized by section, each section for all members that name it.
         turns_alike: Whether modules that are turned to each other may be coupled.
         sections_key: Key of the description that names its cylinders.
     """
@@ -175,7 +174,6 @@ class ModuleSet(ABC):
     leans: ClassVar[bool] = False
     stows: ClassVar[bool] = False
     positionable: ClassVar[bool] = True
-    sizable: ClassVar[bool] = True
     turns_alike: ClassVar[bool] = False
     sections_key: ClassVar[str] = "cylinder"
 

@@ -1,0 +1,31 @@
+"""All that is wrong with a scene before its tour is planned: every refusal, and every goal out of reach."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vgtsim.errors import DescriptionError, VgtError
+from vgtsim.planning.checks import find_faults
+from vgtsim.planning.resolution import default_resolution, goal_keep, resolve_goal
+from vgtsim.site import Site
+
+
+def inspect_site(site: Site) -> list[VgtError]:
+    """Everything that keeps a scene from being planned, as far as that shows without its ways: goals are solved one by one.
+
+    A goal is solved from the shape at the goal before it that could be solved.
+    """
+    faults = list(find_faults(site))
+    wrong = [error.key for error in faults if isinstance(error, DescriptionError)]
+    if len(wrong) < len(faults) or any(not key.startswith("motion.goals.") for key in wrong):
+        return faults
+    shape, keep = site.start, goal_keep(site)
+    for index, goal in enumerate(site.task.motion.goals):
+        if f"motion.goals.{index}.position" in wrong:  # it is in something, which nothing can solve
+            continue
+        pose = np.array(goal.position), np.array(goal.direction)
+        try:
+            shape = np.array(resolve_goal(site, default_resolution(site), goal.name, pose, shape, keep).q)
+        except VgtError as error:
+            faults.append(error)
+    return faults
