@@ -14,11 +14,11 @@ from vgtsim.control.arm_now import ArmNow
 from vgtsim.control.feedback import Feedback
 from vgtsim.control.limits import ACCELERATION, RATE, CylinderLimits
 from vgtsim.control.mobility import Mobility, find_mobility
-from vgtsim.control.nearness import Nearness
+from vgtsim.control.nearness import GapWatch
 from vgtsim.control.preference import Preference
 from vgtsim.control.rates import Rates, solve_rates
 from vgtsim.control.report import ControlReport
-from vgtsim.control.strength import Strength
+from vgtsim.control.strength import UseWatch
 from vgtsim.control.targets import Filter, LengthTarget, ToolTarget
 from vgtsim.description import Operator
 from vgtsim.errors import CommandError, StoppedError
@@ -66,7 +66,7 @@ class Controller:
         self.site, self.timestep = site, site.timestep if timestep is None else timestep
         self._how = site.task.operator or _REST
         self._limits = CylinderLimits(site, self._how.acceleration)
-        self._nearness, self._strength = Nearness(site), Strength(site)
+        self._nearness, self._strength = GapWatch(site=site), UseWatch(site=site)
         self._preference = Preference(site, site.task.motion.objective)
         self._feedback = Feedback(site.chain)
         self._wanted: ToolTarget | LengthTarget | None = None

@@ -21,7 +21,7 @@ _SAG_EVERY = 25  # cycles between looks at how far an arm that gives sags
 
 
 @dataclass
-class Nearness:
+class GapWatch:
     """Watches the gaps between the arm and tank, equipment, waste, mast and itself.
 
     `clearance` is the distance kept, m: the scene's, and of an arm that gives the greatest sag of a node more.

@@ -23,7 +23,7 @@ _EVERY = 2  # cycles for which a look is good: in 40 ms a use changes by a hundr
 
 
 @dataclass
-class Strength:
+class UseWatch:
     """Watches the use of members and drives at rest, as parts of what the scene's limits allow.
 
     `picked` are the members of the rows of the last `bound`. Derivatives by the lengths are worked out for a few cylinders at a
