@@ -135,12 +135,13 @@ def verify(
 ) -> None:
     """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
     from vgtsim.description import find_original
+    from vgtsim.geometry import place_goals
     from vgtsim.output import prepare_folder, write_pdf, write_reports
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
     place, copy, log = _load(folder)
-    scene, notes = find_original(copy)
+    scene, notes = find_original(copy, place_goals)
     site, held = Site(scene), Site(copy)
     if site.truss.member_names != held.truss.member_names or len(site.task.motion.goals) != len(held.task.motion.goals):
         notes += (

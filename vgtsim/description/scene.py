@@ -76,17 +76,60 @@ class Payload(Description):
     radius: Size
 
 
+class GoalPlace(Description):
+    """A pose of the tool by a named place of the tank; azimuths are from +x of frame G, counter-clockwise from above.
+
+    Attributes:
+        place: `"wall"`, needs `azimuth`, `height` and `distance`; `"waste"`, needs `azimuth`, `radius` and `height`; the name
+            of equipment, needs `distance` and `height`; or the name of an earlier goal, needs `offset`.
+        azimuth: Of the tool point about the tank axis; at equipment, the side of it that the tool is on, by default that
+            of the mast.
+        radius: Distance of the tool point from the tank axis.
+        height: Height of the tool point: z of frame G, but over the waste above its surface.
+        distance: From the tool point to the wall or to the surface of equipment, horizontally.
+        offset: From the tool point of the earlier goal, along the axes of its tool frame: x up, y level, z its direction.
+        elevation: Angle of the tool's direction above the horizontal; by default -30 degrees over waste, that of the earlier
+            goal, or 0.
+        heading: Azimuth of the tool's direction; by default towards wall or equipment, over waste away from the mast, or
+            that of the earlier goal.
+    """
+
+    place: Name
+    azimuth: Angle | None = None
+    radius: Gap | None = None
+    height: Length | None = None
+    distance: Gap | None = None
+    offset: Vector | None = None
+    elevation: Angle | None = None
+    heading: Angle | None = None
+
+
 class Goal(Description):
-    """A tool pose to reach and hold in frame G: tool point, m, and outward normal of the tip plate, a unit vector."""
+    """A tool pose to reach and hold.
+
+    Attributes:
+        position: Tool point in frame G; with `direction`, or else `at`.
+        direction: Outward normal of the tip plate in frame G, of any length.
+        at: The pose by a named place, in place of `position`; with a `direction`, the place gives the tool point alone.
+    """
 
     name: Name
-    position: Vector
-    direction: Direction
+    position: Vector = (0.0, 0.0, 0.0)  # stands for none until the place is looked up
+    direction: Direction = (0.0, 0.0, -1.0)
+    at: GoalPlace | None = None
 
     @field_validator("direction")
     @classmethod
     def _unit(cls, value: Direction) -> Direction:
         return _unit(value)
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Goal:
+        if self.at is None and not {"position", "direction"} <= self.model_fields_set:
+            raise ValueError("position and direction, or at")
+        if self.at is not None and "position" in self.model_fields_set:
+            raise ValueError("position or at, not both")
+        return self
 
 
 def _unit(value: Direction) -> Direction:
