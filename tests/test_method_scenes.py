@@ -10,6 +10,7 @@ import pytest
 
 from vgtsim.description import Method, load_scene
 from vgtsim.planning import plan_tour, solve_first_goal
+from vgtsim.planning.timing import make_limits
 from vgtsim.plant import run
 from vgtsim.site import Site
 from vgtsim.verification import verify
@@ -20,6 +21,7 @@ ROOT = Path(__file__).parents[1]
 SCENES = ("arm9_nullspace", "arm15_coupled")
 GOAL = 2e-9  # each row is met to 1e-9 m and rad
 ROUNDING = 1e-12
+SOLVED = 1e-10  # rad and m, of inputs that are found from lengths again
 
 
 def with_motion(scene, **updates):
@@ -51,6 +53,34 @@ def test_coupled_goals_are_met_by_coupled_modules(scene, program):
     apart = [np.ptp(leg.q.reshape(-1, 3)[list(pair)], axis=0).max() for leg in program.legs for pair in pairs]
     assert len(apart) == (6 if scene.task.name == "arm15_coupled" else 0)
     assert all(gap < ROUNDING for gap in apart)
+
+
+def test_coupled_modules_stay_coupled_on_the_way(scene, program):
+    """At every step of the plan, from the commanded lengths alone."""
+    pairs = scene.coupled_modules() if scene.task.motion.method is Method.COUPLED else ()
+    for leg in program.legs:
+        shapes = Site(scene).chain.inputs_from_lengths(leg.lengths).reshape(len(leg.lengths), -1, 3)
+        assert np.ptp(shapes, axis=0).max() > 0.05
+        for follower, leader in pairs:
+            assert np.abs(shapes[:, follower] - shapes[:, leader]).max() < SOLVED
+
+
+def test_few_modules_move_at_a_time_on_an_anchored_way():
+    """Three at most between any two steps, the strokes and the clearance kept; each comes to rest before the next ones start."""
+    scene = with_motion(load_scene(ROOT / "scenes/arm15_coupled.toml"), method=Method.ANCHORED, coupling=None)
+    site = Site(with_motion(scene, goals=scene.task.motion.goals[:1]))
+    tour = plan_tour(site)
+    q = site.chain.inputs_from_lengths(tour.legs[0].lengths)
+    moving = np.abs(np.diff(q.reshape(len(q), -1, 3), axis=0)).max(axis=2) > SOLVED
+    assert moving.sum(axis=1).max() == 3
+    assert moving.any(axis=0).all()
+    assert site.surroundings.clearance(q[::20])[0].min() >= site.clearance - 1e-3
+    assert np.linalg.norm(site.chain.tool(q[-1])[0] - site.task.motion.goals[0].position) < GOAL
+    rates = np.abs(np.diff(tour.legs[0].lengths, axis=0)) / tour.timestep
+    limits = make_limits(site.chain, site.task.motion.rate_fraction, site.task.motion.acceleration)
+    assert np.all(rates <= 1.01 * limits.rate)
+    hardest = np.abs(np.diff(tour.legs[0].lengths, n=2, axis=0)).max() / tour.timestep**2
+    assert hardest <= 1.01 * limits.acceleration
 
 
 @pytest.mark.slow

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
 from vgtsim.errors import DescriptionError
-from vgtsim.geometry import MastPipe, make_mast
-from vgtsim.kinematics import Chain, Truss, hanging_mount
-from vgtsim.positioning import Keep, StrokeBox, Surroundings, find_start, make_box, search_start
+from vgtsim.geometry import MastPipe, make_mast, place_goals
+from vgtsim.kinematics import Chain, Subspace, Truss, hanging_mount
+from vgtsim.positioning import Keep, Reduction, StrokeBox, Surroundings, couple, find_start, make_box, search_start
 from vgtsim.statics import (
     ElasticModel,
     LoadModel,
@@ -50,6 +50,14 @@ class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once."""
 
     scene: Scene
+
+    def __post_init__(self) -> None:
+        """Look up the places of goals.
+
+        Raises:
+            DescriptionError: There is no such place.
+        """
+        object.__setattr__(self, "scene", place_goals(self.scene))
 
     @property
     def task(self) -> SceneFile:
@@ -83,15 +91,20 @@ class Site:
 
     def fit_step(self, longest: float) -> float:
         """Longest step, s, up to a given one, that members and drives allow and that divides the time between records."""
+        longest, period = min(longest, *self.step_bounds.values()), 1 / self.task.simulation.log_rate
+        return float(period / np.ceil(period / longest * (1 - _ROUNDING)))
+
+    @cached_property
+    def step_bounds(self) -> dict[str, float]:
+        """Longest step, s, by what bounds it in any plan: members and drives, damping, and the time between records."""
         simulation = self.task.simulation
         stiff = simulation.members != "elastic" and simulation.drive == "rigid"
         stiffest = _SECTION_STEP if simulation.members == "sections" else _RIGID_STEP
-        longest = min(longest, stiffest if stiff else _SOFT_STEP)
+        bounds = {"members_and_drives": stiffest if stiff else _SOFT_STEP, "records": 1 / simulation.log_rate}
         if simulation.members == "elastic" and simulation.damping_ratio:
             held = self.held_model if simulation.drive == "servo" else self.elastic_model
-            longest = min(longest, 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio))
-        period = 1 / simulation.log_rate
-        return float(period / np.ceil(period / longest * (1 - _ROUNDING)))
+            bounds["damping"] = 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
+        return bounds
 
     @property
     def safety_factor(self) -> float:
@@ -108,6 +121,16 @@ class Site:
         """Pairs of active modules that move as one, follower and leader; none where the scene couples none."""
         return self.scene.coupled_modules() if self.task.motion.method is Method.COUPLED else ()
 
+    @cached_property
+    def subspace(self) -> Subspace:
+        """Inputs that a way may use: static longerons keep their lengths, and coupled modules move as one."""
+        return Subspace(self.chain) if self.reduction is None else Subspace(self.chain, *self.reduction.rows)
+
+    @cached_property
+    def reduction(self) -> Reduction | None:
+        """Inputs of coupled modules by those that are left; absent where the scene couples none."""
+        return couple(self.chain.straight, self.coupling, owner=self.chain.layout.owner) if self.coupling else None
+
     @property
     def truss(self) -> Truss:
         """Nodes and members of the arm."""
@@ -123,7 +146,11 @@ class Site:
         """
         given = self.task.motion.start
         try:
-            q = self.searched_start[0] if given is None else find_start(self.box, self._start_keep, given)
+            q = (
+                self.searched_start[0]
+                if given is None
+                else find_start(self.box, self._start_keep, given, self.reduction)
+            )
         except DescriptionError as error:
             raise self.scene.error(error.key, error.found, error.allowed) from None
         start = np.array(q)
@@ -133,7 +160,8 @@ class Site:
     @cached_property
     def searched_start(self) -> tuple[Array, int]:
         """Inputs of a posture clear of everything near the first goal, shape (n,), and the number of postures tried."""
-        return search_start(self.box, self._start_keep, np.array(self.task.motion.goals[0].position))
+        near = np.array(self.task.motion.goals[0].position)
+        return search_start(self.box, self._start_keep, near, self.subspace)
 
     @property
     def _start_keep(self) -> Keep:
@@ -214,6 +242,7 @@ class ArmAlone:
     surroundings = None
     clearance = 0.0
     coupling = ()
+    reduction = None
 
     @property
     def start(self) -> Array:
@@ -224,6 +253,11 @@ class ArmAlone:
     def box(self) -> StrokeBox:
         """Actuator lengths that a plan may use: the strokes less a usual margin."""
         return make_box(self.chain, _STROKE_MARGIN)
+
+    @cached_property
+    def subspace(self) -> Subspace:
+        """Inputs that a way may use: those with which static longerons keep their lengths."""
+        return Subspace(self.chain)
 
     @cached_property
     def load_model(self) -> LoadModel:

@@ -63,19 +63,19 @@ def brute_clearance(chain, tank, q):
 
 
 def test_path_is_clear_by_brute_force(hanging_arm, type_ii, past_equipment):
-    samples = past_equipment.spline(np.linspace(0, 1, 97))
+    samples = past_equipment.curve(np.linspace(0, 1, 97))
     least = min(brute_clearance(hanging_arm, type_ii, q) for q in samples)
     assert least >= CLEARANCE
     assert least == pytest.approx(past_equipment.clearance, abs=SAMPLING)
 
 
 def test_path_joins_its_ends(hanging_arm, past_equipment):
-    np.testing.assert_allclose(past_equipment.spline(0.0), pose(hanging_arm, 110), atol=1e-12)
-    np.testing.assert_allclose(past_equipment.spline(1.0), pose(hanging_arm, 10), atol=1e-12)
+    np.testing.assert_allclose(past_equipment.curve(0.0), pose(hanging_arm, 110), atol=1e-12)
+    np.testing.assert_allclose(past_equipment.curve(1.0), pose(hanging_arm, 10), atol=1e-12)
 
 
 def test_path_stays_inside_the_strokes(hanging_arm, past_equipment):
-    lengths = hanging_arm.lengths(past_equipment.spline(np.linspace(0, 1, 1001)))
+    lengths = hanging_arm.lengths(past_equipment.curve(np.linspace(0, 1, 1001)))
     margin = STROKE_MARGIN
     assert np.all(lengths > hanging_arm.stroke[0] + margin)
     assert np.all(lengths < hanging_arm.stroke[1] - margin)
@@ -83,14 +83,14 @@ def test_path_stays_inside_the_strokes(hanging_arm, past_equipment):
 
 
 def test_path_goes_the_long_way_round_the_equipment(hanging_arm, past_equipment):
-    tools = hanging_arm.tool(past_equipment.spline(np.linspace(0, 1, 301)))[0]
+    tools = hanging_arm.tool(past_equipment.curve(np.linspace(0, 1, 301)))[0]
     turned = np.unwrap([azimuth(hanging_arm, tool) for tool in tools])
     assert abs(turned[-1] - turned[0]) == pytest.approx(np.radians(260), abs=1e-6)
 
 
 def test_path_takes_the_short_way_where_nothing_stands(hanging_arm, around):
     path = plan_path(corridor(around), pose(hanging_arm, 120), pose(hanging_arm, 200), "free")
-    tools = hanging_arm.tool(path.spline(np.linspace(0, 1, 101)))[0]
+    tools = hanging_arm.tool(path.curve(np.linspace(0, 1, 101)))[0]
     turned = np.unwrap([azimuth(hanging_arm, tool) for tool in tools])
     assert abs(turned[-1] - turned[0]) == pytest.approx(np.radians(80), abs=1e-6)
     assert path.clearance >= CLEARANCE

@@ -13,7 +13,7 @@ from vgtsim.errors import DescriptionError
 from vgtsim.logbook import open_log, save_log
 from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.plant import Plant
-from vgtsim.site import Site
+from vgtsim.site import Site, load_site
 from vgtsim.touches import find_touches
 from vgtsim.verification import members, shape, space
 from vgtsim.verification.evidence import Evidence
@@ -73,8 +73,6 @@ def leaning(request, nine):
 
 @pytest.fixture(scope="module")
 def nine():
-    from vgtsim.site import load_site
-
     return load_site("arm9_nullspace").scene
 
 
@@ -86,6 +84,7 @@ def test_forces_agree_while_the_tool_leans_on_the_waste(leaning):
         "tank/waste"
     }
     run = Evidence(site, log)
+    assert run.touches is not None
     most = np.linalg.norm(run.touches.by_rule[:, 0], axis=-1).max()
     assert most > 5e3
     assert run.touches.by_rule[-1, 0, 2] > 0
@@ -164,6 +163,7 @@ def test_forces_agree_while_a_member_leans_on_a_post(nine, part):
     log = plant.log
     assert len(log.contact_time) > 3, plant.stopped
     run = Evidence(site, log)
+    assert run.touches is not None
     assert np.abs(run.touches.shares).max() > 100
     assert max(check.find(run).value for check in CHECKS) < AGREES
     blind = Evidence(site, dataclasses.replace(log, contact_force=0 * log.contact_force))
@@ -191,7 +191,9 @@ def test_forces_on_nodes_add_up_to_those_of_the_contacts(leaning):
         contact_force=force,
         contact_point=points,
     )
-    total = find_touches(site, site.load_model, fake).total(truss.ends)
+    touches = find_touches(site, site.load_model, fake)
+    assert touches is not None
+    total = touches.total(truss.ends)
     assert np.abs(total[:7]).max() == np.abs(total[8:]).max() == 0
     assert total[7].sum(axis=0) == pytest.approx(force.sum(axis=0), rel=MOMENTS)
     moment = np.cross(points, force).sum(axis=0)

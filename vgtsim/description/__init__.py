@@ -28,6 +28,14 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
+from vgtsim.description.operator import (
+    TARGETS,
+    Operator,
+    OperatorCommand,
+    digest_commands,
+    load_commands,
+    write_command,
+)
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.description.scene import (
@@ -53,6 +61,7 @@ __all__ = [
     "INCH",
     "MODELS",
     "OBJECTIVES",
+    "TARGETS",
     "Actuated",
     "AllowedContact",
     "ArcPiece",
@@ -80,6 +89,8 @@ __all__ = [
     "Method",
     "Module",
     "Octahedral",
+    "Operator",
+    "OperatorCommand",
     "Payload",
     "Prism",
     "RasterPiece",
@@ -106,6 +117,7 @@ __all__ = [
     "change_entries",
     "choose_coupling",
     "closest",
+    "digest_commands",
     "digest_scene",
     "dump_scene",
     "find_file",
@@ -115,6 +127,7 @@ __all__ = [
     "list_faults",
     "list_shipped",
     "load_catalogue",
+    "load_commands",
     "load_manipulator",
     "load_scene",
     "load_study",
@@ -124,5 +137,6 @@ __all__ = [
     "parse_scene",
     "split_objective",
     "tell_file",
+    "write_command",
     "write_sized_arm",
 ]

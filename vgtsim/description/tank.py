@@ -5,6 +5,8 @@ Tank frame G: origin on the tank axis at the lowest point of the floor, z up.
 
 from __future__ import annotations
 
+from math import tau
+
 from pydantic import Field, model_validator
 
 from vgtsim.description.figures import Angle, Density, Force, Gap, Length, Size
@@ -64,7 +66,8 @@ class Riser(Description):
 class Equipment(Description):
     """A vertical cylinder in the tank, from the height `bottom` to `top`; `top` is absent when it hangs from the dome.
 
-    Its axis stands at `radius` from the tank axis, at `azimuth` from +x about +z.
+    Its axis stands at `radius` from the tank axis, at `azimuth` from +x about +z. With a `count` it is a ring of that many, at
+    equal angles, the first at `azimuth`; their names end in numbers from `first` on, such as `alc_1`.
     """
 
     name: Name
@@ -73,6 +76,20 @@ class Equipment(Description):
     azimuth: Angle
     bottom: Gap
     top: Length | None = None
+    count: int | None = Field(default=None, ge=2, le=200)
+    first: int = Field(default=1, ge=0, le=10_000)
+
+    @property
+    def ring(self) -> tuple[Equipment, ...]:
+        """Each of its cylinders, alone."""
+        if self.count is None:
+            return (self,)
+        turns = [(self.azimuth + i * tau / self.count) % tau for i in range(self.count)]
+        names = [f"{self.name}_{self.first + i}" for i in range(self.count)]
+        return tuple(
+            self.model_copy(update={"name": name, "azimuth": turn, "count": None, "first": 1})
+            for name, turn in zip(names, turns, strict=True)
+        )
 
 
 class Waste(Description):
@@ -124,6 +141,11 @@ class Tank(Description):
         """Height of the ground above the lowest point of the floor, m."""
         return self.shell.crown + self.shell.dome_thickness + self.shell.soil_cover
 
+    @property
+    def standing(self) -> tuple[Equipment, ...]:
+        """Each cylinder of the equipment, rings taken apart."""
+        return tuple(single for item in self.equipment for single in item.ring)
+
     @model_validator(mode="after")
     def _contents_fit(self) -> Tank:
         if self.arm_riser.radius:
@@ -137,7 +159,7 @@ class Tank(Description):
         for item in (self.arm_riser, *self.risers):
             if item.bore >= inner:
                 raise ValueError(f"{item.name}: bore of {item.bore:.4g} m below the tank radius {inner:.4g} m")
-        parts = [self.arm_riser, *self.risers, *self.equipment, *([self.guide] if self.guide else [])]
+        parts = [self.arm_riser, *self.risers, *self.standing, *([self.guide] if self.guide else [])]
         taken = [item.name for item in parts] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):
             raise ValueError(f"names of risers, equipment and guide must differ, and from shell, riser, waste: {taken}")

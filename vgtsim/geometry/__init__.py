@@ -13,10 +13,10 @@ from vgtsim.geometry.clearance import (
     self_clearance,
 )
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
-from vgtsim.geometry.gaps import Walls, carry, find_near
+from vgtsim.geometry.gaps import Walls, carry, find_near, flag_clear
 from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.pairs import MemberPairs, pair_members
-from vgtsim.geometry.places import tool_frame
+from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
@@ -33,12 +33,14 @@ __all__ = [
     "carry",
     "enclosure_distance",
     "find_near",
+    "flag_clear",
     "make_mast",
     "make_profile",
     "make_walls",
     "nearest_pair",
     "obstacles",
     "pair_members",
+    "place_goals",
     "segment_distance",
     "self_clearance",
     "tool_frame",

@@ -66,11 +66,11 @@ def obstacles(tank: Tank) -> Obstacles:
     """Equipment and waste of a tank; equipment without a top ends at the dome above its axis."""
     profile = make_profile(tank.shell)
     axes = []
-    for item in tank.equipment:
+    for item in tank.standing:
         x, y = item.radius * np.cos(item.azimuth), item.radius * np.sin(item.azimuth)
         top = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
         axes.append([[x, y, item.bottom], [x, y, top]])
-    names, radii = tuple(item.name for item in tank.equipment), [item.diameter / 2 for item in tank.equipment]
+    names, radii = tuple(item.name for item in tank.standing), [item.diameter / 2 for item in tank.standing]
     return Obstacles(names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level)
 
 

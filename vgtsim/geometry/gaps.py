@@ -18,6 +18,8 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Walls = tuple[Array, Array, Array, Array, float]
 
+TANK, WASTE, PILLAR, OWN = range(4)  # what a point or member is near
+
 _SECTOR_SLACK = 1e-9  # m; a point on the border of two sectors must not fall between them; the error is its square
 _TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
 _SAMPLES, _CUTS = 17, 3  # the place of least distance is then known within 1/1024 of the member's length
@@ -302,10 +304,13 @@ def find_near(
     payload: bool,
     config: Index,
     gaps: Array,
+    bodies: Index,
     held: Index,
     slopes: Array,
 ) -> int:
     """Pairs of bodies nearer than a reach, configuration by configuration; returns their number, however few fit in.
+
+    Where no room is given for any, it ends soon after the first.
 
     Args:
         meets: Which members may meet which obstacle, shape (K, M); obstacles stand upright. The last member is the payload.
@@ -313,12 +318,13 @@ def find_near(
         points: Shape (W, N + 1, 3); the first three do not move.
         payload: Whether the payload's distance from all but the arm counts.
         config: Configuration of each pair, shape (R,), and its gap, shape (R,).
+        bodies: Of each pair, shape (R, 3): `TANK`, `WASTE`, `PILLAR` or `OWN`, then a point or member, then what it is near.
         held: Points on which the gap depends, shape (R, 4), -1 for none, and its slopes by them, shape (R, 4, 3).
     """
     curve, mouth, axes, thick, level = tank
     ends, radii, corners, bulk, modules, members, begin = pairs
     balls, hulls, count = np.empty((len(corners), 4)), np.empty((len(ends), 4)), 0
-    fixed, capsules = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1)
+    fixed, capsules, brief = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1), not len(gaps)
     for i in range(len(points)):
         at = points[i]
         _wrap_members(ends, radii, at, hulls)
@@ -328,6 +334,7 @@ def find_near(
             if c >= 3 and gap - point_radii[c] < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap - point_radii[c], -1, 0.0
+                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = TANK, c, 0
                     held[count, 0] = c
                     _lead_inward(curve, mouth, at[c], rho, gap, nearest, slopes[count, 0])
                 count += 1
@@ -335,9 +342,12 @@ def find_near(
             if gap < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap, -1, 0.0
+                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = WASTE, c, 0
                     held[count, 0], slopes[count, 0, 2] = c, 1.0
                 count += 1
         for k in range(len(axes)):
+            if brief and count:
+                return count
             for m in range(capsules):
                 # a ball about a member that is beside the whole upright line is beside the obstacle
                 room, x, y = hulls[m, 3] + thick[k] + reach, hulls[m, 0] - axes[k, 0, 0], hulls[m, 1] - axes[k, 0, 1]
@@ -348,6 +358,7 @@ def find_near(
                 if away - radii[m] - thick[k] < reach:
                     if count < len(gaps):
                         config[count], gaps[count] = i, away - radii[m] - thick[k]
+                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = PILLAR, m, k
                         held[count, :2], held[count, 2:] = ends[m], -1
                         _lead_apart(a, b, axes[k, 0], axes[k, 1], away, s, t, slopes[count])
                     count += 1
@@ -364,10 +375,34 @@ def find_near(
                 if away - radii[m] - radii[n] < reach:
                     if count < len(gaps):
                         config[count], gaps[count] = i, away - radii[m] - radii[n]
+                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = OWN, m, n
                         held[count, :2], held[count, 2:] = ends[m], ends[n]
                         _lead_apart(a0, a1, b0, b1, away, s, t, slopes[count])
                     count += 1
+            if brief and count:
+                return count
     return count
+
+
+@compiled
+def flag_clear(
+    tank: Walls,
+    pairs: MemberPairs,
+    meets: Mask,
+    point_radii: Array,
+    points: Array,
+    reach: float,
+    all_of_them: bool,
+    clear: Mask,
+) -> None:
+    """Which configurations, see `find_near`, have no pair nearer than a reach; if all must, those after one that has are not."""
+    config, gap, held, slope = np.empty(0, np.intp), np.empty(0), np.empty((0, 4), np.intp), np.empty((0, 4, 3))
+    clear[:] = False
+    for i in range(len(points)):
+        one = points[i : i + 1]
+        clear[i] = find_near(tank, pairs, meets, point_radii, one, reach, True, config, gap, held, slope) == 0
+        if all_of_them and not clear[i]:
+            return
 
 
 @compiled

@@ -7,6 +7,7 @@ from vgtsim.kinematics.rigid_sections import RigidSections, find_rigid_sections
 from vgtsim.kinematics.sampling import sample_inputs, singular_values, within_strokes
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.stroke_boxes import check_strokes
+from vgtsim.kinematics.subspace import Subspace
 from vgtsim.kinematics.truss import Member, Truss, make_truss
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "ModuleState",
     "RigidSections",
     "State",
+    "Subspace",
     "Truss",
     "azimuth",
     "bend_all",

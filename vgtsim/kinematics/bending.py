@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.scene import Bend
+from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.subspace import Subspace
 
 Array = NDArray[np.float64]
 
@@ -87,7 +89,8 @@ def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
 def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
     """Inputs of the posture that a scene starts from, shape (n,): a symmetric bend for each active module.
 
-    An extension that is absent is that of the straight pose.
+    An extension that is absent is that of the straight pose. Of a module with static longerons it is the nearest pose that
+    keeps their lengths.
     """
     row = bend_all(chain, [bend.angle for bend in bends], [bend.azimuth for bend in bends])
     for place in chain.layout.places:
@@ -95,4 +98,7 @@ def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
             extension, columns = bends[a].extension, place.columns[m]
             if extension is not None:
                 row[columns] = place.modules.extend(m, row[columns], extension)
-    return row
+    try:
+        return Subspace(chain).project(row[None])[0]
+    except AssemblyError:  # checks name the module that cannot take its bend
+        return row

@@ -66,7 +66,8 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         waste = _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_CYLINDER, "contact", "tank.waste", size=size)
         waste.pos = [0, 0, tank.waste.level - DEPTH / 2]
     around = obstacles(tank)
-    for index, (name, axis, radius) in enumerate(zip(around.names, around.axes, around.radii, strict=True)):
+    entries = [index for index, item in enumerate(tank.equipment) for _ in item.ring]
+    for index, name, axis, radius in zip(entries, around.names, around.axes, around.radii, strict=True):
         shape, info = mujoco.mjtGeom.mjGEOM_CYLINDER, f"tank.equipment.{index}"
         geom = _add_felt(
             body, names.equipment(name), shape, "equipment", info, fromto=axis.ravel(), size=[radius, 0, 0]

@@ -162,7 +162,7 @@ def draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
         axes.plot([side * bore] * 2, [float(profile.ceiling_at(bore)), top], color=REST, linewidth=1.4)
         axes.plot([side * bore, side * 1.15 * inner], [top, top], color=REST, linestyle=":")
     axes.text(-inner, top + 0.1, "grade", color=REST, fontsize=7.5, va="bottom")
-    for item in tank.equipment:
+    for item in tank.standing:
         across = item.radius * np.cos(item.azimuth - azimuth)
         crown = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
         corner, height = (across - item.diameter / 2, item.bottom), crown - item.bottom
@@ -173,7 +173,7 @@ def draw_tank_top(axes: Axes, tank: Tank) -> None:
     """Draw the wall, the arm's riser and the equipment from above."""
     axes.add_patch(Circle((0, 0), tank.shell.inner_diameter / 2, fill=False, edgecolor=REST, linewidth=1.4))
     axes.add_patch(Circle((0, 0), tank.arm_riser.bore / 2, fill=False, edgecolor=REST, linestyle=":"))
-    for item in tank.equipment:
+    for item in tank.standing:
         place = item.radius * float(np.cos(item.azimuth)), item.radius * float(np.sin(item.azimuth))
         axes.add_patch(Circle(place, max(item.diameter / 2, 0.08), facecolor=REST, alpha=0.7, linewidth=0))
         name = item.name.replace("_", " ")

@@ -3,15 +3,18 @@
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.collisions import Collision, list_collisions, tell_collisions
 from vgtsim.planning.inspection import inspect_site
+from vgtsim.planning.pace import STEP_BOUND, name_bound
 from vgtsim.planning.tour import Leg, Tour, plan_tour, solve_first_goal
 
 __all__ = [
+    "STEP_BOUND",
     "Collision",
     "Leg",
     "Tour",
     "check_site",
     "inspect_site",
     "list_collisions",
+    "name_bound",
     "plan_tour",
     "solve_first_goal",
     "tell_collisions",

@@ -18,15 +18,16 @@ from vgtsim.site import Site
 Array = NDArray[np.float64]
 # The shipped arms are laid out to leave 1.5 in all round; their figures are rounded to five digits, m.
 RISER_SPARE = 0.0381 - 1e-5
+_COUPLED = 1e-9  # rounding of inputs of coupled modules, m and rad
 
 
 def check_site(site: Site) -> None:
     """Refuse a scene that cannot work, before any planning.
 
     Raises:
-        DescriptionError: Rigid sections are asked for that the arm does not have. A module has static longerons, or does
-            not assemble over its strokes; the stowed arm does not pass the riser; the start is outside a stroke or too near
-            something; a goal is outside the tank or too near something.
+        DescriptionError: Rigid sections are asked for that the arm does not have. A module does not assemble over its
+            strokes; the stowed arm does not pass the riser; the start is outside a stroke, too near something, or not
+            coupled; a goal is outside the tank or too near something.
     """
     for error in find_faults(site):
         raise error
@@ -44,27 +45,7 @@ def find_faults(site: Site) -> Iterator[VgtError]:
     yield from _find_goal_faults(site)
 
 
-def require_positionable(chain: Chain) -> None:
-    """Refuse arms with modules that cannot be positioned.
-
-    Raises:
-        DescriptionError: It has general double octahedra: their upper cell is found by following it from the straight
-            pose, which no batch of trial steps can be asked to do.
-    """
-    general = [chain.layout.names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.positionable]
-    if general:
-        allowed = "symmetric double octahedra, octahedra and tetrahedra: general double octahedra are not positioned"
-        raise DescriptionError(None, "modules", f"{', '.join(general)} of {chain.manipulator.name}", allowed)
-
-
 def _check_kinds(site: Site) -> None:
-    require_positionable(site.chain)
-    for place, m in site.chain.seats:
-        static = int(np.sum(~place.modules.actuated[m]))
-        if static:
-            found = f"{site.arm.name}, whose module {place.modules.names[m]} has {static} static longerons"
-            allowed = "octahedra with six actuators: a path between poses would not leave static longerons their length"
-            raise site.scene.error("manipulator", found, allowed)
     if site.task.simulation.members == "sections":
         try:
             find_rigid_sections(site.chain)
@@ -110,6 +91,7 @@ def _check_start(site: Site) -> None:
         where, found = f"motion.start.{names.index(actuator.split('/')[0])}", f"{actuator} at {length[worst]:.4f} m"
         allowed = f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin"
         raise scene.error(where, found, allowed)
+    _check_coupling(site)
     clearance, place = site.surroundings.least(q)
     if clearance >= motion.clearance:
         return
@@ -122,6 +104,18 @@ def _check_start(site: Site) -> None:
         allowed = f"{motion.clearance:.3f} m from everything, or an arm and a tank that leave room for it"
     where = scene.file, "motion.start"
     raise PostureError(where, found, allowed, name=scene.task.name, site=site, q=q, collisions=collisions)
+
+
+def _check_coupling(site: Site) -> None:
+    """Coupling holds on the way, so it must hold at its begin."""
+    chain = site.chain
+    off, owner, names = site.start - chain.straight, chain.layout.owner, chain.layout.names
+    for follower, leader in site.coupling:
+        apart = float(np.abs(off[owner == follower] - off[owner == leader]).max())
+        if apart > _COUPLED:
+            found = f"inputs of {names[follower]} that differ by {apart:.4g} from those of {names[leader]}"
+            allowed = f"the bend of {names[leader]}: the two are coupled, on the way too"
+            raise site.scene.error(f"motion.start.{follower}", found, allowed)
 
 
 def _find_goal_faults(site: Site) -> Iterator[VgtError]:

@@ -2,34 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from vgtsim.planning.timing import TimedPath
 from vgtsim.site import Site
 
+STEP_BOUND = "step_bound_s_"  # before the name of a bound in a log's performance
 _SHARE = 0.5  # of the planned clearance, that a node may travel between two looks at contact: nothing is jumped over
 # What a node is off and a loop opens by, over the cube of the travel in a step, 1/m²: the foresight is exact but for the
 # change of accelerations. The reference tour needs half of both at 40 ms and two fifths at 20 ms (1.34 m/s).
 _OFF, _OPEN = 1e-2, 2e-3
 
 
-def choose_step(site: Site, ways: Iterable[tuple[TimedPath, float]]) -> float:
-    """Step, s: the scene's, or the longest that its plan allows, from the ways in time and their least clearances, m.
+def choose_step(site: Site, bounds: Mapping[str, float]) -> float:
+    """Step, s: the scene's, or the longest within bounds, see `find_bounds`, that divides the time between records."""
+    return site.task.simulation.timestep or site.fit_step(min(bounds.values()))
 
-    The fastest node of each way counts against that way's clearance and the limits of closure and kinematics.
+
+def find_bounds(site: Site, ways: Iterable[tuple[TimedPath, float]]) -> dict[str, float]:
+    """Longest step, s, by what bounds it, for the ways in time and their least clearances, m.
+
+    A scene's own step is the one bound of it. Otherwise those of the site stand beside three of the plan: the fastest node of
+    each way counts against the limits of closure and kinematics and against that way's clearance.
     """
-    if (fixed := site.task.simulation.timestep) is not None:
-        return fixed
-    limits = site.task.limits
-    error = min(np.cbrt(limits.kinematics_agreement / _OFF), np.cbrt(limits.closure / _OPEN))
-    bound = longest = site.timestep
+    simulation, limits = site.task.simulation, site.task.limits
+    if simulation.timestep is not None:
+        return {"scene": simulation.timestep}
+    bounds = site.step_bounds | dict.fromkeys(("closure", "kinematics_agreement", "clearance"), np.inf)
+    travel = {
+        "closure": np.cbrt(limits.closure / _OPEN),
+        "kinematics_agreement": np.cbrt(limits.kinematics_agreement / _OFF),
+    }
     for way, clearance in ways:
-        speed = find_speed(site, way, longest)
+        speed = find_speed(site, way, site.timestep)
         if speed > 0:
-            bound = min(bound, min(error, _SHARE * clearance) / speed)
-    return site.fit_step(bound)
+            for name, most in (travel | {"clearance": _SHARE * clearance}).items():
+                bounds[name] = min(bounds[name], float(most / speed))
+    return bounds
+
+
+def name_bound(performance: Mapping[str, float]) -> str | None:
+    """What set the step of a run, one of the names of `find_bounds`, from a log's performance; None of a log without a plan."""
+    given = {name.removeprefix(STEP_BOUND): value for name, value in performance.items() if name.startswith(STEP_BOUND)}
+    return min(given, key=lambda name: given[name], default=None)
 
 
 def find_speed(site: Site, way: TimedPath, timestep: float) -> float:

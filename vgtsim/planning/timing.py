@@ -19,6 +19,8 @@ from vgtsim.kinematics import Chain
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
+    from vgtsim.planning.curve import Curve
+
 Array = NDArray[np.float64]
 
 _POWER = 12  # of the p-norm: 15 equal rates count 1.25 times one of them
@@ -43,73 +45,83 @@ def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> Spee
 
 @dataclass(frozen=True)
 class TimedPath:
-    """A spline of inputs over 0 to 1 with its way in time, from rest to rest.
+    """A curve of inputs over 0 to 1 with its way in time, from rest to rest.
 
     Attributes:
-        parameter: The spline's parameter over the way, 0 to `reach` seconds at full speed.
+        parameter: The curve's parameter over the way, 0 to `reach` seconds at full speed.
         fraction: Part of the time spent in each ramp.
         duration: s; 0 of a path on which no actuator moves.
+        feed: Height of the mast above its working depth, m, over the curve's parameter; absent while it is held.
     """
 
-    spline: BSpline
+    curve: BSpline | Curve
     parameter: BSpline | None
     fraction: float
     reach: float
     duration: float
+    feed: BSpline | None = None
 
     def inputs(self, timestep: float) -> Array:
         """Inputs at every time step, s, the ends of the path included, shape (T, n)."""
+        return self.curve(self._places(timestep))
+
+    def feeds(self, timestep: float) -> Array | None:
+        """Heights of the mast above its working depth at the same instants, shape (T,), m; None while it is held."""
+        return None if self.feed is None else self.feed(self._places(timestep))
+
+    def _places(self, timestep: float) -> Array:
+        """The curve's parameter at every time step, shape (T,)."""
         if self.parameter is None:
-            return self.spline(np.array([0.0, 1.0]))
+            return np.array([0.0, 1.0])
         count = max(2, int(np.ceil(self.duration / timestep)))
-        travelled = _run(np.linspace(0.0, 1.0, count + 1), self.fraction) * self.reach
-        return self.spline(np.clip(self.parameter(travelled), 0.0, 1.0))
+        travelled = run_ramps(np.linspace(0.0, 1.0, count + 1), self.fraction) * self.reach
+        return np.clip(self.parameter(travelled), 0.0, 1.0)
 
 
-def time_path(chain: Chain, spline: BSpline, limits: SpeedLimits) -> TimedPath:
-    """Time a spline of inputs over 0 to 1.
+def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> TimedPath:
+    """Time a curve of inputs over 0 to 1.
 
     Source: the project's own; the dissertation gives configurations and no motion in time.
     """
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 
     grid = np.linspace(0.0, 1.0, _GRID)
-    speed = _scaled_speed(chain, spline, limits, grid)
+    speed = _scaled_speed(chain, curve, limits, grid)
     if np.max(speed) * limits.rate.max() < 1e-9:
-        return TimedPath(spline, None, 0.5, 0.0, 0.0)
+        return TimedPath(curve=curve, parameter=None, fraction=0.5, reach=0.0, duration=0.0)
     # a floor keeps the parameter's change finite where the path hardly moves an actuator
     speed = np.maximum(speed, 1e-3 * np.max(speed))
     steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
     reach = np.concatenate([[0.0], np.cumsum(steps)])
     parameter = make_interp_spline(reach, grid, k=5)
     ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
-    fraction, duration = _profile(reach[-1], ramp)
-    duration *= _stretch(chain, spline, parameter, limits, duration, fraction, reach[-1])
-    return TimedPath(spline, parameter, fraction, float(reach[-1]), duration)
+    fraction, duration = ramp_profile(reach[-1], ramp)
+    duration *= _stretch(chain, curve, parameter, limits, duration, fraction, reach[-1])
+    return TimedPath(curve=curve, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration)
 
 
-def time_lengths(chain: Chain, spline: BSpline, limits: SpeedLimits, timestep: float) -> Array:
-    """Actuator lengths, shape (T, J), m, along a spline of inputs over 0 to 1, at every time step, s, from rest to rest.
+def time_lengths(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float) -> Array:
+    """Actuator lengths, shape (T, J), m, along a curve of inputs over 0 to 1, at every time step, s, from rest to rest.
 
     The first and last rows are those of the path's ends. Each row is computed from the inputs at its instant.
     """
-    return chain.lengths(time_path(chain, spline, limits).inputs(timestep))
+    return chain.lengths(time_path(chain, curve, limits).inputs(timestep))
 
 
-def _scaled_speed(chain: Chain, spline: BSpline, limits: SpeedLimits, parameter: Array) -> Array:
+def _scaled_speed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, parameter: Array) -> Array:
     """Norm of the actuators' speeds over their limits per unit of the parameter, shape (P,), s."""
-    rates = chain.length_rates(spline(parameter), spline(parameter, 1)) / limits.rate
+    rates = chain.length_rates(curve(parameter), curve(parameter, 1)) / limits.rate
     return np.sum(rates**_POWER, axis=1) ** (1 / _POWER)
 
 
-def _profile(reach: float, ramp: float) -> tuple[float, float]:
+def ramp_profile(reach: float, ramp: float) -> tuple[float, float]:
     """Fraction of the time spent in each ramp, and the time, s, to cover `reach` seconds of full speed."""
     if reach >= ramp:
         return ramp / (reach + ramp), reach + ramp
     return 0.5, 2 * float(np.sqrt(reach * ramp))
 
 
-def _run(time: ArrayLike, fraction: float) -> Array:
+def run_ramps(time: ArrayLike, fraction: float) -> Array:
     """Part of the way covered at a part of the time, both 0 to 1: speed 10 x³ - 15 x⁴ + 6 x⁵ in the ramps."""
     t = np.asarray(time, float)
     x = np.clip(np.minimum(t, 1 - t) / fraction, 0.0, 1.0)
@@ -121,7 +133,7 @@ def _run(time: ArrayLike, fraction: float) -> Array:
 
 def _stretch(
     chain: Chain,
-    spline: BSpline,
+    curve: BSpline | Curve,
     parameter: BSpline,
     limits: SpeedLimits,
     duration: float,
@@ -130,10 +142,12 @@ def _stretch(
 ) -> float:
     """Factor on the duration that brings speeds and accelerations inside their limits, one of them to it."""
     time = np.linspace(0.0, 1.0, 4 * _GRID)
-    length = chain.lengths(spline(np.clip(parameter(_run(time, fraction) * reach), 0.0, 1.0)))
-    step = (time[1] - time[0]) * duration
-    rate = np.abs(np.diff(length, axis=0)) / step
-    bend = np.abs(np.diff(length, n=2, axis=0)) / step**2
-    too_fast = float(np.max(rate / limits.rate))
-    too_hard = float(np.sqrt(np.max(bend) / limits.acceleration))
+    length = chain.lengths(curve(np.clip(parameter(run_ramps(time, fraction) * reach), 0.0, 1.0)))
+    return overrun(length, (time[1] - time[0]) * duration, limits.rate, limits.acceleration)
+
+
+def overrun(rows: Array, step: float, rates: Array, accelerations: Array | float) -> float:
+    """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits."""
+    too_fast = float(np.max(np.abs(np.diff(rows, axis=0)) / step / rates))
+    too_hard = float(np.sqrt(np.max(np.abs(np.diff(rows, n=2, axis=0)) / step**2 / accelerations)))
     return _SPARE * max(too_fast, too_hard)

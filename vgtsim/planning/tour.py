@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.constants import Method
 from vgtsim.description.scene import Goal
 from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
+from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
-from vgtsim.planning.pace import choose_step
-from vgtsim.planning.path import plan_path
+from vgtsim.planning.pace import choose_step, find_bounds
+from vgtsim.planning.path import Path, plan_path
 from vgtsim.planning.resolution import MARGIN, default_resolution, goal_keep, resolve_goal
+from vgtsim.planning.sampling import Ground
+from vgtsim.planning.stages import plan_stages
 from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
@@ -60,6 +65,7 @@ class Tour:
     start: Array
     legs: tuple[Leg, ...]
     timestep: float
+    bounds: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Make the start read-only."""
@@ -83,10 +89,13 @@ class Tour:
 def solve_first_goal(site: Site) -> Array:
     """Inputs at the first goal, shape (n,), without planning the way to it; the site is not checked, see `check_site`.
 
+    Where an operator drives the arm, those of the start.
+
     Raises:
         ReachError: The goal cannot be met.
     """
-    return _configure(site, site.task.motion.goals[0], site.start, goal_keep(site))
+    goals = site.task.motion.goals
+    return _configure(site, goals[0], site.start, goal_keep(site)) if goals else site.start
 
 
 def plan_tour(site: Site) -> Tour:
@@ -95,36 +104,52 @@ def plan_tour(site: Site) -> Tour:
     All goals are solved before the first path is planned, so that a goal out of reach is reported soon.
 
     Raises:
-        DescriptionError: The scene cannot work, see `check_site`.
+        DescriptionError: The scene cannot work, see `check_site`, or has no goals.
         ReachError: A goal cannot be met, or not by an arm that gives.
         TrussError: The arm does not settle at a goal.
         PathError: No clear path to a goal was found.
     """
     check_site(site)
     motion = site.task.motion
+    if not motion.goals:
+        raise site.scene.error(
+            "motion.goals", "none: an operator drives the arm", "goals, between which a tour is planned"
+        )
     keep = goal_keep(site)
     shapes = [site.start]
     for goal in motion.goals:
         q = _configure(site, goal, shapes[-1], keep)
         shapes.append(_aim_above(site, goal, q) if site.sags else q)
-    corridor = Corridor(site.box, site.surroundings, site.clearance)
+    corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
     ends = zip(motion.goals, shapes[:-1], shapes[1:], strict=True)
-    paths = [plan_path(corridor, first, last, goal.name) for goal, first, last in ends]
-    ways = [time_path(site.chain, path.spline, limits) for path in paths]
-    timestep = choose_step(site, ((way, path.clearance) for way, path in zip(ways, paths, strict=True)))
-    legs = [
-        Leg(
+    carousel = Carousel(Ground(corridor))
+    paths = [_find_paths(site, corridor, first, last, goal.name, carousel) for goal, first, last in ends]
+    ways = [[time_path(site.chain, path.curve, limits) for path in leg] for leg in paths]
+    clearances = [path.clearance for leg in paths for path in leg]
+    bounds = find_bounds(site, zip([way for leg in ways for way in leg], clearances, strict=True))
+    timestep = choose_step(site, bounds)
+    legs = []
+    for index, (goal, parts, timed, last) in enumerate(zip(motion.goals, paths, ways, shapes[1:], strict=True)):
+        nearest = min(parts, key=lambda path: path.clearance)
+        lengths = [site.chain.lengths(way.inputs(timestep)) for way in timed]
+        leg = Leg(
             name=goal.name,
             goal=index,
-            lengths=site.chain.lengths(way.inputs(timestep)),
+            lengths=np.concatenate([lengths[0], *(rows[1:] for rows in lengths[1:])]),
             q=last,
-            clearance=path.clearance,
-            place=path.place,
+            clearance=nearest.clearance,
+            place=nearest.place,
         )
-        for index, (goal, path, way, last) in enumerate(zip(motion.goals, paths, ways, shapes[1:], strict=True))
-    ]
-    return Tour(site.start, tuple(legs), timestep)
+        legs.append(leg)
+    return Tour(site.start, tuple(legs), timestep, bounds)
+
+
+def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name: str, carousel: Carousel) -> list[Path]:
+    """Paths to a goal, one after the other: one, or with anchoring one for each window of modules."""
+    if site.task.motion.method is Method.ANCHORED:
+        return plan_stages(corridor, first, last, name)
+    return [plan_path(corridor, first, last, name, carousel)]
 
 
 def _configure(

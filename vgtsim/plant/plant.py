@@ -137,7 +137,7 @@ class Plant:
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
         self.record_rate = self._record_rate
-        self._goal, self._settled = -1, False
+        self._goal, self._settled, self._aimed = -1, False, None
         self._touched: list[Contact] = []
         self._slow = int(self._speed() < self.site.task.motion.settle_speed)
         self._state: PlantState | None = None
@@ -171,9 +171,13 @@ class Plant:
             self._rates = _read_row("rates", rates, self._count)
         self._feed = wanted
 
-    def mark(self, goal: int, *, settled: bool = False) -> None:
-        """Say for the records which goal is approached from now on, or held, settled; -1 for none."""
+    def mark(self, goal: int, *, settled: bool = False, target: ArrayLike | None = None) -> None:
+        """Say for the records which goal is approached from now on, or held, settled; -1 for none.
+
+        Where an operator drives, `target` is where the tool is meant to be now: position, m, and direction, shape (6,).
+        """
         self._goal, self._settled = goal, settled
+        self._aimed = None if target is None else _read_row("target", target, 6)
 
     def step(self, count: int = 1) -> None:
         """Go on by a number of steps, fewer after a contact that is not allowed.
@@ -308,8 +312,7 @@ class Plant:
                 goal=self._goal,
                 settled=self._settled,
                 pressure=self._drive.pressure,
-                more={"feed": height, "feed_commanded": self._fed, "feed_force": self._hoist.pull()}
-                | self._find_knocks(),
+                more=self._find_more() | {"feed": height},
             )
         if self._knocks:
             self._before = data.site_xpos[self._gauges.nodes]
@@ -326,15 +329,16 @@ class Plant:
         self.model.opt.disableflags = flags & ~_SENSOR_BIT if recorded else flags | _SENSOR_BIT
         return recorded
 
-    def _find_knocks(self) -> dict[str, Array]:
-        """Accelerations of the nodes in the last step where contacts are loads, by name."""
-        if not self._knocks:
-            return {}
-        here, there = (
-            self.data.site_xpos[self._gauges.nodes],
-            self._correction.find_sites(self.data)[self._gauges.nodes],
-        )
-        return {"acceleration": (there - 2 * here + self._before) / self.timestep**2}
+    def _find_more(self) -> dict[str, float | Array]:
+        """More quantities of the record of the last step, by name."""
+        more: dict[str, float | Array] = {"feed_commanded": self._fed, "feed_force": self._hoist.pull()}
+        if self._aimed is not None:
+            more["target"] = self._aimed
+        if self._knocks:
+            here, there = self.data.site_xpos, self._correction.find_sites(self.data)
+            nodes = self._gauges.nodes
+            more["acceleration"] = (there[nodes] - 2 * here[nodes] + self._before) / self.timestep**2
+        return more
 
     def _note_rest(self) -> None:
         """Count the steps for which the arm has been slow under one command."""

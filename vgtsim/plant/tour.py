@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from vgtsim.errors import DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.logbook import LogWriter
-from vgtsim.planning import Tour
+from vgtsim.planning import STEP_BOUND, Tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.plant import Plant
 from vgtsim.plant.recorder import list_digests, list_versions
@@ -39,7 +39,7 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
             pressure cannot hold the dead load somewhere on the tour.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
-    log = _ride(Plant(site, timestep=tour.timestep, model=model), tour).log
+    log = _note_bounds(_ride(Plant(site, timestep=tour.timestep, model=model), tour).log, tour)
     return replace(log, digests=log.digests | {"programme": tour.digest})
 
 
@@ -56,12 +56,18 @@ def record(site: Site, tour: Tour, writer: LogWriter) -> None:
     """
     plant = Plant(site, timestep=tour.timestep, store=writer.write)
     try:
-        rest = _ride(plant, tour).log
+        rest = _note_bounds(_ride(plant, tour).log, tour)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
             writer.end(error.log)
         raise
     writer.end(rest)
+
+
+def _note_bounds(log: RunLog, tour: Tour) -> RunLog:
+    """A log whose performance has what bounded the step."""
+    bounds = {STEP_BOUND + name: float(bound) for name, bound in tour.bounds.items() if np.isfinite(bound)}
+    return replace(log, performance=log.performance | bounds)
 
 
 def _ride(plant: Plant, tour: Tour) -> Plant:
@@ -73,7 +79,7 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
     first = tour.legs[0]
     plant.reset(first.lengths[0], tour.start, feed=0.0 if first.feed is None else first.feed[0])
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
-    with _show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
+    with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
     return plant
 
@@ -103,7 +109,7 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
 
 
 @contextmanager
-def _show_progress(total: int) -> Iterator[Callable[[float], None]]:
+def show_progress(total: int) -> Iterator[Callable[[float], None]]:
     """Show a progress bar on a terminal; gives a function to be called with the simulated time, s, after each step.
 
     The steps of holds come on top of the total, at which the bar then stays.

@@ -6,6 +6,7 @@ configurations; `solve_goal` takes one goal by any method of the dissertation, w
 """
 
 from vgtsim.positioning.goals import GoalSpace, Position, RowReport, evaluate, report_rows, tool_goal
+from vgtsim.positioning.methods import ANCHOR_FREE
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
     ClearanceHinges,
@@ -20,7 +21,7 @@ from vgtsim.positioning.objectives import (
     goal_plane,
 )
 from vgtsim.positioning.problem import Problem, solve
-from vgtsim.positioning.reduction import couple
+from vgtsim.positioning.reduction import Reduction, couple
 from vgtsim.positioning.restarts import solve_anywhere
 from vgtsim.positioning.solution import Solution, join_solutions
 from vgtsim.positioning.solver import Keep, solve_goal
@@ -29,6 +30,7 @@ from vgtsim.positioning.strokes import StrokeBox, binding_actuators, bring_insid
 from vgtsim.positioning.surroundings import Surroundings
 
 __all__ = [
+    "ANCHOR_FREE",
     "ClearanceHinges",
     "Configurations",
     "Differences",
@@ -41,6 +43,7 @@ __all__ = [
     "Objective",
     "Position",
     "Problem",
+    "Reduction",
     "RowReport",
     "Solution",
     "StrokeBarrier",

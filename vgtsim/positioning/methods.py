@@ -18,7 +18,7 @@ from vgtsim.positioning.solution import Notes, Solution, join_solutions
 
 Array = NDArray[np.float64]
 
-_FREE = 3  # modules free at a time in successive anchoring: nine inputs for five goal rows
+ANCHOR_FREE = 3  # modules free at a time in successive anchoring: nine inputs for five goal rows
 _FALL = 1e-9  # of the objective in a whole cycle, of 1 + |objective|, that is not worth another cycle
 _STAGES = 200  # at most, of one goal
 
@@ -46,7 +46,7 @@ def solve_by(method: Method, problem: Problem, starts: Array, settings: NewtonSe
 
 def _by_anchoring(problem: Problem, found: Solution, settings: NewtonSettings) -> Solution:
     """Successive anchoring from each configuration that meets the goal (section 7.2.1)."""
-    free = min(_FREE, len(problem.chain.layout.names))
+    free = min(ANCHOR_FREE, len(problem.chain.layout.names))
     stages = [0] * len(found.q)
     for i in np.flatnonzero(found.met):
         cycle = anchor_successively(problem, found.q[i], free, settings)

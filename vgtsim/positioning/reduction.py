@@ -30,6 +30,13 @@ class Reduction:
         """Derivative of the inputs by the variables, shape (..., n, k)."""
         return np.broadcast_to(self.matrix, (*z.shape[:-1], *self.matrix.shape))
 
+    @property
+    def rows(self) -> tuple[Array, Array]:
+        """What all its inputs have in common: A q = b with orthonormal rows A, shape (n - k, n), and b."""
+        left = np.linalg.svd(self.matrix)[0]
+        across = left[:, self.order :].T
+        return across, across @ self.offset
+
     def variables(self, q: Array) -> Array:
         """Variables, shape (..., k), whose inputs are nearest to given ones, shape (..., n)."""
         return (q - self.offset) @ np.linalg.pinv(self.matrix).T

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from vgtsim.constants import Method
 from vgtsim.description.scene import Bend, StartPosture
 from vgtsim.errors import AssemblyError, DescriptionError
-from vgtsim.kinematics import bend_all, bend_start, can_swing, swing
+from vgtsim.kinematics import Subspace, bend_all, bend_start, can_swing, swing
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import ClearanceHinges, StrokeBarrier, WeightedSum, goal_plane
 from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.reduction import Reduction
 from vgtsim.positioning.restarts import make_postures, pattern_bends
 from vgtsim.positioning.solver import Keep, solve_goal
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside
@@ -34,7 +35,9 @@ _FROM = "one for each actuator from the mast to the tool"
 _WEIGHTS = (1.0, 0.01, 10.0)  # of clearance, strokes and bends in one plane: those of a scene that names no objective
 
 
-def find_start(box: StrokeBox, keep: Keep, given: tuple[Bend, ...] | StartPosture | str) -> Array:
+def find_start(
+    box: StrokeBox, keep: Keep, given: tuple[Bend, ...] | StartPosture | str, reduction: Reduction | None = None
+) -> Array:
     """Inputs, shape (n,), of the posture that a scene gives; only that of a tool pose is looked for.
 
     Raises:
@@ -48,7 +51,7 @@ def find_start(box: StrokeBox, keep: Keep, given: tuple[Bend, ...] | StartPostur
         lengths = np.clip(chain.lengths(chain.stowed), box.least + _OFF, box.greatest - _OFF)
         return chain.inputs_from_lengths(lengths)
     if given.position is not None:
-        return solve_start(box, keep, np.array(given.position), np.array(given.direction))
+        return solve_start(box, keep, np.array(given.position), np.array(given.direction), reduction)
     if given.inputs is not None:
         _require_count("inputs", len(given.inputs), chain.layout.inputs)
         return np.array(given.inputs)
@@ -65,7 +68,9 @@ def _require_count(key: str, found: int, wanted: int) -> None:
         raise DescriptionError(None, f"motion.start.{key}", f"{found} figures", f"{wanted} figures, {_FROM}")
 
 
-def solve_start(box: StrokeBox, keep: Keep, position: Array, direction: Array) -> Array:
+def solve_start(
+    box: StrokeBox, keep: Keep, position: Array, direction: Array, reduction: Reduction | None = None
+) -> Array:
     """Inputs, shape (n,), with the tool at a point, m, and in a direction in frame G, clear of everything.
 
     Raises:
@@ -74,21 +79,24 @@ def solve_start(box: StrokeBox, keep: Keep, position: Array, direction: Array) -
     goal = tool_goal(position, direction)
     hinges = ClearanceHinges(keep.surroundings.unloaded, keep.clearance, payload=False)
     parts = hinges, StrokeBarrier(), goal_plane(box.chain, goal.parts[0].target)
-    problem = Problem(box, goal, WeightedSum(tuple(zip(_WEIGHTS, parts, strict=True))))
+    problem = Problem(box, goal, WeightedSum(tuple(zip(_WEIGHTS, parts, strict=True))), reduction=reduction)
     keep = Keep(keep.surroundings.unloaded, keep.clearance)
     first = bring_inside(box, box.chain.straight)
     return np.array(solve_goal("start", problem, Method.NULLSPACE, first, keep).q)
 
 
-def search_start(box: StrokeBox, keep: Keep, near: Array) -> tuple[Array, int]:
+def search_start(box: StrokeBox, keep: Keep, near: Array, space: Subspace | None = None) -> tuple[Array, int]:
     """Find inputs, shape (n,), that are clear of everything, or those that come nearest to it, and the number tried.
 
+    They are in a subspace; absent, in that which static longerons leave.
     `near` is a point in frame G, shape (3,), m, for instance the first goal.
     """
-    best, most, tried = box.middle, -np.inf, 0
+    space = space or Subspace(box.chain)
+    best, most, tried = space.approach(box.middle[None])[0][0], -np.inf, 0
     plain = keep.surroundings.unloaded
-    for group in _groups(box):
-        q = group[inside(box, group)]
+    for raw in _groups(box):
+        group, good = space.approach(raw)
+        q = group[good & inside(box, group)]
         tried += len(q)
         if not len(q):
             continue
