@@ -91,7 +91,13 @@ def test_both_tiers_say_the_same_while_nothing_touches(members):
     assert fast.tier.inputs == pytest.approx(exact.tier.inputs, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.long] * ("Insertion" in name)) for name in IDS])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow if "arm15" in name else pytest.mark.long] * ("Insertion" in name))
+        for name in IDS
+    ],
+)
 @pytest.mark.parametrize("action", ["rates", "lengths"])
 def test_the_scripted_policy_gets_there(name, action):
     """And its return is what was left at first, less efforts, and the end's."""

@@ -22,7 +22,7 @@ while not done:
 print(f"after {len(actions) / 2:.1f} s: return {total:.2f}, success {info['is_success']}, fault '{info['fault']}'")
 
 exact = gymnasium.make("vgtsim/Reach-arm9-v0", tier="exact")
-exact.reset(seed=1)
+there, _ = exact.reset(seed=1)
 for action in actions:
     there, *_ = exact.step(action)
 print(f"observations of both tiers differ by {np.abs(there - observation).max():.4f}, expected {0:.4f}")
