@@ -33,7 +33,7 @@ def run_tests(session: nox.Session, *chosen: str) -> None:
 @nox.session(python=PYTHONS)
 def tests(session: nox.Session) -> None:
     """Tests with one version of Python and the pinned versions; arguments after `--` go to pytest."""
-    session.install(*PINNED, "--editable", ".[study]", *TESTING)
+    session.install(*PINNED, "--editable", ".[env,study]", *TESTING)
     run_tests(session, *(session.posargs or QUICK))
 
 
@@ -47,12 +47,16 @@ def lowest(session: nox.Session) -> None:
         "--only-binary",
         ":all:",
         "--extra",
+        "env",
+        "--extra",
         "study",
         "--python-version",
         PYTHONS[0],
     )
     session.run("uv", "pip", "compile", "--quiet", *how, "pyproject.toml", "--output-file", str(floors), external=True)
-    session.install("--constraint", str(floors), "--editable", ".[study]", *TESTING, "pip")  # old PyNiteFEA imports pip
+    session.install(
+        "--constraint", str(floors), "--editable", ".[env,study]", *TESTING, "pip"
+    )  # old PyNiteFEA imports pip
     run_tests(session, *(session.posargs or QUICK))
 
 
@@ -62,6 +66,13 @@ def lint(session: nox.Session) -> None:
     session.run("pre-commit", "run", "--all-files", "--show-diff-on-failure")
     session.run("pyright")
     session.run("sp-repo-review", ".")
+
+
+@nox.session(venv_backend="none")
+def docs(session: nox.Session) -> None:
+    """Make the documents site in docs/_build: pages are run, warnings are errors; arguments after `--` go to Sphinx."""
+    session.run("python", "scripts/run_pages", env=ENVIRONMENT)
+    session.run("sphinx-build", "-W", "--keep-going", "-q", "-b", "html", *session.posargs, "docs", "docs/_build")
 
 
 @nox.session
@@ -84,7 +95,7 @@ def build(session: nox.Session) -> None:
     for command in (
         ("python", "-c", "import vgtsim, vgtsim.cli, vgtsim.mjcf"),
         ("vgtsim", "models"),
-        ("vgtsim", "build", "type_ii_reach", "--out", "model"),
+        ("vgtsim", "build", "arm9_nullspace", "--out", "model"),
         ("vgtsim", "ik", "arm9", "--position", "4.5", "0", "-8.4", "--direction", "0.7", "0", "-0.7"),
     ):
         session.run(*command, silent=True, env={"PYTHONPATH": ""})

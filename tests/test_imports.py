@@ -24,12 +24,13 @@ ROOMS = (
     ("site",),
     ("proximity",),
     ("planning", "mjcf", "verification"),
-    ("plant", "output"),
+    ("control",),
+    ("plant", "output", "batch"),
     ("posture", "study"),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
-NO_MUJOCO = set(LEVEL) - {"graphics", "mjcf", "plant", "output", "cli"}
+NO_MUJOCO = set(LEVEL) - {"graphics", "mjcf", "plant", "output", "batch", "cli"}
 FILES = sorted((ROOT / "vgtsim").rglob("*.py"))
 
 

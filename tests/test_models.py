@@ -13,7 +13,7 @@ import pytest
 from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
-from vgtsim.mjcf import build_arm_spec, load_model
+from vgtsim.mjcf import build_arm_spec, load_model, measure_gap
 from vgtsim.mjcf.files import make_stage
 from vgtsim.statics import make_load_model, make_sections, rate, solve_members, utilise
 
@@ -80,19 +80,13 @@ def test_a_model_bears_the_noise_of_menagerie(folder):
         mujoco.mj_step(model, data)
         fastest, step = max(fastest, np.abs(data.qvel[model.jnt_dofadr[slides]]).max()), step + 1
     assert not np.any(data.warning.number)
-    assert find_gap(model, data) < NOISY_GAP
+    assert measure_gap(model, data) < NOISY_GAP
     assert 0.5 * RATE < fastest < 2 * RATE  # it does shake
 
 
 def find_slides(model: mujoco.MjModel) -> list[int]:
     """Joints of the cylinders."""
     return [j for j in range(model.njnt) if model.joint(j).name.endswith("/slide")]
-
-
-def find_gap(model: mujoco.MjModel, data: mujoco.MjData) -> float:
-    closed = model.eq_type == mujoco.mjtEq.mjEQ_CONNECT
-    apart = data.site_xpos[model.eq_obj1id[closed]] - data.site_xpos[model.eq_obj2id[closed]]
-    return float(np.linalg.norm(apart, axis=-1).max())
 
 
 @pytest.mark.parametrize("folder", MODELS, ids=lambda folder: folder.name)

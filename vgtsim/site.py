@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
 from vgtsim.errors import DescriptionError
-from vgtsim.geometry import MastPipe, make_mast
+from vgtsim.geometry import MastPipe, make_mast, place_goals
 from vgtsim.kinematics import Chain, Subspace, Truss, hanging_mount
 from vgtsim.positioning import Keep, Reduction, StrokeBox, Surroundings, couple, find_start, make_box, search_start
 from vgtsim.statics import (
@@ -50,6 +50,14 @@ class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once."""
 
     scene: Scene
+
+    def __post_init__(self) -> None:
+        """Look up the places of goals.
+
+        Raises:
+            DescriptionError: There is no such place.
+        """
+        object.__setattr__(self, "scene", place_goals(self.scene))
 
     @property
     def task(self) -> SceneFile:

@@ -141,7 +141,7 @@ def _figure(value: float | str, note: str, label: str = "derived") -> dict[str, 
 def _toml_lines(data: Mapping[str, Any], prefix: str = "") -> list[str]:
     """Lines of a table: plain values must stand before tables and lists of tables."""
     plain = {key: value for key, value in data.items() if not _is_table(value) and not _is_list(value)}
-    lines = [f"{key} = {_toml_value(value)}" for key, value in plain.items()]
+    lines = [f"{key} = {write_value(value)}" for key, value in plain.items()]
     for key, value in data.items():
         if _is_table(value):
             inner = _toml_lines(value, f"{prefix}{key}.")
@@ -161,13 +161,14 @@ def _is_list(value: Any) -> bool:
     return isinstance(value, list) and bool(value) and isinstance(value[0], dict) and "value" not in value[0]
 
 
-def _toml_value(value: Any) -> str:
+def write_value(value: Any) -> str:
+    """A value as TOML: a figure, a text, a list, or a table in one line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)  # the escapes of TOML are those of JSON
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{key} = {_toml_value(entry)}" for key, entry in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {write_value(entry)}" for key, entry in value.items()) + " }"
     if isinstance(value, list):
-        return "[" + ", ".join(map(_toml_value, value)) + "]"
+        return "[" + ", ".join(map(write_value, value)) + "]"
     return repr(value)

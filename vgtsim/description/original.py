@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +16,12 @@ _SHOWN = 8  # differences that are told one by one
 _APART = ("provenance", "video")  # where figures come from, and the film: a run does not follow from them
 
 
-def find_original(copy: Scene) -> tuple[Scene, tuple[str, ...]]:
+def find_original(
+    copy: Scene, prepare: Callable[[Scene], Scene] = lambda scene: scene
+) -> tuple[Scene, tuple[str, ...]]:
     """Scene of the file that a log names, or else the log's copy, with notes on how the two differ.
 
+    `prepare` does to the scene of the file what was done to the log's before the run: it looks up the places of goals.
     A scene that was read from elsewhere is looked for among the shipped ones of its name.
     """
     name, file = copy.task.name, copy.file
@@ -27,7 +30,7 @@ def find_original(copy: Scene) -> tuple[Scene, tuple[str, ...]]:
     if not os.path.isfile(file):
         return copy, (f"{file} is not there: limits and description are those of the log",)
     try:
-        scene = load_scene(file)
+        scene = prepare(load_scene(file))
     except DescriptionError as error:
         return copy, (f"limits and description are those of the log: {error}",)
     if scene.task.name != name:

@@ -15,7 +15,7 @@ from vgtsim.geometry.gaps import Walls
 from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
-from vgtsim.geometry.places import tool_frame
+from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
@@ -38,6 +38,7 @@ __all__ = [
     "nearest_pair",
     "obstacles",
     "pair_members",
+    "place_goals",
     "segment_distance",
     "self_clearance",
     "tool_frame",

@@ -46,7 +46,8 @@ class Bed:
         shift = ((np.arange(_PARTS) + 0.5) / _PARTS - 0.5) * self.spacing
         x, y = self.places[..., 0], self.places[..., 1]
         inside = sum(((x + dx) ** 2 + (y + dy) ** 2 < self.radius**2) for dx in shift for dy in shift)
-        return np.array(inside, np.float64) * (self.spacing / _PARTS) ** 2
+        area: float = (self.spacing / _PARTS) ** 2
+        return np.array(inside).astype(float) * area
 
     def distance(self, points: ArrayLike) -> tuple[Array, Array]:
         """Signed distances of points, shape (..., 3), m, negative below, and their gradients, shape (..., 3)."""

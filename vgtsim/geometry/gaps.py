@@ -20,6 +20,10 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Walls = tuple[Array, Array, Array, Array, float, Array, Array]
 
+TANK, WASTE, PILLAR, OWN, BED = range(
+    5
+)  # what a point or member is near; a bed is uneven waste, which a member is near
+
 _SECTOR_SLACK = 1e-9  # m; a point on the border of two sectors must not fall between them; the error is its square
 TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
 _SAMPLES, _CUTS = 17, 3  # the place of least distance is then known within 1/1024 of the member's length

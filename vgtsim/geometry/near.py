@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
 from vgtsim.geometry.gaps import (
+    BED,
+    OWN,
+    PILLAR,
+    TANK,
     TOUCHING,
+    WASTE,
     Walls,
     are_beside,
     enclose,
@@ -39,6 +44,7 @@ def find_near(
     payload: bool,
     config: Index,
     gaps: Array,
+    bodies: Index,
     held: Index,
     slopes: Array,
 ) -> int:
@@ -52,6 +58,7 @@ def find_near(
         points: Shape (W, N + 1, 3); the first three do not move.
         payload: Whether the payload's distance from all but the arm counts.
         config: Configuration of each pair, shape (R,), and its gap, shape (R,).
+        bodies: Of each pair, shape (R, 3): its kind, such as `TANK`, then a point or member, then what it is near.
         held: Points on which the gap depends, shape (R, 4), -1 for none, and its slopes by them, shape (R, 4, 3).
     """
     curve, mouth, axes, thick, level, bed, ground = tank
@@ -68,6 +75,7 @@ def find_near(
             if c >= 3 and gap - point_radii[c] < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap - point_radii[c], -1, 0.0
+                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = TANK, c, 0
                     held[count, 0] = c
                     lead_inward(curve, mouth, at[c], rho, gap, nearest, slopes[count, 0])
                 count += 1
@@ -80,6 +88,7 @@ def find_near(
             if gap < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap, -1, 0.0
+                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = WASTE, c, 0
                     held[count, 0] = c
                     slopes[count, 0] = lead
                 count += 1
@@ -96,6 +105,7 @@ def find_near(
             if gap - radii[m] < reach:
                 if count < len(gaps):
                     config[count], gaps[count] = i, gap - radii[m]
+                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = BED, m, 0
                     held[count, :2], held[count, 2:], slopes[count] = ends[m], -1, 0.0
                     for axis in range(3):
                         slopes[count, 0, axis], slopes[count, 1, axis] = (1 - s) * lead[axis], s * lead[axis]
@@ -113,6 +123,7 @@ def find_near(
                 if away - radii[m] - thick[k] < reach:
                     if count < len(gaps):
                         config[count], gaps[count] = i, away - radii[m] - thick[k]
+                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = PILLAR, m, k
                         held[count, :2], held[count, 2:] = ends[m], -1
                         _lead_apart(a, b, axes[k, 0], axes[k, 1], away, s, t, slopes[count])
                     count += 1
@@ -129,6 +140,7 @@ def find_near(
                 if away - radii[m] - radii[n] < reach:
                     if count < len(gaps):
                         config[count], gaps[count] = i, away - radii[m] - radii[n]
+                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = OWN, m, n
                         held[count, :2], held[count, 2:] = ends[m], ends[n]
                         _lead_apart(a0, a1, b0, b1, away, s, t, slopes[count])
                     count += 1
@@ -150,10 +162,11 @@ def flag_clear(
 ) -> None:
     """Which configurations, see `find_near`, have no pair nearer than a reach; if all must, those after one that has are not."""
     config, gap, held, slope = np.empty(0, np.intp), np.empty(0), np.empty((0, 4), np.intp), np.empty((0, 4, 3))
+    bodies = np.empty((0, 3), np.intp)
     clear[:] = False
     for i in range(len(points)):
         one = points[i : i + 1]
-        clear[i] = find_near(tank, pairs, meets, point_radii, one, reach, True, config, gap, held, slope) == 0
+        clear[i] = find_near(tank, pairs, meets, point_radii, one, reach, True, config, gap, bodies, held, slope) == 0
         if all_of_them and not clear[i]:
             return
 

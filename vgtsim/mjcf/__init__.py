@@ -2,7 +2,7 @@
 
 import vgtsim.graphics  # noqa: F401  before MuJoCo
 from vgtsim.mjcf.build import build_arm_spec, build_model, build_spec, finish_model
-from vgtsim.mjcf.files import write_arm_files, write_scene_files
+from vgtsim.mjcf.files import measure_gap, write_arm_files, write_scene_files
 from vgtsim.mjcf.keyframes import reach_pose
 from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map, qpos_from_nodes
 from vgtsim.mjcf.rows import load_model, retime, select_drive, stiffen
@@ -19,6 +19,7 @@ __all__ = [
     "load_model",
     "make_pose_map",
     "make_section_pose",
+    "measure_gap",
     "qpos_from_nodes",
     "reach_pose",
     "retime",

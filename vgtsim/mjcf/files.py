@@ -120,10 +120,14 @@ def measure_sag(model: mujoco.MjModel, key: str) -> tuple[float, float]:
     start = data.site(names.TOOL).xpos.copy()
     for _ in range(round(_SETTLE / model.opt.timestep)):
         mujoco.mj_step(model, data)
+    return float(np.linalg.norm(data.site(names.TOOL).xpos - start)), measure_gap(model, data)
+
+
+def measure_gap(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Greatest distance between a member's end and its hub where the sites are, m."""
     closed = model.eq_type == mujoco.mjtEq.mjEQ_CONNECT
     apart = data.site_xpos[model.eq_obj1id[closed]] - data.site_xpos[model.eq_obj2id[closed]]
-    moved = np.linalg.norm(data.site(names.TOOL).xpos - start)
-    return float(moved), float(np.linalg.norm(apart, axis=-1).max())
+    return float(np.linalg.norm(apart, axis=-1).max())
 
 
 def _write_whole(path: Path, content: bytes) -> None:

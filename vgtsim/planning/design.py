@@ -13,6 +13,7 @@ from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, bend_all, sample_inputs, swing, within_strokes
 from vgtsim.planning.checks import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.tour import Tour, plan_tour
+from vgtsim.positioning import bring_inside, make_box
 from vgtsim.site import Site
 from vgtsim.statics import Demand, NodeMotion, Sizing, size_arm
 
@@ -125,14 +126,15 @@ def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array
     return now, NodeMotion((after - before) / (2 * step), (after - 2 * now + before) / step**2)
 
 
-def sample_postures(chain: Chain) -> Array:
+def sample_postures(chain: Chain, *, bring: bool = False) -> Array:
     """Nodes of an arm in many postures, shape (K, N, 3), m, in frame G.
 
     Some postures reach out horizontally in all directions: the first three or more modules bend evenly to the
     horizontal, and the others stay straight, or bend together into every local direction, which twists the modules that
     carry them. In random postures each module bends in any direction by up to 45 degrees; the seed is fixed. Postures
-    outside a stroke are left out. An arm with modules that do more than bend, or bend in fewer directions, has as many
-    postures with lengths evenly spread over its strokes beside them.
+    outside a stroke are left out, or, with `bring`, their modules drawn towards mid-stroke until they are inside. An arm with
+    modules that do more than bend, or bend in fewer directions, has as many postures with lengths evenly spread over its
+    strokes beside them.
     """
     active = len(chain.layout.names)
     angles, directions = [], []
@@ -148,5 +150,5 @@ def sample_postures(chain: Chain) -> Array:
     rng = np.random.default_rng(0)
     bend, turn = rng.uniform((0.0, -np.pi), (_LEAN, np.pi), (_DRAWN, active, 2)).transpose(2, 0, 1)
     q = np.concatenate([q, bend_all(chain, bend, turn)])
-    q = q[within_strokes(chain, q)]
+    q = bring_inside(make_box(chain, 0.0), q) if bring else q[within_strokes(chain, q)]
     return chain.nodes(q if chain.leans else np.concatenate([q, sample_inputs(chain, _DRAWN, 0)]))

@@ -1,0 +1,109 @@
+"""First files written for a user: they load, pass `check`, and say what they were asked for."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from vgtsim.cli import app
+from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS, SAFETY_FACTOR
+from vgtsim.description import Payload, load_manipulator, load_scene, load_tank
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.planning.checks import RISER_SPARE, riser_fit
+from vgtsim.positioning import make_box
+from vgtsim.positioning.restarts import make_postures
+from vgtsim.site import load_arm, load_site
+from vgtsim.statics import find_use, make_load_model, make_sections, weigh
+
+pytestmark = pytest.mark.long  # sizes are chosen in thousands of postures
+
+SMALL = ["--reach", "6 m", "--riser", "24 in", "--payload", "50 kg", "--modules", "4"]
+ROUNDING = 1e-5  # m: lengths in a file have five digits
+HEAVIER = 1.1  # mass of a drafted arm over that of the shipped one of the same layout
+
+
+def call(*words):
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert result.exit_code == 0, result.exception or result.output
+    return result.output
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    file = tmp_path_factory.mktemp("new") / "small.toml"
+    call("new", "arm", file, *SMALL)
+    return file
+
+
+def test_a_new_arm_is_as_asked_and_passes_its_check(small):
+    chain = load_arm(small)
+    arm = chain.manipulator
+    assert len(arm.active) == 4
+    assert np.linalg.norm(chain.tool(chain.straight)[0]) == pytest.approx(6.0, abs=8 * ROUNDING)
+    assert riser_fit(chain, 24 * 0.0254).spare >= RISER_SPARE
+    assert not arm.provenance  # plain figures
+    assert "4 active modules, 12 actuators, 6.00 m straight" in call("check", small)
+
+
+def test_a_new_arm_carries_its_payload_in_any_posture(small):
+    """By the utilisation of a run's report, in postures that the sizes were not chosen for."""
+    arm = load_manipulator(small)
+    chain = Chain(arm, hanging_mount(0.0))
+    model = make_load_model(chain, Payload(mass=50.0, radius=PAYLOAD_RADIUS), GRAVITY)
+    nodes = chain.nodes(make_postures(make_box(chain, 0.0)).q)
+    assert find_use(model, make_sections(arm, chain.truss), nodes, SAFETY_FACTOR).worst.max() < 1.0
+
+
+def test_a_new_arm_of_the_shipped_layout_weighs_as_much(tmp_path):
+    """The shipped arm was sized for a tour and for fewer postures; its layout and its payload are the same."""
+    call("new", "arm", tmp_path / "a.toml")
+    assert 1 - ROUNDING < weigh(load_arm(tmp_path / "a.toml")) / weigh(load_arm("arm15")) < HEAVIER
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--riser", "12 in"], r"riser: found a bore of 0\.305 m; allowed: some 0\.\d+ m or more"),
+        (["--modules", "40"], "modules: found 40 modules over .*; allowed: at most 10, or a longer reach"),
+        (
+            ["--payload", "4000 lb", *SMALL[:4], "--modules", "3"],
+            "what the largest of .* sizes in the catalogue carries.*ask for less payload",
+        ),
+        (["--reach", "-3 m"], "--reach: found '-3 m'; allowed: more than zero"),
+        (["--reach", "3 kg"], "--reach: found '3 kg'.*dimension"),
+    ],
+)
+def test_an_arm_that_cannot_be_is_refused_with_the_reason(tmp_path, options, words):
+    result = CliRunner().invoke(app, ["new", "arm", str(tmp_path / "a.toml"), *options])
+    assert re.search(words, str(result.exception))
+    assert not (tmp_path / "a.toml").exists()
+
+
+def test_a_new_tank_has_the_figures_of_the_shipped_one(tmp_path):
+    call("new", "tank", tmp_path / "mine.toml", "--type", "type_ii")
+    mine, shipped = load_tank(tmp_path / "mine.toml"), load_tank("type_ii")
+    for part in ("shell", "waste", "equipment"):
+        assert getattr(mine, part) == getattr(shipped, part)
+    assert mine.name == "mine"
+    assert "sourced: osti.gov" in (tmp_path / "mine.toml").read_text()
+
+
+def test_a_new_scene_passes_its_check(small, tmp_path):
+    file = tmp_path / "mine.toml"
+    said = call("new", "scene", file, "--arm", small, "--tank", "type_ii", "--payload", "50 kg", "--goals", "2")
+    assert "2 goals that small comes to" in said
+    assert "2 goals within reach" in call("check", file)
+    site = load_site(file)
+    assert site.task.motion.start is None
+    assert load_scene(file).task.motion.goals[0].at is not None
+    assert site.task.payload.mass == pytest.approx(50.0)
+
+
+def test_a_file_that_is_there_is_kept(small):
+    before = small.read_text()
+    result = CliRunner().invoke(app, ["new", "tank", str(small)])
+    assert "found a file that is there; allowed: a new file, or --force" in str(result.exception)
+    assert small.read_text() == before
