@@ -2,6 +2,9 @@
 
 from vgtsim.geometry.bed import Bed, make_bed
 from vgtsim.geometry.clearance import (
+    RISER,
+    SHELL,
+    WASTE,
     Clearance,
     Obstacles,
     arm_clearance,
@@ -19,6 +22,9 @@ from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
+    "RISER",
+    "SHELL",
+    "WASTE",
     "Bed",
     "Clearance",
     "MastPipe",

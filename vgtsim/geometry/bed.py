@@ -45,9 +45,11 @@ class Bed:
         """Area of the cell about each height that lies inside the wall, shape (n, n), m²."""
         shift = ((np.arange(_PARTS) + 0.5) / _PARTS - 0.5) * self.spacing
         x, y = self.places[..., 0], self.places[..., 1]
-        inside = sum(((x + dx) ** 2 + (y + dy) ** 2 < self.radius**2) for dx in shift for dy in shift)
-        area: float = (self.spacing / _PARTS) ** 2
-        return np.array(inside).astype(float) * area
+        inside = np.zeros(x.shape)
+        for dx in shift:
+            for dy in shift:
+                inside += (x + dx) ** 2 + (y + dy) ** 2 < self.radius**2
+        return inside * (self.spacing / _PARTS) ** 2
 
     def distance(self, points: ArrayLike) -> tuple[Array, Array]:
         """Signed distances of points, shape (..., 3), m, negative below, and their gradients, shape (..., 3)."""
