@@ -24,6 +24,7 @@ ROOMS = (
     ("site",),
     ("proximity",),
     ("planning", "mjcf", "verification"),
+    ("control",),
     ("plant", "output", "batch"),
     ("posture", "study"),
     ("cli",),

@@ -20,7 +20,7 @@ CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene
 BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
 FEED = ("feed", "feed_commanded", "feed_force")
-MAY_BE_EMPTY = ("saturation", "pressure", *FEED)
+MAY_BE_EMPTY = ("saturation", "pressure", "target", *FEED)
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,7 @@ class RunLog:
             this package; empty in logs of versions that made none.
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
+        target: Where an operator wanted the tool: position, m, and direction, shape (T, 6); empty in other runs.
         feed, feed_commanded: Height of the mast above its working depth, reached and asked for, shape (T,), m; empty in logs
             of versions that held it there.
         feed_force: Force of the hoist on the mast, upward, shape (T,), N; empty as the feed.
@@ -83,6 +84,7 @@ class RunLog:
         default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
     )
     pressure: Annotated[Array, "f", "TJ2"] = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    target: Annotated[Array, "f", "T6"] = field(default_factory=lambda: np.zeros((0, 6)))
     feed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_commanded: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_force: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))

@@ -28,6 +28,14 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
+from vgtsim.description.operator import (
+    TARGETS,
+    Operator,
+    OperatorCommand,
+    digest_commands,
+    load_commands,
+    write_command,
+)
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.description.scene import Bend, Feed, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
@@ -42,6 +50,7 @@ __all__ = [
     "INCH",
     "MODELS",
     "OBJECTIVES",
+    "TARGETS",
     "Actuated",
     "ArcPiece",
     "Axis",
@@ -68,6 +77,8 @@ __all__ = [
     "Method",
     "Module",
     "Octahedral",
+    "Operator",
+    "OperatorCommand",
     "Payload",
     "Prism",
     "RasterPiece",
@@ -94,6 +105,7 @@ __all__ = [
     "change_entries",
     "choose_coupling",
     "closest",
+    "digest_commands",
     "digest_scene",
     "dump_scene",
     "find_file",
@@ -103,6 +115,7 @@ __all__ = [
     "list_faults",
     "list_shipped",
     "load_catalogue",
+    "load_commands",
     "load_manipulator",
     "load_scene",
     "load_study",
@@ -112,5 +125,6 @@ __all__ = [
     "parse_scene",
     "split_objective",
     "tell_file",
+    "write_command",
     "write_sized_arm",
 ]

@@ -18,6 +18,8 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 Walls = tuple[Array, Array, Array, Array, float]
 
+TANK, WASTE, PILLAR, OWN = range(4)  # what a point or member is near
+
 _SECTOR_SLACK = 1e-9  # m; a point on the border of two sectors must not fall between them; the error is its square
 _TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
 _SAMPLES, _CUTS = 17, 3  # the place of least distance is then known within 1/1024 of the member's length
@@ -302,6 +304,7 @@ def find_near(
     payload: bool,
     config: Index,
     gaps: Array,
+    bodies: Index,
     held: Index,
     slopes: Array,
 ) -> int:
@@ -315,6 +318,7 @@ def find_near(
         points: Shape (W, N + 1, 3); the first three do not move.
         payload: Whether the payload's distance from all but the arm counts.
         config: Configuration of each pair, shape (R,), and its gap, shape (R,).
+        bodies: Of each pair, shape (R, 3): `TANK`, `WASTE`, `PILLAR` or `OWN`, then a point or member, then what it is near.
         held: Points on which the gap depends, shape (R, 4), -1 for none, and its slopes by them, shape (R, 4, 3).
     """
     curve, mouth, axes, thick, level = tank
@@ -330,6 +334,7 @@ def find_near(
             if c >= 3 and gap - point_radii[c] < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap - point_radii[c], -1, 0.0
+                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = TANK, c, 0
                     held[count, 0] = c
                     _lead_inward(curve, mouth, at[c], rho, gap, nearest, slopes[count, 0])
                 count += 1
@@ -337,6 +342,7 @@ def find_near(
             if gap < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap, -1, 0.0
+                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = WASTE, c, 0
                     held[count, 0], slopes[count, 0, 2] = c, 1.0
                 count += 1
         for k in range(len(axes)):
@@ -352,6 +358,7 @@ def find_near(
                 if away - radii[m] - thick[k] < reach:
                     if count < len(gaps):
                         config[count], gaps[count] = i, away - radii[m] - thick[k]
+                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = PILLAR, m, k
                         held[count, :2], held[count, 2:] = ends[m], -1
                         _lead_apart(a, b, axes[k, 0], axes[k, 1], away, s, t, slopes[count])
                     count += 1
@@ -368,6 +375,7 @@ def find_near(
                 if away - radii[m] - radii[n] < reach:
                     if count < len(gaps):
                         config[count], gaps[count] = i, away - radii[m] - radii[n]
+                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = OWN, m, n
                         held[count, :2], held[count, 2:] = ends[m], ends[n]
                         _lead_apart(a0, a1, b0, b1, away, s, t, slopes[count])
                     count += 1

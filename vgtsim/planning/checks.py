@@ -45,21 +45,7 @@ def find_faults(site: Site) -> Iterator[VgtError]:
     yield from _find_goal_faults(site)
 
 
-def require_positionable(chain: Chain) -> None:
-    """Refuse arms with modules that cannot be positioned.
-
-    Raises:
-        DescriptionError: It has general double octahedra: their upper cell is found by following it from the straight
-            pose, which no batch of trial steps can be asked to do.
-    """
-    general = [chain.layout.names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.positionable]
-    if general:
-        allowed = "symmetric double octahedra, octahedra and tetrahedra: general double octahedra are not positioned"
-        raise DescriptionError(None, "modules", f"{', '.join(general)} of {chain.manipulator.name}", allowed)
-
-
 def _check_kinds(site: Site) -> None:
-    require_positionable(site.chain)
     if site.task.simulation.members == "sections":
         try:
             find_rigid_sections(site.chain)

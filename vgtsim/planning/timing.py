@@ -51,6 +51,7 @@ class TimedPath:
         parameter: The curve's parameter over the way, 0 to `reach` seconds at full speed.
         fraction: Part of the time spent in each ramp.
         duration: s; 0 of a path on which no actuator moves.
+        feed: Height of the mast above its working depth, m, over the curve's parameter; absent while it is held.
     """
 
     curve: BSpline | Curve
@@ -58,14 +59,23 @@ class TimedPath:
     fraction: float
     reach: float
     duration: float
+    feed: BSpline | None = None
 
     def inputs(self, timestep: float) -> Array:
         """Inputs at every time step, s, the ends of the path included, shape (T, n)."""
+        return self.curve(self._places(timestep))
+
+    def feeds(self, timestep: float) -> Array | None:
+        """Heights of the mast above its working depth at the same instants, shape (T,), m; None while it is held."""
+        return None if self.feed is None else self.feed(self._places(timestep))
+
+    def _places(self, timestep: float) -> Array:
+        """The curve's parameter at every time step, shape (T,)."""
         if self.parameter is None:
-            return self.curve(np.array([0.0, 1.0]))
+            return np.array([0.0, 1.0])
         count = max(2, int(np.ceil(self.duration / timestep)))
-        travelled = _run(np.linspace(0.0, 1.0, count + 1), self.fraction) * self.reach
-        return self.curve(np.clip(self.parameter(travelled), 0.0, 1.0))
+        travelled = run_ramps(np.linspace(0.0, 1.0, count + 1), self.fraction) * self.reach
+        return np.clip(self.parameter(travelled), 0.0, 1.0)
 
 
 def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> TimedPath:
@@ -78,16 +88,16 @@ def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> Time
     grid = np.linspace(0.0, 1.0, _GRID)
     speed = _scaled_speed(chain, curve, limits, grid)
     if np.max(speed) * limits.rate.max() < 1e-9:
-        return TimedPath(curve, None, 0.5, 0.0, 0.0)
+        return TimedPath(curve=curve, parameter=None, fraction=0.5, reach=0.0, duration=0.0)
     # a floor keeps the parameter's change finite where the path hardly moves an actuator
     speed = np.maximum(speed, 1e-3 * np.max(speed))
     steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
     reach = np.concatenate([[0.0], np.cumsum(steps)])
     parameter = make_interp_spline(reach, grid, k=5)
     ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
-    fraction, duration = _profile(reach[-1], ramp)
+    fraction, duration = ramp_profile(reach[-1], ramp)
     duration *= _stretch(chain, curve, parameter, limits, duration, fraction, reach[-1])
-    return TimedPath(curve, parameter, fraction, float(reach[-1]), duration)
+    return TimedPath(curve=curve, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration)
 
 
 def time_lengths(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float) -> Array:
@@ -104,14 +114,14 @@ def _scaled_speed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, par
     return np.sum(rates**_POWER, axis=1) ** (1 / _POWER)
 
 
-def _profile(reach: float, ramp: float) -> tuple[float, float]:
+def ramp_profile(reach: float, ramp: float) -> tuple[float, float]:
     """Fraction of the time spent in each ramp, and the time, s, to cover `reach` seconds of full speed."""
     if reach >= ramp:
         return ramp / (reach + ramp), reach + ramp
     return 0.5, 2 * float(np.sqrt(reach * ramp))
 
 
-def _run(time: ArrayLike, fraction: float) -> Array:
+def run_ramps(time: ArrayLike, fraction: float) -> Array:
     """Part of the way covered at a part of the time, both 0 to 1: speed 10 x³ - 15 x⁴ + 6 x⁵ in the ramps."""
     t = np.asarray(time, float)
     x = np.clip(np.minimum(t, 1 - t) / fraction, 0.0, 1.0)
@@ -132,10 +142,12 @@ def _stretch(
 ) -> float:
     """Factor on the duration that brings speeds and accelerations inside their limits, one of them to it."""
     time = np.linspace(0.0, 1.0, 4 * _GRID)
-    length = chain.lengths(curve(np.clip(parameter(_run(time, fraction) * reach), 0.0, 1.0)))
-    step = (time[1] - time[0]) * duration
-    rate = np.abs(np.diff(length, axis=0)) / step
-    bend = np.abs(np.diff(length, n=2, axis=0)) / step**2
-    too_fast = float(np.max(rate / limits.rate))
-    too_hard = float(np.sqrt(np.max(bend) / limits.acceleration))
+    length = chain.lengths(curve(np.clip(parameter(run_ramps(time, fraction) * reach), 0.0, 1.0)))
+    return overrun(length, (time[1] - time[0]) * duration, limits.rate, limits.acceleration)
+
+
+def overrun(rows: Array, step: float, rates: Array, accelerations: Array | float) -> float:
+    """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits."""
+    too_fast = float(np.max(np.abs(np.diff(rows, axis=0)) / step / rates))
+    too_hard = float(np.sqrt(np.max(np.abs(np.diff(rows, n=2, axis=0)) / step**2 / accelerations)))
     return _SPARE * max(too_fast, too_hard)

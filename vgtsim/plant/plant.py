@@ -133,7 +133,7 @@ class Plant:
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
         self.record_rate = self._record_rate
-        self._goal, self._settled = -1, False
+        self._goal, self._settled, self._aimed = -1, False, None
         self._touched: list[Contact] = []
         self._slow = int(self._speed() < self.site.task.motion.settle_speed)
         self._state: PlantState | None = None
@@ -166,9 +166,13 @@ class Plant:
             self._rates = _read_row("rates", rates, self._count)
         self._feed = wanted
 
-    def mark(self, goal: int, *, settled: bool = False) -> None:
-        """Say for the records which goal is approached from now on, or held, settled; -1 for none."""
+    def mark(self, goal: int, *, settled: bool = False, target: ArrayLike | None = None) -> None:
+        """Say for the records which goal is approached from now on, or held, settled; -1 for none.
+
+        Where an operator drives, `target` is where the tool is meant to be now: position, m, and direction, shape (6,).
+        """
         self._goal, self._settled = goal, settled
+        self._aimed = None if target is None else _read_row("target", target, 6)
 
     def step(self, count: int = 1) -> None:
         """Go on by a number of steps, fewer after a contact that is not allowed.
@@ -304,6 +308,7 @@ class Plant:
                 goal=self._goal,
                 settled=self._settled,
                 pressure=self._drive.pressure,
+                target=self._aimed,
                 feed={"feed": height, "feed_commanded": self._fed, "feed_force": self._hoist.pull()},
             )
         self._note_rest()

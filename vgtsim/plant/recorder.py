@@ -63,13 +63,14 @@ class Recorder:
         goal: int,
         settled: bool,
         pressure: Array | None = None,
+        target: Array | None = None,
         feed: Mapping[str, float] | None = None,
     ) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
         Given for that instant are the time, s, commanded lengths, shape (J,), m, what the gauges noted before the step, the
-        goal approached or held (settled), the pressures of hydraulic cylinders, shape (J, 2), Pa, and the figures of the
-        feed by name.
+        goal approached or held (settled), the pressures of hydraulic cylinders, shape (J, 2), Pa, where an operator wants the
+        tool, shape (6,), and the figures of the feed by name.
         """
         gauges = self.gauges
         row = {
@@ -84,6 +85,8 @@ class Recorder:
         }
         if pressure is not None:
             row["pressure"] = pressure
+        if target is not None:
+            row["target"] = target
         row |= feed or {}
         for name, value in row.items():
             self._rows.setdefault(name, []).append(value)

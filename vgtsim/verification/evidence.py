@@ -92,7 +92,8 @@ class Evidence:
 
     def _differentiate(self, values: Array) -> NodeMotion:
         """Velocities and accelerations of points in wide records, shape (T', P, 3), m, at the log's."""
-        found = motion_from_log(self.wide.time, values)
+        live = self.site.task.operator is not None  # every step is recorded, and accelerations jump from step to step
+        found = motion_from_log(self.wide.time, values, window=3 if live else 5)
         inner = self.stretch.inner if self.stretch else slice(None)
         return NodeMotion(found.velocity[inner], found.acceleration[inner])
 
@@ -244,12 +245,25 @@ class Evidence:
     @cached_property
     def tool_errors(self) -> tuple[Array, Array]:
         """Distance, m, and angle, rad, of the tool from the goal approached or held, shapes (T,); NaN without a goal."""
-        (position, direction), goals, log = self.tool, self.site.task.motion.goals, self.log
+        goals, log = self.site.task.motion.goals, self.log
+        if not goals:
+            return np.full(len(log.time), np.nan), np.full(len(log.time), np.nan)
         wanted = np.array([goal.position for goal in goals])[log.goal]
         aimed = np.array([goal.direction for goal in goals])[log.goal]
+        distance, angle = self._compare_tool(wanted, aimed)
+        distance[log.goal < 0] = angle[log.goal < 0] = np.nan
+        return distance, angle
+
+    @cached_property
+    def target_errors(self) -> tuple[Array, Array]:
+        """Distance, m, and angle, rad, of the tool from an operator's target, shapes (T,)."""
+        return self._compare_tool(self.log.target[:, :3], self.log.target[:, 3:])
+
+    def _compare_tool(self, wanted: Array, aimed: Array) -> tuple[Array, Array]:
+        """Distance, m, and angle, rad, of the tool from positions and directions, shape (T, 3)."""
+        position, direction = self.tool
         distance = np.linalg.norm(position - wanted, axis=-1)
         angle = np.arctan2(np.linalg.norm(np.cross(direction, aimed), axis=-1), np.sum(direction * aimed, axis=-1))
-        distance[log.goal < 0] = angle[log.goal < 0] = np.nan
         return distance, angle
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.compilation import compiled
 from vgtsim.description.modules import DoubleOctahedral, GeneralDoubleOctahedral
@@ -286,9 +286,10 @@ class DoubleOctahedra(ModuleSet):
         """The normal midway between the faces is the mid-plane's."""
         return np.concatenate([half[..., :2], np.broadcast_to(self.straight[:, 2:], (*angle.shape, 1))], axis=-1)
 
-    def extend(self, m: int, x: Array, extension: float) -> Array:
+    def extend(self, m: int, x: Array, extension: ArrayLike) -> Array:
         """The mid-plane stands halfway, the joint offset left out."""
-        return np.array([x[0], x[1], (extension - self.geometry.joint_offset[m]) / 2])
+        distance = (np.asarray(extension, float) - self.geometry.joint_offset[m]) / 2
+        return np.concatenate([x[..., :2], distance[..., None]], axis=-1)
 
     def sideways(self, m: int, angle: float) -> Array:  # noqa: ARG002
         """The part of the mid-plane's normal across the plane."""

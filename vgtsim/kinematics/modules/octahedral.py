@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.compilation import compiled
 from vgtsim.description.modules import Octahedral
@@ -278,9 +278,11 @@ class Octahedra(ModuleSet):
         mirror[..., 2] *= -1
         return pose_parameters(mirror @ R, np.linalg.norm(P, axis=-1)[:, None] * half)
 
-    def extend(self, m: int, x: Array, extension: float) -> Array:  # noqa: ARG002
+    def extend(self, m: int, x: Array, extension: ArrayLike) -> Array:  # noqa: ARG002
         """The centroid of the top moves along its direction from the base's."""
-        return np.concatenate([x[:3] * extension / np.linalg.norm(x[:3]), x[3:]])
+        reach = np.asarray(extension, float)[..., None]
+        place = x[..., :3] * reach / np.linalg.norm(x[..., :3], axis=-1, keepdims=True)
+        return np.concatenate([place, x[..., 3:]], axis=-1)
 
     def sideways(self, m: int, angle: float) -> Array:
         """The part of the top's centroid across the plane, m, and that of its normal, to first order about the straight."""

@@ -17,7 +17,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.kinematics.mode_following import worst_row
 
@@ -162,7 +162,6 @@ class ModuleSet(ABC):
         units: Unit of each input, for inputs that a user writes.
         leans: Whether the first two inputs are the sine of half the bend times cosine and sine of its direction.
         stows: Whether the pose that passes the riser is another than the straight one.
-        positionable: Whether batches of trial steps can be asked of it.
         turns_alike: Whether modules that are turned to each other may be coupled.
         sections_key: Key of the description that names its cylinders.
     """
@@ -173,7 +172,6 @@ class ModuleSet(ABC):
     units: ClassVar[tuple[str, ...]]
     leans: ClassVar[bool] = False
     stows: ClassVar[bool] = False
-    positionable: ClassVar[bool] = True
     turns_alike: ClassVar[bool] = False
     sections_key: ClassVar[str] = "cylinder"
 
@@ -272,8 +270,11 @@ class ModuleSet(ABC):
         Angles between the end faces have shape (..., M), rad; the normal midway between the faces is `half`, (..., M, 3).
         """
 
-    def extend(self, m: int, x: Array, extension: float) -> Array:  # noqa: ARG002
-        """Inputs of module m, shape (inputs,), with its end faces an extension apart, m; x where it cannot be chosen."""
+    def extend(self, m: int, x: Array, extension: ArrayLike) -> Array:  # noqa: ARG002
+        """Inputs of module m, shape (..., inputs), with its end faces extensions apart, shape (...), m.
+
+        They stay as they are where the extension cannot be chosen.
+        """
         return x
 
     def sideways(self, m: int, angle: float) -> Array:  # noqa: ARG002

@@ -1,0 +1,96 @@
+"""The path that an arm's leader takes into the tank: straight down from the riser, then arcs, in one vertical plane.
+
+Points are (r, z) as in `kinematics.planar_arm`. A curve has pieces of constant curvature. It begins far above on the mast's axis,
+and after its last piece it goes straight on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+_FAR = 1e3  # m: length of the straight parts at both ends
+_STRAIGHT = 1e-9  # 1/m: curvature below which a piece is straight
+_SPACING = 0.02  # m: of the windows in which a straight section is laid along the curve
+
+
+@dataclass(frozen=True, eq=False)
+class LeadCurve:
+    """Pieces of lengths, m, and curvatures, 1/m, each shape (P,), straight parts at both ends included.
+
+    `start` are the points (r, z) where pieces begin, shape (P, 2), m, and `heading` the headings there, shape (P,), rad, from
+    straight down; a positive curvature turns towards +r.
+    """
+
+    length: Array
+    curvature: Array
+    start: Array
+    heading: Array
+
+    @property
+    def foot(self) -> float:
+        """Height of the end of the straight part below the riser, m."""
+        return float(self.start[1, 1])
+
+    def at(self, arc: ArrayLike) -> tuple[Array, Array]:
+        """Points, shape (..., 2), m, and headings, shape (...), rad, at arc lengths from the foot, shape (...), m."""
+        s = np.asarray(arc, float)
+        begin = np.cumsum(self.length) - self.length - self.length[0]
+        k = np.clip(np.searchsorted(begin, s, side="right") - 1, 0, len(begin) - 1)
+        part, bend = s - begin[k], self.curvature[k]
+        heading = self.heading[k] + bend * part
+        middle, turn = self.heading[k] + bend * part / 2, bend * part / 2
+        chord = part * np.sinc(turn / np.pi)
+        return self.start[k] + chord[..., None] * np.stack([np.sin(middle), -np.cos(middle)], axis=-1), heading
+
+    def offsets(self, points: Array) -> tuple[Array, Array]:
+        """Signed distances of points (r, z), shape (..., 2), m, from the curve, and their gradients, shape (..., 2).
+
+        They are positive on the side of +r of a curve that runs down.
+        """
+        shape = points.shape[:-1]
+        least, normal = np.full(shape, np.inf), np.zeros(points.shape)
+        for start, heading, bend, length in zip(self.start, self.heading, self.curvature, self.length, strict=True):
+            aside = np.array([np.cos(heading), np.sin(heading)])
+            ahead, v = np.array([np.sin(heading), -np.cos(heading)]), points - start
+            if abs(bend) < _STRAIGHT:
+                off, along, lead = v @ aside, v @ ahead, np.broadcast_to(aside, points.shape)
+            else:
+                out = v - aside / bend
+                radius = np.maximum(np.linalg.norm(out, axis=-1), 1e-12)
+                off, lead = 1 / bend - np.copysign(radius, bend), -np.sign(bend) * out / radius[..., None]
+                along = np.arctan2(out @ ahead, -(out @ aside) * np.sign(bend)) / abs(bend)
+            slack = 1e-9 * max(1.0, length)
+            near = (along >= -slack) & (along <= length + slack) & (np.abs(off) < np.abs(least))
+            least, normal = np.where(near, off, least), np.where(near[..., None], lead, normal)
+        return least, normal
+
+    def least_offset(self, section: float, reach: float) -> float:
+        """Least possible greatest distance, m, from the curve of a straight section that passes along it.
+
+        The section, m, is moved from the foot until its end is at the arc length `reach`, m. On an arc of radius R it is
+        section² / 16 R: half the height of the arc over the chord.
+        """
+        part = np.linspace(0.0, 1.0, 33)
+        starts = np.arange(-section, max(reach - section, -section) + _SPACING, _SPACING)
+        points, _ = self.at(starts[:, None] + section * part)
+        chord = points[:, -1] - points[:, 0]
+        across = np.stack([-chord[:, 1], chord[:, 0]], axis=-1) / np.linalg.norm(chord, axis=-1, keepdims=True)
+        away = np.einsum("wpk,wk->wp", points - points[:, :1], across)
+        return float(np.max(np.ptp(away, axis=1)) / 2)
+
+
+def make_directrix(foot: float, pieces: Sequence[tuple[float, float]]) -> LeadCurve:
+    """Lay out a curve: straight down to the height `foot`, m, then pieces (length, m, and curvature, 1/m), then straight on."""
+    length = np.array([_FAR, *(size for size, _ in pieces), _FAR])
+    curvature = np.array([0.0, *(bend for _, bend in pieces), 0.0])
+    heading = np.concatenate([[0.0], np.cumsum(length * curvature)[:-1]])
+    middle, turn = heading + length * curvature / 2, length * curvature / 2
+    chords = (length * np.sinc(turn / np.pi))[:, None] * np.stack([np.sin(middle), -np.cos(middle)], axis=-1)
+    start = np.concatenate([[[0.0, foot + _FAR]], [0.0, foot + _FAR] + np.cumsum(chords, axis=0)[:-1]])
+    return LeadCurve(length, curvature, start, heading)

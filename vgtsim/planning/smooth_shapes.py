@@ -1,0 +1,199 @@
+"""Shapes over feed that follow a directrix: a damped Gauss-Newton iteration over the coefficients of their splines.
+
+Most rows of the sum depend on the shape at one feed alone, so the matrix is gathered feed by feed from small ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.geometry import enclosure_distance
+from vgtsim.kinematics import State
+from vgtsim.planning.postures import Postures
+from vgtsim.planning.unfolding import Follower, Shapes, tabulate
+from vgtsim.positioning import Surroundings
+
+Array = NDArray[np.float64]
+
+_SPACING = 0.12  # m of feed between the places at which shapes are looked at: three in a knot
+_POWER = 4  # of a deviation over its aim, whose square is summed: above the aim it grows fast
+_STROKE = 5e-4  # m by which an actuator in the hinge at the end of its stroke counts one
+_GAP = 5e-3  # m by which a node that is too near counts one
+_RATE = 0.2  # m of an actuator per m of feed that counts one, and is summed in its fourth power
+_CALM = (
+    0.3  # weight of second derivatives, m² and m: it costs under 1 % of deviation and makes accelerations half as great
+)
+_STEPS = 60
+_SETTLED = 1e-3  # relative fall of the sum below which a step is not worth its price
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What shapes are held to.
+
+    Attributes:
+        aim: Deviation from the curve that counts one, m.
+        around: Tank and waste that open modules keep clear of; absent for the curve and the strokes alone.
+        clearance: Distance from them, m.
+        kept: Distance from the ends of strokes at which their hinges begin, m.
+        mouth: Height above which nodes are in the riser's mouth, m; they are not looked at.
+    """
+
+    guide: Follower
+    aim: float
+    around: Surroundings | None = None
+    clearance: float = 0.0
+    kept: float = 1.5e-3
+    mouth: float = np.inf
+
+    @cached_property
+    def feed(self) -> Array:
+        """Feeds that are looked at, shape (W,), m."""
+        first = float(self.guide.opening.max())
+        count = max(2, int(np.ceil((first - self.guide.last) / _SPACING)))
+        return np.linspace(first, self.guide.last, count + 1)[1:]
+
+    @cached_property
+    def basis(self) -> tuple[Array, Array, Array]:
+        """Values, rates and second derivatives, each shape (W, A, N)."""
+        return tuple(tabulate(self.guide, self.feed, order) for order in range(3))  # type: ignore[return-value]
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """Which actuators may move, shape (W, J)."""
+        return (self.feed[:, None] < self.guide.opening)[:, self.guide.owner]
+
+    @cached_property
+    def calm(self) -> Array:
+        """Matrix of the second derivatives' sum of squares, shape (N, N)."""
+        bent = _CALM * self.basis[2].reshape(-1, self.basis[2].shape[2])
+        return bent.T @ bent
+
+
+@dataclass
+class _Sum:
+    """Half of a sum of squares, its slope and matrix by the coefficients."""
+
+    track: Track
+    sloped: bool
+    value: float = 0.0
+    slope: Array = field(default_factory=lambda: np.zeros(0))
+    matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    def __post_init__(self) -> None:
+        size = 2 * self.track.basis[0].shape[2]
+        self.slope, self.matrix = np.zeros(size), np.zeros((size, size))
+
+    def add(self, rows: Array, slopes: Array, order: int = 0) -> None:
+        """Rows of shape (W, K) with slopes by the shape parameters, or by their rates, shape (W, K, 2 A)."""
+        self.value += 0.5 * float(np.sum(rows * rows))
+        if not self.sloped:
+            return
+        table = self.track.basis[order]
+        pull = np.einsum("wkn,wk->wn", slopes, rows)
+        small = np.swapaxes(slopes, 1, 2) @ slopes
+        count, half = table.shape[1], table.shape[2]
+        flat = table.reshape(-1, half)
+        for i, one in enumerate((slice(0, count), slice(count, None))):
+            self.slope[i * half : (i + 1) * half] += np.einsum("wan,wa->n", table, pull[:, one])
+            for j, two in enumerate((slice(0, count), slice(count, None))):
+                part = flat.T @ (small[:, one, two] @ table).reshape(-1, half)
+                self.matrix[i * half : (i + 1) * half, j * half : (j + 1) * half] += part
+
+
+def fit_shapes(track: Track, postures: Postures) -> Shapes:
+    """Make shapes that follow the curve, from the postures of least deviation."""
+    weights = _start(track, postures)
+    now, damping = _sum(track, weights, sloped=True), 1e-3
+    for _ in range(_STEPS):
+        diagonal = np.diagonal(now.matrix)
+        scale = diagonal + 1e-6 * diagonal.max()
+        for _ in range(10):
+            step = -np.linalg.solve(now.matrix + damping * np.diag(scale), now.slope)
+            after = _sum(track, weights + step, sloped=False).value
+            if after < now.value:
+                break
+            damping *= 6
+        else:
+            break
+        done = now.value - after < _SETTLED * now.value
+        weights = weights + step
+        now, damping = _sum(track, weights, sloped=True), max(damping / 5, 1e-9)
+        if done:
+            break
+    return Shapes(track.guide, weights)
+
+
+def _start(track: Track, postures: Postures) -> Array:
+    """Coefficients nearest to the postures, second derivatives weighed in, drawn to the straight arm until it assembles."""
+    guide, table = track.guide, tabulate(track.guide, postures.feed)
+    flat = table.reshape(-1, table.shape[2])
+    matrix = flat.T @ flat + track.calm
+    matrix += 1e-9 * np.trace(matrix) / len(matrix) * np.eye(len(matrix))
+    wanted = postures.bend, postures.extension - guide.planar.stowed
+    weights = np.concatenate([np.linalg.solve(matrix, flat.T @ item.ravel()) for item in wanted])
+    for share in (1.0, 0.8, 0.6, 0.4, 0.2, 0.0):
+        if np.isfinite(_sum(track, share * weights, sloped=False).value):
+            return share * weights
+    return 0.0 * weights
+
+
+def _sum(track: Track, weights: Array, *, sloped: bool) -> _Sum:
+    guide, (table, rates, _) = track.guide, track.basis
+    half, total = len(weights) // 2, _Sum(track, sloped)
+    bend, reach = table @ weights[:half], guide.planar.stowed + table @ weights[half:]
+    state = guide.chain.state(guide.planar.inputs(bend, reach))
+    if not np.all(state.assembles):
+        total.value = np.inf
+        return total
+    S = state.leg_slopes[:, : len(guide.least)] @ guide.planar.input_slopes(bend, reach)
+    off, J = guide.axis(bend, reach, track.feed, slopes=sloped)
+    near = off / track.aim
+    slope = (_POWER / track.aim * np.abs(near) ** (_POWER - 1))[..., None] * J if sloped else J
+    total.add(np.sign(near) * np.abs(near) ** _POWER, slope)
+    _hold_strokes(track, total, state.lengths, S)
+    speed = np.concatenate([rates @ weights[:half], rates @ weights[half:]], axis=1)
+    rate = np.einsum("wjn,wn->wj", S, speed) / _RATE
+    total.add(rate * np.abs(rate), (2 * np.abs(rate) / _RATE)[..., None] * S, order=1)
+    for part in (slice(0, half), slice(half, None)):
+        pull = track.calm @ weights[part]
+        total.value += 0.5 * float(weights[part] @ pull)
+        total.slope[part] += pull
+        total.matrix[part, part] += track.calm
+    if track.around is not None:
+        _hold_clear(track, track.around, total, state, bend, reach)
+    return total
+
+
+def _hold_strokes(track: Track, total: _Sum, length: Array, S: Array) -> None:
+    guide = track.guide
+    low = np.where(track.free, np.maximum(guide.least + track.kept - length, 0.0), 0.0) / _STROKE
+    high = np.where(track.free, np.maximum(length - guide.greatest + track.kept, 0.0), 0.0) / _STROKE
+    over = high - low  # one of them is zero
+    total.add(over, np.where(over != 0, 1 / _STROKE, 0.0)[..., None] * S)
+
+
+def _hold_clear(track: Track, around: Surroundings, total: _Sum, state: State, bend: Array, reach: Array) -> None:
+    """Hinges of nodes and tool against the tank's shell and the waste."""
+    points = np.concatenate([state.nodes, state.tool[0][:, None]], axis=1)
+    points = points + np.stack([0.0 * track.feed, 0.0 * track.feed, track.feed], axis=-1)[:, None]
+    radii, level = around.capsules.point_radii, around.obstacles.waste_level
+    shell, inward = enclosure_distance(around.tank, around.profile, points)
+    gaps = np.stack([shell, points[..., 2] - level], axis=-1) - radii[:, None]
+    short = np.maximum(track.clearance - gaps, 0.0) / _GAP
+    short[points[..., 2] > track.mouth] = 0.0
+    if not short.any():
+        return
+    lead = np.zeros((*points.shape[:2], 2, 3))
+    lead[:, :, 0], lead[:, :, 1, 2] = inward, 1.0
+    if not total.sloped:
+        total.add(short.reshape(len(short), -1), np.zeros((len(short), 0, 0)))
+        return
+    Q = track.guide.planar.input_slopes(bend, reach)
+    J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1) @ Q[:, None]
+    slopes = -(lead @ J) / _GAP * (short > 0)[..., None]
+    total.add(short.reshape(len(short), -1), slopes.reshape(len(short), -1, slopes.shape[-1]))

@@ -1,0 +1,127 @@
+"""An arm that follows its leader along a directrix while it is fed: bends and extensions over feed.
+
+Feed h is the height of the mast above its working depth, m; it falls as the arm goes in. A module stays stowed until its
+upper face is below the riser's rim; its bend and extension begin there with zero rate and zero second derivative, so shapes
+over feed have two continuous derivatives. A damped Gauss-Newton iteration makes a sum small: a high power of the axis'
+distance from the curve, which stands for the greatest one, hinges of strokes and clearances, rates and second derivatives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.kinematics import Chain, State
+from vgtsim.kinematics.planar_arm import PlanarArm
+from vgtsim.planning.directrix import LeadCurve
+
+Array = NDArray[np.float64]
+
+_KNOT = 0.35  # m of feed between knots: about an eighth of the distance of two modules
+_DEGREE = 5
+_CORNERS = 3  # coefficients at the opening that are zero: value, rate and second derivative
+_ALONG = np.linspace(0.0, 1.0, 7)[
+    1:-1
+]  # places on each piece of the axis, besides its ends, that are kept to the curve
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """An arm, the curve it follows, and when its modules may open.
+
+    Attributes:
+        pivot: Height of the mast flange at the working depth, m.
+        opening: Feed at which each active module may open, shape (A,), m.
+        last: Feed at the end of the way, m.
+        least: Least actuator lengths, shape (J,), m; `greatest` are the greatest.
+    """
+
+    planar: PlanarArm
+    directrix: LeadCurve
+    pivot: float
+    opening: Array
+    last: float
+    least: Array
+    greatest: Array
+
+    @property
+    def chain(self) -> Chain:
+        """The arm's kinematics."""
+        return self.planar.chain
+
+    @cached_property
+    def owner(self) -> NDArray[np.intp]:
+        """Active module of each actuator, shape (J,)."""
+        layout = self.chain.layout
+        owner = np.empty(layout.actuators, dtype=np.intp)
+        for place in layout.places:
+            owner[place.moving] = np.repeat(place.active, place.modules.actuated.sum(axis=1))
+        return owner
+
+    def axis(self, bend: Array, extension: Array, feed: Array, *, slopes: bool = False) -> tuple[Array, Array]:
+        """Signed distances from the curve of points along the axis, shape (W, P), m, and slopes, shape (W, P, 2 A)."""
+        points, J = self.planar.line(bend, extension, self.pivot + feed, slopes=slopes)
+        points, J = points[:, 1:], J[:, 1:]  # the mast flange is on the curve
+        parts = [points, *((1 - t) * points[:, :-1] + t * points[:, 1:] for t in _ALONG)]
+        off, lead = self.directrix.offsets(np.concatenate(parts, axis=1))
+        if not slopes:
+            return off, J[..., 0, :]
+        J = np.concatenate([J, *((1 - t) * J[:, :-1] + t * J[:, 1:] for t in _ALONG)], axis=1)
+        return off, np.einsum("wpk,wpkn->wpn", lead, J)
+
+    def state(self, bend: Array, extension: Array) -> tuple[State, Array]:
+        """Kinematics, and actuator lengths' slopes by the shape parameters, shape (W, J, 2 A)."""
+        state = self.chain.state(self.planar.inputs(bend, extension))
+        return state, state.leg_slopes[:, : len(self.least)] @ self.planar.input_slopes(bend, extension)
+
+
+def make_opening(planar: PlanarArm, pivot: float, below: float) -> Array:
+    """Feed at which the upper face of each active module is at a height `below`, shape (A,), m; those above are stowed."""
+    return below - pivot + planar.tops
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """Bends, rad, and extensions, m, of all active modules over feed, as splines.
+
+    Attributes:
+        weights: Coefficients of the bends and then of the extensions beyond the stowed ones, shape (2 N,).
+    """
+
+    guide: Follower
+    weights: Array
+
+    def __call__(self, feed: Array, order: int = 0) -> tuple[Array, Array]:
+        """Bends and extensions at feeds, shape (W, A) each, or their derivatives of some order by feed."""
+        table = tabulate(self.guide, feed, order)
+        half = len(self.weights) // 2
+        reach = np.zeros((1, table.shape[1])) if order else self.guide.planar.stowed[None]
+        return table @ self.weights[:half], reach + table @ self.weights[half:]
+
+
+def tabulate(guide: Follower, feed: Array, order: int = 0) -> Array:
+    """Basis of the shapes at feeds, or a derivative of it by feed, shape (W, A, N)."""
+    from scipy.interpolate import BSpline  # slow to load, and only a way in needs it
+
+    tables = []
+    for opening in guide.opening:
+        span = opening - guide.last
+        if span <= 0:
+            tables.append(np.zeros((len(feed), 0)))
+            continue
+        pieces = max(2, int(np.ceil(span / _KNOT)))
+        knots = np.concatenate([np.zeros(_DEGREE), np.linspace(0.0, span, pieces + 1), np.full(_DEGREE, span)])
+        count = pieces + _DEGREE
+        basis = BSpline(knots, np.eye(count)[:, _CORNERS:], _DEGREE)
+        went = np.clip(opening - feed, 0.0, span)
+        table = (-1.0) ** order * basis(went, nu=order)
+        table[feed >= opening] = 0.0
+        tables.append(table)
+    widths = [table.shape[1] for table in tables]
+    whole = np.zeros((len(feed), len(tables), sum(widths)))
+    for a, (table, begin) in enumerate(zip(tables, np.cumsum([0, *widths]), strict=False)):
+        whole[:, a, begin : begin + table.shape[1]] = table
+    return whole
