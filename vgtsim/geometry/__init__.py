@@ -1,6 +1,9 @@
 """Geometry of the tank: its profile, and how far the arm is from it and from itself."""
 
 from vgtsim.geometry.clearance import (
+    RISER,
+    SHELL,
+    WASTE,
     Clearance,
     Obstacles,
     arm_clearance,
@@ -17,6 +20,9 @@ from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
+    "RISER",
+    "SHELL",
+    "WASTE",
     "Clearance",
     "MastPipe",
     "MemberPairs",

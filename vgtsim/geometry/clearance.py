@@ -83,7 +83,7 @@ def arm_clearance(
     nodes: ArrayLike,
     ends: NDArray[np.integer],
     radii: ArrayLike,
-    hub_radius: float,
+    hub_radius: ArrayLike,
     tank: Tank,
     profile: Profile,
     around: Obstacles,
@@ -91,10 +91,10 @@ def arm_clearance(
 ) -> Clearance:
     """Least distance of an arm, nodes in frame G of shape (..., N, 3), m, from everything in the tank.
 
-    Members, ends of shape (M, 2) and radii of shape (M,), m, are capsules. Nodes and payload, a tool point of shape
-    (..., 3) and a radius, m, are balls. The tank is convex, so a member is nearest to the shell at one of its ends;
-    only members that begin or end where the riser's mouth is nearest are searched along their length. Equipment is
-    rounded at its ends by its radius, which makes the result a lower bound there.
+    Members, ends of shape (M, 2) and radii of shape (M,), m, are capsules. Nodes, of one radius or of shape (N,), m, and
+    payload, a tool point of shape (..., 3) and a radius, m, are balls. The tank is convex, so a member is nearest to the
+    shell at one of its ends; only members that begin or end where the riser's mouth is nearest are searched along their
+    length. Equipment is rounded at its ends by its radius, which makes the result a lower bound there.
     """
     nodes = np.asarray(nodes, float)
     batch, balls, ball_radii = nodes.shape[:-2], nodes, np.full(nodes.shape[-2], hub_radius)
