@@ -10,9 +10,7 @@ env = gymnasium.make("vgtsim/Reach-arm9-v0")
 arm = env.unwrapped
 assert isinstance(arm, vgtsim.envs.ArmEnv)
 observation, info = env.reset(seed=1)
-print(
-    f"{env.observation_space.shape[0]} observations, {env.action_space.shape[0]} actions, {info['left']:.2f} m left to do"
-)
+print(f"{observation.size} observations, {len(arm.rated)} actions, {info['left']:.2f} m left to do")
 
 actions, total, done = [], 0.0, False
 while not done:

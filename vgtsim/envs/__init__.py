@@ -15,9 +15,9 @@ except ImportError:
 
 from vgtsim.envs.arm_env import ArmEnv
 from vgtsim.envs.baseline import steer
-from vgtsim.envs.tasks import Insertion, Raster, Reach
+from vgtsim.envs.tasks import Entrance, Raster, Reach
 
-__all__ = ["IDS", "ArmEnv", "Insertion", "Raster", "Reach", "steer"]
+__all__ = ["IDS", "ArmEnv", "Entrance", "Raster", "Reach", "steer"]
 
 _SCENES = {"arm9": "arm9_nullspace", "arm15": "type_ii_reach"}
 _STEPS = {"Reach": 200, "Raster": 400, "Insertion": 2000}  # half seconds after which an episode is cut

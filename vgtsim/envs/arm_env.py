@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.scene import Feed
 from vgtsim.envs.picture import Picture
-from vgtsim.envs.tasks import SEEN, Goal, Insertion, Raster, Reach, Task
+from vgtsim.envs.tasks import SEEN, Entrance, Raster, Reach, Task, ToolAim
 from vgtsim.envs.tiers import ExactTier, FastTier, Tier
 from vgtsim.errors import CommandError
 from vgtsim.graphics import mujoco
@@ -33,7 +33,7 @@ EFFORT, DONE, FAULT = (
 # Of a mast without a described feed: rate, m/s, acceleration, m/s², and force, N, enough for any shipped arm and mast.
 _RATE, _ACCELERATION, _FORCE = 0.1, 0.05, 1e6
 _BOUND = 2.0  # of observations, which are within one but for what acceleration or a start beyond a box leaves
-_TASKS: dict[str, type[Reach | Raster | Insertion]] = {"reach": Reach, "raster": Raster, "insertion": Insertion}
+_TASKS: dict[str, type[Reach | Raster | Entrance]] = {"reach": Reach, "raster": Raster, "insertion": Entrance}
 
 
 class ArmEnv(gymnasium.Env[Row, Row]):
@@ -118,7 +118,7 @@ class ArmEnv(gymnasium.Env[Row, Row]):
         return np.append(self.tier.lengths, self.tier.feed) if self.task.feed else np.array(self.tier.lengths)
 
     @property
-    def goal(self) -> Goal:
+    def goal(self) -> ToolAim:
         """Where the tool is to come to now."""
         return self.task.goal
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.envs.arm_env import PERIOD, ArmEnv
-from vgtsim.envs.tasks import Insertion
+from vgtsim.envs.tasks import Entrance
 from vgtsim.planning.insertion import plan_insertion
 from vgtsim.site import Site
 
@@ -24,7 +24,7 @@ _KNOTS = 1500  # of the planned way: a centimetre of feed apart
 
 def steer(env: ArmEnv) -> NDArray[np.float32]:
     """An action of an environment (`env.unwrapped`) that takes the tool straight to the goal; clearance is not looked at."""
-    wanted = _follow(env) if isinstance(env.task, Insertion) else _reach(env)
+    wanted = _follow(env) if isinstance(env.task, Entrance) else _reach(env)
     wish = wanted / env.rated
     wish /= max(float(np.abs(wish).max()), 1.0)  # all at once slower: the tool keeps its course
     if env.action == "lengths":

@@ -13,7 +13,7 @@ from vgtsim.mjcf import build_model, fill_qpos, make_pose_map
 from vgtsim.site import Site
 
 if TYPE_CHECKING:
-    from vgtsim.envs.tasks import Goal
+    from vgtsim.envs.tasks import ToolAim
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Picture:
         self._marks = [i for i in range(self.model.nsite) if self.model.site(i).name.startswith("goal/")][:2]
         self._renderer: Any = None
 
-    def show(self, inputs: Array, feed: float, goal: Goal) -> None:
+    def show(self, inputs: Array, feed: float, goal: ToolAim) -> None:
         """Stand the arm in a posture of inputs, shape (n,), at a feed, m, and move the mark to a goal."""
         nodes = self._site.chain.nodes(inputs) + np.array([0.0, 0.0, feed])
         fill_qpos(self._pose, self._site.truss, nodes, self.data.qpos)

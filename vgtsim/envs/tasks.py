@@ -22,7 +22,7 @@ _TRIES = 50  # goals that are drawn before none is clear
 
 
 @dataclass
-class Goal:
+class ToolAim:
     """A tool position, m, and direction, a unit vector, in frame G, and the feed of the mast, m."""
 
     position: Array
@@ -48,7 +48,7 @@ class Task(Protocol):
         ...
 
     @property
-    def goal(self) -> Goal:
+    def goal(self) -> ToolAim:
         """What the arm is to come to now."""
         ...
 
@@ -65,7 +65,7 @@ class Task(Protocol):
         ...
 
 
-def _reach(site: Site, inputs: Array, goal: Goal) -> tuple[float, float]:
+def _reach(site: Site, inputs: Array, goal: ToolAim) -> tuple[float, float]:
     """Distance, m, and angle, rad, of the tool from a goal at the working depth."""
     position, direction = site.chain.tool(inputs)
     turned = np.arctan2(np.linalg.norm(np.cross(direction, goal.direction)), direction @ goal.direction)
@@ -91,7 +91,7 @@ class Reach:
     close: float = 0.1  # m
     aligned: float = 0.1  # rad
     feed: bool = False
-    goal: Goal = field(init=False)
+    goal: ToolAim = field(init=False)
 
     def begin(self, rng: np.random.Generator) -> tuple[Array, float]:
         """See `Task.begin`."""
@@ -104,7 +104,7 @@ class Reach:
             except (AssemblyError, SingularityError):
                 continue
             if _near(self.site, q) > self.site.clearance:
-                self.goal = Goal(*chain.tool(q))
+                self.goal = ToolAim(*chain.tool(q))
                 return start, 0.0
         raise VgtError(f"{_TRIES} goals were drawn and none is clear; spread: found {self.spread:g}; allowed: less")
 
@@ -154,9 +154,9 @@ class Raster:
         return self.site.start, 0.0
 
     @property
-    def goal(self) -> Goal:
+    def goal(self) -> ToolAim:
         """See `Task.goal`: the next point."""
-        return Goal(self._points[min(self.done, len(self._points) - 1)], self._direction)
+        return ToolAim(self._points[min(self.done, len(self._points) - 1)], self._direction)
 
     def measure(self, arm: Stand) -> float:
         """See `Task.measure`: the way that is left, and 0.3 m for a radian."""
@@ -176,7 +176,7 @@ class Raster:
 
 
 @dataclass
-class Insertion:
+class Entrance:
     """Bring the arm down through the riser to its working depth, bending on the way: straight it is longer than the tank is high.
 
     It begins stowed, at a seeded feed above the tank, and is done within `close` of the working depth, in any posture that
@@ -202,9 +202,9 @@ class Insertion:
         return inputs, feed * rng.uniform(0.98, 1.0)
 
     @property
-    def goal(self) -> Goal:
+    def goal(self) -> ToolAim:
         """See `Task.goal`: where the tool would be in the posture of the scene's start, as a hint."""
-        return Goal(*self.site.chain.tool(self.site.start))
+        return ToolAim(*self.site.chain.tool(self.site.start))
 
     def measure(self, arm: Stand) -> float:
         """See `Task.measure`: the feed that is left."""
