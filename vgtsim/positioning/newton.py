@@ -109,16 +109,12 @@ def minimise(
     how, z, every = settings or NewtonSettings(), np.array(start, float), np.arange(len(start))
     at = evaluate(z.copy(), every).parts if course is None else course.make_room(len(z))  # its parts are written to
     inside, error, J, value, slope, curve, rough, by_length = at
-    (count, size), rows, learns = z.shape, error.shape[1], rough.shape[1] > 0
+    count, rows, learns = len(z), error.shape[1], rough.shape[1] > 0
     bends = bend is not None and not learns
-    y, none = np.empty((count, rows)), np.empty((0, size, size))
-    marks, numbers = np.zeros((count, descent.DONE + 1), np.intp), np.zeros((count, descent.SIZE + 1))
-    marks[:, descent.AGE], marks[:, descent.DEFINITE] = descent.KEPT, 1
-    numbers[:, descent.PROMISE] = np.inf
-    trial, step, main = np.empty(z.shape), np.empty(z.shape), np.empty(z.shape)
-    ways = marks, numbers, z, trial, step, main, y
+    ways = _make_ways(z, rows)
+    marks, numbers, _, trial, step, _, y = ways
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
-    learned, bent = np.zeros(curve.shape) if learns else none, np.zeros(curve.shape) if bends else none
+    learned, bent = (np.zeros(curve.shape if wanted else (0, *curve.shape[1:])) for wanted in (learns, bends))
     figures = np.array([how.optimality, how.most, how.turn, how.limit, dear and glance is not None, bends], float)
     tolerance = np.empty(rows)
     tolerance[:] = how.tolerance
@@ -158,6 +154,15 @@ def minimise(
         promise=numbers[:, descent.PROMISE].copy(),
         optimal=marks[:, descent.OPTIMAL] > 0,
     )
+
+
+def _make_ways(z: Array, rows: int) -> descent.Ways:
+    """Ways of goals that begin at variables, shape (B, k), and have a number of rows."""
+    count = len(z)
+    marks, numbers = np.zeros((count, descent.DONE + 1), np.intp), np.zeros((count, descent.SIZE + 1))
+    marks[:, descent.AGE], marks[:, descent.DEFINITE] = descent.KEPT, 1
+    numbers[:, descent.PROMISE] = np.inf
+    return marks, numbers, z, np.empty(z.shape), np.empty(z.shape), np.empty(z.shape), np.empty((count, rows))
 
 
 def downhill(W: Array, J: Array, slope: Array) -> Array:
