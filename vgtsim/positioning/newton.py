@@ -111,8 +111,9 @@ def minimise(
     inside, error, J, value, slope, curve, rough, by_length = at
     count, rows, learns = len(z), error.shape[1], rough.shape[1] > 0
     bends = bend is not None and not learns
-    ways = _make_ways(z, rows)
-    marks, numbers, _, trial, step, _, y = ways
+    marks, numbers = _begin(count)
+    trial, step, main, y = np.empty(z.shape), np.empty(z.shape), np.empty(z.shape), np.empty((count, rows))
+    ways = marks, numbers, z, trial, step, main, y
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
     learned, bent = (np.zeros(curve.shape if wanted else (0, *curve.shape[1:])) for wanted in (learns, bends))
     figures = np.array([how.optimality, how.most, how.turn, how.limit, dear and glance is not None, bends], float)
@@ -156,13 +157,12 @@ def minimise(
     )
 
 
-def _make_ways(z: Array, rows: int) -> descent.Ways:
-    """Ways of goals that begin at variables, shape (B, k), and have a number of rows."""
-    count = len(z)
+def _begin(count: int) -> tuple[Index, Array]:
+    """Marks and numbers of goals that are not begun yet, shape (count, ...), see `descent`."""
     marks, numbers = np.zeros((count, descent.DONE + 1), np.intp), np.zeros((count, descent.SIZE + 1))
     marks[:, descent.AGE], marks[:, descent.DEFINITE] = descent.KEPT, 1
     numbers[:, descent.PROMISE] = np.inf
-    return marks, numbers, z, np.empty(z.shape), np.empty(z.shape), np.empty(z.shape), np.empty((count, rows))
+    return marks, numbers
 
 
 def downhill(W: Array, J: Array, slope: Array) -> Array:
