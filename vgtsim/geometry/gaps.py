@@ -396,11 +396,12 @@ def flag_clear(
     clear: Mask,
 ) -> None:
     """Which configurations, see `find_near`, have no pair nearer than a reach; if all must, those after one that has are not."""
-    config, gap, held, slope = np.empty(0, np.intp), np.empty(0), np.empty((0, 4), np.intp), np.empty((0, 4, 3))
+    config, gap, bodies = np.empty(0, np.intp), np.empty(0), np.empty((0, 3), np.intp)
+    held, slope = np.empty((0, 4), np.intp), np.empty((0, 4, 3))
     clear[:] = False
     for i in range(len(points)):
         one = points[i : i + 1]
-        clear[i] = find_near(tank, pairs, meets, point_radii, one, reach, True, config, gap, held, slope) == 0
+        clear[i] = find_near(tank, pairs, meets, point_radii, one, reach, True, config, gap, bodies, held, slope) == 0
         if all_of_them and not clear[i]:
             return
 
