@@ -22,7 +22,7 @@ ROOMS = (
     ("statics",),
     ("positioning",),
     ("site",),
-    ("proximity",),
+    ("proximity", "touches"),
     ("planning", "mjcf", "verification"),
     ("control",),
     ("plant", "output", "batch"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,7 +43,7 @@ class Measured(Protocol):
     def lengths(self) -> Array: ...  # noqa: D102
 
     @property
-    def contacts(self) -> Sequence[tuple[float, str, str, float]]: ...  # noqa: D102
+    def contacts(self) -> Sequence[tuple[Any, ...]]: ...  # noqa: D102
 
     @property
     def stopped(self) -> str: ...  # noqa: D102
@@ -160,7 +160,7 @@ class Controller:
             self.start(state.commanded)
         assert self._arm is not None
         if state.contacts or state.stopped:
-            touched = [f"contact of {first} with {second}" for _, first, second, _ in state.contacts]
+            touched = [f"contact of {first} with {second}" for _, first, second, *_ in state.contacts]
             self._held = tuple([state.stopped] if state.stopped else touched[:1])
         self._feedback.look(self._arm.state, state.commanded, state.lengths)
         if self._held:

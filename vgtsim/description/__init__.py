@@ -38,7 +38,18 @@ from vgtsim.description.operator import (
 )
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
-from vgtsim.description.scene import Bend, Feed, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
+from vgtsim.description.scene import (
+    AllowedContact,
+    Bend,
+    Feed,
+    Goal,
+    LoadCase,
+    Mast,
+    Payload,
+    Scene,
+    SceneFile,
+    Simulation,
+)
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
@@ -52,6 +63,7 @@ __all__ = [
     "OBJECTIVES",
     "TARGETS",
     "Actuated",
+    "AllowedContact",
     "ArcPiece",
     "Axis",
     "Bend",

@@ -30,7 +30,7 @@ from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import ObjectiveName, choose_coupling
-from vgtsim.description.schema import Description, Name, Provenance, Title, require_distinct
+from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
 from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
@@ -332,11 +332,26 @@ class LoadCase(Description):
     reaction: Force = Field(default=0.0, ge=0)
 
 
+class AllowedContact(Description):
+    """A part of the arm that may touch a place.
+
+    Attributes:
+        part: The `tool` with the tip plate and its hubs, the other `hubs`, the `members` or the `mast`.
+        place: `shell`, `riser`, `waste` or the name of a piece of equipment.
+        force: Greatest force of the contact; absent, it is not judged.
+    """
+
+    part: Literal["tool", "hubs", "members", "mast"]
+    place: str
+    force: Force | None = Field(default=None, gt=0)
+
+
 class SceneFile(Description):
     """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
 
     `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run. `operator` is for an
-    arm that a person drives, in place of goals.
+    arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
+    run.
     """
 
     name: Name
@@ -350,6 +365,7 @@ class SceneFile(Description):
     limits: Limits = Limits()
     operator: Operator | None = None
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
+    contacts: tuple[AllowedContact, ...] = Field(default=(), max_length=100)
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
@@ -400,6 +416,12 @@ class Scene:
             raise self.error("motion.start", f"{len(start)} module shapes", allowed)
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
+        places = ("shell", "riser", "waste", *(item.name for item in tank.equipment))
+        for index, contact in enumerate(self.task.contacts):
+            if contact.place not in places:
+                raise self.error(
+                    f"contacts.{index}.place", f"unknown place {contact.place!r}", closest(contact.place, places)[2:]
+                )
 
     @property
     def pivot_height(self) -> float:

@@ -27,6 +27,7 @@ from vgtsim.statics import (
     utilise,
 )
 from vgtsim.stretch import LogStretch, Outline, outline
+from vgtsim.touches import Touches, find_touches
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -115,7 +116,8 @@ class Evidence:
     @cached_property
     def motion(self) -> NodeMotion:
         """Velocities and accelerations of the nodes; NaN where they are unknown."""
-        return self._differentiate(self.wide.nodes)
+        found = self._differentiate(self.wide.nodes)
+        return NodeMotion(found.velocity, self.log.acceleration) if self.log.acceleration.size else found
 
     @property
     def lift(self) -> Array:
@@ -124,8 +126,8 @@ class Evidence:
 
     @cached_property
     def feed_acceleration(self) -> Array:
-        """Of the mast, upward, from differenced heights, shape (T,), m/s²."""
-        return self._differentiate(self.wide.height[:, None, None]).acceleration[:, 0, 0]
+        """Of the mast, upward, from that of the hubs at its flange, shape (T,), m/s²."""
+        return self.motion.acceleration[:, self.site.truss.base, 2].mean(axis=1)
 
     @cached_property
     def speeds(self) -> Array:
@@ -160,7 +162,19 @@ class Evidence:
     @cached_property
     def moving(self) -> MemberForces:
         """Expected forces with inertia, from the method of joints; NaN where the motion is unknown."""
-        return solve_members(self.site.load_model, self.log.nodes, self.motion)
+        return self._solve(slice(None), self.motion)
+
+    def _solve(self, rows: slice | Index, motion: NodeMotion | None) -> MemberForces:
+        """Forces in some records from weight, motion and contact; at rest without a motion."""
+        model, nodes, touches = self.site.load_model, self.log.nodes[rows], self.touches
+        if touches is None:
+            return solve_members(model, nodes, motion)
+        return solve_members(model, nodes, motion, touches.forces[rows], touches.shares[:, rows])
+
+    @cached_property
+    def touches(self) -> Touches | None:
+        """Contact forces on nodes, members and mast; None where nothing touched."""
+        return find_touches(self.site, self.site.load_model, self.log)
 
     @cached_property
     def settled(self) -> Index:
@@ -173,8 +187,7 @@ class Evidence:
     @cached_property
     def resting(self) -> MemberForces:
         """Expected forces of the settled records alone: at rest, or with the inertia of an elastic arm's ringing."""
-        nodes = self.log.nodes[self.settled]
-        return self.moving.at(self.settled) if self.rings else solve_members(self.site.load_model, nodes)
+        return self.moving.at(self.settled) if self.rings else self._solve(self.settled, None)
 
     def expect(self, *, settled: bool) -> tuple[Index, MemberForces]:
         """Settled or all records, and the forces expected in them."""
@@ -229,8 +242,8 @@ class Evidence:
 
     @cached_property
     def around(self) -> Clearance:
-        """Distances of the arm from tank, riser, equipment and waste at every record."""
-        return self.proximity.around(self.log.nodes, self.tool[0])
+        """Distances of the arm from tank, riser, equipment and waste at every record; what may touch is left out."""
+        return self.proximity.apart(self.log.nodes, self.tool[0])
 
     @cached_property
     def among(self) -> tuple[Array, Index]:
