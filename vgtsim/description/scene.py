@@ -363,7 +363,7 @@ class SceneFile(Description):
 
     `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run. `operator` is for an
     arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
-    run.
+    run. `conveyance` is the line through the truss; absent where there is none.
     """
 
     name: Name
