@@ -124,6 +124,11 @@ def test_every_page_has_its_place_in_the_site():
     assert {path.name for path in PAGES} - {path.name for path in listed} == {"index.md"}
 
 
+def test_the_page_of_functions_has_every_public_name():
+    listed = re.findall(r"^\.\. auto(?:function|class):: (\w+)$", (DOCS / "functions.md").read_text(), re.MULTILINE)
+    assert sorted(listed) == sorted(set(vgtsim.__all__) - {"__version__"})
+
+
 def test_each_page_that_is_run_ends_with_a_picture_of_its_own(run_pages):
     for page in run_pages.PAGES:
         if page.parent != DOCS:

@@ -52,7 +52,7 @@ class Limits(Description):
     tracking_position: Tolerance = 1e-3
     tracking_angle: Angle = Field(default=radians(0.1), gt=0)
     end_moment: Moment = Field(default=1e-6, gt=0)
-    excess_shear: Force = Field(default=0.01, gt=0)
+    excess_shear: Force = Field(default=0.1, gt=0)  # a thousandth of what a light member weighs
     lumped_shear: Force = Field(default=1e-6, gt=0)
     axial_force_settled: Number = Field(default=1e-6, gt=0)
     axial_force_moving: Number = Field(default=1e-3, gt=0)

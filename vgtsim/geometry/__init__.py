@@ -1,5 +1,6 @@
 """Geometry of the tank: its profile, and how far the arm is from it and from itself."""
 
+from vgtsim.geometry.bed import Bed, make_bed
 from vgtsim.geometry.clearance import (
     RISER,
     SHELL,
@@ -13,8 +14,9 @@ from vgtsim.geometry.clearance import (
     self_clearance,
 )
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
-from vgtsim.geometry.gaps import Walls, carry, find_near, flag_clear
+from vgtsim.geometry.gaps import Walls
 from vgtsim.geometry.mast import MastPipe, make_mast
+from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
@@ -23,6 +25,7 @@ __all__ = [
     "RISER",
     "SHELL",
     "WASTE",
+    "Bed",
     "Clearance",
     "MastPipe",
     "MemberPairs",
@@ -34,6 +37,7 @@ __all__ = [
     "enclosure_distance",
     "find_near",
     "flag_clear",
+    "make_bed",
     "make_mast",
     "make_profile",
     "make_walls",

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
 from vgtsim.geometry import gaps
+from vgtsim.geometry.bed import Bed, make_bed
 from vgtsim.geometry.distance import find_mouth
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
@@ -21,7 +22,7 @@ SHELL, RISER, WASTE = "shell", "riser", "waste"
 
 @dataclass(frozen=True)
 class Obstacles:
-    """K cylinders in the tank and the height of the waste, m.
+    """K cylinders in the tank, the height of the waste, m, and its bed where it is not level.
 
     Axes in frame G, lower ends first, have shape (K, 2, 3), m; radii have shape (K,), m.
     """
@@ -30,6 +31,7 @@ class Obstacles:
     axes: Array
     radii: Array
     waste_level: float
+    bed: Bed | None = None
 
     def __post_init__(self) -> None:
         """Copy the arrays and make them read-only."""
@@ -71,12 +73,17 @@ def obstacles(tank: Tank) -> Obstacles:
         top = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
         axes.append([[x, y, item.bottom], [x, y, top]])
     names, radii = tuple(item.name for item in tank.standing), [item.diameter / 2 for item in tank.standing]
-    return Obstacles(names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level)
+    return Obstacles(
+        names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level, make_bed(tank)
+    )
 
 
 def make_walls(tank: Tank, profile: Profile, around: Obstacles) -> gaps.Walls:
     """The tank, its obstacles and its waste, for compiled functions."""
-    return profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii), around.waste_level
+    bed = around.bed
+    heights, ground = (np.empty((0, 0)), np.zeros(4)) if bed is None else (bed.heights, bed.ground)
+    figures = profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii)
+    return *figures, around.waste_level, heights, ground
 
 
 def arm_clearance(

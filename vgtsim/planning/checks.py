@@ -126,7 +126,9 @@ def _find_goal_faults(site: Site) -> Iterator[VgtError]:
     for index, goal in enumerate(scene.task.motion.goals):
         point = np.array(goal.position)
         gaps = {"the tank's shell": float(enclosure_distance(scene.tank, around.profile, point)[0])}
-        gaps["the waste"] = float(point[2] - places.waste_level)
+        gaps["the waste"] = float(
+            point[2] - places.waste_level if places.bed is None else places.bed.distance(point)[0]
+        )
         for name, axis, thick in zip(places.names, places.axes, places.radii, strict=True):
             gaps[name] = float(segment_distance(point, point, axis[0], axis[1])[0] - thick)
         place = min(gaps, key=lambda name: gaps[name])

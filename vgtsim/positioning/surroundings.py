@@ -26,7 +26,7 @@ from vgtsim.geometry import (
     pair_members,
     segment_distance,
 )
-from vgtsim.geometry.gaps import PILLAR, TANK, WASTE
+from vgtsim.geometry.gaps import BED, PILLAR, TANK, WASTE
 from vgtsim.kinematics import Chain, State
 from vgtsim.kinematics.inertia import member_radii
 
@@ -194,6 +194,8 @@ class Surroundings:
         if kind in (TANK, WASTE):
             return f"{[*self.chain.truss.nodes, 'payload'][first]} to {'tank' if kind == TANK else 'waste'}"
         parts = [*self.chain.truss.member_names, *["tip plate"] * 3, "payload"]
+        if kind == BED:
+            return f"{parts[first]} to waste"
         other = [*self.obstacles.names, "mast"][second] if kind == PILLAR else parts[second]
         return f"{parts[first]} to {other}"
 
