@@ -40,7 +40,7 @@ def run(
     from vgtsim.logbook import open_log
     from vgtsim.mjcf import write_scene_files
     from vgtsim.output import LOG, stage_results, write_verdict
-    from vgtsim.planning import plan_tour
+    from vgtsim.planning import plan_site
     from vgtsim.plant import begin_log, record
     from vgtsim.site import load_site
     from vgtsim.verification import verify as judge
@@ -48,7 +48,7 @@ def run(
     site = load_site(scene_name)
     folder = out or Path("out") / site.task.name
     with ERR.status("planning the tour"):
-        tour = plan_tour(site)
+        tour = plan_site(site)
     with stage_results(folder, resume=resume) as stage:
         write_scene_files(site, tour.legs[0].q, stage)
         writer = begin_log(site, tour, stage / LOG, resume=resume)
@@ -98,7 +98,7 @@ def verify(
     from vgtsim.description import find_original
     from vgtsim.geometry import place_goals
     from vgtsim.output import prepare_folder, write_pdf, write_reports
-    from vgtsim.planning import plan_tour
+    from vgtsim.planning import plan_site
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
@@ -111,7 +111,7 @@ def verify(
         )
         site = held
     with ERR.status("verifying"):
-        report = judge(site, log, plan_tour(site) if plan else None, notes)
+        report = judge(site, log, plan_site(site) if plan else None, notes)
     write_reports(site, log, report, prepare_folder(place))
     missing = write_pdf(site, log, report, place) if pdf else None
     show_report(report, place)

@@ -244,9 +244,9 @@ class Evidence:
     @cached_property
     def tool_errors(self) -> tuple[Array, Array]:
         """Distance, m, and angle, rad, of the tool from the goal approached or held, shapes (T,); NaN without a goal."""
-        (position, direction), goals, log = self.tool, self.site.task.motion.goals, self.log
-        wanted = np.array([goal.position for goal in goals])[log.goal]
-        aimed = np.array([goal.direction for goal in goals])[log.goal]
+        (position, direction), stages, log = self.tool, self.site.task.stages, self.log
+        wanted = np.array([stage.position or (np.nan,) * 3 for stage in stages])[log.goal]
+        aimed = np.array([stage.direction or (np.nan,) * 3 for stage in stages])[log.goal]
         distance = np.linalg.norm(position - wanted, axis=-1)
         angle = np.arctan2(np.linalg.norm(np.cross(direction, aimed), axis=-1), np.sum(direction * aimed, axis=-1))
         distance[log.goal < 0] = angle[log.goal < 0] = np.nan
