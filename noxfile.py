@@ -68,6 +68,13 @@ def lint(session: nox.Session) -> None:
     session.run("sp-repo-review", ".")
 
 
+@nox.session(venv_backend="none")
+def docs(session: nox.Session) -> None:
+    """Make the documents site in docs/_build: pages are run, warnings are errors; arguments after `--` go to Sphinx."""
+    session.run("python", "scripts/run_pages", env=ENVIRONMENT)
+    session.run("sphinx-build", "-W", "--keep-going", "-q", "-b", "html", *session.posargs, "docs", "docs/_build")
+
+
 @nox.session
 def build(session: nox.Session) -> None:
     """Build sdist and wheel twice, hold that both are the same, start the wheel from an empty folder, list its materials."""
@@ -88,7 +95,7 @@ def build(session: nox.Session) -> None:
     for command in (
         ("python", "-c", "import vgtsim, vgtsim.cli, vgtsim.mjcf"),
         ("vgtsim", "models"),
-        ("vgtsim", "build", "type_ii_reach", "--out", "model"),
+        ("vgtsim", "build", "arm9_nullspace", "--out", "model"),
         ("vgtsim", "ik", "arm9", "--position", "4.5", "0", "-8.4", "--direction", "0.7", "0", "-0.7"),
     ):
         session.run(*command, silent=True, env={"PYTHONPATH": ""})

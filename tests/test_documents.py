@@ -1,28 +1,169 @@
-"""Documents name only files and folders that are there."""
+"""What documents name is there: files, links, pictures, verbs with their options, names in Python.
+
+Pages of the tutorial and the how-to pages are run as a whole when the site is made (`nox -s docs`).
+"""
 
 from __future__ import annotations
 
+import ast
 import re
+import shlex
+import subprocess
+import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+import typer
+from programs import load_program
+
+import vgtsim
+from vgtsim.cli import app
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "models").glob("*/README.md"))]
+DOCS = ROOT / "docs"
+PAGES = [path for path in sorted(DOCS.rglob("*.md")) if not {"made", "_build"} & set(path.relative_to(DOCS).parts)]
+TOP = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+DOCUMENTS = [*TOP, *PAGES, *sorted((ROOT / "models").glob("*/README.md"))]
 NAMED = re.compile(r"`((?:[a-z0-9_]+/)+(?:[A-Za-z0-9_.]+)?|[a-z0-9_]+\.py)`")
+LINK = re.compile(r"\]\((?!https?:|mailto:)([^)\s#]+)(?:#[^)\s]*)?\)")
 ROOMS = [ROOT / "vgtsim", ROOT]
+MOST_WORDS = 450  # of the README, which is one screen of some 400
+# first words of commands that are other programs'
+OTHERS = {"pip", "source", "nox", "dask", "cat", "pre-commit", "apt-get", "for", "done", "export", "cd"}
+SPINE = {"README.md", "docs/python.md", "docs/architecture.md"}
+
+
+def name_of(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+@pytest.fixture(scope="module")
+def run_pages():
+    with pytest.MonkeyPatch.context() as patch:
+        yield load_program(patch, "run_pages")
 
 
 def exists(name):
     """A path from the checkout, from the package or, for a file alone, anywhere in either."""
-    if name.startswith("out/"):  # left by a run
+    if name.startswith(("out/", "dist/")) or name.startswith(("docs/made/", "docs/_build/")):  # left by commands
         return True
     if any((room / name).exists() for room in ROOMS):
         return True
     return "/" not in name and any((ROOT / top).rglob(name) for top in ("vgtsim", "tests", "studies", "examples"))
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_files_that_a_document_names_are_there(document):
     named = NAMED.findall(document.read_text(encoding="utf-8"))
     assert [name for name in named if not exists(name)] == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_links_of_a_document_lead_somewhere(document):
+    """Pictures below `made` are left by the commands of a page, and are held when the site is made."""
+    targets = [document.parent / link for link in LINK.findall(document.read_text(encoding="utf-8"))]
+    assert [target for target in targets if "made" not in target.parts and not target.exists()] == []
+
+
+def parse(line):
+    """Let the command line read a line, and do nothing."""
+    words = shlex.split(line, comments=True)
+    words = words[: words.index("||") if "||" in words else None]
+    words = words[: words.index(">") if ">" in words else None]
+    command = typer.main.get_command(app)
+    context = command.make_context("vgtsim", words[1:])
+    name, verb, rest = command.resolve_command(context, [*context._protected_args, *context.args])
+    verb.make_context(name, rest, parent=context)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_commands_of_a_document_are_those_of_today(document, run_pages):
+    for block in run_pages.read_blocks(document):
+        if block.language not in ("sh", "bash", "console"):
+            continue
+        for line in block.text.splitlines():
+            first, *_ = shlex.split(line, comments=True) or [""]
+            if first == "vgtsim":
+                parse(line.replace("$scene", "arm9_nullspace"))
+            elif "/" in first:
+                assert (ROOT / first).is_file(), line
+            else:
+                assert first in {"", *OTHERS}, line
+
+
+def test_a_wrong_command_would_be_seen():
+    parse("vgtsim run type_ii_reach --video  # film")
+    for wrong in (
+        "vgtsim runn type_ii_reach",
+        "vgtsim run type_ii_reach --film",
+        "vgtsim workspace arm9 --samples few",
+    ):
+        with pytest.raises(Exception, match=r"(?i)no such|valid integer"):
+            parse(wrong)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
+def test_programs_and_files_in_a_document_can_be_read(document, run_pages):
+    for block in run_pages.read_blocks(document):
+        if block.language == "toml":
+            tomllib.loads(block.text)
+        if block.language == "python":
+            for node in ast.walk(ast.parse(block.text)):
+                if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "vgtsim":
+                    assert node.attr in vgtsim.__all__, node.attr
+
+
+def test_every_page_has_its_place_in_the_site():
+    index = (DOCS / "index.md").read_text()
+    listed = {
+        path
+        for path in PAGES
+        if path.parent.name == "tutorial" or path.relative_to(DOCS).with_suffix("").as_posix() in index.split()
+    }
+    assert {path.name for path in PAGES} - {path.name for path in listed} == {"index.md"}
+
+
+def test_the_page_of_functions_has_every_public_name():
+    listed = re.findall(r"^\.\. auto(?:function|class):: (\w+)$", (DOCS / "functions.md").read_text(), re.MULTILINE)
+    assert sorted(listed) == sorted(set(vgtsim.__all__) - {"__version__"})
+
+
+def test_each_page_that_is_run_ends_with_a_picture_of_its_own(run_pages):
+    for page in run_pages.PAGES:
+        if page.parent != DOCS:
+            pictures = re.findall(r"!\[.*\]\(\.\./made/(\w+)/.*\)", page.read_text())
+            assert set(pictures) == {page.stem}, page
+
+
+def test_a_page_is_run_block_by_block(run_pages, tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(
+        "<!-- file: a.txt -->\n```text\nkept\n```\n\n<!-- not run: wrong -->\n```sh\nfalse\n```\n\n"
+        "```sh\ncp a.txt b.txt\n```\n\n```python\nopen('c.txt', 'w').write(open('b.txt').read())\n```\n"
+    )
+    run_pages.run_page(page, tmp_path / "made")
+    assert (tmp_path / "made/c.txt").read_text() == "kept\n"
+    page.write_text("```sh\nfalse\ntrue\n```\n")
+    with pytest.raises(SystemExit, match="status 1"):
+        run_pages.run_page(page, tmp_path / "made")
+
+
+def test_the_readme_is_one_screen():
+    text = re.sub(r"```.*?```|\|.*?\|\n", "", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert len(text.split()) <= MOST_WORDS
+
+
+@pytest.mark.slow
+def test_the_spine_of_the_documents_runs(run_pages, tmp_path):
+    """With a shorter scene; the same lines in all documents, comments apart."""
+    programs = {
+        ast.unparse(ast.parse(block.text))
+        for name in SPINE
+        for block in run_pages.read_blocks(ROOT / name)
+        if "vgtsim.verify" in block.text
+    }
+    (program,) = {text.removeprefix("import vgtsim\n") for text in programs}
+    program = f"import vgtsim\n{program.replace('type_ii_reach', 'arm9_nullspace')}\nassert report.passed\n"
+    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert (tmp_path / "out/reach/report.html").is_file()

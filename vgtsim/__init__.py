@@ -10,11 +10,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from vgtsim.control import Controller
     from vgtsim.mjcf import build_model, load_model
     from vgtsim.output import film as render
     from vgtsim.output import write_outputs as write
     from vgtsim.planning import plan_site as plan
-    from vgtsim.plant import Plant, run
+    from vgtsim.plant import Plant, operate, run
     from vgtsim.posture import forward_kinematics, jacobian, member_forces, solve_goal
     from vgtsim.site import Site, load_arm
     from vgtsim.site import load_site as load
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 __all__ = [
+    "Controller",
     "Plant",
     "Site",
     "__version__",
@@ -32,6 +34,7 @@ __all__ = [
     "load_arm",
     "load_model",
     "member_forces",
+    "operate",
     "plan",
     "render",
     "run",
@@ -41,10 +44,11 @@ __all__ = [
 ]
 
 _ROOMS = {
+    "control": ("Controller",),
     "mjcf": ("build_model", "load_model"),
     "output": ("render", "write"),
     "planning": ("plan",),
-    "plant": ("Plant", "run"),
+    "plant": ("Plant", "operate", "run"),
     "posture": ("forward_kinematics", "jacobian", "member_forces", "solve_goal"),
     "site": ("Site", "load", "load_arm"),
     "verification": ("verify",),

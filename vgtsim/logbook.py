@@ -182,9 +182,11 @@ def open_log(folder: str | Path) -> LogBook:
         files=files,
         edges=np.cumsum([0, *counts]),
         contacts={
-            "contact_time": np.array([touch[0] for touch in touches], dtype=float),
-            "contact_pair": np.array([touch[1:3] for touch in touches], dtype=str).reshape(-1, 2),
-            "contact_distance": np.array([touch[3] for touch in touches], dtype=float),
+            "contact_time": np.array([touch.time for touch in touches], dtype=float),
+            "contact_pair": np.array([touch.pair for touch in touches], dtype=str).reshape(-1, 2),
+            "contact_distance": np.array([touch.gap for touch in touches], dtype=float),
+            "contact_force": np.array([touch.force for touch in touches], dtype=float).reshape(-1, 3),
+            "contact_point": np.array([touch.point for touch in touches], dtype=float).reshape(-1, 3),
         },
     )
 

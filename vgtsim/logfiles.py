@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from math import prod
+from math import nan, prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,21 @@ _ENTRIES: dict[str, dict[str, type]] = {
 }
 PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
 _RECORDED = {name: form for name, form in ARRAYS.items() if form[1][0] == "T"}
-TOUCHES = "contact_time", "contact_pair", "contact_distance"
+TOUCHES = "contact_time", "contact_pair", "contact_distance", "contact_force", "contact_point"
+_WITHOUT_FORCE, _WITH_FORCE = (
+    4,
+    10,
+)  # figures and names of a contact, in logs that tell its force and in those that do not
+
+
+class Touch(NamedTuple):
+    """One contact in a chunk: time, s, names of two geoms, gap, m, force, N, and point, m, both NaN where they are not told."""
+
+    time: float
+    pair: tuple[str, str]
+    gap: float
+    force: tuple[float, ...]
+    point: tuple[float, ...]
 
 
 def make_table(piece: Piece) -> pa.Table:
@@ -48,8 +62,10 @@ def make_table(piece: Piece) -> pa.Table:
             fixed = pa.FixedSizeListArray.from_arrays(column, prod(row))
             column = pa.ExtensionArray.from_storage(pa.fixed_shape_tensor(kind, row), fixed)
         columns[name] = column
-    time, pair, gap = (piece[name].tolist() for name in TOUCHES)
+    time, pair, gap, *more = (piece[name].tolist() if name in piece else [] for name in TOUCHES)
     touches = [[t, *names, d] for t, names, d in zip(time, pair, gap, strict=True)]
+    if len(more[0]) == len(touches):
+        touches = [[*touch, *force, *point] for touch, force, point in zip(touches, *more, strict=True)]
     return pa.table(columns).replace_schema_metadata({"contacts": json.dumps(touches)})
 
 
@@ -83,7 +99,7 @@ def to_arrays(table: pa.Table) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Any]]:
+def survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Touch]]:
     """Number of records of a chunk, shape of a record of each quantity, and contacts, from its footer; no array is read."""
     from pyarrow import ArrowException, parquet
 
@@ -125,13 +141,21 @@ def _read_shape(file: Path, name: str, kind: Any) -> tuple[int, ...]:
     return shape
 
 
-def _read_touches(file: Path, metadata: Mapping[bytes, bytes]) -> list[tuple[float, str, str, float]]:
-    """Time, s, names of two geoms and gap, m, of each contact of a chunk."""
+def _read_touches(file: Path, metadata: Mapping[bytes, bytes]) -> list[Touch]:
+    """The contacts of a chunk."""
     try:
         found = json.loads(metadata.get(b"contacts", b"[]"))
-        return [(float(time), str(first), str(second), float(gap)) for time, first, second, gap in found]
+        return [_read_touch(*entry) for entry in found]
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
-        raise DescriptionError(file, "contacts", str(error)[:200], "time, two names and gap of each") from None
+        allowed = "time, two names, gap, and three figures each of force and point"
+        raise DescriptionError(file, "contacts", str(error)[:200], allowed) from None
+
+
+def _read_touch(time: float, first: str, second: str, gap: float, *more: float) -> Touch:
+    if len(more) not in (0, _WITH_FORCE - _WITHOUT_FORCE):
+        raise ValueError(f"{len(more)} figures after the gap")
+    force, point = (tuple(float(value) for value in more[k : k + 3]) or (nan,) * 3 for k in (0, 3))
+    return Touch(float(time), (str(first), str(second)), float(gap), force, point)
 
 
 def write_text(file: Path, data: Mapping[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,8 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+_THIN = 1e4  # m; more than any tank
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +59,31 @@ class Proximity:
 
     def around(self, nodes: Array, tool: Array) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste."""
-        site, payload = self.site, self.site.task.payload
-        ball = (tool, payload.radius) if payload.mass else None
-        return arm_clearance(nodes, site.truss.ends, self._radii, site.arm.hub.radius, *self._tank, ball)
+        return self._measure(nodes, tool, set())
+
+    def apart(self, nodes: Array, tool: Array) -> Clearance:
+        """As `around`, but for the parts that may touch a place, which are not measured from it."""
+        found, site = self.around(nodes, tool), self.site
+        allowed: dict[str, set[str]] = {}
+        for rule in site.task.contacts:
+            allowed.setdefault(rule.place, set()).add(rule.part)
+        distance, body = found.distance.copy(), found.body.copy()
+        for place, kinds in allowed.items():
+            column = found.places.index(place)
+            left = self._measure(nodes, tool, kinds)
+            distance[..., column], body[..., column] = left.distance[..., column], left.body[..., column]
+        return replace(found, distance=distance, body=body)
+
+    def _measure(self, nodes: Array, tool: Array, without: set[str]) -> Clearance:
+        """Distances of an arm whose parts of some kinds are so thin that they are far from everything."""
+        site, payload, tip = self.site, self.site.task.payload, self.site.truss.tip
+        hubs = np.full(nodes.shape[-2], site.arm.hub.radius) - _THIN * ("hubs" in without)
+        hubs[tip] = site.arm.hub.radius - _THIN * ("tool" in without)
+        ball = (tool, payload.radius - _THIN * ("tool" in without)) if payload.mass else None
+        near_tip = (site.truss.ends >= tip.start).any(axis=1)  # what ends at a hub that may touch is as near as the hub
+        spared = ("members" in without or "hubs" in without) | (near_tip & ("tool" in without))
+        radii = self._radii - _THIN * spared
+        return arm_clearance(nodes, site.truss.ends, radii, hubs, *self._tank, ball)
 
     def among(self, nodes: Array, tool: Array) -> tuple[Array, Index]:
         """Least distance of the arm from itself and the mast, shape (...), m, and the pair of parts, shape (..., 2).

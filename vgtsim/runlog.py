@@ -20,7 +20,7 @@ CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene
 BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
 FEED = ("feed", "feed_commanded", "feed_force")
-MAY_BE_EMPTY = ("saturation", "pressure", *FEED)
+MAY_BE_EMPTY = ("saturation", "pressure", "target", *FEED, "acceleration", "contact_force", "contact_point")
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,10 @@ class RunLog:
         settled: True while a goal is held after settling, shape (T,).
         contact_pair: Names of the two geoms, shape (C, 2).
         contact_distance: Gap, negative in penetration, shape (C,), m.
+        acceleration: Of the nodes, by the places of three steps, shape (T, N, 3), m/s²; only in logs of scenes that allow
+            contacts, as records are too far apart to tell it where something knocks.
+        contact_force: Force on the arm, of two of its parts on the second one, shape (C, 3), N; NaN where lengths are imposed.
+        contact_point: Where it acts, shape (C, 3), m. Both are empty in logs of versions that did not tell.
         warnings: Warnings of MuJoCo.
         performance: `simulated_s`, `wall_s`, `real_time_factor`, `steps`, `nv`.
         versions: Version of Python and of each package, by name.
@@ -52,6 +56,7 @@ class RunLog:
             this package; empty in logs of versions that made none.
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
+        target: Where an operator wanted the tool: position, m, and direction, shape (T, 6); empty in other runs.
         feed, feed_commanded: Height of the mast above its working depth, reached and asked for, shape (T,), m; empty in logs
             of versions that held it there.
         feed_force: Force of the hoist on the mast, upward, shape (T,), N; empty as the feed.
@@ -83,6 +88,10 @@ class RunLog:
         default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
     )
     pressure: Annotated[Array, "f", "TJ2"] = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    target: Annotated[Array, "f", "T6"] = field(default_factory=lambda: np.zeros((0, 6)))
+    acceleration: Annotated[Array, "f", "TN3"] = field(default_factory=lambda: np.zeros((0, 0, 3)))
+    contact_force: Annotated[Array, "f", "C3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    contact_point: Annotated[Array, "f", "C3"] = field(default_factory=lambda: np.zeros((0, 3)))
     feed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_commanded: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_force: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))

@@ -30,7 +30,7 @@ def test_rings_stand_at_equal_angles_under_names_with_numbers():
 
 
 def test_names_of_rings_must_differ(tmp_path):
-    text = list_shipped("tank")["type_iv"].read_text().replace("first = 8\n", "")
+    text = list_shipped("tank")["type_iv"].read_text().replace("first = { value = 8", "first = { value = 7")
     file = tmp_path / "tank.toml"
     file.write_text(text)
     with pytest.raises(DescriptionError, match="alc_1"):

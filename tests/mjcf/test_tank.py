@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from vgtsim.description import load_tank
+from vgtsim.geometry import make_bed
 from vgtsim.geometry.distance import enclosure_distance
 from vgtsim.geometry.panels import TOLERANCE
 from vgtsim.geometry.profile import make_profile
@@ -157,3 +158,23 @@ def test_equipment_stands_where_it_is_described(model):
         )
         assert data.geom_xpos[index] == pytest.approx(expected)
         assert model.geom_size[index][:2] == pytest.approx((item.diameter / 2, (top - item.bottom) / 2))
+
+
+def test_uneven_waste_is_felt_where_its_bed_is():
+    bed, spec = make_bed(load_tank("type_iv")), mujoco.MjSpec()
+    tank_mjcf.add_tank(spec, load_tank("type_iv"))
+    model = spec.compile()
+    data, hit = mujoco.MjData(model), np.zeros(1, np.int32)
+    mujoco.mj_forward(model, data)
+    felt = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, names.WASTE)
+    group = np.array([model.geom_group[felt] == k for k in range(6)], np.uint8)
+    for x, y in np.random.default_rng(0).uniform(-6, 6, (40, 2)):
+        top = np.array([x, y, 5.0])
+        while True:  # past equipment and panels of the same group
+            down = mujoco.mj_ray(model, data, top, [0.0, 0.0, -1.0], group, 1, -1, hit)
+            if hit[0] in (felt, -1):
+                break
+            top[2] -= down + 1e-3
+        height = bed.height_at(x, y)
+        assert hit[0] == felt
+        assert abs(top[2] - down - height) < 0.02  # MuJoCo cuts its cells along the other diagonal

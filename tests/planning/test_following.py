@@ -2,12 +2,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from offset_arms import with_offset
+from scenes_of_kinds import make_general_arm
 
-from vgtsim.description import ToolPath, load_tool_path
+from vgtsim.description import ToolPath, load_manipulator, load_tool_path
 from vgtsim.errors import DescriptionError, FollowError, ReachError
+from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning.following import follow_request, report
 from vgtsim.planning.stretches import make_stretches, spline
-from vgtsim.site import ArmAlone
+from vgtsim.positioning import bring_inside
+from vgtsim.site import ArmAlone, load_site
 
 pytestmark = pytest.mark.long
 
@@ -144,3 +148,43 @@ def test_file_errors_name_the_entry(tmp_path):
     file.write_text('name = "x"\nstart = [0, 0, 0]\ndirection = [0, 0, 1]\n[[pieces]]\nshape = "arc"\nangel = 1\n')
     with pytest.raises(DescriptionError, match=r"pieces\.0.*angel.*did you mean 'angle'"):
         load_tool_path(file)
+
+
+@pytest.mark.parametrize("name", ["mixed", "arm30", "general", "offset"])
+def test_arms_of_every_kind_follow_a_path(name):
+    """The tool by direct kinematics, from the tip's nodes of the lengths alone, against a straight line and a held direction."""
+    if name == "general":
+        arm = make_general_arm()
+    else:
+        arm = with_offset(load_manipulator("arm15")) if name == "offset" else load_manipulator(name)
+    place = ArmAlone(Chain(arm, hanging_mount(9.0)))
+    chain, begin = place.chain, bring_inside(place.box, place.chain.straight)
+    middle = chain.inputs_from_lengths(chain.lengths(begin) + 0.02 * np.sin(np.arange(chain.layout.actuators)))
+    (first, along), way = chain.tool(middle), np.array([0.15, -0.1, 0.1])
+    piece = {"shape": "spline", "through": [(first + way).tolist()], "direction": along.tolist()}
+    line = ToolPath.model_validate(
+        {"name": name, "start": first.tolist(), "direction": along.tolist(), "pieces": [piece]}
+    )
+    followed = follow_request(place, line, ("mid_stroke",))
+    nodes = chain.nodes(chain.inputs_from_lengths(followed.lengths[::5]))
+    corner = nodes[:, chain.truss.tip]
+    normal = np.cross(corner[:, 0] - corner[:, 2], corner[:, 1] - corner[:, 2])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    tool = corner.mean(axis=1) + arm.tip_plate.tool_offset * normal
+    assert distance_to_segment(tool, first, first + way).max() <= line.tolerance
+    assert np.linalg.norm(np.ptp(tool, axis=0)) > 0.9 * np.linalg.norm(way)
+    assert np.linalg.norm(np.cross(normal, along), axis=1).max() <= line.tolerance
+    rates = np.abs(np.diff(followed.lengths, axis=0)) / followed.time[1] / followed.limits.rate
+    assert rates.max() <= DIFFERENCES
+
+
+def test_a_coupled_scene_is_coupled_all_along_its_path():
+    site = load_site("arm15_coupled")
+    first, along = site.chain.tool(site.start)
+    piece = {"shape": "spline", "through": [(first + [0.0, 0.2, 0.2]).tolist()], "direction": along.tolist()}
+    line = ToolPath.model_validate(
+        {"name": "c", "start": first.tolist(), "direction": along.tolist(), "pieces": [piece]}
+    )
+    followed = follow_request(site, line, ("mid_stroke",))
+    assert site.subspace.find_errors(followed.q).max() < 1e-9
+    assert np.ptp(followed.q, axis=0).max() > 0.005

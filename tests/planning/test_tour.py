@@ -1,12 +1,10 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from vgtsim.description import load_manipulator
 from vgtsim.description.scene import Bend, Mast
 from vgtsim.errors import DescriptionError, ReachError, TrussError
 from vgtsim.kinematics import Chain, bend_start, hanging_mount
@@ -206,17 +204,6 @@ def test_an_arm_that_does_not_settle_is_refused_with_its_goal(reach_scene, monke
     scene = with_simulation(reach_scene, drive="servo", servo_stiffness=1e6)
     with pytest.raises(TrussError, match="goal 'high': does not settle"):
         plan_tour(Site(scene))
-
-
-def test_scene_with_a_general_double_octahedron_is_refused_by_its_name(reach_scene):
-    """It counts among the modules that a start has a shape for, so that the scene can say what it cannot do."""
-    arm = load_manipulator(Path(__file__).parents[2] / "models/octahedron_general/octahedron_general.toml")
-    assert [module.freedom for module in arm.active] == [3]
-    motion = reach_scene.task.motion.model_copy(update={"start": (Bend(),)})
-    task = reach_scene.task.model_copy(update={"motion": motion})
-    scene = dataclasses.replace(reach_scene, task=task, manipulator=arm)
-    with pytest.raises(DescriptionError, match=r"found m of octahedron_general; .*are not positioned"):
-        check_site(Site(scene))
 
 
 def test_margin_that_leaves_nothing_of_a_stroke_is_refused(reach_scene):

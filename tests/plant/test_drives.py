@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from playing import bend, change, play, shorten
 
-from vgtsim.description import load_scene
+from vgtsim.description import AllowedContact, load_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.planning import plan_tour
 from vgtsim.plant import run
@@ -72,11 +72,12 @@ def test_an_arm_that_servos_press_on_something_bends_no_member(module):
     """The solver stops where it is near enough, in contact too."""
     scene = change(module, drive="servo")
     motion = scene.task.motion.model_copy(update={"patience": 0.1})
-    scene = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
+    contacts = tuple(AllowedContact(part=part, place="shell") for part in ("tool", "hubs", "members"))
+    scene = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion, "contacts": contacts}))
     first, last = bend(scene, [0.2], [0.0]), bend(scene, [0.6], [0.8])
 
     def put_wall(spec):
-        block = spec.worldbody.add_geom(name="block", type=6, size=[3, 0.1, 3], contype=1, conaffinity=0)
+        block = spec.worldbody.add_geom(name="tank/block", type=6, size=[3, 0.1, 3], contype=1, conaffinity=0)
         block.pos = [0, -1.22, scene.pivot_height]  # 47 mm inside the payload's last place
 
     log = play(scene, first, last, 0.4, put_wall)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from playing import bend, change, shorten
 
+from vgtsim.description import AllowedContact
 from vgtsim.errors import AssemblyError, CommandError, StoppedError
 from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.planning import Leg, Tour
@@ -259,10 +260,14 @@ def test_a_reset_that_is_refused_changes_nothing(plant):
 
 
 @pytest.mark.parametrize("name", ["rigid", "servo", "hydraulic"])
-def test_a_contact_stops_what_does_not_yield_and_says_what_touched(sites, postures, name):
+@pytest.mark.parametrize("allowed", [False, True], ids=["collision", "allowed"])
+def test_a_contact_stops_what_does_not_yield_or_may_not_touch_and_says_what_touched(sites, postures, name, allowed):
     site = sites[name]
+    if allowed:
+        contacts = (AllowedContact(part="tool", place="shell"),)
+        site = Site(dataclasses.replace(site.scene, task=site.task.model_copy(update={"contacts": contacts})))
     spec = build_spec(site)
-    block = spec.worldbody.add_geom(name="block", type=6, size=[3, 3, 0.1], contype=1, conaffinity=0)
+    block = spec.worldbody.add_geom(name="tank/block", type=6, size=[3, 3, 0.1], contype=1, conaffinity=0)
     lowest = site.chain.tool(postures[0])[0][2] - site.task.payload.radius
     block.pos = [0, 0, lowest - 0.101]
     plant = Plant(site, model=finish_model(spec, site))
@@ -273,14 +278,17 @@ def test_a_contact_stops_what_does_not_yield_and_says_what_touched(sites, postur
         if plant.state.contacts:
             break
     contact = plant.state.contacts[0]
-    assert "block" in contact[1:3]
+    assert "tank/block" in contact[1:3]
     assert contact.time == pytest.approx(plant.time)
     assert contact.gap <= 0
-    assert plant.log.contact_pair[0].tolist() == [contact.first, contact.second]
-    if name == "servo":
+    if allowed and name != "rigid":
         plant.step()
         assert not plant.stopped
+        assert plant.state.contacts[0].force[2] > 0  # the block holds the arm up
         return
+    assert plant.log.contact_pair[0].tolist() == [contact.first, contact.second]
+    assert np.isfinite(contact.force).all() == (name != "rigid")
+    assert ("pressed with" in plant.stopped) == (name != "rigid")
     assert plant.log.stopped == plant.state.stopped == plant.stopped
     assert plant.stopped.startswith(f"collision of {contact.first} with {contact.second} at t = ")
     time = plant.time

@@ -122,9 +122,10 @@ def test_a_collision_says_which_drives_it_is_under():
     model = SimpleNamespace(geom=lambda i: SimpleNamespace(name=("arm", "block")[i]))
     contacts = list_contacts(cast(Any, model), cast(Any, SimpleNamespace(contact=[touching], time=2.0)))
     assert contacts == [Contact(2.0, "arm", "block", -0.001)]
-    for drive, said in (("hydraulic", "under hydraulic drives"), ("servo", "")):
-        assert name_collision(contacts[0], drive).endswith(said)
-    assert not name_collision(contacts[0], "servo")
+    for drive in ("rigid", "hydraulic", "servo"):
+        assert name_collision(contacts[0], drive) == f"collision of arm with block at t = 2.000 s under {drive} drives"
+    pressed = contacts[0]._replace(force=(0.0, 3e3, 4e3))
+    assert "t = 2.000 s, pressed with 5 kN in the first step under" in name_collision(pressed, "servo")
 
 
 def test_a_loop_that_cannot_close_stops_the_run_and_names_the_row(module_scene, motion):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,8 +23,14 @@ from vgtsim.cli.application import (
 )
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from vgtsim.description import Scene
-    from vgtsim.logbook import LogBook
+    from vgtsim.logbook import LogBook, LogWriter
+    from vgtsim.site import Site
+    from vgtsim.stretch import LogSource
+    from vgtsim.verification.evidence import PlannedTour
 
 
 @app.command(epilog="Example: vgtsim run type_ii_reach --video")
@@ -40,26 +48,57 @@ def run(
     from vgtsim.logbook import open_log
     from vgtsim.mjcf import write_scene_files
     from vgtsim.output import LOG, stage_results, write_verdict
-    from vgtsim.planning import plan_site
-    from vgtsim.plant import begin_log, record
     from vgtsim.site import load_site
     from vgtsim.verification import verify as judge
 
     site = load_site(scene_name)
     folder = out or Path("out") / site.task.name
-    with ERR.status("planning the tour"):
-        tour = plan_site(site)
+    programme = _prepare(site)
     with stage_results(folder, resume=resume) as stage:
-        write_scene_files(site, tour.legs[0].q, stage)
-        writer = begin_log(site, tour, stage / LOG, resume=resume)
+        write_scene_files(site, programme.pose, stage)
+        writer = programme.begin(stage / LOG, resume)
         if not writer.ended:
-            record(site, tour, writer)
+            programme.record(writer)
         log = open_log(stage / LOG)
         with ERR.status("verifying"):
-            report = judge(site, log, tour)
+            report = judge(site, log, programme.plan(log))
         missing = write_verdict(site, log, report, stage, video=video)
     show_report(report, folder)
     finish(report.passed, missing)
+
+
+@dataclass(frozen=True)
+class _Programme:
+    """What a scene's run plays: how its log is begun and recorded, inputs for a picture, and the plan of a log."""
+
+    pose: NDArray[np.float64]
+    begin: Callable[[Path, bool], LogWriter]
+    record: Callable[[LogWriter], None]
+    plan: Callable[[LogSource], PlannedTour]
+
+
+def _prepare(site: Site) -> _Programme:
+    """Plan the tour of a site, or take the record of its operator."""
+    from vgtsim.control import check_operation, rehearse
+    from vgtsim.planning import plan_site
+    from vgtsim.plant import begin_log, begin_operation, record, record_operation
+
+    if site.task.operator is not None:
+        check_operation(site)
+        return _Programme(
+            pose=site.start,
+            begin=lambda folder, resume: begin_operation(site, folder, resume=resume),
+            record=lambda writer: record_operation(site, writer),
+            plan=lambda log: rehearse(site, log),
+        )
+    with ERR.status("planning the tour"):
+        tour = plan_site(site)
+    return _Programme(
+        pose=tour.legs[0].q,
+        begin=lambda folder, resume: begin_log(site, tour, folder, resume=resume),
+        record=lambda writer: record(site, tour, writer),
+        plan=lambda _: tour,
+    )
 
 
 @app.command(epilog="Example: vgtsim build type_ii_reach --out out/model")
@@ -98,7 +137,6 @@ def verify(
     from vgtsim.description import find_original
     from vgtsim.geometry import place_goals
     from vgtsim.output import prepare_folder, write_pdf, write_reports
-    from vgtsim.planning import plan_site
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
@@ -111,7 +149,7 @@ def verify(
         )
         site = held
     with ERR.status("verifying"):
-        report = judge(site, log, plan_site(site) if plan else None, notes)
+        report = judge(site, log, _prepare(site).plan(log) if plan else None, notes)
     write_reports(site, log, report, prepare_folder(place))
     missing = write_pdf(site, log, report, place) if pdf else None
     show_report(report, place)

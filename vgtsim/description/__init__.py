@@ -28,9 +28,28 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
+from vgtsim.description.operator import (
+    TARGETS,
+    Operator,
+    OperatorCommand,
+    digest_commands,
+    load_commands,
+    write_command,
+)
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
-from vgtsim.description.scene import Bend, Feed, Goal, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
+from vgtsim.description.scene import (
+    AllowedContact,
+    Bend,
+    Feed,
+    Goal,
+    LoadCase,
+    Mast,
+    Payload,
+    Scene,
+    SceneFile,
+    Simulation,
+)
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
@@ -42,7 +61,9 @@ __all__ = [
     "INCH",
     "MODELS",
     "OBJECTIVES",
+    "TARGETS",
     "Actuated",
+    "AllowedContact",
     "ArcPiece",
     "Axis",
     "Bend",
@@ -68,6 +89,8 @@ __all__ = [
     "Method",
     "Module",
     "Octahedral",
+    "Operator",
+    "OperatorCommand",
     "Payload",
     "Prism",
     "RasterPiece",
@@ -94,6 +117,7 @@ __all__ = [
     "change_entries",
     "choose_coupling",
     "closest",
+    "digest_commands",
     "digest_scene",
     "dump_scene",
     "find_file",
@@ -103,6 +127,7 @@ __all__ = [
     "list_faults",
     "list_shipped",
     "load_catalogue",
+    "load_commands",
     "load_manipulator",
     "load_scene",
     "load_study",
@@ -112,5 +137,6 @@ __all__ = [
     "parse_scene",
     "split_objective",
     "tell_file",
+    "write_command",
     "write_sized_arm",
 ]

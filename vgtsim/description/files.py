@@ -13,6 +13,7 @@ from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.kinds import ROOTS, USES, articled, tell_kind
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
+from vgtsim.description.operator import OperatorCommand, load_commands
 from vgtsim.description.scene import BENDS, POSTURE, WORD, Scene, SceneFile
 from vgtsim.description.schema import UNKNOWN_KEY, Description, Provenance
 from vgtsim.description.shipped import Kind, find_file
@@ -59,7 +60,9 @@ def load_scene(scene: str | Path) -> Scene:
     task = _validate(file, SceneFile, read_scene(file))
     manipulator = load_description(find_file(task.manipulator, "arm", beside=file.parent), Manipulator)
     tank = load_description(find_file(task.tank, "tank", beside=file.parent), Tank)
-    return Scene(task=task, manipulator=manipulator, tank=tank, file=file)
+    record = task.operator and task.operator.record
+    commands = load_commands(file.parent / record) if record else ()
+    return Scene(task=task, manipulator=manipulator, tank=tank, file=file, commands=commands)
 
 
 def load_study(study: str | Path) -> Study:
@@ -76,13 +79,17 @@ def load_study(study: str | Path) -> Study:
 def dump_scene(scene: Scene) -> str:
     """Write a scene, its arm and its tank as one JSON text for a log; figures are SI. `parse_scene` reads it back."""
     parts = {"task": scene.task, "manipulator": scene.manipulator, "tank": scene.tank}
-    return json.dumps({name: part.model_dump(mode="json") for name, part in parts.items()} | {"file": str(scene.file)})
+    whole = {name: part.model_dump(mode="json") for name, part in parts.items()} | {"file": str(scene.file)}
+    if scene.commands:
+        whole["commands"] = [item.model_dump(mode="json") for item in scene.commands]
+    return json.dumps(whole)
 
 
 def digest_scene(scene: Scene | str) -> str:
     """Digest of a scene, its arm and its tank, or of the text that `dump_scene` wrote of them, wherever the file lies."""
     data = json.loads(scene if isinstance(scene, str) else dump_scene(scene))
-    return digest(json.dumps({name: data[name] for name in ("task", "manipulator", "tank")}).encode())
+    parts = ("task", "manipulator", "tank", "commands")
+    return digest(json.dumps({name: data[name] for name in parts if name in data}).encode())
 
 
 def parse_scene(text: str) -> Scene:
@@ -98,6 +105,7 @@ def parse_scene(text: str) -> Scene:
             manipulator=Manipulator.model_validate(data["manipulator"]),
             tank=Tank.model_validate(data["tank"]),
             file=Path(data["file"]),
+            commands=tuple(OperatorCommand.model_validate(item) for item in data.get("commands", ())),
         )
     except (ValueError, KeyError, TypeError) as error:
         raise DescriptionError(None, "scene in the log", str(error), "a scene of this version of vgtsim") from None

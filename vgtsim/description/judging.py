@@ -34,7 +34,8 @@ class Limits(Description):
         member_utilisation: Demand over capacity, as is `actuator_force`.
         actuator_stroke: Least distance to the end of a stroke.
         clearance: Least distance to anything; `headroom` is that of the mast's top from the tank's headroom.
-        contacts: Number of logged contacts.
+        contacts: Number of logged contacts that the scene does not allow; `contact_force` is the force of an allowed one over its
+            limit.
         safety_factor: On member strength, AISC 360 Omega.
         chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above that of the oil tank.
         saturation: Part of the records in which a cylinder may be at a limit of force, pressure, flow or stroke.
@@ -51,7 +52,7 @@ class Limits(Description):
     tracking_position: Tolerance = 1e-3
     tracking_angle: Angle = Field(default=radians(0.1), gt=0)
     end_moment: Moment = Field(default=1e-6, gt=0)
-    excess_shear: Force = Field(default=0.01, gt=0)
+    excess_shear: Force = Field(default=0.1, gt=0)  # a thousandth of what a light member weighs
     lumped_shear: Force = Field(default=1e-6, gt=0)
     axial_force_settled: Number = Field(default=1e-6, gt=0)
     axial_force_moving: Number = Field(default=1e-3, gt=0)
@@ -62,6 +63,7 @@ class Limits(Description):
     clearance: Gap = 0.05  # half of what a plan keeps
     headroom: Gap = 0.0
     contacts: int = Field(default=0, ge=0, le=1_000_000)
+    contact_force: Number = Field(default=1.0, gt=0)
     safety_factor: Number = Field(default=SAFETY_FACTOR, ge=1, le=100)
     chamber_pressure: Pressure = 0.0
     saturation: Number = Field(default=0.0, ge=0)

@@ -8,7 +8,7 @@ from math import pi, sqrt
 from pydantic import Field, model_validator
 
 from vgtsim.description.figures import Gap, Size
-from vgtsim.description.modules import Actuated, BattenActuated, DoubleOctahedral, Module, Sides, Tetrahedral
+from vgtsim.description.modules import Actuated, BattenActuated, Module, Sides, Tetrahedral
 from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 
@@ -111,9 +111,9 @@ class Manipulator(Description):
         return tuple(item for item in self.modules if isinstance(item, Actuated))
 
     @property
-    def stowable(self) -> tuple[DoubleOctahedral, ...]:
+    def stowable(self) -> tuple[BattenActuated, ...]:
         """The modules that pass the riser with retracted actuators, from the mast to the tool: double octahedra."""
-        return tuple(module for module in self.modules if isinstance(module, DoubleOctahedral))
+        return tuple(module for module in self.modules if isinstance(module, BattenActuated))
 
     @property
     def stowed_length(self) -> float:

@@ -29,8 +29,9 @@ from vgtsim.description.figures import (
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.mission import MissionStep, MoveStep, RunStage, find_disorder
+from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import ObjectiveName, choose_coupling
-from vgtsim.description.schema import Description, Name, Provenance, Title, require_distinct
+from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
 from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank
 from vgtsim.errors import DescriptionError
@@ -227,6 +228,7 @@ class Motion(Description):
         clearance: Distance that the plan keeps from tank, riser, obstacles and the arm itself.
         settle_speed: A goal is settled when no node is faster than this; it is then held for the time `hold`.
         patience: Longest wait for settling.
+        goals: In the order of the tour; none where an operator drives the arm.
     """
 
     start: Start | None = None
@@ -242,7 +244,7 @@ class Motion(Description):
     settle_speed: Speed = 1e-7  # an arm this slow is within 1e-6 of its forces at rest
     hold: Wait = 2.0
     patience: Wait = 10.0
-    goals: tuple[Goal, ...] = Field(min_length=1, max_length=1000)
+    goals: tuple[Goal, ...] = Field(default=(), max_length=1000)
 
     @model_validator(mode="after")
     def _entries_fit(self) -> Motion:
@@ -331,11 +333,28 @@ class LoadCase(Description):
     reaction: Force = Field(default=0.0, ge=0)
 
 
+class AllowedContact(Description):
+    """A part of the arm that may touch a place.
+
+    Attributes:
+        part: The `tool` with the tip plate and its hubs, the other `hubs`, the `members` or the `mast`.
+        place: `shell`, `riser`, `waste` or the name of a piece of equipment.
+        force: Greatest force of the contact; absent, it is not judged.
+    """
+
+    part: Literal["tool", "hubs", "members", "mast"]
+    place: str
+    force: Force | None = Field(default=None, gt=0)
+
+
 class SceneFile(Description):
     """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
 
     `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run. `mission` are steps
     from above the riser and back, which stand for the tour of the goals; its start is then above the riser.
+    `operator` is for an
+    arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
+    run.
     """
 
     name: Name
@@ -347,14 +366,24 @@ class SceneFile(Description):
     motion: Motion
     simulation: Simulation = Simulation()
     limits: Limits = Limits()
+    operator: Operator | None = None
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
     mission: tuple[MissionStep, ...] = Field(default=(), max_length=1000)
+    contacts: tuple[AllowedContact, ...] = Field(default=(), max_length=100)
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
     @model_validator(mode="after")
-    def _cases_differ(self) -> SceneFile:
+    def _entries_fit(self) -> SceneFile:
         require_distinct("load case", self.loads)
+        if self.operator is None and not self.motion.goals:
+            raise ValueError("motion.goals, or a table [operator] for an arm that a person drives")
+        if self.operator is not None:
+            if self.motion.goals:
+                raise ValueError("either motion.goals or a table [operator]")
+            step, rate = self.simulation.timestep, self.simulation.log_rate
+            if step is None or abs(step * rate - 1) > 1e-6:
+                raise ValueError("simulation.timestep of 1 / log_rate with an operator, whose every step is recorded")
         return self
 
     @property
@@ -371,12 +400,13 @@ class SceneFile(Description):
 
 @dataclass(frozen=True)
 class Scene:
-    """A scene's file with the arm and the tank that it names."""
+    """A scene's file with the arm, the tank and the operator's commands that it names."""
 
     task: SceneFile
     manipulator: Manipulator
     tank: Tank
     file: Path
+    commands: tuple[OperatorCommand, ...] = ()
 
     def __post_init__(self) -> None:
         """Check that the three files fit together.
@@ -404,6 +434,12 @@ class Scene:
             raise self.error("motion.start", f"{len(start)} module shapes", allowed)
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
+        places = ("shell", "riser", "waste", *(item.name for item in tank.equipment))
+        for index, contact in enumerate(self.task.contacts):
+            if contact.place not in places:
+                raise self.error(
+                    f"contacts.{index}.place", f"unknown place {contact.place!r}", closest(contact.place, places)[2:]
+                )
 
     @property
     def pivot_height(self) -> float:

@@ -1,6 +1,10 @@
 """Geometry of the tank: its profile, and how far the arm is from it and from itself."""
 
+from vgtsim.geometry.bed import Bed, make_bed
 from vgtsim.geometry.clearance import (
+    RISER,
+    SHELL,
+    WASTE,
     Clearance,
     Obstacles,
     arm_clearance,
@@ -10,13 +14,18 @@ from vgtsim.geometry.clearance import (
     self_clearance,
 )
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
-from vgtsim.geometry.gaps import Walls, carry, find_near, flag_clear
+from vgtsim.geometry.gaps import Walls
 from vgtsim.geometry.mast import MastPipe, make_mast
+from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
 
 __all__ = [
+    "RISER",
+    "SHELL",
+    "WASTE",
+    "Bed",
     "Clearance",
     "MastPipe",
     "MemberPairs",
@@ -28,6 +37,7 @@ __all__ = [
     "enclosure_distance",
     "find_near",
     "flag_clear",
+    "make_bed",
     "make_mast",
     "make_profile",
     "make_walls",

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
 from vgtsim.geometry import gaps
+from vgtsim.geometry.bed import Bed, make_bed
 from vgtsim.geometry.distance import find_mouth
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
@@ -21,7 +22,7 @@ SHELL, RISER, WASTE = "shell", "riser", "waste"
 
 @dataclass(frozen=True)
 class Obstacles:
-    """K cylinders in the tank and the height of the waste, m.
+    """K cylinders in the tank, the height of the waste, m, and its bed where it is not level.
 
     Axes in frame G, lower ends first, have shape (K, 2, 3), m; radii have shape (K,), m.
     """
@@ -30,6 +31,7 @@ class Obstacles:
     axes: Array
     radii: Array
     waste_level: float
+    bed: Bed | None = None
 
     def __post_init__(self) -> None:
         """Copy the arrays and make them read-only."""
@@ -71,19 +73,24 @@ def obstacles(tank: Tank) -> Obstacles:
         top = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
         axes.append([[x, y, item.bottom], [x, y, top]])
     names, radii = tuple(item.name for item in tank.standing), [item.diameter / 2 for item in tank.standing]
-    return Obstacles(names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level)
+    return Obstacles(
+        names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level, make_bed(tank)
+    )
 
 
 def make_walls(tank: Tank, profile: Profile, around: Obstacles) -> gaps.Walls:
     """The tank, its obstacles and its waste, for compiled functions."""
-    return profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii), around.waste_level
+    bed = around.bed
+    heights, ground = (np.empty((0, 0)), np.zeros(4)) if bed is None else (bed.heights, bed.ground)
+    figures = profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii)
+    return *figures, around.waste_level, heights, ground
 
 
 def arm_clearance(
     nodes: ArrayLike,
     ends: NDArray[np.integer],
     radii: ArrayLike,
-    hub_radius: float,
+    hub_radius: ArrayLike,
     tank: Tank,
     profile: Profile,
     around: Obstacles,
@@ -91,10 +98,10 @@ def arm_clearance(
 ) -> Clearance:
     """Least distance of an arm, nodes in frame G of shape (..., N, 3), m, from everything in the tank.
 
-    Members, ends of shape (M, 2) and radii of shape (M,), m, are capsules. Nodes and payload, a tool point of shape
-    (..., 3) and a radius, m, are balls. The tank is convex, so a member is nearest to the shell at one of its ends;
-    only members that begin or end where the riser's mouth is nearest are searched along their length. Equipment is
-    rounded at its ends by its radius, which makes the result a lower bound there.
+    Members, ends of shape (M, 2) and radii of shape (M,), m, are capsules. Nodes, of one radius or of shape (N,), m, and
+    payload, a tool point of shape (..., 3) and a radius, m, are balls. The tank is convex, so a member is nearest to the
+    shell at one of its ends; only members that begin or end where the riser's mouth is nearest are searched along their
+    length. Equipment is rounded at its ends by its radius, which makes the result a lower bound there.
     """
     nodes = np.asarray(nodes, float)
     batch, balls, ball_radii = nodes.shape[:-2], nodes, np.full(nodes.shape[-2], hub_radius)

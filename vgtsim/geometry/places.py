@@ -68,7 +68,7 @@ def _place(goal: Goal, tank: Tank, before: Mapping[str, Goal]) -> Goal:
     at = goal.at
     if at is None:
         return goal
-    standing = {item.name: item for item in tank.equipment}
+    standing = {item.name: item for item in tank.standing}
     if at.place in _NEEDS:
         pose = _at_wall(at, tank) if at.place == WALL else _over_waste(at, tank)
     elif at.place in standing:

@@ -12,6 +12,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from vgtsim.description.tank import Riser, Tank
+from vgtsim.geometry.bed import make_bed
 from vgtsim.geometry.distance import interior_distance
 from vgtsim.geometry.profile import Profile
 
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 _SPACING = 0.35
 _SECTORS = 36
 _PIPE_SECTORS = 12
+_RINGS = 60  # of an uneven bed of waste: the spacing of its heights
 
 
 def revolve_strip(near: Array, far: Array, front: bool, sections: int = _SECTORS) -> trimesh.Trimesh:
@@ -90,12 +92,19 @@ def make_riser(tank: Tank, profile: Profile, riser: Riser) -> trimesh.Trimesh:
 
 
 def make_waste(tank: Tank, profile: Profile) -> trimesh.Trimesh:
-    """The waste: the tank below its level."""
-    level = tank.waste.level
-    bed = _curve(profile, ("dish", "knuckle", "wall"))
-    bed = bed[bed[:, 1] < level]
-    rim = [[float(profile.radius_at(level)), level], [0.0, level]]
-    return trimesh.creation.revolve(np.concatenate([bed, rim]), sections=2 * _SECTORS)
+    """The waste: the tank below its level, or below its bed."""
+    level, bed = tank.waste.level, make_bed(tank)
+    below = _curve(profile, ("dish", "knuckle", "wall"))
+    below = below[below[:, 1] < level]
+    inward = np.linspace(float(profile.radius_at(level)), 0.0, 2 if bed is None else _RINGS)
+    top = np.stack([inward, np.full(len(inward), level)], axis=-1)
+    mesh = trimesh.creation.revolve(np.concatenate([below, top]), sections=2 * _SECTORS)
+    if bed is not None:
+        corners = np.array(mesh.vertices)
+        for k in np.flatnonzero(corners[:, 2] == level):
+            corners[k, 2] = bed.height_at(*corners[k, :2])
+        mesh.vertices = corners
+    return mesh
 
 
 def _curve(profile: Profile, names: tuple[str, ...]) -> Array:

@@ -28,6 +28,9 @@ from vgtsim.kinematics.truss import Truss, make_truss
 
 Array = NDArray[np.float64]
 
+_SOLVED = 1e-9  # m: error of a length; the nodes of a long arm are a hundred times as far off
+_MOST = 6  # Newton steps; from a step before, two are enough
+
 
 @dataclass(frozen=True, eq=False)
 class Chain:
@@ -178,16 +181,16 @@ class Chain:
             row[:, place.moving] = (block @ place.take(dx)[..., None])[..., place.modules.actuated, 0]
         return _shaped(row, batch)
 
-    def input_rates(self, q: ArrayLike) -> Array:
+    def input_rates(self, q: ArrayLike | State) -> Array:
         """Rates of the inputs per unit rate of each actuator, static longerons held: the chain rule of section 3.2.
 
-        dq/dl, shape (..., n, J), at inputs (..., n).
+        dq/dl, shape (..., n, J), at inputs (..., n) or of a state.
 
         Raises:
             AssemblyError: As `lengths`.
             SingularPoseError: A module is singular; it is named.
         """
-        state, batch = self._state(q)
+        state, batch = (q, (len(q.q),)) if isinstance(q, State) else self._state(q)
         self._require(state, "kept")
         return _shaped(self._input_rates(state), batch)
 
@@ -223,6 +226,24 @@ class Chain:
             legs[..., own.actuated] = wanted[..., place.moving]
             row[..., place.columns] = own.solve(legs, None if start is None else np.asarray(start)[..., place.columns])
         return row
+
+    def follow(self, actuators: Array, near: State) -> State | None:
+        """State of actuator lengths, shape (J,), m, by Newton's method from a state of one row some millimetres away.
+
+        None where the iteration does not arrive or leaves the assembly mode. `inputs_from_lengths` goes any way, with proof.
+        """
+        wanted, state = np.concatenate([actuators, self.layout.static]), near
+        for _ in range(_MOST):
+            try:
+                q = state.q + np.linalg.solve(state.leg_slopes[0], wanted - state.legs[0])
+            except np.linalg.LinAlgError:
+                return None
+            state = self.state(q)
+            if not state.assembles[0]:
+                return None
+            if np.abs(wanted - state.legs[0]).max() < _SOLVED:
+                return state
+        return None
 
     def jacobian(self, q: ArrayLike) -> Array:
         """As `tool_jacobian`, the Jacobian alone."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry import Profile, make_profile, obstacles
+from vgtsim.geometry import Profile, make_bed, make_profile, obstacles
 from vgtsim.geometry.panels import DEPTH, Panel, make_panels
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
@@ -62,9 +62,7 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         _add_mesh(spec, body, riser.name, solids.make_riser(tank, profile, riser), "riser", group)
     if tank.waste.level:
         _add_mesh(spec, body, "waste/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
-        size = [float(profile.radius_at(tank.waste.level)), DEPTH / 2, 0]
-        waste = _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_CYLINDER, "contact", "tank.waste", size=size)
-        waste.pos = [0, 0, tank.waste.level - DEPTH / 2]
+        _add_waste(spec, body, tank, profile)
     around = obstacles(tank)
     entries = [index for index, item in enumerate(tank.equipment) for _ in item.ring]
     for index, name, axis, radius in zip(entries, around.names, around.axes, around.radii, strict=True):
@@ -74,6 +72,24 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         )
         geom.group = INSIDE_GROUP
     _add_panels(body, make_panels(tank, profile))
+
+
+def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
+    """Waste as it is felt: a disc where it is level, or a field of the heights of its bed."""
+    bed = make_bed(tank)
+    if bed is None:
+        size = [float(profile.radius_at(tank.waste.level)), DEPTH / 2, 0]
+        waste = _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_CYLINDER, "contact", "tank.waste", size=size)
+        waste.pos = [0, 0, tank.waste.level - DEPTH / 2]
+        return
+    low, high, count = float(bed.heights.min()), float(bed.heights.max()), len(bed.heights)
+    part = (bed.heights.T - low) / (high - low)  # rows are along y
+    size = [-bed.corner, -bed.corner, high - low, DEPTH]
+    spec.add_hfield(
+        name=names.WASTE, nrow=count, ncol=count, size=size, userdata=part.ravel().tolist(), info="tank.waste"
+    )
+    place = {"hfieldname": names.WASTE, "pos": [0, 0, low]}
+    _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_HFIELD, "contact", "tank.waste", **place)
 
 
 def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:

@@ -75,7 +75,8 @@ class Stage:
         boxes = self._model.geom_aabb[self._moving, None]
         self._corners = boxes[..., :3] + boxes[..., 3:] * _CORNERS
         self._grounds: dict[str, Picture] = {}
-        self._points = np.array([*(goal.position for goal in site.task.motion.goals), *name_things(site).values()])
+        points = [*(goal.position for goal in site.task.motion.goals), *name_things(site).values()]
+        self._points = np.array(points).reshape(-1, 3)
         self._thread = ThreadPoolExecutor(1)
         self._close: Callable[[], None] = lambda: None
         try:

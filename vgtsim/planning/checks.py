@@ -45,21 +45,7 @@ def find_faults(site: Site) -> Iterator[VgtError]:
     yield from _find_goal_faults(site)
 
 
-def require_positionable(chain: Chain) -> None:
-    """Refuse arms with modules that cannot be positioned.
-
-    Raises:
-        DescriptionError: It has general double octahedra: their upper cell is found by following it from the straight
-            pose, which no batch of trial steps can be asked to do.
-    """
-    general = [chain.layout.names[a] for a, (place, _) in enumerate(chain.seats) if not place.modules.positionable]
-    if general:
-        allowed = "symmetric double octahedra, octahedra and tetrahedra: general double octahedra are not positioned"
-        raise DescriptionError(None, "modules", f"{', '.join(general)} of {chain.manipulator.name}", allowed)
-
-
 def _check_kinds(site: Site) -> None:
-    require_positionable(site.chain)
     if site.task.simulation.members == "sections":
         try:
             find_rigid_sections(site.chain)
@@ -140,7 +126,9 @@ def _find_goal_faults(site: Site) -> Iterator[VgtError]:
     for index, goal in enumerate(scene.task.motion.goals):
         point = np.array(goal.position)
         gaps = {"the tank's shell": float(enclosure_distance(scene.tank, around.profile, point)[0])}
-        gaps["the waste"] = float(point[2] - places.waste_level)
+        gaps["the waste"] = float(
+            point[2] - places.waste_level if places.bed is None else places.bed.distance(point)[0]
+        )
         for name, axis, thick in zip(places.names, places.axes, places.radii, strict=True):
             gaps[name] = float(segment_distance(point, point, axis[0], axis[1])[0] - thick)
         place = min(gaps, key=lambda name: gaps[name])

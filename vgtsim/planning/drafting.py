@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS, SAFETY_FACTOR
-from vgtsim.description import Catalogue, LoadCase, Manipulator, Payload, Tank
+from vgtsim.description import Catalogue, Goal, LoadCase, Manipulator, Payload, Tank
 from vgtsim.errors import DescriptionError, PathError, ReachError
+from vgtsim.geometry import segment_distance
 from vgtsim.kinematics import Chain, check_strokes, hanging_mount
 from vgtsim.planning.checks import RISER_SPARE, find_faults, riser_fit
 from vgtsim.planning.design import passing_sizes, sample_postures
@@ -172,7 +173,7 @@ def list_goals(tank: Tank, pivot: float, reach: float) -> list[dict[str, Any]]:
             radius = f"{min((0.6 if low else 0.75) * inner, (0.8 if low else 1.0) * most):.1f} m"
             at = {"place": "waste", "azimuth": azimuth, "radius": radius, "height": f"{over:.1f} m"}
         tables.append({"name": f"{at['place']}_{turn}", "at": at})
-    for k, item in enumerate(tank.equipment[:_BESIDE]):
+    for k, item in enumerate(tank.standing[:_BESIDE]):
         at = {"place": item.name, "height": f"{0.4 * top:.1f} m", "distance": "0.8 m"}
         tables.insert(3 * k + 2, {"name": f"beside_{item.name}", "at": at})
     return tables
@@ -226,7 +227,7 @@ def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:
     for index, goal in enumerate(site.task.motion.goals):
         if len(chosen) == wanted or missed == _MISSES:
             break
-        if f"motion.goals.{index}.position" in keys:
+        if f"motion.goals.{index}.position" in keys or not _has_room(site, goal):
             continue
         pose = np.array(goal.position), np.array(goal.direction)
         try:
@@ -238,3 +239,14 @@ def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:
         chosen.append(index)
         shape, missed = q, 0
     return tuple(chosen)
+
+
+def _has_room(site: Site, goal: Goal) -> bool:
+    """Whether the last modules can stand behind the tool, clear of equipment: a quick look before a goal is solved."""
+    chain, around = site.chain, site.surroundings.obstacles
+    tail = float(np.linalg.norm(chain.tool(chain.straight)[0] - chain.mount[:3, 3])) / len(site.arm.active)
+    thick = site.arm.face_side / sqrt(3.0) + site.arm.hub.radius + site.clearance
+    point = np.array(goal.position)
+    back = point - tail * np.array(goal.direction)
+    gaps = segment_distance(point, back, around.axes[:, 0], around.axes[:, 1])[0] - around.radii
+    return bool(np.all(gaps > thick))

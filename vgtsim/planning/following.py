@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.tool_path import ToolPath
-from vgtsim.errors import DescriptionError, FollowError, ReachError
-from vgtsim.kinematics import Chain
+from vgtsim.errors import FollowError, ReachError
+from vgtsim.kinematics import Chain, Subspace
+from vgtsim.planning.curve import Curve, make_curve
 from vgtsim.planning.resolution import make_objective
 from vgtsim.planning.stretches import Stretch, make_stretches
 from vgtsim.planning.timing import SpeedLimits, make_limits, time_lengths
@@ -89,25 +90,20 @@ def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) ->
     """Follow a path from the start of a site, or of a straight arm alone, by names of objectives (`name` or `name:weight`).
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene; the path is none; or the arm has active modules
-            other than symmetric double octahedra.
+        DescriptionError: An objective is not known, or needs a scene; or the path is none.
+        GoalError: The arm has too few actuators for a point and a direction.
         ReachError: A goal is not met inside the strokes.
         FollowError: The posture jumps.
     """
-    chain = place.chain
-    if not chain.leans:
-        kinds = ", ".join(f"{module.name} ({module.kind})" for module in chain.manipulator.active)
-        allowed = "symmetric double octahedra alone, all of them or none with a joint offset, and static sections"
-        raise DescriptionError(None, "modules", f"{chain.manipulator.name}, whose active modules are {kinds}", allowed)
     goal = tool_goal(path.start, path.direction)
-    problem = Problem(place.box, goal, make_objective(place, goal, objectives))
-    return follow(problem, path, place.start, place.timestep)
+    problem = Problem(place.box, goal, make_objective(place, goal, objectives), reduction=place.reduction)
+    return follow(problem, path, place.start, place.timestep, place.subspace)
 
 
-def follow(problem: Problem, path: ToolPath, start: Array, timestep: float) -> Followed:
+def follow(problem: Problem, path: ToolPath, start: Array, timestep: float, space: Subspace) -> Followed:
     """Solve a path from inputs of shape (n,) and time it, within its tolerance and inside all rates and accelerations.
 
-    The problem's goal is replaced. The time step is in s.
+    The problem's goal is replaced. The inputs stay in a subspace, that of the problem's reduction. The time step is in s.
 
     Raises:
         DescriptionError: The path is none.
@@ -118,7 +114,7 @@ def follow(problem: Problem, path: ToolPath, start: Array, timestep: float) -> F
     stretches, limits = make_stretches(path), make_limits(chain, path.rate_fraction, path.acceleration)
     here, lengths, which, off, solved = start, [np.empty((0, chain.layout.actuators))], [], [], []
     for i, stretch in enumerate(stretches):
-        curve, found = _solve(problem, stretch, here, path.tolerance, first=i == 0)
+        curve, found = _solve(problem, space, stretch, here, path.tolerance, first=i == 0)
         off.append(_deviation(chain, stretch, curve, _BETWEEN * (len(found.q) - 1) + 1))
         rows = _timed(chain, curve, limits, timestep, path.speed)
         lengths.append(rows if i == 0 else rows[1:])
@@ -173,11 +169,9 @@ def report(place: Place, followed: Followed) -> dict[str, str | float | int]:
 
 
 def _solve(
-    problem: Problem, stretch: Stretch, start: Array, tolerance: float, *, first: bool
-) -> tuple[BSpline, Solution]:
+    problem: Problem, space: Subspace, stretch: Stretch, start: Array, tolerance: float, *, first: bool
+) -> tuple[BSpline | Curve, Solution]:
     """Inputs over the parameter 0 to 1, and the goals they go through, in order."""
-    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
-
     points, directions = stretch.points(_FIRST), stretch.directions(_FIRST)
     parts, here = [], start
     for k in range(_FIRST):
@@ -189,7 +183,7 @@ def _solve(
     every = join_solutions(parts)
     while True:
         count = len(every.q)
-        curve = make_interp_spline(np.linspace(0.0, 1.0, count), every.q, k=5)
+        curve = make_curve(space, every.q)
         twice = 2 * count - 1
         middle = np.arange(1, twice, 2)
         guess = curve(np.linspace(0.0, 1.0, twice)[middle])
@@ -222,12 +216,12 @@ def _off(chain: Chain, q: Array, points: Array, directions: Array) -> tuple[floa
     return float(np.max(np.linalg.norm(position - points, axis=-1))), float(np.max(angle))
 
 
-def _deviation(chain: Chain, stretch: Stretch, curve: BSpline, count: int) -> tuple[float, float]:
+def _deviation(chain: Chain, stretch: Stretch, curve: BSpline | Curve, count: int) -> tuple[float, float]:
     q = curve(np.linspace(0.0, 1.0, count))
     return _off(chain, q, stretch.points(count), stretch.directions(count))
 
 
-def _timed(chain: Chain, curve: BSpline, limits: SpeedLimits, timestep: float, speed: float | None) -> Array:
+def _timed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float, speed: float | None) -> Array:
     """Lengths at every step, shape (n, 3 A), m; slowed as a whole where the tool would be faster than it may."""
     rows = time_lengths(chain, curve, limits, timestep)
     if speed is None:

@@ -29,6 +29,7 @@ from vgtsim.site import Site
 Array = NDArray[np.float64]
 
 _JUDGED = 1000  # instants of a raster at which clearance is measured
+_SMOOTH = ("mid_stroke",)  # objective of postures along rows: hinges would let them jump
 
 
 Rows = Callable[[float], tuple[Array, Array | None]]
@@ -116,7 +117,7 @@ class _Plan:
             pieces=(RasterPiece(shape="raster", width=step.width, depth=step.depth, rows=step.rows),),
         )
         goal = tool_goal(path.start, path.direction)
-        problem = Problem(site.box, goal, make_objective(site, goal, motion.objective))
+        problem = Problem(site.box, goal, make_objective(site, goal, _SMOOTH))
         run = follow(problem, path, self.here, site.timestep)
         start, pieces = run.q[0], self._go(run.q[0], "the first row of the raster")
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])

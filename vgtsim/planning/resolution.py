@@ -13,7 +13,6 @@ from vgtsim.constants import Method
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, straight_yaws
-from vgtsim.planning.checks import require_positionable
 from vgtsim.positioning import (
     ClearanceHinges,
     Differences,
@@ -95,13 +94,12 @@ def resolve_goal(
     """Find a configuration for a tool point, m, and direction in frame G, shape (3,) each, from inputs of shape (n,).
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene; the arm cannot be positioned; or coupled modules
-            are turned to each other.
+        DescriptionError: An objective is not known, or needs a scene; or coupled modules are turned to each
+            other.
         GoalError: The goal is no goal.
         ReachError: It cannot be met, or not clear of the surroundings of `keep`.
     """
     chain = place.chain
-    require_positionable(chain)
     rows = tool_goal(*goal)
     objective = make_objective(place, rows, how.objective)
     reduction = None

@@ -89,10 +89,13 @@ class Tour:
 def solve_first_goal(site: Site) -> Array:
     """Inputs at the first goal, shape (n,), without planning the way to it; the site is not checked, see `check_site`.
 
+    Where an operator drives the arm, those of the start.
+
     Raises:
         ReachError: The goal cannot be met.
     """
-    return _configure(site, site.task.motion.goals[0], site.start, goal_keep(site))
+    goals = site.task.motion.goals
+    return _configure(site, goals[0], site.start, goal_keep(site)) if goals else site.start
 
 
 def plan_tour(site: Site) -> Tour:
@@ -101,13 +104,17 @@ def plan_tour(site: Site) -> Tour:
     All goals are solved before the first path is planned, so that a goal out of reach is reported soon.
 
     Raises:
-        DescriptionError: The scene cannot work, see `check_site`.
+        DescriptionError: The scene cannot work, see `check_site`, or has no goals.
         ReachError: A goal cannot be met, or not by an arm that gives.
         TrussError: The arm does not settle at a goal.
         PathError: No clear path to a goal was found.
     """
     check_site(site)
     motion = site.task.motion
+    if not motion.goals:
+        raise site.scene.error(
+            "motion.goals", "none: an operator drives the arm", "goals, between which a tour is planned"
+        )
     keep = goal_keep(site)
     shapes = [site.start]
     for goal in motion.goals:

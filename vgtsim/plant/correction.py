@@ -53,6 +53,12 @@ class Correction:
         self._given_way = model.opt.timestep**2 * data.efc_R[: self._count] * data.efc_force[: self._count]
         return gaps
 
+    def find_sites(self, data: mujoco.MjData) -> Array:
+        """Places of all sites after the last step, shape (sites, 3), m; those in the data are still of its begin."""
+        self._ahead.qpos = data.qpos
+        mujoco.mj_kinematics(self._model, self._ahead)
+        return self._ahead.site_xpos
+
     def _find_rows(self) -> None:
         """Look the rows up: they stay the same while no equality is switched."""
         model, data = self._model, self._data

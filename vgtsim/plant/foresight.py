@@ -13,8 +13,6 @@ from vgtsim.kinematics import Chain
 Array = NDArray[np.float64]
 
 _SMOOTH = 2e-7  # m: change of a cylinder's acceleration, times step², that opens a loop of the reference arm by 1e-8 m
-_SOLVED = 1e-9  # m: error of a length; the nodes of a long arm are a hundred times as far off
-_MOST = 6  # Newton steps; from a step before, two are enough
 
 
 class Turns(Protocol):
@@ -47,23 +45,7 @@ class Foresight:
         self._past = [second, third, lengths]
         if np.abs(lengths - 3 * third + 3 * second - first).max() < _SMOOTH:
             return
-        nodes = self._solve(lengths)
-        if nodes is not None:
-            self._turns(data, nodes + [0.0, 0.0, feed], lengths, speeds)
-
-    def _solve(self, lengths: Array) -> Array | None:
-        """Nodes at actuator lengths, shape (N, 3), m, by Newton's method from the last ones; None where it fails."""
-        wanted = np.concatenate([lengths, self._chain.layout.static])
-        state = self._last
-        for _ in range(_MOST):
-            try:
-                q = state.q + np.linalg.solve(state.leg_slopes[0], wanted - state.legs[0])
-            except np.linalg.LinAlgError:
-                return None
-            state = self._chain.state(q)
-            if not state.assembles[0]:
-                return None
-            if np.abs(wanted - state.legs[0]).max() < _SOLVED:
-                self._last = state
-                return state.nodes[0]
-        return None
+        state = self._chain.follow(lengths, self._last)
+        if state is not None:
+            self._last = state
+            self._turns(data, state.nodes[0] + [0.0, 0.0, feed], lengths, speeds)

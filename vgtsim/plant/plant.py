@@ -25,6 +25,7 @@ from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, 
 from vgtsim.runlog import Piece, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import settle
+from vgtsim.touches import Parts
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,8 @@ class Plant:
     """An arm that is reset, commanded and stepped: tours, operators, missions and environments are its clients.
 
     Each command is a length wanted at the end of the next step, because the rigid drives hold at the end of a step.
-    Under rigid and hydraulic drives a contact is a collision, not a load: the first one stops the plant for good.
+    A contact that the scene does not allow is a collision, and stops the plant for good. One that it allows is a load, but not
+    under imposed lengths of rigid members: nothing there yields, and it stops the plant as well.
     Between two steps the plant holds the last command.
 
     The drives change `model`; `data` is to be read only; `timestep` is in s; `stopped` says why the plant cannot be stepped.
@@ -73,6 +75,8 @@ class Plant:
         self._gauges = find_gauges(self.model, site)
         self._count = len(site.truss.actuated)
         self._recorder = Recorder(gauges=self._gauges, store=store)
+        self._parts, self._yields = Parts(site), simulation.drive != "rigid" or simulation.members == "elastic"
+        self._knocks = self._yields and bool(site.task.contacts)
         self._steps, self._wall = 0, 0.0
         self.record_rate = simulation.log_rate if record_rate is None else record_rate
         self.stopped = _NEVER_RESET
@@ -133,10 +137,11 @@ class Plant:
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
         self.record_rate = self._record_rate
-        self._goal, self._settled = -1, False
+        self._goal, self._settled, self._aimed = -1, False, None
         self._touched: list[Contact] = []
         self._slow = int(self._speed() < self.site.task.motion.settle_speed)
         self._state: PlantState | None = None
+        self._before = self.state.nodes
         return self.state
 
     def command(
@@ -166,9 +171,13 @@ class Plant:
             self._rates = _read_row("rates", rates, self._count)
         self._feed = wanted
 
-    def mark(self, goal: int, *, settled: bool = False) -> None:
-        """Say for the records which goal is approached from now on, or held, settled; -1 for none."""
+    def mark(self, goal: int, *, settled: bool = False, target: ArrayLike | None = None) -> None:
+        """Say for the records which goal is approached from now on, or held, settled; -1 for none.
+
+        Where an operator drives, `target` is where the tool is meant to be now: position, m, and direction, shape (6,).
+        """
         self._goal, self._settled = goal, settled
+        self._aimed = None if target is None else _read_row("target", target, 6)
 
     def step(self, count: int = 1) -> None:
         """Go on by a number of steps, fewer after a contact that is not allowed.
@@ -266,8 +275,7 @@ class Plant:
             except DivergenceError:
                 if not touched:
                     raise
-                _, first, second, gap = touched[0]
-                found = f"{first} {-gap:.3g} m deep in {second}, which the drives cannot hold"
+                found = f"{touched[0].first} {-touched[0].gap:.3g} m deep in {touched[0].second}, which the drives cannot hold"
                 raise self.site.scene.error("motion.start", found, "a posture clear of everything") from None
             if self._speed() < motion.settle_speed:
                 break
@@ -304,10 +312,12 @@ class Plant:
                 goal=self._goal,
                 settled=self._settled,
                 pressure=self._drive.pressure,
-                feed={"feed": height, "feed_commanded": self._fed, "feed_force": self._hoist.pull()},
+                more=self._find_more() | {"feed": height},
             )
+        if self._knocks:
+            self._before = data.site_xpos[self._gauges.nodes]
         self._note_rest()
-        self._note_contacts(self._list_contacts())
+        self._note_contacts(self._list_contacts(), recorded=recorded)
         self._wall += time.perf_counter() - begin
 
     def _start_step(self) -> bool:
@@ -318,6 +328,17 @@ class Plant:
         flags = self.model.opt.disableflags
         self.model.opt.disableflags = flags & ~_SENSOR_BIT if recorded else flags | _SENSOR_BIT
         return recorded
+
+    def _find_more(self) -> dict[str, float | Array]:
+        """More quantities of the record of the last step, by name."""
+        more: dict[str, float | Array] = {"feed_commanded": self._fed, "feed_force": self._hoist.pull()}
+        if self._aimed is not None:
+            more["target"] = self._aimed
+        if self._knocks:
+            here, there = self.data.site_xpos, self._correction.find_sites(self.data)
+            nodes = self._gauges.nodes
+            more["acceleration"] = (there[nodes] - 2 * here[nodes] + self._before) / self.timestep**2
+        return more
 
     def _note_rest(self) -> None:
         """Count the steps for which the arm has been slow under one command."""
@@ -331,7 +352,7 @@ class Plant:
         """What touches at the begin of the last step."""
         data = self.data
         if self._lookout is None:
-            return list_contacts(self.model, data) if data.ncon else []
+            return list_contacts(self.model, data, forces=self._yields) if data.ncon else []
         places = data.site_xpos
         return self._lookout.look(
             time=data.time - self.timestep,
@@ -340,11 +361,26 @@ class Plant:
             way=self._speed() * self.timestep,
         )
 
-    def _note_contacts(self, contacts: list[Contact]) -> None:
-        self._recorder.note_contacts(contacts)
-        self._touched += contacts
-        if contacts:
-            self.stopped = name_collision(contacts[0], self.site.task.simulation.drive)
+    def _note_contacts(self, contacts: list[Contact], *, recorded: bool) -> None:
+        """Note what touches; loads are noted with the record that they act in, collisions at once."""
+        turned = [self._turn_force(contact) for contact in contacts]
+        self._touched += turned
+        loads, collisions = [], []
+        for contact in turned:
+            allowed = self._yields and self._parts.find_rule(contact[1:3]) is not None
+            (loads if allowed else collisions).append(contact)
+        if recorded:
+            now = (self._steps - 1) * self.timestep
+            self._recorder.note_contacts([contact._replace(time=now) for contact in loads])
+        self._recorder.note_contacts(collisions)
+        if collisions:
+            self.stopped = name_collision(collisions[0], self.site.task.simulation.drive)
+
+    def _turn_force(self, contact: Contact) -> Contact:
+        """Make the force of MuJoCo, on the second geom, that on the arm."""
+        if self._parts.find_part(contact.second):
+            return contact
+        return contact._replace(force=tuple(-value for value in contact.force))
 
 
 def _read_row(what: str, values: ArrayLike | None, size: int) -> Array:

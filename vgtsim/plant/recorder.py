@@ -23,12 +23,11 @@ from vgtsim.site import Site
 Array = NDArray[np.float64]
 
 PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")  # whose versions a log tells
-_MAX_CONTACTS = 1000  # of one run; a collision under rigid drives ends it long before
 
 
 @dataclass
 class Recorder:
-    """Collects records, and the first thousand contacts; gives them away in pieces, chunk by chunk.
+    """Collects records and contacts; gives them away in pieces, chunk by chunk.
 
     A piece has all arrays of a log by name. What follows from the motion is worked out for each piece with the records
     beside it, so a log has the same bits wherever it is kept: on disk, or here if no `store` takes the pieces.
@@ -40,7 +39,6 @@ class Recorder:
     _given: int = 0  # of the first rows, which are kept for the motion of those after them
     _pieces: list[Piece] = field(default_factory=list)
     _contacts: list[Contact] = field(default_factory=list)  # since the last piece
-    _touches: int = 0
     _saturated: NDArray[np.int64] | int = 0
 
     def note_saturation(self, bits: NDArray[np.int64]) -> None:
@@ -49,9 +47,7 @@ class Recorder:
 
     def note_contacts(self, contacts: list[Contact]) -> None:
         """Add the contacts of a step."""
-        taken = contacts[: _MAX_CONTACTS - self._touches]
-        self._contacts += taken
-        self._touches += len(taken)
+        self._contacts += contacts
 
     def record(
         self,
@@ -63,13 +59,13 @@ class Recorder:
         goal: int,
         settled: bool,
         pressure: Array | None = None,
-        feed: Mapping[str, float] | None = None,
+        more: Mapping[str, float | Array] | None = None,
     ) -> None:
         """Add the instant at which the last step began; `mj_step` leaves positions and sensors of that instant.
 
         Given for that instant are the time, s, commanded lengths, shape (J,), m, what the gauges noted before the step, the
-        goal approached or held (settled), the pressures of hydraulic cylinders, shape (J, 2), Pa, and the figures of the
-        feed by name.
+        goal approached or held (settled), the pressures of hydraulic cylinders, shape (J, 2), Pa, and more
+        quantities by name.
         """
         gauges = self.gauges
         row = {
@@ -84,7 +80,7 @@ class Recorder:
         }
         if pressure is not None:
             row["pressure"] = pressure
-        row |= feed or {}
+        row |= more or {}
         for name, value in row.items():
             self._rows.setdefault(name, []).append(value)
         self._saturated = 0
@@ -109,6 +105,8 @@ class Recorder:
             "contact_time": np.array([contact.time for contact in self._contacts], dtype=float),
             "contact_pair": np.array([contact[1:3] for contact in self._contacts], dtype=str).reshape(-1, 2),
             "contact_distance": np.array([contact.gap for contact in self._contacts], dtype=float),
+            "contact_force": np.array([contact.force for contact in self._contacts], dtype=float).reshape(-1, 3),
+            "contact_point": np.array([contact.point for contact in self._contacts], dtype=float).reshape(-1, 3),
         }
 
     def make_log(

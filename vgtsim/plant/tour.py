@@ -79,7 +79,7 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
     first = tour.legs[0]
     plant.reset(first.lengths[0], tour.start, feed=0.0 if first.feed is None else first.feed[0])
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
-    with _show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
+    with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
     return plant
 
@@ -109,7 +109,7 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
 
 
 @contextmanager
-def _show_progress(total: int) -> Iterator[Callable[[float], None]]:
+def show_progress(total: int) -> Iterator[Callable[[float], None]]:
     """Show a progress bar on a terminal; gives a function to be called with the simulated time, s, after each step.
 
     The steps of holds come on top of the total, at which the bar then stays.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from math import isnan, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +17,21 @@ Array = NDArray[np.float64]
 OPEN_GAP = 0.02  # m; a loop open by this much is no longer the mechanism, whatever MuJoCo says of it
 
 
+_UNKNOWN = (nan, nan, nan)
+
+
 class Contact(NamedTuple):
-    """Two geoms that touch: when, s, which, and their gap, negative in penetration, m."""
+    """Two geoms that touch: when, s, which, their gap, negative in penetration, m, the force on the arm, N, and where, m.
+
+    Of two parts of the arm the force is that on the second one. It is not known where lengths are imposed.
+    """
 
     time: float
     first: str
     second: str
     gap: float
+    force: tuple[float, ...] = _UNKNOWN
+    point: tuple[float, ...] = _UNKNOWN
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,21 +105,24 @@ def list_warnings(data: mujoco.MjData) -> tuple[str, ...]:
     return tuple(f"{kind}: {data.warning[i].number}" for i, kind in enumerate(kinds) if data.warning[i].number)
 
 
-def list_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> list[Contact]:
-    """Name the geoms of each contact whose gap is closed."""
-    found = []
-    for contact in data.contact:
+def list_contacts(model: mujoco.MjModel, data: mujoco.MjData, *, forces: bool = False) -> list[Contact]:
+    """Name the geoms of each contact whose gap is closed; `forces` of the last step on the second geom are told if asked for."""
+    found, wrench = [], np.zeros(6)
+    for index, contact in enumerate(data.contact):
         if contact.dist <= 0:
             first, second = (model.geom(int(geom)).name for geom in contact.geom)
-            found.append(Contact(float(data.time), first, second, float(contact.dist)))
+            touch = Contact(float(data.time), first, second, float(contact.dist))
+            if forces:
+                mujoco.mj_contactForce(model, data, index, wrench)
+                force = contact.frame.reshape(3, 3).T @ wrench[:3]
+                touch = touch._replace(force=tuple(force.tolist()), point=tuple(contact.pos.tolist()))
+            found.append(touch)
     return found
 
 
 def name_collision(contact: Contact, drive: str) -> str:
-    """Say why a contact stops the plant; an empty string under servos, which yield.
-
-    Imposed lengths and oil do not: one step later the forces are those of the drives against a rigid wall.
-    """
-    if drive == "servo":
-        return ""
-    return f"collision of {contact.first} with {contact.second} at t = {contact.time:.3f} s under {drive} drives"
+    """Say why a contact stops the plant, with the force in its first step where it is known."""
+    force = float(np.linalg.norm(contact.force))
+    pressed = "" if isnan(force) else f", pressed with {force / 1e3:.3g} kN in the first step"
+    what = f"collision of {contact.first} with {contact.second}"
+    return f"{what} at t = {contact.time:.3f} s{pressed} under {drive} drives"

@@ -65,10 +65,10 @@ def lost_directions(jacobian: ArrayLike, names: tuple[str, ...], limit: float = 
     """
     U, values, _ = np.linalg.svd(np.asarray(jacobian, float))
     rank = int(np.sum(values > values[0] / limit))
-    return tuple(_name(column, names) for column in U[:, rank:].T)
+    return tuple(name_direction(column, names) for column in U[:, rank:].T)
 
 
-def _name(direction: Array, labels: tuple[str, ...]) -> str:
+def name_direction(direction: Array, labels: tuple[str, ...]) -> str:
     """The rows that a direction consists of, the greatest part first."""
     order = np.argsort(-np.abs(direction), kind="stable")
     parts = [(direction[i], labels[i]) for i in order if abs(direction[i]) >= 0.1]

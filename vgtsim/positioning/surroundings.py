@@ -26,6 +26,7 @@ from vgtsim.geometry import (
     pair_members,
     segment_distance,
 )
+from vgtsim.geometry.gaps import BED, PILLAR, TANK, WASTE
 from vgtsim.kinematics import Chain, State
 from vgtsim.kinematics.inertia import member_radii
 
@@ -42,12 +43,14 @@ _APART = 3  # modules nearer than this along the arm cannot touch while their le
 class NearPairs:
     """R pairs of bodies nearer than some reach: configurations and gaps, m, shape (R,), with gradients, shape (R, n).
 
-    A gradient is by the inputs of the pair's configuration; it has no columns when it was not asked for.
+    A gradient is by the inputs of the pair's configuration; it has no columns when it was not asked for. `bodies`, shape
+    (R, 3), are for `Surroundings.name_pair`.
     """
 
     config: Index
     gap: Array
     gradient: Array
+    bodies: Index
 
 
 @dataclass(frozen=True)
@@ -138,7 +141,7 @@ class Surroundings:
         """
         state = q if isinstance(q, State) else self.chain.state(q)
         points = self._points(state)
-        config, gap, held, slope = self._near(points, reach, payload)
+        config, gap, bodies, held, slope = self._near(points, reach, payload)
         gradient = np.empty((len(gap), state.q.shape[1] if slopes else 0))
         if slopes and len(gap):
             J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1)
@@ -146,7 +149,7 @@ class Surroundings:
                 used = np.unique(config)
                 J[used] += self._sag_slopes(self.sag, state.q[used])
             carry(config, held, slope, J, gradient)
-        return NearPairs(config, gap, gradient)
+        return NearPairs(config, gap, gradient, bodies)
 
     def clear(self, state: State, reach: float, all_of_them: bool = False) -> Mask:
         """Which assembled configurations keep a distance, m, from everything, shape (W,).
@@ -159,13 +162,14 @@ class Surroundings:
         flag_clear(*args, points, reach, all_of_them, clear)
         return clear
 
-    def _near(self, points: Array, reach: float, payload: bool) -> tuple[Index, Array, Index, Array]:
-        """Configurations, gaps, points and slopes of all near pairs, see `find_near`."""
+    def _near(self, points: Array, reach: float, payload: bool) -> tuple[Index, Array, Index, Index, Array]:
+        """Configurations, gaps, bodies, points and slopes of all near pairs, see `find_near`."""
         capsules, pillars = self.capsules, self._pillars
         room = _ROOM * len(points)
         while True:
             config, gap = np.empty(room, np.intp), np.empty(room)
             held, slope = np.empty((room, 4), np.intp), np.empty((room, 4, 3))
+            bodies = np.empty((room, 3), np.intp)
             count = find_near(
                 self._walls,
                 capsules.far_pairs,
@@ -176,12 +180,24 @@ class Surroundings:
                 payload,
                 config,
                 gap,
+                bodies,
                 held,
                 slope,
             )
             if count <= room:
-                return config[:count], gap[:count], held[:count], slope[:count]
+                return config[:count], gap[:count], bodies[:count], held[:count], slope[:count]
             room = count
+
+    def name_pair(self, bodies: Index) -> str:
+        """Names of two near bodies, shape (3,), see `NearPairs.bodies`."""
+        kind, first, second = bodies.tolist()
+        if kind in (TANK, WASTE):
+            return f"{[*self.chain.truss.nodes, 'payload'][first]} to {'tank' if kind == TANK else 'waste'}"
+        parts = [*self.chain.truss.member_names, *["tip plate"] * 3, "payload"]
+        if kind == BED:
+            return f"{parts[first]} to waste"
+        other = [*self.obstacles.names, "mast"][second] if kind == PILLAR else parts[second]
+        return f"{parts[first]} to {other}"
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
         """By differences: a solver does not come to rest on slopes that leave the sag out."""

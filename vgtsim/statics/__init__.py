@@ -11,7 +11,7 @@ from vgtsim.statics.elasticity import (
 )
 from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.framework import diagnose
-from vgtsim.statics.loads import LoadModel, make_load_model, tool_point, weigh
+from vgtsim.statics.loads import LoadModel, make_load_model, tool_forces, tool_point, weigh
 from vgtsim.statics.modes import NaturalModes, damping_time, find_modes
 from vgtsim.statics.motion import NodeMotion, motion_from_log
 from vgtsim.statics.rating import (
@@ -70,6 +70,7 @@ __all__ = [
     "smooth_peak",
     "solve_members",
     "tip_compliance",
+    "tool_forces",
     "tool_point",
     "utilise",
     "weigh",

@@ -94,27 +94,34 @@ def blend(first: MemberForces, second: MemberForces, part: Array) -> MemberForce
 class Loading:
     """One load on an arm: its weight, its inertia in a motion, and forces on its hubs in frame G, N; each may be absent.
 
-    Forces are broadcast to the shape of the nodes, (..., N, 3).
+    Forces are broadcast to the shape of the nodes, (..., N, 3). Shares are those of forces along the members in what their near
+    and far hubs carry, shape (2, T, M, 3), N, for nodes of shape (T, N, 3).
     """
 
     model: LoadModel | None
     motion: NodeMotion | None = None
     forces: ArrayLike | None = None
+    shares: Array | None = None
 
 
 def solve_members(
-    model: LoadModel, nodes: ArrayLike, motion: NodeMotion | None = None, nodal_forces: ArrayLike | None = None
+    model: LoadModel,
+    nodes: ArrayLike,
+    motion: NodeMotion | None = None,
+    nodal_forces: ArrayLike | None = None,
+    shares: Array | None = None,
 ) -> MemberForces:
     """Find the force in every member in poses of shape (..., N, 3), m, frame G; NaN at instants whose motion is NaN.
 
-    No motion is rest. Further forces on the hubs are broadcast to shape (..., N, 3), N, in frame G.
+    No motion is rest. Further forces on the hubs are broadcast to shape (..., N, 3), N, in frame G; for those along the
+    members see `Loading`.
 
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress at one of the instants; members are named.
 
     Source: method of joints. Differs: the dissertation leaves force analysis to future work (chapter 9).
     """
-    return solve_loadings(model.truss, nodes, [Loading(model, motion, nodal_forces)]).at(0)
+    return solve_loadings(model.truss, nodes, [Loading(model, motion, nodal_forces, shares)]).at(0)
 
 
 def solve_loadings(truss: Truss, nodes: ArrayLike, loadings: Sequence[Loading]) -> MemberForces:
@@ -129,6 +136,7 @@ def solve_loadings(truss: Truss, nodes: ArrayLike, loadings: Sequence[Loading]) 
             item.model,
             None if item.motion is None else item.motion.flat,
             None if item.forces is None else np.broadcast_to(item.forces, n.shape).reshape(flat.shape),
+            item.shares,
         )
         for item in loadings
     ]
@@ -188,6 +196,11 @@ def _load(truss: Truss, nodes: Array, loading: Loading, part: slice) -> tuple[Ar
             force += block_loads(model, nodes, motion).total
     if loading.forces is not None:
         force += np.asarray(loading.forces)[part]
+    if loading.shares is not None:
+        here = loading.shares[:, part]
+        for share, column in zip(here, truss.ends.T, strict=True):
+            np.add.at(force.swapaxes(0, 1), column, share.swapaxes(0, 1))
+        near, far = near + here[0], far + here[1]
     return force, near, far
 
 

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-_WINDOW = 5  # records under one polynomial of degree four, which holds every difference that five records have
 _SPACING = 1e-6  # relative change of the record spacing that ends a run: far above rounding, far below one step
 
 
@@ -32,10 +31,12 @@ class NodeMotion:
         return NodeMotion(self.velocity[instants], self.acceleration[instants])
 
 
-def motion_from_log(time: ArrayLike, nodes: ArrayLike) -> NodeMotion:
+def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5) -> NodeMotion:
     """Differentiate node positions, shape (T, N, 3), m, at increasing times, shape (T,), s, by local polynomials.
 
     Only records of constant spacing are differenced together; NaN where there are fewer of these than a polynomial takes.
+    A polynomial goes through all records of its window: five are best for smooth motion; with three the accelerations are those
+    of MuJoCo's steps, if each step is recorded.
 
     Source: A. Savitzky and M. J. E. Golay, Analytical Chemistry 36 (1964), 1627-1639.
     """
@@ -44,24 +45,24 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike) -> NodeMotion:
     for run in uniform_runs(t):
         stretch = n[run]
         spacing = float(t[run.stop - 1] - t[run.start]) / max(len(stretch) - 1, 1)
-        if len(stretch) < _WINDOW or spacing <= 0:
+        if len(stretch) < window or spacing <= 0:
             continue
         # differences from the mean keep the digits that the distance from the tank's origin would cost
         offset = stretch - stretch.mean(axis=0)
-        velocity[run] = _differentiate(offset, 1) / spacing
-        acceleration[run] = _differentiate(offset, 2) / spacing**2
+        velocity[run] = _differentiate(offset, 1, window) / spacing
+        acceleration[run] = _differentiate(offset, 2, window) / spacing**2
     return NodeMotion(velocity, acceleration)
 
 
-def _differentiate(values: Array, order: int) -> Array:
-    """Derivatives of values, shape (T, ...), by the number of the record; the two at either end from one polynomial."""
-    half, places = _WINDOW // 2, np.arange(_WINDOW) - _WINDOW // 2
-    slopes = polyval(places, polyder(np.eye(_WINDOW), order))  # of every power, at every place
+def _differentiate(values: Array, order: int, window: int) -> Array:
+    """Derivatives of values, shape (T, ...), by the number of the record; those at either end from one polynomial."""
+    half, places = window // 2, np.arange(window) - window // 2
+    slopes = polyval(places, polyder(np.eye(window), order))  # of every power, at every place
     weights = np.linalg.solve(np.vander(places, increasing=True).T, slopes).T
     found = np.empty_like(values)
-    found[half:-half] = sum(w * values[j : len(values) + j + 1 - _WINDOW] for j, w in enumerate(weights[half]))
-    found[:half] = np.tensordot(weights[:half], values[:_WINDOW], axes=1)
-    found[-half:] = np.tensordot(weights[-half:], values[-_WINDOW:], axes=1)
+    found[half:-half] = sum(w * values[j : len(values) + j + 1 - window] for j, w in enumerate(weights[half]))
+    found[:half] = np.tensordot(weights[:half], values[:window], axes=1)
+    found[-half:] = np.tensordot(weights[-half:], values[-window:], axes=1)
     return found
 
 

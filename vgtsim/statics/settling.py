@@ -19,10 +19,17 @@ _PASSES = 40
 _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
 
-def settle(model: ElasticModel, nodes: ArrayLike, motion: NodeMotion | None = None, damping_time: float = 0.0) -> Array:
+def settle(
+    model: ElasticModel,
+    nodes: ArrayLike,
+    motion: NodeMotion | None = None,
+    damping_time: float = 0.0,
+    nodal_forces: ArrayLike | None = None,
+) -> Array:
     """Loaded pose, in which every member's force is its stiffness times its elongation, for an unloaded pose (..., N, 3), m.
 
-    In a motion, its inertia and damping act too; `damping_time` is damper over stiffness of every member, s.
+    In a motion, its inertia and damping act too; `damping_time` is damper over stiffness of every member, s. Further forces
+    on the hubs are broadcast to shape (..., N, 3), N.
 
     Raises:
         TrussError: The arm buckles as a whole: the passes do not end. Or it is a mechanism; members are named.
@@ -31,15 +38,16 @@ def settle(model: ElasticModel, nodes: ArrayLike, motion: NodeMotion | None = No
     """
     n = np.asarray(nodes, float)
     flat, moving = n.reshape(-1, *n.shape[-2:]), None if motion is None else motion.flat
-    settled = np.empty(flat.shape)
+    settled, more = np.empty(flat.shape), np.broadcast_to(0.0 if nodal_forces is None else nodal_forces, n.shape)
+    more = more.reshape(flat.shape)
     for start in range(0, len(flat), _CHUNK):
         part = slice(start, start + _CHUNK)
-        settled[part] = _settle_chunk(model, flat[part], moving and moving.at(part), damping_time, start)
+        settled[part] = _settle_chunk(model, flat[part], moving and moving.at(part), damping_time, more[part], start)
     return settled.reshape(n.shape)
 
 
 def _settle_chunk(
-    model: ElasticModel, unloaded: Array, motion: NodeMotion | None, damping_time: float, start: int
+    model: ElasticModel, unloaded: Array, motion: NodeMotion | None, damping_time: float, more: Array, start: int
 ) -> Array:
     """As `settle`, for poses of shape (T, N, 3), `start` of all; those that have settled are left alone."""
     truss = model.truss
@@ -52,7 +60,9 @@ def _settle_chunk(
             span = truss.spans(pose)
             stretching = np.sum(span * truss.spans(now.velocity), axis=-1) / np.linalg.norm(span, axis=-1)
             bar = bar + damping_time * spring[left] * stretching
-        nodes[left], shift = _correct(model, pose, spring[left], _residual(model, pose, bar, now), start + left)
+        nodes[left], shift = _correct(
+            model, pose, spring[left], _residual(model, pose, bar, now, more[left]), start + left
+        )
         step = np.abs(shift).max(axis=(1, 2))
         left = left[~(step < _CLOSE)]  # NaN has not settled
         if not len(left):
@@ -60,10 +70,10 @@ def _settle_chunk(
     raise TrussError(pattern_of(truss).size, (), f"does not settle: {np.max(step):.3g} m in pass {_PASSES}")
 
 
-def _residual(model: ElasticModel, nodes: Array, bar: Array, motion: NodeMotion | None) -> Array:
+def _residual(model: ElasticModel, nodes: Array, bar: Array, motion: NodeMotion | None, more: Array) -> Array:
     """Loads on the unknowns that member forces, shape (T, M), do not yet carry, shape (T, n), N and N·m."""
     pattern = pattern_of(model.truss)
-    load = gather(model.truss, nodes, node_loads(model, nodes, motion))
+    load = gather(model.truss, nodes, node_loads(model, nodes, motion) + more)
     pulls = bar[..., None] * elongations(model.truss, nodes)
     width = pattern.size + 1  # what acts on fixed nodes lands in a column of its own
     place = np.where(pattern.dof < 0, pattern.size, pattern.dof) + width * np.arange(len(nodes))[:, None, None]

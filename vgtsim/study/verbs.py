@@ -152,6 +152,8 @@ def _plan_verb() -> Verb:
 
 def _meet_goal(site: Site, _work: object, _folder: Path) -> Answer:
     motion = site.task.motion
+    if not motion.goals:
+        raise site.scene.error("motion.goals", "none: an operator drives the arm", "a goal")
     goal = motion.goals[0]
     return solve_request(site, goal.position, goal.direction, motion.method, motion.objective)
 

@@ -27,6 +27,7 @@ from vgtsim.statics import (
     utilise,
 )
 from vgtsim.stretch import LogStretch, Outline, outline
+from vgtsim.touches import Touches, find_touches
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -92,7 +93,8 @@ class Evidence:
 
     def _differentiate(self, values: Array) -> NodeMotion:
         """Velocities and accelerations of points in wide records, shape (T', P, 3), m, at the log's."""
-        found = motion_from_log(self.wide.time, values)
+        live = self.site.task.operator is not None  # every step is recorded, and accelerations jump from step to step
+        found = motion_from_log(self.wide.time, values, window=3 if live else 5)
         inner = self.stretch.inner if self.stretch else slice(None)
         return NodeMotion(found.velocity[inner], found.acceleration[inner])
 
@@ -114,7 +116,8 @@ class Evidence:
     @cached_property
     def motion(self) -> NodeMotion:
         """Velocities and accelerations of the nodes; NaN where they are unknown."""
-        return self._differentiate(self.wide.nodes)
+        found = self._differentiate(self.wide.nodes)
+        return NodeMotion(found.velocity, self.log.acceleration) if self.log.acceleration.size else found
 
     @property
     def lift(self) -> Array:
@@ -123,8 +126,8 @@ class Evidence:
 
     @cached_property
     def feed_acceleration(self) -> Array:
-        """Of the mast, upward, from differenced heights, shape (T,), m/s²."""
-        return self._differentiate(self.wide.height[:, None, None]).acceleration[:, 0, 0]
+        """Of the mast, upward, from that of the hubs at its flange, shape (T,), m/s²."""
+        return self.motion.acceleration[:, self.site.truss.base, 2].mean(axis=1)
 
     @cached_property
     def speeds(self) -> Array:
@@ -159,7 +162,19 @@ class Evidence:
     @cached_property
     def moving(self) -> MemberForces:
         """Expected forces with inertia, from the method of joints; NaN where the motion is unknown."""
-        return solve_members(self.site.load_model, self.log.nodes, self.motion)
+        return self._solve(slice(None), self.motion)
+
+    def _solve(self, rows: slice | Index, motion: NodeMotion | None) -> MemberForces:
+        """Forces in some records from weight, motion and contact; at rest without a motion."""
+        model, nodes, touches = self.site.load_model, self.log.nodes[rows], self.touches
+        if touches is None:
+            return solve_members(model, nodes, motion)
+        return solve_members(model, nodes, motion, touches.forces[rows], touches.shares[:, rows])
+
+    @cached_property
+    def touches(self) -> Touches | None:
+        """Contact forces on nodes, members and mast; None where nothing touched."""
+        return find_touches(self.site, self.site.load_model, self.log)
 
     @cached_property
     def settled(self) -> Index:
@@ -172,8 +187,7 @@ class Evidence:
     @cached_property
     def resting(self) -> MemberForces:
         """Expected forces of the settled records alone: at rest, or with the inertia of an elastic arm's ringing."""
-        nodes = self.log.nodes[self.settled]
-        return self.moving.at(self.settled) if self.rings else solve_members(self.site.load_model, nodes)
+        return self.moving.at(self.settled) if self.rings else self._solve(self.settled, None)
 
     def expect(self, *, settled: bool) -> tuple[Index, MemberForces]:
         """Settled or all records, and the forces expected in them."""
@@ -228,8 +242,8 @@ class Evidence:
 
     @cached_property
     def around(self) -> Clearance:
-        """Distances of the arm from tank, riser, equipment and waste at every record."""
-        return self.proximity.around(self.log.nodes, self.tool[0])
+        """Distances of the arm from tank, riser, equipment and waste at every record; what may touch is left out."""
+        return self.proximity.apart(self.log.nodes, self.tool[0])
 
     @cached_property
     def among(self) -> tuple[Array, Index]:
@@ -244,12 +258,25 @@ class Evidence:
     @cached_property
     def tool_errors(self) -> tuple[Array, Array]:
         """Distance, m, and angle, rad, of the tool from the goal approached or held, shapes (T,); NaN without a goal."""
-        (position, direction), stages, log = self.tool, self.site.task.stages, self.log
+        stages, log = self.site.task.stages, self.log
+        if not stages:
+            return np.full(len(log.time), np.nan), np.full(len(log.time), np.nan)
         wanted = np.array([stage.position or (np.nan,) * 3 for stage in stages])[log.goal]
         aimed = np.array([stage.direction or (np.nan,) * 3 for stage in stages])[log.goal]
+        distance, angle = self._compare_tool(wanted, aimed)
+        distance[log.goal < 0] = angle[log.goal < 0] = np.nan
+        return distance, angle
+
+    @cached_property
+    def target_errors(self) -> tuple[Array, Array]:
+        """Distance, m, and angle, rad, of the tool from an operator's target, shapes (T,)."""
+        return self._compare_tool(self.log.target[:, :3], self.log.target[:, 3:])
+
+    def _compare_tool(self, wanted: Array, aimed: Array) -> tuple[Array, Array]:
+        """Distance, m, and angle, rad, of the tool from positions and directions, shape (T, 3)."""
+        position, direction = self.tool
         distance = np.linalg.norm(position - wanted, axis=-1)
         angle = np.arctan2(np.linalg.norm(np.cross(direction, aimed), axis=-1), np.sum(direction * aimed, axis=-1))
-        distance[log.goal < 0] = angle[log.goal < 0] = np.nan
         return distance, angle
 
 

@@ -130,7 +130,8 @@ def expect_hoist(run: Evidence, *, settled: bool) -> Array:
     rows, forces = run.expect(settled=settled)
     still = settled and not run.rings
     lift = np.zeros(len(rows)) if still else run.feed_acceleration[rows]
-    return forces.reaction[:, 2] + run.site.mast.mass * (run.site.gravity + lift)
+    touched = 0.0 if run.touches is None else run.touches.lift[rows]
+    return forces.reaction[:, 2] - touched + run.site.mast.mass * (run.site.gravity + lift)
 
 
 @report_as("actuator_force", "hoist force over rated force", unit="1", limit="actuator_force", applies=_has_feed)

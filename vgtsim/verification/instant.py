@@ -23,7 +23,7 @@ class Instant:
     Attributes:
         time: Simulated, s.
         nodes: Shape (N, 3), m.
-        load: Weight and inertia shared between the nodes, shape (N, 3), N.
+        load: Weight, inertia and contact forces shared between the nodes, shape (N, 3), N.
         ends: Node indices of the bars, shape (B, 2).
         length: Shape (B,), m.
         spring: Axial stiffness, shape (B,), N/m.
@@ -60,15 +60,16 @@ def find_instant(site: Site, log: LogSource, time: float | None = None) -> Insta
     run, at = Evidence(site, log.read(first, min(record + BESIDE + 1, log.count))), record - first
     nodes, motion = run.log.nodes[at], NodeMotion(run.motion.velocity[at], run.motion.acceleration[at])
     now = motion if np.isfinite(motion.acceleration).all() else None
+    touched = 0.0 if run.touches is None else run.touches.total(truss.ends)[at]
     edges, spring = np.zeros(len(truss.tip_edges)), model.stiffness_at(nodes)
     ends = np.concatenate([truss.ends, truss.tip_edges])
     return Instant(
         time=float(times[record]),
         nodes=nodes,
-        load=node_loads(model, nodes, now),
+        load=node_loads(model, nodes, now) + touched,
         ends=ends,
         length=np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1),
         spring=np.append(spring, edges + STIFF_EDGE * spring.max()),
-        force=np.append(solve_members(model.loads, nodes, now).bar, edges),
+        force=np.append(solve_members(model.loads, nodes, now, touched).bar, edges),
         measured=np.append(run.axial[at], edges),
     )

@@ -104,6 +104,16 @@ def when(**settings: object) -> Callable[[Site], bool]:
     return applies
 
 
+def has_goals(site: Site) -> bool:
+    """Whether a scene has goals to settle at; an operator has none."""
+    return bool(site.task.motion.goals)
+
+
+def has_operator(site: Site) -> bool:
+    """Whether an operator drives the arm of a scene."""
+    return site.task.operator is not None
+
+
 def has_cases(site: Site) -> bool:
     """Whether a scene has load cases."""
     return bool(site.task.loads)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vgtsim.verification.evidence import Evidence
-from vgtsim.verification.measures import Finding, report_as, worst_of
+from vgtsim.verification.measures import Finding, has_goals, has_operator, report_as, worst_of
 from vgtsim.verification.tracking import find_holds, goal_name
 
 _ROUNDING = 1e-6  # of a record: times are sums of steps
@@ -29,7 +29,7 @@ def check_count(run: Evidence) -> Finding:
     )
 
 
-@report_as("record", "stages of the tour missing or out of place", unit="1", limit="missing_records")
+@report_as("record", "stages of the tour missing or out of place", unit="1", limit="missing_records", applies=has_goals)
 def check_stages(run: Evidence) -> Finding:
     """Count the stages that are not as the scene has them: rest, then the way to each goal in turn and a hold there.
 
@@ -47,4 +47,23 @@ def check_stages(run: Evidence) -> Finding:
         last = np.flatnonzero(log.goal == goal)[-1:]
         if len(there) != 1 or there[0].last != last[0] or abs(there[0].last + 1 - there[0].first - due) > _BESIDE:
             faults.append(f"the hold at {goal_name(site, goal)}")
+    return Finding(value=float(len(faults)), where=faults[0] if faults else "none", detail="; ".join(faults))
+
+
+@report_as(
+    "record", "stages of the operation missing or out of place", unit="1", limit="missing_records", applies=has_operator
+)
+def check_operation(run: Evidence) -> Finding:
+    """Count the stages that are not as they should be: all commands come first, then the arm is held, settled, to the end.
+
+    The hold must last the scene's `hold`.
+    """
+    log, site = run.outline, run.site
+    last = max((command.time for command in site.scene.commands), default=0.0)
+    rest, due = np.flatnonzero(log.settled), site.task.motion.hold * site.task.simulation.log_rate
+    faults = ["a goal, which an operator has not"] if (log.goal != -1).any() else []
+    if not len(rest) or rest[-1] != len(log.time) - 1 or len(rest) != rest[-1] + 1 - rest[0]:
+        faults.append("the hold at the end")
+    elif abs(len(rest) - due) > _BESIDE or log.time[rest[0]] < last:
+        faults.append("the time of the hold at the end")
     return Finding(value=float(len(faults)), where=faults[0] if faults else "none", detail="; ".join(faults))

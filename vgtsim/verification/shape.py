@@ -62,12 +62,18 @@ def check_settled_shape(run: Evidence) -> Finding:
         unloaded = _unload(run, picked, left)
         start = site.chain.nodes(site.chain.inputs_from_lengths(run.outline.commanded))
         beta = damping_time(site.elastic_model, start, site.task.simulation.damping_ratio)
-        apart = np.linalg.norm(nodes - settle(site.elastic_model, unloaded, left, beta), axis=-1)
+        loaded = settle(site.elastic_model, unloaded, left, beta, _find_touches(run, picked))
+        apart = np.linalg.norm(nodes - loaded, axis=-1)
     except (AssemblyError, TrussError) as error:
         return missing(str(error))
     sag = np.linalg.norm(nodes - unloaded, axis=-1).max()
     detail = f"{len(picked)} settled instants; sag below the unloaded shape up to {sag:.4g} m"
     return replace(worst_of(apart, log.time[picked], site.truss.nodes), detail=detail)
+
+
+def _find_touches(run: Evidence, picked: Index) -> Array | None:
+    """Forces of contacts at the nodes of some records, shape (S, N, 3), N."""
+    return None if run.touches is None else run.touches.total(run.site.truss.ends)[picked]
 
 
 def _unload(run: Evidence, picked: Index, left: NodeMotion) -> Array:
@@ -78,7 +84,7 @@ def _unload(run: Evidence, picked: Index, left: NodeMotion) -> Array:
     log, chain, elastic = run.log, run.site.chain, run.site.elastic_model
     lengths = log.commanded[picked]
     if run.site.task.simulation.drive != "rigid":
-        bar = solve_members(elastic.loads, log.nodes[picked], left).bar
+        bar = solve_members(elastic.loads, log.nodes[picked], left, _find_touches(run, picked)).bar
         lengths = log.actual[picked]
         for _ in range(_OIL_PASSES):
             lengths = log.actual[picked] - (bar / elastic.stiffness(lengths))[:, chain.truss.actuated]

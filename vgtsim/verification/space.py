@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from vgtsim.kinematics.ties import first_least
+from vgtsim.site import Site
+from vgtsim.touches import Parts
 from vgtsim.verification.evidence import Evidence
-from vgtsim.verification.measures import Finding, report_as
+from vgtsim.verification.measures import Finding, report_as, worst_of
 
 
 @report_as("clearance", "least distance to anything", unit="m", limit="clearance", sense="at least")
@@ -30,17 +32,38 @@ def check_clearance(run: Evidence) -> Finding:
 
 @report_as("contacts", "logged contacts", unit="1", limit="contacts")
 def check_contacts(run: Evidence) -> Finding:
-    """Count the logged contacts; the first is named."""
-    log = run.log
-    if not len(log.contact_time):
+    """Count the logged contacts that the scene does not allow; the first is named."""
+    log, parts = run.log, Parts(run.site)
+    pairs = {pair: parts.find_rule(pair) is None for pair in {tuple(pair) for pair in log.contact_pair.tolist()}}
+    wrong = np.flatnonzero([pairs[tuple(pair)] for pair in log.contact_pair.tolist()])
+    if not len(wrong):
         return Finding(value=0.0, detail=log.stopped)
-    first, second = log.contact_pair[0]
+    first, second = log.contact_pair[wrong[0]]
     return Finding(
-        value=float(len(log.contact_time)),
+        value=float(len(wrong)),
         where=f"{first} and {second}",
-        when=float(log.contact_time[0]),
+        when=float(log.contact_time[wrong[0]]),
         detail=log.stopped,
     )
+
+
+def _allows_contacts(site: Site) -> bool:
+    return bool(site.task.contacts)
+
+
+@report_as(
+    "contacts", "allowed contact force over its limit", unit="1", limit="contact_force", applies=_allows_contacts
+)
+def check_contact_forces(run: Evidence) -> Finding:
+    """Greatest sum of forces of an allowed contact over its limit; contacts without a limit are told of in the detail."""
+    rules = run.site.task.contacts
+    names = [f"{rule.part} on {rule.place}" for rule in rules]
+    force = np.zeros((run.log.count, len(rules)))
+    if run.touches is not None:
+        force = np.linalg.norm(run.touches.by_rule, axis=-1)
+    limits = np.array([rule.force or np.inf for rule in rules])
+    greatest = ", ".join(f"{name} {most / 1e3:.4g} kN" for name, most in zip(names, force.max(axis=0), strict=True))
+    return replace(worst_of(force / limits, run.log.time, names), detail=greatest)
 
 
 @report_as("contacts", "warnings and early ends", unit="1", limit="contacts")

@@ -11,19 +11,41 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.stretch import Outline
 from vgtsim.verification.evidence import Array, Evidence, Index
-from vgtsim.verification.measures import Finding, absent, missing, report_as, when, worst_of
+from vgtsim.verification.measures import Finding, absent, has_goals, has_operator, missing, report_as, when, worst_of
 
 
-@report_as("tracking", "tool position at a settled goal", unit="m", limit="tracking_position")
+@report_as("tracking", "tool position at a settled goal", unit="m", limit="tracking_position", applies=has_goals)
 def check_tool_position(run: Evidence) -> Finding:
     """Greatest distance of the tool from a settled goal."""
     return _find_worst_held(run, run.tool_errors[0])
 
 
-@report_as("tracking", "tool direction at a settled goal", unit="rad", limit="tracking_angle")
+@report_as("tracking", "tool direction at a settled goal", unit="rad", limit="tracking_angle", applies=has_goals)
 def check_tool_direction(run: Evidence) -> Finding:
     """Greatest angle of the tool from a settled goal's direction."""
     return _find_worst_held(run, run.tool_errors[1])
+
+
+@report_as(
+    "tracking", "tool position to the operator's target", unit="m", limit="tracking_position", applies=has_operator
+)
+def check_target_position(run: Evidence) -> Finding:
+    """Greatest distance of the tool from where the operator's filtered target was."""
+    return _find_worst_aimed(run, 0)
+
+
+@report_as(
+    "tracking", "tool direction to the operator's target", unit="rad", limit="tracking_angle", applies=has_operator
+)
+def check_target_direction(run: Evidence) -> Finding:
+    """Greatest angle of the tool from the direction of the operator's filtered target."""
+    return _find_worst_aimed(run, 1)
+
+
+def _find_worst_aimed(run: Evidence, which: int) -> Finding:
+    if not run.log.target.size:
+        return missing("the log has no targets of an operator")
+    return worst_of(run.target_errors[which][:, None], run.log.time, ("the tool",))
 
 
 @report_as(

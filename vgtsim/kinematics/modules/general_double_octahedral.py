@@ -2,8 +2,8 @@
 
 Inputs are the angles phi_1 to phi_3 of 3.28, legs the three actuators. The upper cell follows from the lower by its
 closure, on the assembly mode of the straight pose: every call comes from there, so that what an input means depends on
-nothing else. Such a module has kinematics, statics and a MuJoCo model; it bends in no plane by its inputs, so an arm that
-has one is not positioned.
+nothing else. That makes a trial step some fifty times as dear as one of a symmetric module. No input bends it in a plane, so
+a bend that is asked of it is a first guess.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class GeneralDoubleOctahedra(ModuleSet):
     begins: Array
     inputs = 3
     units = ("rad", "rad", "rad")
-    positionable = False  # its upper cell is followed from the straight pose, which is too slow for trial steps
+    stows = True
 
     @cached_property
     def inner_count(self) -> int:
@@ -198,6 +198,10 @@ class GeneralDoubleOctahedra(ModuleSet):
     def check_strokes(self, low: Array, high: Array) -> None:
         """By a search, see `search_strokes`."""
         search_strokes(self, low, high)
+
+    def stow(self, length: float) -> Array:
+        """All actuators retracted to the length."""
+        return self.solve(np.full(self.actuated.shape, length))
 
     def bend(self, angle: Array, half: Array) -> Array:  # noqa: ARG002
         """Every angle of its lower cell grows by the bend: no symmetric one is known in closed form."""

@@ -162,7 +162,6 @@ class ModuleSet(ABC):
         units: Unit of each input, for inputs that a user writes.
         leans: Whether the first two inputs are the sine of half the bend times cosine and sine of its direction.
         stows: Whether the pose that passes the riser is another than the straight one.
-        positionable: Whether batches of trial steps can be asked of it.
         turns_alike: Whether modules that are turned to each other may be coupled.
         sections_key: Key of the description that names its cylinders.
     """
@@ -173,7 +172,6 @@ class ModuleSet(ABC):
     units: ClassVar[tuple[str, ...]]
     leans: ClassVar[bool] = False
     stows: ClassVar[bool] = False
-    positionable: ClassVar[bool] = True
     turns_alike: ClassVar[bool] = False
     sections_key: ClassVar[str] = "cylinder"
 

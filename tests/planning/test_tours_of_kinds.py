@@ -1,13 +1,15 @@
-"""Tours and tool paths of an arm whose octahedra have static longerons: these keep their length everywhere on the way."""
+"""Tours of arms of every kind: octahedra with static longerons, which keep their length on the whole way, and general ones."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from static_longerons import STATIC, make_static_scene
+from scenes_of_kinds import STATIC, make_general_scene, make_static_scene
 
 from vgtsim.planning import plan_tour
+from vgtsim.planning.path import plan_path
 from vgtsim.planning.timing import make_limits
+from vgtsim.planning.trajectory import Corridor
 from vgtsim.plant import run
 from vgtsim.site import Site
 from vgtsim.verification import verify
@@ -18,9 +20,9 @@ KEPT = 1e-9  # m: rounding of static longerons
 GOAL = 2e-9  # m: each row is met to 1e-9
 
 
-@pytest.fixture(scope="module")
-def site():
-    return Site(make_static_scene())
+@pytest.fixture(scope="module", params=[make_static_scene, make_general_scene])
+def site(request):
+    return Site(request.param())
 
 
 @pytest.fixture(scope="module")
@@ -28,17 +30,29 @@ def tour(site):
     return plan_tour(site)
 
 
-def test_static_longerons_keep_their_length_on_the_whole_way(site, tour):
-    """From the nodes, which follow from the commanded lengths by the forward solution; and these are the planned inputs."""
-    truss = site.truss
+def test_every_member_but_the_actuators_keeps_its_length_on_the_whole_way():
+    """From the nodes of the planned inputs themselves, densely between way-points; and their rate is their derivative."""
+    site = Site(make_static_scene())
+    truss, near = site.truss, site.subspace.project(site.start[None] + 0.05 * np.cos(np.arange(18.0)))[0]
     static = [i for i, member in enumerate(truss.members) if member.name[:2] in STATIC and member.role == "longeron"]
     assert len(static) == 5
-    wanted = site.arm.modules[0].straight
+    rigid = np.setdiff1d(np.arange(len(truss.members)), truss.actuated)
+    curve = plan_path(Corridor(site.box, site.surroundings, site.clearance), site.start, near, "near").curve
+    part = np.linspace(0.01, 0.99, 457)
+    lengths = truss.lengths(site.chain.nodes(curve(part)))
+    straight = truss.lengths(site.chain.nodes(site.chain.straight))
+    assert np.abs(lengths - straight)[:, rigid].max() < KEPT
+    assert np.ptp(lengths[:, truss.actuated], axis=0).max() > 0.02
+    differences = (curve(part + 1e-4) - curve(part - 1e-4)) / 2e-4
+    assert np.abs(curve(part, 1) - differences).max() < 1e-3 * np.abs(differences).max()
+
+
+def test_lengths_lead_back_to_the_planned_postures(site, tour):
     for leg in tour.legs:
-        q = site.chain.inputs_from_lengths(leg.lengths)
-        assert np.abs(truss.lengths(site.chain.nodes(q))[:, static] - wanted).max() < KEPT
+        q = site.chain.inputs_from_lengths(leg.lengths[[0, -1]])
         assert np.abs(q[-1] - leg.q).max() < KEPT
-        assert np.ptp(leg.lengths, axis=0).max() > 0.02
+        assert site.subspace.find_errors(q).max() < KEPT
+        assert np.ptp(leg.lengths, axis=0).max() > 0.01
         assert site.box.spare(leg.lengths).min() > 0
 
 

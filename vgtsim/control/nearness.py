@@ -1,0 +1,60 @@
+"""What the arm comes near to: how fast the gaps may close in the coming step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.control.arm_now import ArmNow
+from vgtsim.control.limits import allow
+from vgtsim.positioning.surroundings import NearPairs
+from vgtsim.site import Site
+
+Array = NDArray[np.float64]
+
+_REACH = 0.5  # m beyond the clearance in which gaps are looked at: an arm at 0.3 m/s stops within it
+_BRAKE = 0.05  # m/s², with which the closing of a gap is slowed: half of what a tool's target may have
+_MOST = 40  # gaps that are limited, the nearest: the others are farther by far
+_SAG_EVERY = 25  # cycles between looks at how far an arm that gives sags
+
+
+@dataclass
+class GapWatch:
+    """Watches the gaps between the arm and tank, equipment, waste, mast and itself.
+
+    `clearance` is the distance kept, m: the scene's, and of an arm that gives the greatest sag of a node more.
+    """
+
+    site: Site
+    clearance: float = field(init=False)
+    _pairs: NearPairs = field(init=False)
+    _picked: NDArray[np.intp] = field(init=False)
+    _cycle: int = 0
+
+    def __post_init__(self) -> None:
+        """Begin with the scene's clearance."""
+        self.clearance = self.site.clearance
+
+    def bound(self, arm: ArmNow, timestep: float) -> tuple[Array, Array]:
+        """Derivatives of the nearest gaps by the lengths, shape (R, J), and their least rates, shape (R,), m/s."""
+        site = self.site
+        if site.sags and self._cycle % _SAG_EVERY == 0:
+            nodes = arm.state.nodes[0]
+            moved = site.surroundings.points(arm.q[None])[0, :-1] - nodes
+            self.clearance = site.clearance + float(np.linalg.norm(moved, axis=1).max())
+        self._cycle += 1
+        pairs = site.surroundings.unloaded.rows(arm.state, self.clearance + _REACH)
+        self._pairs, self._picked = pairs, np.argsort(pairs.gap, kind="stable")[:_MOST]
+        gap, gradient = pairs.gap[self._picked], pairs.gradient[self._picked] @ arm.inputs_by_length
+        return gradient, -np.maximum(allow(gap - self.clearance, _BRAKE, timestep), 0.0)
+
+    def name(self, row: int) -> str:
+        """Names of the two bodies of a row of `bound`."""
+        return self.site.surroundings.name_pair(self._pairs.bodies[self._picked[row]])
+
+    @property
+    def nearest(self) -> tuple[float, str]:
+        """Least gap, m, and its bodies; infinite where nothing is within reach."""
+        return (float(self._pairs.gap[self._picked[0]]), self.name(0)) if len(self._picked) else (np.inf, "")
