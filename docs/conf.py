@@ -28,6 +28,7 @@ exclude_patterns = ["_build", "made/*/**"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 autodoc_typehints = "signature"
+napoleon_use_ivar = True  # attributes once, where members are listed as well
 autodoc_type_aliases = {"Array": "Array", "ArrayLike": "ArrayLike"}
 html_theme = "furo"
 html_static_path = ["_static"]

@@ -77,6 +77,18 @@ class Payload(Description):
     radius: Size
 
 
+class Conveyance(Description):
+    """A hose or a chain of conveyors that carries waste up through the open truss.
+
+    Attributes:
+        diameter: Its greatest outer diameter, couplings included.
+        bend_radius: Least radius that it may be bent to; 0 for conveyors whose universal joints stand in active modules.
+    """
+
+    diameter: Size
+    bend_radius: Gap = 0.0
+
+
 class GoalPlace(Description):
     """A pose of the tool by a named place of the tank; azimuths are from +x of frame G, counter-clockwise from above.
 
@@ -354,7 +366,7 @@ class SceneFile(Description):
     from above the riser and back, which stand for the tour of the goals; its start is then above the riser.
     `operator` is for an
     arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
-    run.
+    run. `conveyance` is the line through the truss; absent where there is none.
     """
 
     name: Name
@@ -363,6 +375,7 @@ class SceneFile(Description):
     tank: str
     mast: Mast
     payload: Payload
+    conveyance: Conveyance | None = None
     motion: Motion
     simulation: Simulation = Simulation()
     limits: Limits = Limits()

@@ -118,7 +118,7 @@ class _Plan:
         )
         goal = tool_goal(path.start, path.direction)
         problem = Problem(site.box, goal, make_objective(site, goal, _SMOOTH))
-        run = follow(problem, path, self.here, site.timestep)
+        run = follow(problem, path, self.here, site.timestep, site.subspace)
         start, pieces = run.q[0], self._go(run.q[0], "the first row of the raster")
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])
         worst = int(np.argmin(gaps))
@@ -127,7 +127,9 @@ class _Plan:
         self.here = run.q[-1]
 
         def rows(timestep: float) -> tuple[Array, None]:
-            return (run if timestep == site.timestep else follow(problem, path, start, timestep)).lengths, None
+            return (
+                run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
+            ).lengths, None
 
         return [*pieces, _Piece(float(gaps[worst]), places[worst], rows)]
 
