@@ -11,6 +11,7 @@ from vgtsim.description import Tank
 from vgtsim.geometry.profile import make_profile
 from vgtsim.kinematics.ties import first_greatest, order_down
 from vgtsim.output.quantities import MINUS, format_quantity
+from vgtsim.planning import STEP_BOUND, name_bound
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import CHECK_NAMES, Check, Report, find_holds, find_riser_reaction
@@ -258,6 +259,8 @@ def describe_waste(tank: Tank) -> str:
 
 
 def list_costs(performance: Mapping[str, float]) -> list[tuple[str, str]]:
-    """List what the run cost."""
-    shown = {name: _COSTS.get(name, (name, "{:.6g}")) for name in performance}
-    return [(words, form.format(performance[name])) for name, (words, form) in shown.items()]
+    """List what the run cost, and what kept its step from being longer."""
+    shown = {name: _COSTS.get(name, (name, "{:.6g}")) for name in performance if not name.startswith(STEP_BOUND)}
+    costs = [(words, form.format(performance[name])) for name, (words, form) in shown.items()]
+    bound = name_bound(performance)
+    return costs if bound is None else [*costs, ("time step set by", bound.replace("_", " "))]
