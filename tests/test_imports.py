@@ -26,11 +26,11 @@ ROOMS = (
     ("planning", "mjcf", "verification"),
     ("control",),
     ("plant", "output", "batch"),
-    ("posture", "study"),
+    ("posture", "study", "envs"),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
-NO_MUJOCO = set(LEVEL) - {"graphics", "mjcf", "plant", "output", "batch", "cli"}
+NO_MUJOCO = set(LEVEL) - {"graphics", "mjcf", "plant", "output", "batch", "envs", "cli"}
 FILES = sorted((ROOT / "vgtsim").rglob("*.py"))
 
 

@@ -16,6 +16,17 @@ def test_a_type_iv_tank_holds_a_million_gallons_at_its_operating_depth():
     assert volume / CUBIC_METRES == pytest.approx(1.0e6, rel=0.01)
 
 
+def test_a_type_i_tank_holds_55_000_gallons_under_the_top_of_its_wall():
+    volume = make_profile(load_tank("type_i").shell).volume(7.35)
+    assert volume / CUBIC_METRES == pytest.approx(55e3, rel=0.01)
+
+
+def test_a_type_iii_tank_holds_228_000_gallons_more_than_a_type_ii_tank_of_the_same_freeboard():
+    two, three = (load_tank(name).shell for name in ("type_ii", "type_iii"))
+    more = make_profile(three).volume(three.wall_top) - make_profile(two).volume(two.wall_top)
+    assert more / CUBIC_METRES == pytest.approx(228e3, rel=0.001)
+
+
 def test_rings_stand_at_equal_angles_under_names_with_numbers():
     tank = load_tank("type_iv")
     names = [item.name for item in tank.standing]

@@ -7,9 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vgtsim.description import Goal
+from vgtsim.description import Goal, load_tank
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry import enclosure_distance, make_profile, place_goals, segment_distance, tool_frame
+from vgtsim.geometry.bed import make_bed
 from vgtsim.site import Site
 
 ROUNDING = 1e-9  # m
@@ -114,3 +115,14 @@ def test_a_goal_is_given_in_one_form():
     for table in ({"position": [0, 0, 1]}, {}, {"position": [0, 0, 1], "at": at}):
         with pytest.raises(ValueError, match="position"):
             Goal.model_validate({"name": "g", **table})
+
+
+def test_a_goal_over_uneven_waste_has_its_height_over_the_surface_there(reach_scene):
+    scene = dataclasses.replace(reach_scene, tank=load_tank("type_iv"))
+    bed = make_bed(scene.tank)
+    assert bed is not None
+    tables = [{"place": "waste", "azimuth": f"{turn} deg", "radius": 6.0, "height": 0.8} for turn in (0, 40, 200)]
+    goals = place(scene, *({"at": at} for at in tables))
+    surface = [bed.height_at(*goal.position[:2]) for goal in goals]
+    assert [goal.position[2] for goal in goals] == pytest.approx(np.add(surface, 0.8))
+    assert max(surface) - min(surface) > 0.01

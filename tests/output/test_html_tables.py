@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from vgtsim.output.html_tables import describe_waste, group_checks, list_members, list_reactions
+from vgtsim.output.html_tables import (
+    describe_waste,
+    group_checks,
+    list_costs,
+    list_members,
+    list_reactions,
+)
 
 
 def test_peaks_of_the_reactions_are_in_the_table(site, log):
@@ -50,3 +56,9 @@ def test_waste_in_the_dish_is_a_spherical_cap(scene):
     volume = math.pi * waste.level**2 * (3 * radius - waste.level) / 3
     said = describe_waste(scene.tank)
     assert f"{waste.kind}, {volume:.3g} m³, {waste.density * volume / 1000:.3g} t, " in said
+
+
+def test_what_set_the_step_is_said_in_place_of_all_bounds():
+    performance = {"timestep_s": 0.01, "step_bound_s_closure": 0.02, "step_bound_s_kinematics_agreement": 0.01}
+    assert list_costs(performance) == [("time step", "0.01 s"), ("time step set by", "kinematics agreement")]
+    assert list_costs({"timestep_s": 0.01}) == [("time step", "0.01 s")]

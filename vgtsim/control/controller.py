@@ -179,7 +179,7 @@ class Controller:
         dt, wanted = self.timestep, self._wanted
         most = self._limits.bound_accelerations(arm.jacobian)
         low, high, kinds = self._limits.bound_rates(arm.lengths, self._rates, most, dt)
-        gaps, closing = self._nearness.bound(arm, dt)
+        gaps, closing = self._nearness.bound(arm, most, dt)
         uses, rising = self._strength.bound(arm)
         if isinstance(wanted, ToolTarget):
             rows, wish, back = wanted.wish(arm, self.site.task.motion.acceleration, dt)

@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 
 _REACH = 0.5  # m beyond the clearance in which gaps are looked at: an arm at 0.3 m/s stops within it
 _BRAKE = 0.05  # m/s², with which the closing of a gap is slowed: half of what a tool's target may have
+_SHARE = 0.3  # part of what all cylinders together could slow a gap with: they have a task beside
 _MOST = 40  # gaps that are limited, the nearest: the others are farther by far
 _SAG_EVERY = 25  # cycles between looks at how far an arm that gives sags
 
@@ -37,8 +38,11 @@ class GapWatch:
         """Begin with the scene's clearance."""
         self.clearance = self.site.clearance
 
-    def bound(self, arm: ArmNow, timestep: float) -> tuple[Array, Array]:
-        """Derivatives of the nearest gaps by the lengths, shape (R, J), and their least rates, shape (R,), m/s."""
+    def bound(self, arm: ArmNow, most: Array, timestep: float) -> tuple[Array, Array]:
+        """Derivatives of the nearest gaps by the lengths, shape (R, J), and their least rates, shape (R,), m/s.
+
+        Greatest accelerations of the cylinders have shape (J,), m/s²: what they cannot slow down is slowed earlier.
+        """
         site = self.site
         if site.sags and self._cycle % _SAG_EVERY == 0:
             nodes = arm.state.nodes[0]
@@ -48,7 +52,8 @@ class GapWatch:
         pairs = site.surroundings.unloaded.rows(arm.state, self.clearance + _REACH)
         self._pairs, self._picked = pairs, np.argsort(pairs.gap, kind="stable")[:_MOST]
         gap, gradient = pairs.gap[self._picked], pairs.gradient[self._picked] @ arm.inputs_by_length
-        return gradient, -np.maximum(allow(gap - self.clearance, _BRAKE, timestep), 0.0)
+        brake = np.minimum(_BRAKE, _SHARE * (np.abs(gradient) @ most))
+        return gradient, -np.maximum(allow(gap - self.clearance, brake, timestep), 0.0)
 
     def name(self, row: int) -> str:
         """Names of the two bodies of a row of `bound`."""

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_TASK = 1e6  # W in units of the task's speed: a rate in full costs 1
-_PART = 3e-3  # w over W |v|²: above what rates cost in poor directions, and far below leaving the task's direction
+_TASK = 1e7  # W in units of the task's speed: a rate in full costs 1
+_PART = 1e-3  # w over W |v|²: above what rates cost in poor directions, and far below leaving the task's direction
 _SPEED = 0.1  # m/s, of a task that counts one
 _SOFT, _BOUND = 8, 0  # daqp's marks of a row that may be violated and of one that may not
 _HELD = 1e-6  # of the greatest multiplier: a smaller one holds nothing

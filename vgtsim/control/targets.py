@@ -21,10 +21,10 @@ Measure = Callable[[Array], float]  # from a change of velocity to the time that
 
 _BRAKE = 0.5  # part of the acceleration that a target brakes with: the filters lag behind
 _NEAR = 3.0  # 1/s: the last part of a way decays at this rate
-_RETURN = 2.0  # 1/s, with which the drift of the arm from its target is taken back
+_RETURN = 4.0  # 1/s, with which the drift of the arm from its target is taken back
 _NOWHERE = 1e-5  # s: a way that takes less at full speed is none
 _STILL = 2e-5  # m/s or rad/s: what is left of a velocity is dropped, an acceleration of a ten thousandth of gravity
-_ROLLS = 1e-9  # rad/s
+_ROLLS = 1e-5  # rad/s
 
 
 @dataclass

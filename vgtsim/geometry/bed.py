@@ -37,7 +37,7 @@ class Bed:
     @property
     def places(self) -> Array:
         """X and y of each height, shape (n, n, 2), m."""
-        line = self.corner + self.spacing * np.arange(len(self.heights))
+        line: Array = np.linspace(self.corner, -self.corner, len(self.heights), dtype=np.float64)
         return np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1)
 
     @property

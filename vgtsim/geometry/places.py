@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.description import Equipment, Goal, Scene, Tank, closest
 from vgtsim.description.scene import GoalPlace
 from vgtsim.errors import DescriptionError
+from vgtsim.geometry.bed import make_bed
 from vgtsim.geometry.profile import make_profile
 
 Array = NDArray[np.float64]
@@ -112,7 +113,8 @@ def _at_wall(at: GoalPlace, tank: Tank) -> _Pose:
 
 def _over_waste(at: GoalPlace, tank: Tank) -> _Pose:
     azimuth, radius, height = _figures(at, _NEEDS[WASTE])
-    point = _cylindrical(radius, azimuth, tank.waste.level + height)
+    point, bed = _cylindrical(radius, azimuth, height), make_bed(tank)
+    point[2] += tank.waste.level if bed is None else bed.height_at(point[0], point[1])
     out = point - _mast(tank)
     heading = float(np.arctan2(out[1], out[0])) if np.hypot(*out[:2]) > 1e-6 else azimuth
     return _Pose(point, heading, _DOWN)

@@ -11,6 +11,7 @@ from vgtsim.description import Tank
 from vgtsim.geometry.profile import make_profile
 from vgtsim.kinematics.ties import first_greatest, order_down
 from vgtsim.output.quantities import MINUS, format_quantity
+from vgtsim.planning import STEP_BOUND, name_bound
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import CHECK_NAMES, Check, Report, find_holds, find_riser_reaction
@@ -153,7 +154,7 @@ def list_goals(site: Site, log: RunLog, report: Report) -> list[GoalRow]:
         ("tool_angle_error", "rad", limits.tracking_angle),
     )
     rows = []
-    for index, goal in enumerate(site.task.motion.goals):
+    for index, goal in enumerate(site.task.stages):
         held = [hold for hold in stays if hold.goal == index]
         errors = []
         for key, unit, limit in judged:
@@ -163,8 +164,8 @@ def list_goals(site: Site, log: RunLog, report: Report) -> list[GoalRow]:
         rows.append(
             GoalRow(
                 name=goal.name,
-                position=", ".join(f"{value:.3f}" for value in goal.position).replace("-", MINUS),
-                direction=", ".join(f"{value:.2f}" for value in goal.direction).replace("-", MINUS),
+                position=", ".join(f"{value:.3f}" for value in goal.position or ()).replace("-", MINUS),
+                direction=", ".join(f"{value:.2f}" for value in goal.direction or ()).replace("-", MINUS),
                 stays=", ".join(f"{hold.start:.1f} to {hold.end:.1f} s" for hold in held) or "never settled",
                 distance=errors[0],
                 angle=errors[1],
@@ -258,6 +259,8 @@ def describe_waste(tank: Tank) -> str:
 
 
 def list_costs(performance: Mapping[str, float]) -> list[tuple[str, str]]:
-    """List what the run cost."""
-    shown = {name: _COSTS.get(name, (name, "{:.6g}")) for name in performance}
-    return [(words, form.format(performance[name])) for name, (words, form) in shown.items()]
+    """List what the run cost, and what kept its step from being longer."""
+    shown = {name: _COSTS.get(name, (name, "{:.6g}")) for name in performance if not name.startswith(STEP_BOUND)}
+    costs = [(words, form.format(performance[name])) for name, (words, form) in shown.items()]
+    bound = name_bound(performance)
+    return costs if bound is None else [*costs, ("time step set by", bound.replace("_", " "))]

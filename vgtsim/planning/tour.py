@@ -15,6 +15,7 @@ from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.pace import choose_step, find_bounds
+from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import Path, plan_path
 from vgtsim.planning.resolution import MARGIN, default_resolution, goal_keep, resolve_goal
 from vgtsim.planning.sampling import Ground
@@ -27,6 +28,7 @@ from vgtsim.statics import settle, tool_point
 
 Array = NDArray[np.float64]
 
+_LOOKED = 61  # postures of a path in which a line must pass the arm
 _AIMS = 6  # corrections of the aim for the sag of an elastic arm
 _AIMED = 1e-4  # error of the settled tool that ends the corrections, m and rad: a tenth of the tracking limit
 
@@ -118,13 +120,14 @@ def plan_tour(site: Site) -> Tour:
     keep = goal_keep(site)
     shapes = [site.start]
     for goal in motion.goals:
-        q = _configure(site, goal, shapes[-1], keep)
-        shapes.append(_aim_above(site, goal, q) if site.sags else q)
+        shapes.append(pose_at(site, goal, shapes[-1], keep))
+    check_passage(site, np.array(shapes))
     corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
     ends = zip(motion.goals, shapes[:-1], shapes[1:], strict=True)
     carousel = Carousel(Ground(corridor))
     paths = [_find_paths(site, corridor, first, last, goal.name, carousel) for goal, first, last in ends]
+    check_passage(site, np.concatenate([path.curve(np.linspace(0, 1, _LOOKED)) for leg in paths for path in leg]))
     ways = [[time_path(site.chain, path.curve, limits) for path in leg] for leg in paths]
     clearances = [path.clearance for leg in paths for path in leg]
     bounds = find_bounds(site, zip([way for leg in ways for way in leg], clearances, strict=True))
@@ -143,6 +146,17 @@ def plan_tour(site: Site) -> Tour:
         )
         legs.append(leg)
     return Tour(site.start, tuple(legs), timestep, bounds)
+
+
+def pose_at(site: Site, goal: Goal, start: Array, keep: Keep | None) -> Array:
+    """Inputs with the tool of the arm, sagging or not, at a goal, shape (n,), sought from a start.
+
+    Raises:
+        ReachError: The goal cannot be met, or not by an arm that gives.
+        TrussError: The arm does not settle at the goal.
+    """
+    q = _configure(site, goal, start, keep)
+    return _aim_above(site, goal, q) if site.sags else q
 
 
 def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name: str, carousel: Carousel) -> list[Path]:

@@ -236,6 +236,32 @@ def _count(marks: Index, numbers: Array, step: Array) -> None:
 
 
 @compiled
+def _leave(marks: Index, numbers: Array, step: Array, y: Array, error: Array, value: Any, optimality: float) -> None:
+    """Get ready to leave a saddle along the step, which is a direction.
+
+    An escape must lower the merit by more than a null-space step promises, and by more than a settled goal may promise, so
+    there are finitely many.
+    """
+    step *= _LEAP
+    least = max(numbers[PROMISE], optimality * (1 + abs(value)))
+    _search(marks, numbers, _ESCAPING, _WAYS, find_size(y), error, value, least)
+
+
+@compiled
+def _take_or_cut(marks: Index, numbers: Array, good: Any, dear: Any) -> None:
+    """What follows a trial point: going to it if it is good, whose model is wanted where it was glanced at; or a cut step."""
+    if good:
+        marks[PHASE] = _ARRIVE
+        if numbers[PART] != 1.0 and dear:
+            marks[WANT] = MODEL
+    else:
+        marks[CUT] += 1
+        marks[BACKS] = _RESTORED
+        numbers[PART] /= 3
+        marks[PHASE] = _TRY if marks[CUT] < marks[CUTS] else _FAILED
+
+
+@compiled
 def carry_on(
     how: Array, tolerance: Array, which: Index, there: Any, ways: Any, at: Any, factors: Any, further: Any
 ) -> None:
@@ -243,15 +269,8 @@ def carry_on(
     back, row = np.empty(ways[2].shape[1]), np.empty(ways[6].shape[1])
     for r in range(len(which)):
         i = which[r]
-        marks, numbers, z, trial, step, main, y = (
-            ways[0][i],
-            ways[1][i],
-            ways[2][i],
-            ways[3][i],
-            ways[4][i],
-            ways[5][i],
-            ways[6][i],
-        )
+        marks, numbers, z, trial = ways[0][i], ways[1][i], ways[2][i], ways[3][i]
+        step, main, y = ways[4][i], ways[5][i], ways[6][i]
         marks[WANT] = 0
         while marks[WANT] == 0:
             phase, error, value = marks[PHASE], at[1][i], at[3][i]
@@ -272,11 +291,7 @@ def carry_on(
                     main[:] = step
                     marks[WANT], marks[PHASE] = DOWNHILL, _LEAVE
             elif phase == _LEAVE:
-                # an escape must lower the merit by more than a null-space step promises, and by more than a settled goal
-                # may promise, so there are finitely many
-                step *= _LEAP
-                least = max(numbers[PROMISE], how[0] * (1 + abs(value)))
-                _search(marks, numbers, _ESCAPING, _WAYS, find_size(y), error, value, least)
+                _leave(marks, numbers, step, y, error, value, how[0])
             elif phase == _MAIN:
                 if marks[DONE]:
                     break
@@ -300,15 +315,8 @@ def carry_on(
                 marks[BACKS] -= 1
                 marks[PHASE] = _BACK
             elif phase == _JUDGE:
-                if _judge(numbers, step, there[0][r], there[1][r], there[3][r]):
-                    marks[PHASE] = _ARRIVE
-                    if numbers[PART] != 1.0 and how[4] > 0:
-                        marks[WANT] = MODEL
-                else:
-                    marks[CUT] += 1
-                    marks[BACKS] = _RESTORED
-                    numbers[PART] /= 3
-                    marks[PHASE] = _TRY if marks[CUT] < marks[CUTS] else _FAILED
+                good = _judge(numbers, step, there[0][r], there[1][r], there[3][r])
+                _take_or_cut(marks, numbers, good, how[4] > 0)
             elif phase == _ARRIVE:
                 _arrive(i, r, ways, at, there, further[0])
                 _count(marks, numbers, step)

@@ -109,16 +109,13 @@ def minimise(
     how, z, every = settings or NewtonSettings(), np.array(start, float), np.arange(len(start))
     at = evaluate(z.copy(), every).parts if course is None else course.make_room(len(z))  # its parts are written to
     inside, error, J, value, slope, curve, rough, by_length = at
-    (count, size), rows, learns = z.shape, error.shape[1], rough.shape[1] > 0
+    count, rows, learns = len(z), error.shape[1], rough.shape[1] > 0
     bends = bend is not None and not learns
-    y, none = np.empty((count, rows)), np.empty((0, size, size))
-    marks, numbers = np.zeros((count, descent.DONE + 1), np.intp), np.zeros((count, descent.SIZE + 1))
-    marks[:, descent.AGE], marks[:, descent.DEFINITE] = descent.KEPT, 1
-    numbers[:, descent.PROMISE] = np.inf
-    trial, step, main = np.empty(z.shape), np.empty(z.shape), np.empty(z.shape)
+    marks, numbers = _begin(count)
+    trial, step, main, y = np.empty(z.shape), np.empty(z.shape), np.empty(z.shape), np.empty((count, rows))
     ways = marks, numbers, z, trial, step, main, y
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
-    learned, bent = np.zeros(curve.shape) if learns else none, np.zeros(curve.shape) if bends else none
+    learned, bent = (np.zeros(curve.shape if wanted else (0, *curve.shape[1:])) for wanted in (learns, bends))
     figures = np.array([how.optimality, how.most, how.turn, how.limit, dear and glance is not None, bends], float)
     tolerance = np.empty(rows)
     tolerance[:] = how.tolerance
@@ -158,6 +155,14 @@ def minimise(
         promise=numbers[:, descent.PROMISE].copy(),
         optimal=marks[:, descent.OPTIMAL] > 0,
     )
+
+
+def _begin(count: int) -> tuple[Index, Array]:
+    """Marks and numbers of goals that are not begun yet, shape (count, ...), see `descent`."""
+    marks, numbers = np.zeros((count, descent.DONE + 1), np.intp), np.zeros((count, descent.SIZE + 1))
+    marks[:, descent.AGE], marks[:, descent.DEFINITE] = descent.KEPT, 1
+    numbers[:, descent.PROMISE] = np.inf
+    return marks, numbers
 
 
 def downhill(W: Array, J: Array, slope: Array) -> Array:

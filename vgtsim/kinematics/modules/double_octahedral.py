@@ -96,11 +96,17 @@ def fill_mid_planes(
             if inner_slope.size:
                 turn[0, 0] = turn[1, 1] = 1.0
                 turn[2, 0], turn[2, 1] = -a / c, -b / c
-                for row in range(inner_slope.shape[2]):  # feet slide along their tangents, the others turn too
-                    rise, k = offset * (row // 3) / 2, row % 3
-                    for axis in range(3):
-                        for j in range(3):
-                            inner_slope[i, m, row, axis, j] = tangent[k, axis] * rate[k, j] + rise * turn[axis, j]
+                _slide(tangent, rate, turn, offset, inner_slope[i, m])
+
+
+@compiled
+def _slide(tangent: Array, rate: Array, turn: Array, offset: float, slope: Array) -> None:
+    """Derivatives of the inner nodes: feet slide along their tangents, the others turn too."""
+    for row in range(len(slope)):
+        rise, k = offset * (row // 3) / 2, row % 3
+        for axis in range(3):
+            for j in range(3):
+                slope[row, axis, j] = tangent[k, axis] * rate[k, j] + rise * turn[axis, j]
 
 
 @compiled
