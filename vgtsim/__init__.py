@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from vgtsim.mjcf import build_model, load_model
     from vgtsim.output import film as render
     from vgtsim.output import write_outputs as write
-    from vgtsim.planning import plan_tour as plan
+    from vgtsim.planning import plan_site as plan
     from vgtsim.plant import Plant, operate, run
     from vgtsim.posture import forward_kinematics, jacobian, member_forces, solve_goal
     from vgtsim.site import Site, load_arm
@@ -53,7 +53,7 @@ _ROOMS = {
     "site": ("Site", "load", "load_arm"),
     "verification": ("verify",),
 }
-_THERE = {"load": "load_site", "plan": "plan_tour", "render": "film", "write": "write_outputs"}  # names in their rooms
+_THERE = {"load": "load_site", "plan": "plan_site", "render": "film", "write": "write_outputs"}  # names in their rooms
 
 
 def __getattr__(name: str) -> Any:

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import vgtsim
+from studies.drawn_directrices import follow_drawn
 from vgtsim.description import Feed
 from vgtsim.errors import DescriptionError, PathError
 from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
@@ -218,3 +219,11 @@ def test_obstacle_in_the_mouth_and_waste_above_the_pivot_are_refused(small):
     narrow = small.tank.arm_riser.model_copy(update={"bore": 1.0})
     with pytest.raises(DescriptionError, match=r"does not fit riser_42in: .* too little"):
         check_entry(with_hoist(small, arm_riser=narrow))
+
+
+@pytest.mark.slow
+def test_drawn_curves_are_followed_near_the_bound():
+    trials = list(follow_drawn(vgtsim.load("arm9_nullspace"), 3, 1))
+    assert all(trial.way is not None for trial in trials)
+    for trial in trials:
+        assert trial.way.chord < trial.way.bound <= trial.way.deviation <= FOLLOWED * trial.way.bound

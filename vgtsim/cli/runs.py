@@ -80,7 +80,7 @@ class _Programme:
 def _prepare(site: Site) -> _Programme:
     """Plan the tour of a site, or take the record of its operator."""
     from vgtsim.control import check_operation, rehearse
-    from vgtsim.planning import plan_tour
+    from vgtsim.planning import plan_site
     from vgtsim.plant import begin_log, begin_operation, record, record_operation
 
     if site.task.operator is not None:
@@ -92,7 +92,7 @@ def _prepare(site: Site) -> _Programme:
             plan=lambda log: rehearse(site, log),
         )
     with ERR.status("planning the tour"):
-        tour = plan_tour(site)
+        tour = plan_site(site)
     return _Programme(
         pose=tour.legs[0].q,
         begin=lambda folder, resume: begin_log(site, tour, folder, resume=resume),

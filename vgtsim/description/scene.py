@@ -28,6 +28,7 @@ from vgtsim.description.figures import (
 )
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.mission import MissionStep, MoveStep, RunStage, find_disorder
 from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import ObjectiveName, choose_coupling
 from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
@@ -361,7 +362,9 @@ class AllowedContact(Description):
 class SceneFile(Description):
     """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
 
-    `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run. `operator` is for an
+    `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run. `mission` are steps
+    from above the riser and back, which stand for the tour of the goals; its start is then above the riser.
+    `operator` is for an
     arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
     run. `conveyance` is the line through the truss; absent where there is none.
     """
@@ -378,6 +381,7 @@ class SceneFile(Description):
     limits: Limits = Limits()
     operator: Operator | None = None
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
+    mission: tuple[MissionStep, ...] = Field(default=(), max_length=1000)
     contacts: tuple[AllowedContact, ...] = Field(default=(), max_length=100)
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
@@ -394,6 +398,17 @@ class SceneFile(Description):
             if step is None or abs(step * rate - 1) > 1e-6:
                 raise ValueError("simulation.timestep of 1 / log_rate with an operator, whose every step is recorded")
         return self
+
+    @property
+    def stages(self) -> tuple[RunStage, ...]:
+        """Stages of the run: the goals in turn, or the steps of the mission."""
+        poses = {goal.name: RunStage(goal.name, goal.position, goal.direction) for goal in self.motion.goals}
+        if not self.mission:
+            return tuple(poses.values())
+        return tuple(
+            poses.get(step.goal, RunStage("")) if isinstance(step, MoveStep) else RunStage(step.do)
+            for step in self.mission
+        )
 
 
 @dataclass(frozen=True)
@@ -413,6 +428,9 @@ class Scene:
             DescriptionError: The pivot is outside the tank, the mast is too thick, or the start does not fit the arm.
         """
         mast, tank, arm = self.task.mast, self.tank, self.manipulator
+        wrong = find_disorder(self.task.mission, [goal.name for goal in self.task.motion.goals])
+        if wrong is not None:
+            raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
         if not 0 < self.pivot_height < tank.shell.crown:
             found = f"{mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m"
             allowed = f"a depth that leaves the pivot inside the tank, 0 to {tank.shell.crown:.4g} m"

@@ -154,7 +154,7 @@ def list_goals(site: Site, log: RunLog, report: Report) -> list[GoalRow]:
         ("tool_angle_error", "rad", limits.tracking_angle),
     )
     rows = []
-    for index, goal in enumerate(site.task.motion.goals):
+    for index, goal in enumerate(site.task.stages):
         held = [hold for hold in stays if hold.goal == index]
         errors = []
         for key, unit, limit in judged:
@@ -164,8 +164,8 @@ def list_goals(site: Site, log: RunLog, report: Report) -> list[GoalRow]:
         rows.append(
             GoalRow(
                 name=goal.name,
-                position=", ".join(f"{value:.3f}" for value in goal.position).replace("-", MINUS),
-                direction=", ".join(f"{value:.2f}" for value in goal.direction).replace("-", MINUS),
+                position=", ".join(f"{value:.3f}" for value in goal.position or ()).replace("-", MINUS),
+                direction=", ".join(f"{value:.2f}" for value in goal.direction or ()).replace("-", MINUS),
                 stays=", ".join(f"{hold.start:.1f} to {hold.end:.1f} s" for hold in held) or "never settled",
                 distance=errors[0],
                 angle=errors[1],

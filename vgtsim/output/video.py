@@ -96,7 +96,7 @@ def draw_frames(
     axial = log.axial(site.truss.ends)
     end = scale_end(axial)
     things = name_things(site)
-    goals = [goal.name for goal in site.task.motion.goals]
+    goals = [stage.name for stage in site.task.stages]
     overlay = make_overlay(*size, site.task.title, end, goals, things)
     instants = (
         _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)

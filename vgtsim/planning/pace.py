@@ -53,4 +53,6 @@ def find_speed(site: Site, way: TimedPath, timestep: float) -> float:
     """Greatest speed of a node or the tool point on a way, m/s, looked at in every time step, s."""
     q = way.inputs(timestep)
     points = np.concatenate([site.chain.nodes(q), site.chain.tool(q)[0][:, None]], axis=1)
+    if (feed := way.feeds(timestep)) is not None:
+        points[..., 2] += feed[:, None]
     return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).max()) / timestep if way.duration else 0.0

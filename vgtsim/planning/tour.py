@@ -120,8 +120,7 @@ def plan_tour(site: Site) -> Tour:
     keep = goal_keep(site)
     shapes = [site.start]
     for goal in motion.goals:
-        q = _configure(site, goal, shapes[-1], keep)
-        shapes.append(_aim_above(site, goal, q) if site.sags else q)
+        shapes.append(pose_at(site, goal, shapes[-1], keep))
     check_passage(site, np.array(shapes))
     corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
@@ -147,6 +146,17 @@ def plan_tour(site: Site) -> Tour:
         )
         legs.append(leg)
     return Tour(site.start, tuple(legs), timestep, bounds)
+
+
+def pose_at(site: Site, goal: Goal, start: Array, keep: Keep | None) -> Array:
+    """Inputs with the tool of the arm, sagging or not, at a goal, shape (n,), sought from a start.
+
+    Raises:
+        ReachError: The goal cannot be met, or not by an arm that gives.
+        TrussError: The arm does not settle at the goal.
+    """
+    q = _configure(site, goal, start, keep)
+    return _aim_above(site, goal, q) if site.sags else q
 
 
 def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name: str, carousel: Carousel) -> list[Path]:

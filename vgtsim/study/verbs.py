@@ -16,7 +16,7 @@ from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import check_strokes
 from vgtsim.kinematics.ties import first_greatest, first_least
 from vgtsim.kinematics.workspace import Workspace, sample_workspace
-from vgtsim.planning import Tour, plan_tour
+from vgtsim.planning import Tour, plan_site
 from vgtsim.planning.capacity import unload_map
 from vgtsim.planning.resolution import Answer, solve_request
 from vgtsim.runlog import RunLog, empty_records
@@ -84,7 +84,7 @@ class _Run:
 def _run(site: Site, work: RepeatedRun, folder: Path) -> _Run:
     from vgtsim.plant import run  # MuJoCo, which the other verbs do without
 
-    log = run(site, plan_tour(site))
+    log = run(site, plan_site(site))
     report = verify(site, log)
     if work.folders:
         from vgtsim.output import write_outputs
@@ -137,7 +137,7 @@ class _Plan:
 
 def _plan_verb() -> Verb:
     return Verb(
-        do=lambda site, _work, _folder: _Plan(site, plan_tour(site)),
+        do=lambda site, _work, _folder: _Plan(site, plan_site(site)),
         figures={
             "duration, s": lambda plan: plan.tour.duration,
             "clearance, m": lambda plan: min(leg.clearance for leg in plan.tour.legs),

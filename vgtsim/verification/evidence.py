@@ -258,11 +258,11 @@ class Evidence:
     @cached_property
     def tool_errors(self) -> tuple[Array, Array]:
         """Distance, m, and angle, rad, of the tool from the goal approached or held, shapes (T,); NaN without a goal."""
-        goals, log = self.site.task.motion.goals, self.log
-        if not goals:
+        stages, log = self.site.task.stages, self.log
+        if not stages:
             return np.full(len(log.time), np.nan), np.full(len(log.time), np.nan)
-        wanted = np.array([goal.position for goal in goals])[log.goal]
-        aimed = np.array([goal.direction for goal in goals])[log.goal]
+        wanted = np.array([stage.position or (np.nan,) * 3 for stage in stages])[log.goal]
+        aimed = np.array([stage.direction or (np.nan,) * 3 for stage in stages])[log.goal]
         distance, angle = self._compare_tool(wanted, aimed)
         distance[log.goal < 0] = angle[log.goal < 0] = np.nan
         return distance, angle

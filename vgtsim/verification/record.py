@@ -36,7 +36,7 @@ def check_stages(run: Evidence) -> Finding:
     The rest and each hold must last the scene's `hold`.
     """
     log, site = run.outline, run.site
-    count, due = len(site.task.motion.goals), site.task.motion.hold * site.task.simulation.log_rate
+    count, due = len(site.task.stages), site.task.motion.hold * site.task.simulation.log_rate
     holds, faults = find_holds(log), []
     if log.goal[0] != -1 or abs(np.argmax(log.goal != -1) - due) > _BESIDE:
         faults.append("the rest before the first goal")

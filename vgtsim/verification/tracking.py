@@ -97,13 +97,13 @@ def _follow(lengths: Array, steps: Index) -> Array:
 def _find_worst_held(run: Evidence, errors: Array) -> Finding:
     """Greatest of errors of shape (T,) at settled goals; not measured when a goal was never settled."""
     log, task = run.log, run.site.task
-    labels = [goal.name for goal in task.motion.goals]
+    labels = [stage.name for stage in task.stages]
     least = max(int(task.motion.hold * task.simulation.log_rate) - 1, 1)  # records of a whole hold, less the first
     whole = run.outline
     missed = [name for goal, name in enumerate(labels) if np.sum(whole.settled & (whole.goal == goal)) < least]
     if missed:
         return missing(f"not held, settled, at {', '.join(missed)}", missed[0])
-    held = np.flatnonzero(log.settled)
+    held = np.flatnonzero(log.settled & np.isfinite(errors))  # a stage may have no pose to hold
     if not len(held):
         return absent("the arm never settled")
     worst = held[np.argmax(errors[held])]
@@ -135,5 +135,5 @@ def find_holds(log: RunLog | Outline) -> tuple[Hold, ...]:
 
 def goal_name(site: Site, index: int) -> str:
     """Name of a logged goal; empty for the index -1, which stands before the first goal."""
-    goals = site.task.motion.goals
-    return goals[index].name if 0 <= index < len(goals) else ""
+    stages = site.task.stages
+    return stages[index].name if 0 <= index < len(stages) else ""

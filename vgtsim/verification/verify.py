@@ -24,7 +24,7 @@ def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: t
     is read and judged in stretches; of each figure the worst counts.
     """
     truss, whole, every = site.truss, outline(log), thinning(log)
-    counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.motion.goals))
+    counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.stages))
     rows = [measure for measure in MEASURES if measure.applies(site) and (tour is not None or not measure.planned)]
     found: list[list[Finding]] = [[] for _ in rows]
     shown: list[Mapping[str, Array]] = []

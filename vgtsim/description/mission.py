@@ -1,0 +1,109 @@
+"""A mission: the steps of an arm's work in a tank, from above the riser and back, each a stage of one run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from vgtsim.description.figures import Length, Tolerance, Wait
+from vgtsim.description.schema import Description, Name
+
+
+class InsertStep(Description):
+    """The arm comes from above the riser to its working depth, on a way that the program finds.
+
+    Attributes:
+        do: Always `insert`.
+    """
+
+    do: Literal["insert"]
+
+
+class MoveStep(Description):
+    """The tool goes to a goal of the scene, by its name.
+
+    Attributes:
+        do: Always `move`.
+        goal: Name of a goal in `motion.goals`.
+    """
+
+    do: Literal["move"]
+    goal: Name
+
+
+class RasterStep(Description):
+    """The tool runs rows to and fro over a parallelogram that begins at the tool, as a raster of a tool path.
+
+    Attributes:
+        do: Always `raster`.
+        width: Along a row.
+        depth: Across all rows.
+        rows: Number of rows.
+        tolerance: Greatest distance of the tool from the rows, m, and of its direction, rad.
+    """
+
+    do: Literal["raster"]
+    width: tuple[Length, Length, Length]
+    depth: tuple[Length, Length, Length]
+    rows: int = Field(ge=2, le=1000)
+    tolerance: Tolerance = 1e-4
+
+
+class HoldStep(Description):
+    """The arm stands still for a `time`.
+
+    Attributes:
+        do: Always `hold`.
+        time: How long.
+    """
+
+    do: Literal["hold"]
+    time: Wait
+
+
+class WithdrawStep(Description):
+    """The arm goes back to where it was inserted, and out through the riser.
+
+    Attributes:
+        do: Always `withdraw`.
+    """
+
+    do: Literal["withdraw"]
+
+
+MissionStep = Annotated[InsertStep | MoveStep | RasterStep | HoldStep | WithdrawStep, Field(discriminator="do")]
+
+
+@dataclass(frozen=True)
+class RunStage:
+    """A stage of a run and the tool pose to hold at its end, in frame G; a stage without one ends where its way ends."""
+
+    name: str
+    position: tuple[float, float, float] | None = None
+    direction: tuple[float, float, float] | None = None
+
+
+def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str]) -> tuple[int, str, str] | None:
+    """First step that cannot be carried out after those before it: its index, what it is and what is allowed; None without."""
+    inside, posed = False, False
+    for index, step in enumerate(steps):
+        if isinstance(step, InsertStep):
+            if inside:
+                return index, "insert while the arm is in the tank", "withdraw first"
+            inside, posed = True, False
+            continue
+        if not inside:
+            return index, f"{step.do} while the arm is above the riser", "insert first"
+        if isinstance(step, MoveStep):
+            if step.goal not in goals:
+                return index, f"move to {step.goal!r}", f"a goal of the scene: {', '.join(goals)}"
+            posed = True
+        elif isinstance(step, RasterStep):
+            if not posed:
+                return index, "raster from where the insertion ends", "move to a goal first: the rows begin there"
+        elif isinstance(step, WithdrawStep):
+            inside = False
+    return None
