@@ -1,4 +1,8 @@
-"""How near an arm in given postures comes to the tank with all that is in it, to the mast and to itself."""
+"""How near an arm in given postures comes to the tank with all that is in it, to the mast and to itself.
+
+From tank, riser and waste a cylinder is a rod from end to end and a barrel from its eye to its mouth, as in the riser's bore
+the arm has some centimetres; from the arm itself it is as thick as its barrel everywhere.
+"""
 
 from __future__ import annotations
 
@@ -29,6 +33,32 @@ Index = NDArray[np.intp]
 _THIN = 1e4  # m; more than any tank
 
 
+@dataclass(frozen=True)
+class _Shape:
+    """A part of an arm: nodes by index, capsules between them and then barrels, each between two points of its own.
+
+    Attributes:
+        ends: Points of each capsule, members and then barrels, shape (M + C, 2): nodes, then eyes and mouths in pairs.
+        radii: Shape (M + C,), m; `owners` are the members that the capsules are parts of.
+        cylinders: Nodes of each cylinder, shape (C, 2); `eyes` and `mouths` are distances from the first, shape (C,), m.
+    """
+
+    nodes: Index
+    ends: Index
+    radii: Array
+    owners: Index
+    cylinders: Index
+    eyes: Array
+    mouths: Array
+
+    def place(self, nodes: Array) -> Array:
+        """Points of the part, shape (..., P, 3), m, of an arm with nodes of shape (..., N, 3), m."""
+        near, far = nodes[..., self.cylinders[:, 0], :], nodes[..., self.cylinders[:, 1], :]
+        along = (far - near) / np.linalg.norm(far - near, axis=-1, keepdims=True)
+        pairs = np.stack([near + self.eyes[:, None] * along, near + self.mouths[:, None] * along], axis=-2)
+        return np.concatenate([nodes[..., self.nodes, :], pairs.reshape(*nodes.shape[:-2], -1, 3)], axis=-2)
+
+
 @dataclass(frozen=True, eq=False)
 class Proximity:
     """Measures distances of a site's arm; nodes have shape (..., N, 3) and tool points shape (..., 3), m, in frame G."""
@@ -38,6 +68,38 @@ class Proximity:
     @cached_property
     def _radii(self) -> Array:
         return member_radii(self.site.arm, self.site.truss)
+
+    def _shape(self, which: Index, nodes: Index) -> _Shape:
+        """The part of some members and nodes."""
+        arm, truss = self.site.arm, self.site.truss
+        driven = np.array([truss.members[i].role == "actuator" for i in which], bool)
+        tubes = [arm.cylinders[truss.members[i].section] for i in which[driven]]
+        radii = np.array(self._radii[which])
+        barrels, radii[driven] = radii[driven], [tube.rod / 2 for tube in tubes]
+        pairs = len(nodes) + np.arange(2 * len(tubes)).reshape(-1, 2)
+        return _Shape(
+            nodes=nodes,
+            ends=np.concatenate([np.searchsorted(nodes, truss.ends[which]), pairs]),
+            radii=np.concatenate([radii, barrels]),
+            owners=np.concatenate([which, which[driven]]),
+            cylinders=truss.ends[which[driven]],
+            eyes=np.array([tube.eye for tube in tubes]),
+            mouths=np.array([tube.barrel_length for tube in tubes]),
+        )
+
+    @cached_property
+    def _whole(self) -> _Shape:
+        truss = self.site.truss
+        return self._shape(np.arange(len(truss.members)), np.arange(len(truss.nodes)))
+
+    @cached_property
+    def _modules(self) -> tuple[_Shape, ...]:
+        truss, parts = self.site.truss, []
+        for k in range(len(self.site.arm.modules)):
+            which = np.flatnonzero(truss.module == k)
+            mine = np.concatenate([truss.ends[which].ravel(), np.flatnonzero(truss.node_module == k)])
+            parts.append(self._shape(which, np.unique(mine)))
+        return tuple(parts)
 
     @cached_property
     def _tank(self) -> tuple[Tank, Profile, Obstacles]:
@@ -77,13 +139,30 @@ class Proximity:
     def _measure(self, nodes: Array, tool: Array, without: set[str]) -> Clearance:
         """Distances of an arm whose parts of some kinds are so thin that they are far from everything."""
         site, payload, tip = self.site, self.site.task.payload, self.site.truss.tip
-        hubs = np.full(nodes.shape[-2], site.arm.hub.radius) - _THIN * ("hubs" in without)
-        hubs[tip] = site.arm.hub.radius - _THIN * ("tool" in without)
+        shape, count = self._whole, nodes.shape[-2]
+        points = shape.place(nodes)
+        balls = np.zeros(points.shape[-2])  # eyes and mouths are points inside barrels
+        balls[:count] = site.arm.hub.radius - _THIN * ("hubs" in without)
+        balls[tip] = site.arm.hub.radius - _THIN * ("tool" in without)
         ball = (tool, payload.radius - _THIN * ("tool" in without)) if payload.mass else None
         near_tip = (site.truss.ends >= tip.start).any(axis=1)  # what ends at a hub that may touch is as near as the hub
         spared = ("members" in without or "hubs" in without) | (near_tip & ("tool" in without))
-        radii = self._radii - _THIN * spared
-        return arm_clearance(nodes, site.truss.ends, radii, hubs, *self._tank, ball)
+        balls[count:] -= _THIN * spared.any()
+        found = arm_clearance(points, shape.ends, shape.radii - _THIN * spared[shape.owners], balls, *self._tank, ball)
+        parts = np.concatenate([shape.owners, len(self._radii) + np.arange(count), np.full(len(balls) - count, -1)])
+        payload = np.append(parts, len(self._radii) + count)
+        return replace(found, body=payload[found.body])
+
+    def by_module(self, nodes: Array, tool: Array) -> tuple[Array, tuple[str, ...]]:
+        """Distances of each module from tank, riser, equipment and waste, shape (..., K, P), m, and the names of the places."""
+        site, found = self.site, []
+        for k, shape in enumerate(self._modules):
+            points = shape.place(nodes)
+            balls = np.zeros(points.shape[-2])
+            balls[: len(shape.nodes)] = site.arm.hub.radius
+            ball = (tool, site.task.payload.radius) if k == len(self._modules) - 1 else None
+            found.append(arm_clearance(points, shape.ends, shape.radii, balls, *self._tank, ball))
+        return np.stack([item.distance for item in found], axis=-2), found[0].places
 
     def among(self, nodes: Array, tool: Array) -> tuple[Array, Index]:
         """Least distance of the arm from itself and the mast, shape (...), m, and the pair of parts, shape (..., 2).

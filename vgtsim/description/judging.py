@@ -11,7 +11,7 @@ from vgtsim.constants import SAFETY_FACTOR
 from vgtsim.description.figures import Angle, Force, Gap, Moment, Number, Pressure, Speed, Time, Tolerance
 from vgtsim.description.schema import Description
 
-CameraName = Literal["overview", "cutaway", "riser", "tool"]
+CameraName = Literal["overview", "cutaway", "riser", "tool", "above"]
 
 
 class Limits(Description):
@@ -33,7 +33,8 @@ class Limits(Description):
         pressure_force: Difference of chamber pressures from the drive forces, over the largest force.
         member_utilisation: Demand over capacity, as is `actuator_force`.
         actuator_stroke: Least distance to the end of a stroke.
-        clearance: Least distance to anything; `headroom` is that of the mast's top from the tank's headroom.
+        clearance: Least distance to anything; `bore_clearance` is that from the riser of an arm that is fed through it, and
+            `headroom` that of the mast's top from the tank's headroom.
         contacts: Number of logged contacts that the scene does not allow; `contact_force` is the force of an allowed one over its
             limit.
         safety_factor: On member strength, AISC 360 Omega.
@@ -62,6 +63,7 @@ class Limits(Description):
     actuator_stroke: Gap = 0.0
     clearance: Gap = 0.05  # half of what a plan keeps
     headroom: Gap = 0.0
+    bore_clearance: Gap = 0.0
     contacts: int = Field(default=0, ge=0, le=1_000_000)
     contact_force: Number = Field(default=1.0, gt=0)
     safety_factor: Number = Field(default=SAFETY_FACTOR, ge=1, le=100)

@@ -33,11 +33,15 @@ def add_goal_markers(spec: mujoco.MjSpec, goals: Sequence[Goal]) -> None:
 
 
 def add_tank_cameras(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> None:
-    """Place the four cameras of a scene; the tank is cut open towards -y."""
+    """Place the five cameras of a scene; the tank is cut open towards -y.
+
+    `above` has the whole way of an arm in the picture that comes down from above ground.
+    """
     radius, crown = tank.shell.inner_diameter / 2, tank.shell.crown
     middle = np.array([0.0, 0.0, 0.42 * crown])
     _add_camera(spec, "overview", [-0.9 * radius, -2.0 * radius, 1.9 * crown], middle, 45)
     _add_camera(spec, "cutaway", [0.0, -2.35 * radius, 0.62 * crown], middle, 38)
+    _add_camera(spec, "above", [0.7 * radius, -4.2 * radius, 2.2 * crown], [0.0, 0.0, 1.45 * crown], 38)
     _add_arm_cameras(spec, pivot_height)
 
 

@@ -96,7 +96,7 @@ def draw_frames(
     axial = log.axial(site.truss.ends)
     end = scale_end(axial)
     things = name_things(site)
-    goals = [stage.name for stage in site.task.stages]
+    goals = [goal.name for goal in site.task.motion.goals]
     overlay = make_overlay(*size, site.task.title, end, goals, things)
     instants = (
         _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)
@@ -144,10 +144,9 @@ def _label(
 ) -> Picture:
     """Write texts and the names of goals and things of an instant on its picture."""
     picture, places = drawing.result()
-    marks = tuple(
-        Mark(text=name, column=column, row=row, active=index == int(log.goal[now.record]))
-        for index, (name, (column, row)) in enumerate(zip(names, places.tolist(), strict=True))
-    )
+    sought = goal_name(site, int(log.goal[now.record]))
+    named = zip(names, places.tolist(), strict=True)
+    marks = tuple(Mark(text=name, column=x, row=y, active=name == sought) for name, (x, y) in named)
     return draw_overlay(overlay, picture, _values(site, log, report, now), marks)
 
 

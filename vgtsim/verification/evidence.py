@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import Clearance
+from vgtsim.geometry import RISER, Clearance
 from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -242,8 +242,20 @@ class Evidence:
 
     @cached_property
     def around(self) -> Clearance:
-        """Distances of the arm from tank, riser, equipment and waste at every record; what may touch is left out."""
-        return self.proximity.apart(self.log.nodes, self.tool[0])
+        """Distances of the arm from tank, riser, equipment and waste at every record; what may touch is left out.
+
+        So is the riser of an arm that is fed through it, whose distance is `bore`.
+        """
+        found = self.proximity.apart(self.log.nodes, self.tool[0])
+        if self.site.task.mast.feed is None:
+            return found
+        return replace(found, distance=np.where(np.array(found.places) == RISER, np.inf, found.distance))
+
+    @cached_property
+    def bore(self) -> Array:
+        """Distance of each module from the riser, shape (T, K), m; no more than the tank is high."""
+        distance, places = self.proximity.by_module(self.log.nodes, self.tool[0])
+        return np.minimum(distance[..., places.index(RISER)], self.site.tank.shell.crown)
 
     @cached_property
     def among(self) -> tuple[Array, Index]:

@@ -10,12 +10,19 @@ from vgtsim.kinematics.ties import first_least
 from vgtsim.site import Site
 from vgtsim.touches import Parts
 from vgtsim.verification.evidence import Evidence
-from vgtsim.verification.measures import Finding, report_as, worst_of
+from vgtsim.verification.measures import Finding, least_of, report_as, worst_of
+
+
+def _has_feed(site: Site) -> bool:
+    return site.task.mast.feed is not None
 
 
 @report_as("clearance", "least distance to anything", unit="m", limit="clearance", sense="at least")
 def check_clearance(run: Evidence) -> Finding:
-    """Least distance of the arm from tank, riser, equipment, waste, mast and itself."""
+    """Least distance of the arm from tank, riser, equipment, waste, mast and itself.
+
+    The riser of an arm that is fed through it is judged apart, see `check_bore`.
+    """
     around, (among, pair) = run.around, run.among
     worst = int(first_least(run.clearance))
     if among[worst] < around.least[worst]:
@@ -28,6 +35,23 @@ def check_clearance(run: Evidence) -> Finding:
         value=float(run.clearance[worst]), where=where, when=float(run.log.time[worst]), detail="least distances: "
     )
     return replace(found, least={place: float(distance) for place, distance in each.items() if np.isfinite(distance)})
+
+
+@report_as(
+    "clearance",
+    "least distance from the riser",
+    unit="m",
+    limit="bore_clearance",
+    applies=_has_feed,
+    sense="at least",
+)
+def check_bore(run: Evidence) -> Finding:
+    """Least distance of each module from the riser's bore and rim; the detail has that of every module."""
+    gaps = run.bore.min(axis=0)
+    names = tuple(module.name for module in run.site.arm.modules)
+    found = least_of(run.bore, run.log.time, names)
+    least = {name: float(gap) for name, gap in zip(names, gaps, strict=True) if np.isfinite(gap)}
+    return replace(found, detail="least distances: ", least=least)
 
 
 @report_as("contacts", "logged contacts", unit="1", limit="contacts")

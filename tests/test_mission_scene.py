@@ -1,0 +1,32 @@
+"""A whole mission: the arm comes through the riser, works and leaves, in one run that passes every check."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vgtsim
+from vgtsim.planning.entry import Entry
+
+INSERTION_S = 90.0  # s, at rated speeds of cylinders and hoist
+
+
+@pytest.mark.slow
+def test_the_arm_comes_in_works_and_leaves():
+    site = vgtsim.load("type_ii_mission")
+    plan = vgtsim.plan(site)
+    way_in, way_out = plan.legs[0], plan.legs[-1]
+    assert [leg.name for leg in plan.legs] == [stage.name for stage in site.task.stages]
+    assert len(way_in.lengths) * plan.timestep < INSERTION_S
+    tool = site.chain.tool(site.chain.stowed)[0] + [0.0, 0.0, way_in.feed[0]]
+    flange = site.tank.grade + site.tank.arm_riser.above_grade
+    assert tool[2] > flange  # it begins above ground
+    assert way_out.feed[-1] == pytest.approx(way_in.feed[0], abs=1e-9)
+    assert way_in.feed[-1] == way_out.feed[0] == 0
+    log = vgtsim.run(site, plan)
+    report = vgtsim.verify(site, log, plan)
+    assert [check.quantity for check in report.checks if not check.passed] == []
+    bore = next(check for check in report.checks if check.quantity == "least distance from the riser")
+    inside = np.flatnonzero(log.height > 0.0)[::50]
+    q = site.chain.inputs_from_lengths(log.actual[inside])
+    assert bore.measured <= Entry(site).gaps(q, log.height[inside]).bore.min() + 1e-9
