@@ -16,6 +16,8 @@ def test_the_arm_comes_in_works_and_leaves():
     site = vgtsim.load("type_ii_mission")
     plan = vgtsim.plan(site)
     way_in, way_out = plan.legs[0], plan.legs[-1]
+    assert way_in.feed is not None
+    assert way_out.feed is not None
     assert [leg.name for leg in plan.legs] == [stage.name for stage in site.task.stages]
     assert len(way_in.lengths) * plan.timestep < INSERTION_S
     tool = site.chain.tool(site.chain.stowed)[0] + [0.0, 0.0, way_in.feed[0]]
