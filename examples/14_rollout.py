@@ -14,6 +14,7 @@ with Batch(site) as batch:
     steps = round(0.2 / batch.timestep)  # of a period of the policy
     states = np.repeat(batch.stand(site.start), arms, axis=0)
     lengths = np.repeat(chain.lengths(site.start)[None], arms, axis=0)
+    played = batch.play(states, lengths[:, None])
     for _ in range(10):
         rates = rng.uniform(-0.02, 0.02, lengths.shape)  # m/s; a policy of one's own goes here
         ends = np.clip(lengths + rates * steps * batch.timestep, low, high)

@@ -22,7 +22,7 @@ from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.mjcf.fittings import hold_sites
 from vgtsim.mjcf.pose import quaternions_to
-from vgtsim.mjcf.rows import LEAST_INERTIA, LEAST_MASS, stiffen
+from vgtsim.mjcf.rows import LEAST_INERTIA, LEAST_MASS, SOLIMP, SOLREF_RATIO, SOLREF_STEPS, stiffen
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ def pendulum(step: float) -> Mechanism:
     hub = _add_hub(spec, "end", (-1, 0, 0), mass=1.0)
     hub.add_site(name=POINT)
     _add_member(spec.worldbody, "bar", (-1, 0, 0), mass=0.0)
-    hold_sites(spec, names.closure("bar"), names.far("bar"), POINT, step)
+    hold_sites(spec, names.closure("bar"), names.far("bar"), POINT)
     return Mechanism(_finish(spec))
 
 
@@ -79,11 +79,11 @@ def four_bars(step: float, count: int) -> Mechanism:
         hub.add_site(name=top if index else POINT)
         foot = spec.worldbody.add_site(name=f"foot{index}", pos=[index, 0, 0]).name
         _add_member(hub, f"upright{index}", (0, -1, 0))
-        hold_sites(spec, names.closure(f"upright{index}"), names.far(f"upright{index}"), foot, step)
+        hold_sites(spec, names.closure(f"upright{index}"), names.far(f"upright{index}"), foot)
     for index in range(count):
         level = f"level{index}"
         _add_member(spec.body(tops[index]), level, (1, 0, 0))
-        hold_sites(spec, names.closure(level), names.far(level), tops[index + 1], step)
+        hold_sites(spec, names.closure(level), names.far(level), tops[index + 1])
     sideways, turn = np.array([1.0, 0, 0]), np.array([0, 0, -1.0])
     return Mechanism(_finish(spec), dict.fromkeys(tops, sideways), {f"upright{i}": turn for i in range(count + 1)})
 
@@ -108,7 +108,7 @@ def bricard(step: float) -> Mechanism:
             sites = (f"{part}{index}/a", f"{part}{index}/b")
             for site, (body, centre) in zip(sites, seats[index : index + 2], strict=True):
                 body.add_site(name=site, pos=place - centre)
-            hold_sites(spec, names.closure(f"{part}{index}"), sites[0], sites[1], step)
+            hold_sites(spec, names.closure(f"{part}{index}"), sites[0], sites[1])
     seats[3][0].add_site(name=POINT, pos=_CORNERS[3] - seats[3][1])
     return Mechanism(_finish(spec))
 
@@ -117,6 +117,8 @@ def _start(step: float) -> mujoco.MjSpec:
     """Options as `vgtsim.mjcf.build` sets them, with the library's gravity."""
     spec = mujoco.MjSpec()
     spec.option.timestep = step
+    spec.default.equality.solref = [SOLREF_STEPS * step, SOLREF_RATIO]
+    spec.default.equality.solimp = SOLIMP
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.option.gravity = [0, -_GRAVITY, 0]
     spec.option.tolerance = 0.0

@@ -107,7 +107,7 @@ def test_without_egl_the_package_is_named_and_the_rest_is_written(small, log, re
     monkeypatch.setattr(mujoco, "GLContext", refuse)
     missing = write_outputs(small, log, report, tmp_path, video=True)
     assert isinstance(missing, MissingLibraryError)
-    assert missing.needed == "EGL"
+    assert missing.needed == "EGL (Cannot initialize a EGL device display)"
     assert "libegl1" in missing.package
     assert sorted(file.name for file in tmp_path.iterdir()) == ["log", "report.html", "report.json"]
 

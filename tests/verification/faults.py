@@ -109,7 +109,7 @@ def move_site(name: str, by: float) -> Callable[[mujoco.MjModel], None]:
 
 def move_zero(name: str, by: float) -> Callable[[mujoco.MjModel], None]:
     def spoil(model: mujoco.MjModel) -> None:
-        model.numeric_data[model.numeric(names.retracted(name)).adr[0]] += by
+        model.qpos0[model.joint(names.slide(name)).qposadr[0]] += by
 
     return spoil
 

@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 
 SEEN = 0.5  # m: what is farther away than this is as good as far
 _TURN = 0.3  # m of distance that a radian of direction counts as
-_TRIES = 50  # goals that are drawn before none is clear
+_TRIES = 500  # goals that are drawn before none is clear
+_PATIENCE, _NEARER = 20, 0.8  # after so many the next ones are drawn nearer to the start, which is clear
 
 
 @dataclass
@@ -83,7 +84,7 @@ class Reach:
     """Come to a tool position and direction that a seeded posture has.
 
     Its lengths are a part of the way (`spread`) from those of the scene's start to some that are drawn evenly from the strokes,
-    and it is as clear of everything as the scene asks.
+    and it is as clear of everything as the scene asks. Where few are, the part becomes smaller.
     """
 
     site: Site
@@ -97,8 +98,9 @@ class Reach:
         """See `Task.begin`."""
         chain, start, box = self.site.chain, self.site.start, self.site.box
         begin = chain.lengths(start)
-        for _ in range(_TRIES):
-            lengths = begin + self.spread * (rng.uniform(box.least, box.greatest) - begin)
+        for tried in range(_TRIES):
+            spread = self.spread * _NEARER ** (tried // _PATIENCE)
+            lengths = begin + spread * (rng.uniform(box.least, box.greatest) - begin)
             try:
                 q = chain.inputs_from_lengths(lengths, start)
             except (AssemblyError, SingularityError):

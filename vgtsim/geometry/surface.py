@@ -92,10 +92,10 @@ def to_surface(bed: Array, ground: Array, p: Array, slope: Array) -> float:
                 if not whole_row and abs(n - j) != ring:
                     continue
                 peak = max(max(bed[m, n], bed[m + 1, n]), max(bed[m, n + 1], bed[m + 1, n + 1]))
-                trough = min(min(bed[m, n], bed[m + 1, n]), min(bed[m, n + 1], bed[m + 1, n + 1]))
+                valley = min(min(bed[m, n], bed[m + 1, n]), min(bed[m, n + 1], bed[m + 1, n + 1]))
                 u = max(ground[0] + m * step - p[0], p[0] - ground[0] - (m + 1) * step, 0.0)
                 v = max(ground[0] + n * step - p[1], p[1] - ground[0] - (n + 1) * step, 0.0)
-                w = max(p[2] - peak, trough - p[2], 0.0)
+                w = max(p[2] - peak, valley - p[2], 0.0)
                 if u * u + v * v + w * w >= best:
                     continue
                 for k in range(4):
