@@ -41,7 +41,7 @@ def add_tank_cameras(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> No
     middle = np.array([0.0, 0.0, 0.42 * crown])
     _add_camera(spec, "overview", [-0.9 * radius, -2.0 * radius, 1.9 * crown], middle, 45)
     _add_camera(spec, "cutaway", [0.0, -2.35 * radius, 0.62 * crown], middle, 38)
-    _add_camera(spec, "above", [0.7 * radius, -4.2 * radius, 2.2 * crown], [0.0, 0.0, 1.45 * crown], 38)
+    _add_camera(spec, "above", [0.7 * radius, -4.8 * radius, 2.4 * crown], [0.0, 0.0, 1.75 * crown], 38)
     _add_arm_cameras(spec, pivot_height)
 
 
