@@ -9,7 +9,7 @@ import numpy as np
 from vgtsim.constants import Method
 from vgtsim.description import Manipulator, Scene, load_manipulator, load_scene
 from vgtsim.description.modules import GeneralDoubleOctahedral, Longeron
-from vgtsim.description.scene import StartPosture
+from vgtsim.description.motion import StartPosture
 from vgtsim.kinematics import Subspace
 from vgtsim.site import Site
 

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vgtsim.description.scene import Bend
+from vgtsim.description.motion import Bend
 from vgtsim.errors import PostureError
 from vgtsim.planning import check_site, list_collisions, tell_collisions
 from vgtsim.positioning.restarts import make_postures

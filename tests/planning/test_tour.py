@@ -5,7 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vgtsim.description.scene import Bend, Mast
+from vgtsim.description.motion import Bend
+from vgtsim.description.scene import Mast
 from vgtsim.errors import DescriptionError, ReachError, TrussError
 from vgtsim.kinematics import Chain, bend_start, hanging_mount
 from vgtsim.planning import check_site, plan_tour, solve_first_goal

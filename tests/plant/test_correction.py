@@ -11,7 +11,7 @@ from offset_arms import with_offset
 from playing import shorten
 
 from vgtsim.description import load_manipulator
-from vgtsim.description.scene import Bend
+from vgtsim.description.motion import Bend
 from vgtsim.mjcf import build_model, names
 from vgtsim.mjcf.rows import SOLIMP, SOLREF_RATIO, SOLREF_STEPS
 from vgtsim.plant import Plant

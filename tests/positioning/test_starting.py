@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vgtsim.description import load_scene
-from vgtsim.description.scene import StartPosture
+from vgtsim.description.motion import StartPosture
 from vgtsim.description.tank import Equipment
 from vgtsim.errors import DescriptionError
 from vgtsim.positioning import Keep, search_start

@@ -28,6 +28,7 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
+from vgtsim.description.motion import Bend, Goal
 from vgtsim.description.operator import (
     TARGETS,
     Operator,
@@ -38,18 +39,7 @@ from vgtsim.description.operator import (
 )
 from vgtsim.description.original import find_original
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
-from vgtsim.description.scene import (
-    AllowedContact,
-    Bend,
-    Feed,
-    Goal,
-    LoadCase,
-    Mast,
-    Payload,
-    Scene,
-    SceneFile,
-    Simulation,
-)
+from vgtsim.description.scene import AllowedContact, Feed, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped

@@ -13,8 +13,9 @@ from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.kinds import ROOTS, USES, articled, tell_kind
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.modules import KINDS
+from vgtsim.description.motion import BENDS, POSTURE, WORD
 from vgtsim.description.operator import OperatorCommand, load_commands
-from vgtsim.description.scene import BENDS, POSTURE, WORD, Scene, SceneFile
+from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.schema import UNKNOWN_KEY, Description, Provenance
 from vgtsim.description.shipped import Kind, find_file
 from vgtsim.description.study import AXES, VERBS, Study, StudyFile

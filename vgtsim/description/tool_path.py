@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from vgtsim.description.figures import Acceleration, Angle, Number, Speed, Tolerance
-from vgtsim.description.scene import Vector
+from vgtsim.description.motion import Vector
 from vgtsim.description.schema import Description, Name
 
 

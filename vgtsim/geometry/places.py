@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description import Equipment, Goal, Scene, Tank, closest
-from vgtsim.description.scene import GoalPlace
+from vgtsim.description.motion import GoalPlace
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry.bed import make_bed
 from vgtsim.geometry.profile import make_profile
