@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from functools import lru_cache
-from importlib import resources
+from importlib import import_module, resources
 from pathlib import Path
 from typing import Any
 
@@ -89,7 +89,7 @@ def write_report_pdf(site: Site, log: RunLog, report: Report, path: str | Path) 
         MissingLibraryError: WeasyPrint or the system library Pango is not there.
     """
     try:
-        import weasyprint
+        weasyprint = import_module("weasyprint")  # of an extra, which few installations have
     except ImportError:
         raise MissingLibraryError("WeasyPrint", "pip install vgtsim[pdf]") from None
     except OSError as error:
