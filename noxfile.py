@@ -16,6 +16,9 @@ nox.needs_version = ">=2025.2"
 nox.options.default_venv_backend = "uv"
 nox.options.reuse_existing_virtualenvs = True
 
+for setting in ("UV_SYSTEM_CERTS", "UV_NATIVE_TLS"):  # of new and old versions: certificates as pip takes them
+    os.environ.setdefault(setting, "1")
+
 PROJECT = nox.project.load_toml("pyproject.toml")
 PYTHONS = nox.project.python_versions(PROJECT)
 TESTING = nox.project.dependency_groups(PROJECT, "test")
