@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.commands import read_row
 from vgtsim.constants import Method
 from vgtsim.control.arm_now import ArmNow
 from vgtsim.control.feedback import Feedback
@@ -311,20 +312,6 @@ class Controller:
             found = f"{self._limits.names[worst]} at {lengths[worst]:.4f} m"
             raise CommandError(what, found, f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m")
         return lengths
-
-
-def read_row(what: str, values: ArrayLike, size: int) -> Array:
-    """A copy of finite values, shape (size,)."""
-    try:
-        row = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise CommandError(what, repr(values), f"{size} numbers") from None
-    if row.shape != (size,):
-        raise CommandError(what, f"shape {row.shape}", f"shape ({size},)")
-    if not np.isfinite(row).all():
-        worst = int(np.flatnonzero(~np.isfinite(row))[0])
-        raise CommandError(what, f"{row[worst]} at {worst}", "finite numbers")
-    return row
 
 
 def read_pose(values: ArrayLike) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import astuple, dataclass
 from functools import lru_cache
 from importlib import import_module, resources
@@ -75,11 +75,18 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
 def write_report_html(site: Site, log: RunLog, report: Report, path: str | Path) -> None:
     """Write `report.html`: verdict, picture, film, goals, checks, plots, calculation, settings; it needs no network.
 
-    A film and other results that lie beside it are shown and linked; without them it is whole too. The file is written
-    whole or not at all. A plot without its series says so.
+    A plot without its series says so. See `write_page`.
+    """
+    write_page(describe_run(site, log, report), path)
+
+
+def write_page(run: Mapping[str, Any], path: str | Path) -> None:
+    """Write the page of a run that was described, whole or not at all.
+
+    A film and other results that lie beside it are shown and linked; without them it is whole too.
     """
     with replacing(path) as partial:
-        partial.write_text(make_page(site, log, report, Path(path).parent), encoding="utf-8")
+        partial.write_text(_render(run, Path(path).parent), encoding="utf-8")
 
 
 def write_report_pdf(site: Site, log: RunLog, report: Report, path: str | Path) -> None:
@@ -95,35 +102,38 @@ def write_report_pdf(site: Site, log: RunLog, report: Report, path: str | Path) 
     except OSError as error:
         raise MissingLibraryError(f"Pango ({error})", "apt-get install libpango-1.0-0 libpangoft2-1.0-0") from None
     with replacing(path) as partial:
-        weasyprint.HTML(string=make_page(site, log, report)).write_pdf(partial)
+        weasyprint.HTML(string=_render(describe_run(site, log, report), None)).write_pdf(partial)
 
 
-def make_page(site: Site, log: RunLog, report: Report, folder: Path | None = None) -> str:
-    """Make the report's page; without a folder of results it shows and links nothing that lies beside it."""
+def describe_run(site: Site, log: RunLog, report: Report) -> dict[str, Any]:
+    """All that a page says of a run, by the names of its template; the plots are drawn here, and take seconds."""
     sheet = make_sheet(site, log, report)
+    return {
+        "title": site.task.title,
+        "passed": report.passed,
+        "verdict": "PASSED" if report.passed else "FAILED",
+        "summary": tables.summarise(report),
+        "notices": tables.list_notices(log, report),
+        "plots": [_draw(plot, report) for plot in list_plots(site, log, report)],
+        "goals": tables.list_goals(site, log, report),
+        "checks": tables.group_checks(report),
+        "members": tables.list_members(site, log, report),
+        "sheet": sheet and {**vars(sheet), "lines": [astuple(line) for line in sheet.lines]},
+        "reactions": tables.list_reactions(site, log),
+        "settings": tables.list_settings(site),
+        "performance": tables.list_costs(report.performance),
+        "versions": report.versions.items(),
+    }
+
+
+def _render(run: Mapping[str, Any], folder: Path | None) -> str:
+    """The page of a run; without a folder of results it shows and links nothing that lies beside it."""
+    beside = [name for name in RESULTS if folder and name != HTML and (folder / name).exists()]
+    drawn = {"style": _read_page("report.css"), "script": _read_page("plots.js")}
     return (
         _load_pages()
         .get_template("report.html")
-        .render(
-            title=site.task.title,
-            passed=report.passed,
-            verdict="PASSED" if report.passed else "FAILED",
-            summary=tables.summarise(report),
-            notices=tables.list_notices(log, report),
-            plots=[_draw(plot, report) for plot in list_plots(site, log, report)],
-            film=folder and _find_film(folder),
-            goals=tables.list_goals(site, log, report),
-            checks=tables.group_checks(report),
-            members=tables.list_members(site, log, report),
-            sheet=sheet and {**vars(sheet), "lines": [astuple(line) for line in sheet.lines]},
-            reactions=tables.list_reactions(site, log),
-            settings=tables.list_settings(site),
-            performance=tables.list_costs(report.performance),
-            versions=report.versions.items(),
-            beside=[name for name in RESULTS if folder and name != HTML and (folder / name).exists()],
-            style=_read_page("report.css"),
-            script=_read_page("plots.js"),
-        )
+        .render(run, film=folder and _find_film(folder), beside=beside, **drawn)
     )
 
 

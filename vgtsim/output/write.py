@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from vgtsim.description.judging import CameraName, Cut
 from vgtsim.description.schema import closest
@@ -41,24 +41,29 @@ def write_verdict(
     site: Site, log: LogSource, report: Report, folder: Path, *, video: bool = False
 ) -> MissingLibraryError | None:
     """Write the files that follow from a log, the film last; give the reason why it could not be made."""
-    write_reports(site, log, report, folder)
+    run = write_reports(site, log, report, folder)
     if video:
+        from vgtsim.output.html_report import write_page
+
         try:
             film(site, log, report, folder)
         except MissingLibraryError as error:
             return error
-        write_reports(site, log, report, folder)  # again, as the page shows the film
+        with naming_folder(folder):
+            write_page(run, folder / HTML)  # again, as it shows the film
     return None
 
 
-def write_reports(site: Site, log: LogSource, report: Report, folder: Path) -> None:
-    """Write `report.json` and `report.html` into an existing folder."""
-    from vgtsim.output.html_report import write_report_html
+def write_reports(site: Site, log: LogSource, report: Report, folder: Path) -> dict[str, Any]:
+    """Write `report.json` and `report.html` into an existing folder; give what the page says, see `describe_run`."""
+    from vgtsim.output.html_report import describe_run, write_page
     from vgtsim.stretch import thin
 
     with naming_folder(folder):
         write_report_json(report, folder / JSON)
-        write_report_html(site, thin(log), report, folder / HTML)
+        run = describe_run(site, thin(log), report)
+        write_page(run, folder / HTML)
+    return run
 
 
 def write_pdf(site: Site, log: LogSource, report: Report, folder: Path) -> MissingLibraryError | None:

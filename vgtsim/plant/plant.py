@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.commands import read_row
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import build_model, retime
@@ -121,11 +122,11 @@ class Plant:
             DescriptionError: The arm is so deep in something that its state diverges, or an elastic arm buckles.
         """
         chain = self.site.chain
-        wanted = None if lengths is None else _read_row("lengths", lengths, self._count)
+        wanted = None if lengths is None else read_row("lengths", lengths, self._count)
         if inputs is None:
             q = self.site.start if wanted is None else np.asarray(chain.inputs_from_lengths(wanted))
         else:
-            q = _read_row("inputs", inputs, chain.straight.size)
+            q = read_row("inputs", inputs, chain.straight.size)
         wanted = chain.lengths(q) if wanted is None else wanted
         self._hoist = Hoist(self.model, self.data, self.site)
         self._feed = self._fed = self._hoist.read_command(feed)
@@ -166,9 +167,9 @@ class Plant:
             raise CommandError("command", "neither or both", "either lengths or rates")
         wanted = self._feed if feed is None else self._hoist.read_command(feed)
         if lengths is not None:
-            self._target, self._rates = _read_row("lengths", lengths, self._count), None
+            self._target, self._rates = read_row("lengths", lengths, self._count), None
         elif rates is not None:
-            self._rates = _read_row("rates", rates, self._count)
+            self._rates = read_row("rates", rates, self._count)
         self._feed = wanted
 
     def mark(self, goal: int, *, settled: bool = False, target: ArrayLike | None = None) -> None:
@@ -177,7 +178,7 @@ class Plant:
         Where an operator drives, `target` is where the tool is meant to be now: position, m, and direction, shape (6,).
         """
         self._goal, self._settled = goal, settled
-        self._aimed = None if target is None else _read_row("target", target, 6)
+        self._aimed = None if target is None else read_row("target", target, 6)
 
     def step(self, count: int = 1) -> None:
         """Go on by a number of steps, fewer after a contact that is not allowed.
@@ -381,17 +382,3 @@ class Plant:
         if self._parts.find_part(contact.second):
             return contact
         return contact._replace(force=tuple(-value for value in contact.force))
-
-
-def _read_row(what: str, values: ArrayLike | None, size: int) -> Array:
-    """A copy of finite values, shape (size,)."""
-    try:
-        row = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise CommandError(what, repr(values), f"{size} numbers") from None
-    if row.shape != (size,):
-        raise CommandError(what, f"shape {row.shape}", f"shape ({size},)")
-    if not np.isfinite(row).all():
-        worst = int(np.flatnonzero(~np.isfinite(row))[0])
-        raise CommandError(what, f"{row[worst]} at {worst}", "finite numbers")
-    return row

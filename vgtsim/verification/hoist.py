@@ -17,7 +17,8 @@ _BUFFER = 1e-3  # m that a hoist's end buffers give; servos sag by micrometres
 _LEAST_FORCE = 1.0  # N, of a mast and an arm without weight
 
 
-def _has_feed(site: Site) -> bool:
+def has_feed(site: Site) -> bool:
+    """Whether the mast of a scene moves."""
     return site.task.mast.feed is not None
 
 
@@ -26,11 +27,11 @@ def _has_rated_guide(site: Site) -> bool:
 
 
 def _has_stiff_feed(site: Site) -> bool:
-    return _has_feed(site) and site.task.simulation.drive != "servo"
+    return has_feed(site) and site.task.simulation.drive != "servo"
 
 
 def _has_headroom(site: Site) -> bool:
-    return _has_feed(site) and site.tank.headroom is not None
+    return has_feed(site) and site.tank.headroom is not None
 
 
 def _hoist(run: Evidence) -> Feed:
@@ -48,7 +49,7 @@ def _lacks_feed(run: Evidence) -> Finding | None:
     "distance to the end of the feed",
     unit="m",
     limit="actuator_stroke",
-    applies=_has_feed,
+    applies=has_feed,
     sense="at least",
 )
 def check_feed_room(run: Evidence) -> Finding:
@@ -58,7 +59,7 @@ def check_feed_room(run: Evidence) -> Finding:
     return _lacks_feed(run) or least_of(room[:, None], run.log.time, _NAME)
 
 
-@report_as("actuator_speed", "feed speed over rated speed", unit="1", limit="actuator_speed", applies=_has_feed)
+@report_as("actuator_speed", "feed speed over rated speed", unit="1", limit="actuator_speed", applies=has_feed)
 def check_feed_speed(run: Evidence) -> Finding:
     """Greatest speed of the feed over its rated one, from differences."""
     speed = np.abs(np.diff(run.wide.height)) / np.diff(run.wide.time)
@@ -70,7 +71,7 @@ def check_feed_speed(run: Evidence) -> Finding:
     "commanded feed acceleration over rated",
     unit="1",
     limit="actuator_acceleration",
-    applies=_has_feed,
+    applies=has_feed,
 )
 def check_feed_acceleration(run: Evidence) -> Finding:
     """Greatest acceleration that the feed was asked for, over its rated one, from differences."""
@@ -87,7 +88,7 @@ def check_feed(run: Evidence) -> Finding:
     return _lacks_feed(run) or worst_of(np.abs(run.log.height - run.log.feed_commanded)[:, None], run.log.time, _NAME)
 
 
-@report_as("tracking", "commanded feed to the plan", unit="m", limit="command", applies=_has_feed, planned=True)
+@report_as("tracking", "commanded feed to the plan", unit="m", limit="command", applies=has_feed, planned=True)
 def check_feed_plan(run: Evidence) -> Finding:
     """Greatest distance of a logged command of the feed from the planned one of its instant."""
     assert run.tour is not None  # the row is for reports with a plan
@@ -101,14 +102,14 @@ def check_feed_plan(run: Evidence) -> Finding:
 
 
 @report_as(
-    "axial_force", "hoist force error at rest over the force", unit="1", limit="axial_force_settled", applies=_has_feed
+    "axial_force", "hoist force error at rest over the force", unit="1", limit="axial_force_settled", applies=has_feed
 )
 def check_hoist_at_rest(run: Evidence) -> Finding:
     """As `check_hoist`, for the settled records."""
     return _find_hoist_error(run, settled=True)
 
 
-@report_as("axial_force", "hoist force error over the force", unit="1", limit="axial_force_moving", applies=_has_feed)
+@report_as("axial_force", "hoist force error over the force", unit="1", limit="axial_force_moving", applies=has_feed)
 def check_hoist(run: Evidence) -> Finding:
     """Greatest error of the hoist's force against weight and inertia of mast and arm, over the force of the instant."""
     return _find_hoist_error(run, settled=False)
@@ -134,7 +135,7 @@ def expect_hoist(run: Evidence, *, settled: bool) -> Array:
     return forces.reaction[:, 2] - touched + run.site.mast.mass * (run.site.gravity + lift)
 
 
-@report_as("actuator_force", "hoist force over rated force", unit="1", limit="actuator_force", applies=_has_feed)
+@report_as("actuator_force", "hoist force over rated force", unit="1", limit="actuator_force", applies=has_feed)
 def check_hoist_use(run: Evidence) -> Finding:
     """Greatest force of the hoist over its rated one."""
     return _lacks_feed(run) or worst_of(np.abs(run.log.feed_force)[:, None] / _hoist(run).force, run.log.time, _NAME)

@@ -10,11 +10,8 @@ from vgtsim.kinematics.ties import first_least
 from vgtsim.site import Site
 from vgtsim.touches import Parts
 from vgtsim.verification.evidence import Evidence
+from vgtsim.verification.hoist import has_feed
 from vgtsim.verification.measures import Finding, least_of, report_as, worst_of
-
-
-def _has_feed(site: Site) -> bool:
-    return site.task.mast.feed is not None
 
 
 @report_as("clearance", "least distance to anything", unit="m", limit="clearance", sense="at least")
@@ -42,7 +39,7 @@ def check_clearance(run: Evidence) -> Finding:
     "least distance from the riser",
     unit="m",
     limit="bore_clearance",
-    applies=_has_feed,
+    applies=has_feed,
     sense="at least",
 )
 def check_bore(run: Evidence) -> Finding:
