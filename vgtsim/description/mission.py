@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, GetJsonSchemaHandler
+from pydantic_core import CoreSchema
 
 from vgtsim.description.figures import Length, Tolerance, Wait
 from vgtsim.description.schema import Description, Name
@@ -53,6 +54,14 @@ class RasterStep(Description):
     tolerance: Tolerance = 1e-4
 
 
+class _OrFile:
+    """The table of a path, or the name of its file, in whose place the loader puts the table."""
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Either of both."""
+        return {"anyOf": [handler(schema), {"type": "string"}]}
+
+
 class FollowStep(Description):
     """The tool goes to the beginning of a path, and along it.
 
@@ -62,7 +71,7 @@ class FollowStep(Description):
     """
 
     do: Literal["follow"]
-    path: ToolPath
+    path: Annotated[ToolPath, _OrFile()]
 
 
 class HoldStep(Description):
