@@ -339,7 +339,12 @@ def _go_without(plots: bool) -> None:
 
     vgtsim.study.use_processes = use_thread
     if plots:
-        vgtsim.output.html_report._draw = lambda plot, _: {"name": plot.name, "lacking": ["time"], "title": "", "caption": ""}
+        vgtsim.output.html_report._draw = lambda plot, _: {
+            "name": plot.name,
+            "lacking": ["time"],
+            "title": "",
+            "caption": "",
+        }
 
 
 def warm_up() -> None:
