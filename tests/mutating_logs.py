@@ -90,6 +90,8 @@ def _mutate_chunk(file: Path, rng: random.Random) -> str:
     try:
         table = parquet.read_table(file)
     except (pa.ArrowException, OSError, ValueError):
+        table = None
+    if not table:  # spoilt before, or without a record
         return f"{file.name}: {mutate_bytes(file, rng)}"
     kind = rng.choice(("figures",) * 6 + ("type", "shape", "lost", "renamed", "rows", "contacts", "bytes", "large"))
     name = rng.choice([*table.column_names])
