@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vgtsim.description.figures import Length, Tolerance, Wait
+from vgtsim.description.figures import Length, Size, Speed, Tolerance, Wait
 from vgtsim.description.schema import Description, Name
 
 
@@ -52,6 +52,28 @@ class RasterStep(Description):
     tolerance: Tolerance = 1e-4
 
 
+class CutStep(Description):
+    """The tool removes a layer of waste from a patch, in rows to and fro; it keeps the direction that it has before.
+
+    The rows are level: the tool cuts no deeper than its reach, so the layer's bottom is level too.
+
+    Attributes:
+        do: Always `cut`.
+        patch: Name of one of the `patches`.
+        depth: Of the layer, below the highest place of the patch as it is then.
+        rows: Number of rows.
+        speed: Greatest speed of the tool; absent for that at which it can remove the whole layer in one pass.
+        tolerance: Greatest distance of the tool from the rows, m, and of its direction, rad.
+    """
+
+    do: Literal["cut"]
+    patch: Name
+    depth: Size
+    rows: int = Field(ge=2, le=1000)
+    speed: Speed | None = None
+    tolerance: Tolerance = 1e-4
+
+
 class HoldStep(Description):
     """The arm stands still for a `time`.
 
@@ -74,7 +96,9 @@ class WithdrawStep(Description):
     do: Literal["withdraw"]
 
 
-MissionStep = Annotated[InsertStep | MoveStep | RasterStep | HoldStep | WithdrawStep, Field(discriminator="do")]
+MissionStep = Annotated[
+    InsertStep | MoveStep | RasterStep | CutStep | HoldStep | WithdrawStep, Field(discriminator="do")
+]
 
 
 @dataclass(frozen=True)
@@ -101,9 +125,10 @@ def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str]) -> tuple[i
             if step.goal not in goals:
                 return index, f"move to {step.goal!r}", f"a goal of the scene: {', '.join(goals)}"
             posed = True
-        elif isinstance(step, RasterStep):
+        elif isinstance(step, RasterStep | CutStep):
             if not posed:
-                return index, "raster from where the insertion ends", "move to a goal first: the rows begin there"
+                allowed = "move to a goal first: the rows begin there, or near it"
+                return index, f"{step.do} from where the insertion ends", allowed
         elif isinstance(step, WithdrawStep):
             inside = False
     return None

@@ -13,6 +13,7 @@ from vgtsim.geometry.clearance import (
     obstacles,
     self_clearance,
 )
+from vgtsim.geometry.diggings import Diggings, make_diggings
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
 from vgtsim.geometry.gaps import Walls
 from vgtsim.geometry.mast import MastPipe, make_mast
@@ -27,6 +28,7 @@ __all__ = [
     "WASTE",
     "Bed",
     "Clearance",
+    "Diggings",
     "MastPipe",
     "MemberPairs",
     "Obstacles",
@@ -38,6 +40,7 @@ __all__ = [
     "find_near",
     "flag_clear",
     "make_bed",
+    "make_diggings",
     "make_mast",
     "make_profile",
     "make_walls",
