@@ -171,7 +171,7 @@ class Plant:
         """
         self._require_going()
         given = (lengths is not None) + (rates is not None)
-        if given == 2 or (not given and feed is None):
+        if given == 2 or (not given and feed is None and tool is None):
             raise CommandError("command", "neither or both", "either lengths or rates")
         wanted = self._feed if feed is None else self._hoist.read_command(feed)
         if lengths is not None:
