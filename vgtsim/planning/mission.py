@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description import Goal, RasterPiece, ToolPath
-from vgtsim.description.mission import CutStep, HoldStep, InsertStep, MissionStep, MoveStep, RasterStep
+from vgtsim.description.mission import (
+    CutStep,
+    FollowStep,
+    HoldStep,
+    InsertStep,
+    MissionStep,
+    MoveStep,
+    RasterStep,
+    begins_inside,
+)
 from vgtsim.errors import PathError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.cutting import check_cuts, foresee_waste, plan_cut
 from vgtsim.planning.entry_checks import check_entry
-from vgtsim.planning.following import follow
+from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
 from vgtsim.planning.pace import choose_step, find_bounds
+from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import goal_keep
+from vgtsim.planning.resolution import goal_keep, make_objective
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import TimedPath, make_limits, time_path
 from vgtsim.planning.tour import Leg, Tour, plan_tour, pose_at
@@ -29,7 +39,9 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
+_LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured
+_SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would let them jump
 
 Rows = Callable[[float], tuple[Array, Array | None, Array | None]]
 
@@ -74,7 +86,17 @@ class _Plan:
 
     def add(self, step: MissionStep) -> None:
         """Plan one step."""
-        self.pieces.append(list(self._take(step)))
+        if isinstance(step, FollowStep):
+            run, piece = self._follow(step.path)
+            self._end(self._go(run.q[0], f"the beginning of {step.path.name}"))
+            self.here = run.q[-1]
+            self._end([piece])
+        else:
+            self._end(self._take(step))
+
+    def _end(self, leg: list[_Piece]) -> None:
+        """Add a leg, which ends where the arm is now."""
+        self.pieces.append(leg)
         self.ends.append(self.here)
 
     def _take(self, step: MissionStep) -> list[_Piece]:
@@ -114,11 +136,11 @@ class _Plan:
         return [self._run(path.clearance, path.place, time_path(self.site.chain, path.curve, self.limits))]
 
     def _raster(self, step: RasterStep) -> list[_Piece]:
-        """Rows from where the tool is; the arm first takes the posture in which it can follow them."""
-        site, motion = self.site, self.site.task.motion
-        position, direction = site.chain.tool(self.here)
+        """Rows from where the tool is."""
+        motion = self.site.task.motion
+        position, direction = self.site.chain.tool(self.here)
         path = ToolPath(
-            name="raster",
+            name="the raster",
             start=tuple(position.tolist()),
             direction=tuple(direction.tolist()),
             tolerance=step.tolerance,
@@ -127,51 +149,60 @@ class _Plan:
             pieces=(RasterPiece(shape="raster", width=step.width, depth=step.depth, rows=step.rows),),
         )
         middle = position + (np.array(step.width) + step.depth) / 2
-        pieces, rows, near = self._plan_rows(path, middle)
-        return [*pieces, _Piece(*near, lambda dt: (rows(dt), None, None))]
+        pieces, rows = self._run_rows(path, middle)
+        return [*pieces, rows]
 
     def _cut(self, step: CutStep) -> list[_Piece]:
         """Rows over a patch, with rests in which the tool comes to power; what is planned after them knows what they leave."""
         site, motion = self.site, self.site.task.motion
         assert self.heights is not None  # of a scene with such a step
-        cut = plan_cut(site, len(self.pieces), step, self.heights)
+        index = next(i for i, item in enumerate(site.task.mission) if item is step)
+        cut = plan_cut(site, index, step, self.heights)
         path = cut.make_path(site.chain.tool(self.here)[1], motion.rate_fraction, motion.acceleration)
-        pieces, rows, near = self._plan_rows(path, cut.middle)
+        pieces, rows = self._run_rows(path, cut.middle)
 
         def run(timestep: float) -> tuple[Array, None, Array]:
-            lengths, share = cut.add_rests(rows(timestep), timestep)
+            lengths, share = cut.add_rests(rows.rows(timestep)[0], timestep)
             return lengths, None, share
 
         lengths, _, share = run(site.timestep)
         points = site.chain.tool(site.chain.inputs_from_lengths(lengths))[0]
         self.heights = foresee_waste(site, points, share, site.timestep, self.heights)
         self._enter(site.lower_waste(self.heights))
-        return [*pieces, _Piece(*near, run)]
+        return [*pieces, replace(rows, rows=run)]
 
-    def _plan_rows(
-        self, path: ToolPath, middle: Array
-    ) -> tuple[list[_Piece], Callable[[float], Array], tuple[float, str]]:
-        """The way to the begin of rows, the rows by time step, and what they come nearest to.
+    def _run_rows(self, path: ToolPath, middle: Array) -> tuple[list[_Piece], _Piece]:
+        """The way to the begin of rows, and the rows, near a posture that is clear of everything at their middle, (3,), m."""
+        goal = Goal(name="rows", position=tuple(middle.tolist()), direction=path.direction)
+        clear = pose_at(self.site, goal, self.here, self.keep)
+        run, piece = self._follow(path, clear)
+        pieces = self._go(run.q[0], f"the first row of {path.name}")
+        self.here = run.q[-1]
+        return pieces, piece
 
-        Postures stay as near as they can to one that is clear of everything at the middle, shape (3,), m.
+    def _follow(self, path: ToolPath, clear: Array | None = None) -> tuple[Followed, _Piece]:
+        """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates.
+
+        With a clear posture, shape (n,), all postures stay as near to it as they can.
         """
-        site = self.site
-        goal = Goal(name=path.name, position=tuple(middle.tolist()), direction=path.direction)
-        clear = pose_at(site, goal, self.here, self.keep)
-        problem = Problem(site.box, tool_goal(path.start, path.direction), Nearness(site.chain.lengths(clear)))
-        run = follow(problem, path, clear, site.timestep, site.subspace)
-        pieces = self._go(run.q[0], f"the first row of the {path.name}")
+        site, goal, motion = self.site, tool_goal(path.start, path.direction), self.site.task.motion
+        slow = {name: min(getattr(path, name), getattr(motion, name)) for name in ("rate_fraction", "acceleration")}
+        path = path.model_copy(update=slow)
+        near = make_objective(site, goal, _SMOOTH) if clear is None else Nearness(site.chain.lengths(clear))
+        problem = Problem(site.box, goal, near)
+        run = follow(problem, path, self.here if clear is None else clear, site.timestep, site.subspace)
+        start = run.q[0]
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])
         worst = int(np.argmin(gaps))
         if gaps[worst] < site.clearance:
-            raise PathError(f"the {path.name}", float(gaps[worst]), places[worst])
-        self.here = run.q[-1]
+            raise PathError(path.name, float(gaps[worst]), places[worst])
+        check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
-        def rows(timestep: float) -> Array:
-            again = run if timestep == site.timestep else follow(problem, path, clear, timestep, site.subspace)
-            return again.lengths
+        def rows(timestep: float) -> tuple[Array, None, None]:
+            again = run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
+            return again.lengths, None, None
 
-        return pieces, rows, (float(gaps[worst]), places[worst])
+        return run, _Piece(float(gaps[worst]), places[worst], rows)
 
 
 def plan_mission(site: Site) -> Tour:
@@ -181,15 +212,20 @@ def plan_mission(site: Site) -> Tour:
         DescriptionError: The scene cannot work, see `check_site`, or the arm cannot come through the riser, see `check_entry`.
         PathError: There is no way in, or no clear path between two steps.
         ReachError: A goal cannot be met.
-        FollowError: The posture would jump on a raster.
+        FollowError: The posture would jump on a path.
     """
     check_site(site)
-    check_entry(site)
+    inside = begins_inside(site.task.mission)
+    if not inside:
+        check_entry(site)
     check_cuts(site)
-    plan = _Plan(site, site.chain.stowed)
+    start = site.start if inside else site.chain.stowed
+    plan = _Plan(site, start)
     for step in site.task.mission:
         plan.add(step)
     timed = [(piece.timed, piece.clearance) for leg in plan.pieces for piece in leg if piece.timed is not None]
+    for way, _ in timed:
+        check_passage(site, way.inputs(_LOOKED))
     bounds = find_bounds(site, timed)
     timestep = choose_step(site, bounds)
     legs = []
@@ -207,7 +243,7 @@ def plan_mission(site: Site) -> Tour:
             tool=share,
         )
         legs.append(leg)
-    return Tour(np.array(site.chain.stowed), tuple(legs), timestep, bounds)
+    return Tour(np.array(start), tuple(legs), timestep, bounds)
 
 
 def _join(parts: list[tuple[Array, Array | None, Array | None]]) -> tuple[Array, Array | None, Array | None]:
