@@ -279,7 +279,14 @@ class Site:
         An arm that gives is judged where it sags to; `surroundings.unloaded` judges the shape of the inputs alone.
         """
         task, sag = self.task, self._sag if self.sags else None
-        return Surroundings(self.chain, self.tank, task.payload.radius, task.mast.outer_diameter / 2, sag, self.bed)
+        return Surroundings(
+            chain=self.chain,
+            tank=self.tank,
+            payload_radius=task.payload.radius,
+            mast_radius=task.mast.outer_diameter / 2,
+            sag=sag,
+            bed=self.bed,
+        )
 
     def lower_waste(self, heights: Array) -> Site:
         """The same site with waste of some heights in its diggings, shape (P,), m; all that does not depend on them is kept."""
