@@ -1,0 +1,165 @@
+"""The controls of a live arm beside its picture: what they show, and the letters that they post."""
+
+from __future__ import annotations
+
+import html
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from vgtsim.description import OBJECTIVES
+from vgtsim.kinematics.vectors import quaternions_to
+from vgtsim.site import Site
+from vgtsim.web.letters import Button, Letter, LiveState, Wish
+from vgtsim.web.scale import draw_scale
+
+Array = NDArray[np.float64]
+
+_SCENE, _NOTHING = "as the scene", "nothing"  # choices of the objective beside its names
+_METHODS = {"straight (rates)": "rate", "posture first (Newton)": "newton"}
+_TEXT_EVERY, _SLIDER_EVERY = 0.2, 0.5  # s between changes of texts, and of sliders that follow the arm
+_TOUCHED = 1.0  # s for which a slider that was moved is left where it is
+_MILLI = 1e3
+_HANDLE = 1.5  # m: size of the handle
+
+
+class Panel:
+    """Handle at the tool, buttons, menus, figures and a slider for each cylinder, in a viser server.
+
+    What is moved last is what the arm follows: the handle is a goal, the sliders are lengths.
+    """
+
+    def __init__(self, server: viser.ViserServer, site: Site, end: float, post: Callable[[Letter], None]) -> None:
+        """Add the controls; the colour scale ends at an axial force, N, and letters are posted as they arise."""
+        self._site, self._post, gui = site, post, server.gui
+        self._wish = Wish(target="hold", value=True)
+        self._lengths: Array | None = None  # that the sliders ask for, while the arm follows them
+        self._box = np.ceil(_MILLI * site.box.least), np.floor(_MILLI * site.box.greatest)
+        self._next = {"text": 0.0, "sliders": 0.0}
+        self._state = gui.add_html("")
+        self._play = gui.add_button("Pause")
+        self._record = gui.add_button("Record")
+        self._add_button(gui, "Hold", lambda: self._want("hold", True))
+        self._add_button(gui, "Start anew", lambda: self._start_anew())
+        self._method = gui.add_dropdown("Handle goes", tuple(_METHODS), hint="How the arm goes to the place of the handle.")
+        choices = (_SCENE, _NOTHING, *OBJECTIVES)
+        self._objective = gui.add_dropdown("Objective", choices, hint="What the null space is used for.")
+        gui.add_html(draw_scale(end))
+        self._play.on_click(self._on_play)
+        self._record.on_click(self._on_record)
+        self._method.on_update(self._on_choice)
+        self._objective.on_update(self._on_choice)
+        with gui.add_folder("Cylinders, mm"):
+            self._sliders = [self._add_slider(gui, j) for j in range(len(site.truss.actuated))]
+        self._touched = np.zeros(len(self._sliders))
+        self._handle = server.scene.add_transform_controls("/handle", scale=_HANDLE, depth_test=False)
+        self._handle.on_update(self._on_handle)
+        self._held_by_hand = False
+        self._playing, self._recording = True, False
+
+    def show(self, state: LiveState, gap: str, delay: float) -> None:
+        """Show a state, with the gap to the nearest thing in words, and the last delay, s."""
+        now = time.monotonic()
+        if not self._held_by_hand and self._wish.target != "goal":
+            self._handle.position, self._handle.wxyz = state.target[:3], quaternions_to(state.target[None, 3:])[0]
+        if now >= self._next["text"]:
+            self._next["text"] = now + _TEXT_EVERY
+            self._state.content = describe(state, gap, delay)
+        if now >= self._next["sliders"] or not state.time:
+            self._next["sliders"] = now + _SLIDER_EVERY
+            self._move_sliders(state.lengths, now)
+        if state.playing != self._playing:
+            self._playing, self._play.label = state.playing, "Pause" if state.playing else "Play"
+        if bool(state.record) != self._recording:
+            self._recording, self._record.label = bool(state.record), "End the record" if state.record else "Record"
+
+    def _move_sliders(self, lengths: Array, now: float) -> None:
+        """Let sliders that nobody moves follow the arm, or stay at what they ask for."""
+        wanted = lengths if self._lengths is None else self._lengths
+        places = np.clip(np.round(_MILLI * wanted), *self._box).astype(int).tolist()
+        for slider, place, touched in zip(self._sliders, places, self._touched, strict=True):
+            if slider.value != place and now - touched > _TOUCHED:
+                slider.value = place
+
+    def _add_button(self, gui: viser.GuiApi, label: str, act: Callable[[], None]) -> None:
+        button = gui.add_button(label)
+
+        @button.on_click
+        async def _(_: Any) -> None:
+            act()
+
+    def _add_slider(self, gui: viser.GuiApi, j: int) -> viser.GuiSliderHandle[int]:
+        site, (low, high) = self._site, self._box
+        name = site.truss.member_names[site.truss.actuated[j]]
+        now = int(np.clip(round(_MILLI * float(site.chain.lengths(site.start)[j])), low[j], high[j]))
+        slider = gui.add_slider(name, int(low[j]), int(high[j]), 1, now)
+
+        @slider.on_update
+        async def _(event: Any) -> None:
+            if event.client is not None:
+                self._touched[j] = time.monotonic()
+                self._want_lengths()
+
+        return slider
+
+    def _want_lengths(self) -> None:
+        """Ask for the lengths of all sliders: those that were not touched are where the arm is."""
+        self._lengths = np.array([slider.value for slider in self._sliders]) / _MILLI
+        self._want("lengths", self._lengths)
+
+    async def _on_handle(self, event: viser.TransformControlsEvent) -> None:
+        if event.client is None:
+            return
+        self._held_by_hand = event.phase != "end"
+        w, x, y, z = np.asarray(event.target.wxyz, float).tolist()
+        along = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]  # the handle's z
+        self._want("goal", [*np.asarray(event.target.position, float).tolist(), *along])
+
+    async def _on_choice(self, event: Any) -> None:
+        """Say again what was wanted, with the method or objective that is chosen now."""
+        if event.client is not None:
+            self._want(self._wish.target, self._wish.value)
+
+    async def _on_play(self, _: Any) -> None:
+        self._post(Button.PAUSE if self._playing else Button.PLAY)
+
+    async def _on_record(self, _: Any) -> None:
+        self._post(Button.END_RECORD if self._recording else Button.RECORD)
+
+    def _start_anew(self) -> None:
+        self._post(Button.ANEW)
+        self._lengths, self._wish = None, Wish(target="hold", value=True)
+
+    def _want(self, target: str, value: Any) -> None:
+        """Post a wish, with the objective if it was chosen."""
+        chosen = self._objective.value
+        objective = {_SCENE: self._site.task.motion.objective, _NOTHING: ()}.get(chosen, (chosen,))
+        method = _METHODS[self._method.value] if target == "goal" else "rate"
+        if target != "lengths":
+            self._lengths = None
+        self._wish = Wish(
+            target=target, value=value, method=method, objective=tuple(objective), arrived=time.monotonic()
+        )
+        self._post(self._wish)
+
+
+def describe(state: LiveState, gap: str, delay: float) -> str:
+    """The figures of a state as a table in HTML, with what is to be said above it."""
+    rows = {
+        "time": f"{state.time:.1f} s{'' if state.playing else ', paused'}",
+        "clearance": gap,
+        "utilisation": f"{state.utilisation:.2f}, {state.member}",
+        "condition": f"{state.condition:.3g}",
+        "held by": ", ".join(state.held_by) or "nothing",
+        "loop": f"{state.rate:.1f} cycles a second, {1e3 * delay:.0f} ms from command to page",
+        "record": state.record or "off",
+    }
+    said = [f"ended: {state.ended}"] * bool(state.ended) + [state.said] * bool(state.said)
+    words = "".join(f'<p role="status"><b>{html.escape(text)}</b></p>' for text in said)
+    cells = "".join(f"<tr><th>{name}</th><td>{html.escape(text)}</td></tr>" for name, text in rows.items())
+    style = "font-size: 0.8em; text-align: left; width: 100%; padding: 0 1em; overflow-wrap: anywhere"
+    return f'<div style="{style}">{words}<table>{cells}</table></div>'
