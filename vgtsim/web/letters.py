@@ -104,6 +104,11 @@ class LiveState:
     said: str
     arrived: float
 
+    @property
+    def points(self) -> Array:
+        """Nodes and then the tool point, shape (N + 1, 3), m."""
+        return np.concatenate([self.nodes, self.tool[None]])
+
 
 @dataclass
 class Line:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import time
 from collections.abc import Callable
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -155,11 +156,17 @@ def describe(state: LiveState, gap: str, delay: float) -> str:
         "utilisation": f"{state.utilisation:.2f}, {state.member}",
         "condition": f"{state.condition:.3g}",
         "held by": ", ".join(state.held_by) or "nothing",
-        "loop": f"{state.rate:.1f} cycles a second, {1e3 * delay:.0f} ms from command to page",
+        "loop": tell_speed(state.rate, delay),
         "record": state.record or "off",
     }
     said = [f"ended: {state.ended}"] * bool(state.ended) + [state.said] * bool(state.said)
     words = "".join(f'<p role="status"><b>{html.escape(text)}</b></p>' for text in said)
-    cells = "".join(f"<tr><th>{name}</th><td>{html.escape(text)}</td></tr>" for name, text in rows.items())
+    cells = "".join(f"<tr><th style='white-space: nowrap; padding-right: 1em'>{name}</th><td>{html.escape(text)}</td></tr>" for name, text in rows.items())
     style = "font-size: 0.8em; text-align: left; width: 100%; padding: 0 1em; overflow-wrap: anywhere"
     return f'<div style="{style}">{words}<table>{cells}</table></div>'
+
+
+def tell_speed(rate: float, delay: float) -> str:
+    """The rate of the loop, cycles a second, and the delay of the last command, s, as far as they are known."""
+    known = [f"{rate:.1f} cycles a second"] * (not isnan(rate))
+    return ", ".join([*known, *[f"{1e3 * delay:.0f} ms from command to page"] * (not isnan(delay))])

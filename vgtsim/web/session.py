@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vgtsim.errors import PageError
-from vgtsim.planning.checks import check_site
+from vgtsim.planning import check_site
 from vgtsim.site import Site
 from vgtsim.web.letters import Line, Served
 from vgtsim.web.loop import LiveLoop
