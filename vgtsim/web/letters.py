@@ -30,11 +30,13 @@ class Button(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Wish:
-    """A command of a page, see `Controller.command`; `arrived` is the monotonic time at which the server had it, s."""
+    """A command of a page, see `Controller.command`; goals are gone to by rates, as solving a posture may take seconds.
+
+    `arrived` is the monotonic time at which the server had it, s.
+    """
 
     target: str
     value: ArrayLike | bool
-    method: str = "rate"
     objective: Sequence[str] | None = None
     arrived: float = 0.0
 
@@ -153,5 +155,4 @@ class Line:
 
 
 def _replaces(wish: Wish, last: Letter) -> bool:
-    same = isinstance(last, Wish) and (last.target, last.method) == (wish.target, wish.method)
-    return same and (last.objective is None or last.objective == wish.objective)
+    return isinstance(last, Wish) and last.target == wish.target and last.objective in (None, wish.objective)

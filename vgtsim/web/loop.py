@@ -147,11 +147,9 @@ class LiveLoop:
             row = read_row(wish.target, wish.value, self._limits[wish.target])  # pyright: ignore[reportArgumentType]
             given = {wish.target: tuple(row.tolist())}
         objective = None if wish.objective is None else tuple(wish.objective)
-        self.operation.controller.command(**given, method=wish.method, objective=objective)
+        self.operation.controller.command(**given, objective=objective)
         now = self.operation.plant.time
-        self.tape.note(
-            OperatorCommand.model_validate({"time": now, **given, "method": wish.method, "objective": objective})
-        )
+        self.tape.note(OperatorCommand.model_validate({"time": now, **given, "objective": objective}))
 
     def end_record(self) -> None:
         """End the record, if one is made, with the arm coming to rest, as it does when the record is played.
@@ -175,10 +173,10 @@ class LiveLoop:
             known = controller.report
         except StoppedError:  # no step has been made
             known = None
-        span = self._cycles[-1] - self._cycles[0] if len(self._cycles) > 1 else np.nan
+        span = self._cycles[-1] - self._cycles[0] if self._cycles else 0.0
         return LiveState(
             time=plant.time,
-            rate=(len(self._cycles) - 1) / span,
+            rate=(len(self._cycles) - 1) / span if span else np.nan,
             nodes=np.array(state.nodes),
             tool=state.tool_position,
             axial=plant.axial,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from math import isnan
 from typing import Any
 
@@ -12,7 +13,9 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from vgtsim.control import find_posture
 from vgtsim.description import OBJECTIVES
+from vgtsim.errors import VgtError
 from vgtsim.kinematics.vectors import quaternions_to
 from vgtsim.site import Site
 from vgtsim.web.letters import Button, Letter, LiveState, Wish
@@ -21,7 +24,7 @@ from vgtsim.web.scale import draw_scale
 Array = NDArray[np.float64]
 
 _SCENE, _NOTHING = "as the scene", "nothing"  # choices of the objective beside its names
-_METHODS = {"straight (rates)": "rate", "posture first (Newton)": "newton"}
+_STRAIGHT, _POSTURE = "straight, at once", "to a posture, when let go"  # what the arm does with the place of the handle
 _TEXT_EVERY, _SLIDER_EVERY = 0.2, 0.5  # s between changes of texts, and of sliders that follow the arm
 _TOUCHED = 1.0  # s for which a slider that was moved is left where it is
 _MILLI = 1e3
@@ -41,35 +44,37 @@ class Panel:
         self._lengths: Array | None = None  # that the sliders ask for, while the arm follows them
         self._box = np.ceil(_MILLI * site.box.least), np.floor(_MILLI * site.box.greatest)
         self._next = {"text": 0.0, "sliders": 0.0}
+        self._latest = np.asarray(site.chain.lengths(site.start))  # wanted lengths of the last state
         self._state = gui.add_html("")
         self._play = gui.add_button("Pause")
         self._record = gui.add_button("Record")
         self._add_button(gui, "Hold", lambda: self._want("hold", True))
         self._add_button(gui, "Start anew", lambda: self._start_anew())
-        self._method = gui.add_dropdown("Handle goes", tuple(_METHODS), hint="How the arm goes to the place of the handle.")
+        hint = "Straight by resolved rates, or by a posture that Newton's method finds."
+        self._method = gui.add_dropdown("Goal", (_STRAIGHT, _POSTURE), hint=hint)
         choices = (_SCENE, _NOTHING, *OBJECTIVES)
         self._objective = gui.add_dropdown("Objective", choices, hint="What the null space is used for.")
         gui.add_html(draw_scale(end))
         self._play.on_click(self._on_play)
         self._record.on_click(self._on_record)
-        self._method.on_update(self._on_choice)
         self._objective.on_update(self._on_choice)
         with gui.add_folder("Cylinders, mm"):
             self._sliders = [self._add_slider(gui, j) for j in range(len(site.truss.actuated))]
         self._touched = np.zeros(len(self._sliders))
         self._handle = server.scene.add_transform_controls("/handle", scale=_HANDLE, depth_test=False)
         self._handle.on_update(self._on_handle)
-        self._held_by_hand = False
+        self._held_by_hand, self._said = False, ""
+        self._solver, self._asked = ThreadPoolExecutor(1), 0
         self._playing, self._recording = True, False
 
     def show(self, state: LiveState, gap: str, delay: float) -> None:
         """Show a state, with the gap to the nearest thing in words, and the last delay, s."""
-        now = time.monotonic()
+        now, self._latest = time.monotonic(), state.lengths
         if not self._held_by_hand and self._wish.target != "goal":
             self._handle.position, self._handle.wxyz = state.target[:3], quaternions_to(state.target[None, 3:])[0]
         if now >= self._next["text"]:
             self._next["text"] = now + _TEXT_EVERY
-            self._state.content = describe(state, gap, delay)
+            self._state.content = describe(state, gap, delay, state.said or self._said)
         if now >= self._next["sliders"] or not state.time:
             self._next["sliders"] = now + _SLIDER_EVERY
             self._move_sliders(state.lengths, now)
@@ -118,10 +123,33 @@ class Panel:
         self._held_by_hand = event.phase != "end"
         w, x, y, z = np.asarray(event.target.wxyz, float).tolist()
         along = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]  # the handle's z
-        self._want("goal", [*np.asarray(event.target.position, float).tolist(), *along])
+        goal = [*np.asarray(event.target.position, float).tolist(), *along]
+        if self._method.value == _STRAIGHT:
+            self._want("goal", goal)
+        elif event.phase == "end":
+            self._solve(goal)
+
+    def _solve(self, goal: list[float]) -> None:
+        """Look for a posture beside the page, which may take seconds, and ask for its lengths; a newer wish overtakes it."""
+        self._asked += 1
+        asked, lengths, objective = self._asked, self._latest, self._choose_objective()
+        self._said = "looking for a posture"
+
+        def find() -> None:
+            try:
+                near = self._site.chain.inputs_from_lengths(lengths, self._site.start)
+                posture = find_posture(self._site, goal, np.asarray(near), objective)
+            except VgtError as error:
+                self._said = str(error)
+                return
+            if asked == self._asked:
+                self._said, self._lengths = "", posture
+                self._want("lengths", posture)
+
+        self._solver.submit(find)
 
     async def _on_choice(self, event: Any) -> None:
-        """Say again what was wanted, with the method or objective that is chosen now."""
+        """Say again what was wanted, with the objective that is chosen now."""
         if event.client is not None:
             self._want(self._wish.target, self._wish.value)
 
@@ -136,20 +164,20 @@ class Panel:
         self._lengths, self._wish = None, Wish(target="hold", value=True)
 
     def _want(self, target: str, value: Any) -> None:
-        """Post a wish, with the objective if it was chosen."""
-        chosen = self._objective.value
-        objective = {_SCENE: self._site.task.motion.objective, _NOTHING: ()}.get(chosen, (chosen,))
-        method = _METHODS[self._method.value] if target == "goal" else "rate"
+        """Post a wish, with the objective that is chosen."""
         if target != "lengths":
             self._lengths = None
-        self._wish = Wish(
-            target=target, value=value, method=method, objective=tuple(objective), arrived=time.monotonic()
-        )
+        self._asked, self._said = self._asked + 1, ""
+        self._wish = Wish(target=target, value=value, objective=self._choose_objective(), arrived=time.monotonic())
         self._post(self._wish)
 
+    def _choose_objective(self) -> tuple[str, ...]:
+        chosen = self._objective.value
+        return {_SCENE: self._site.task.motion.objective, _NOTHING: ()}.get(chosen, (chosen,))
 
-def describe(state: LiveState, gap: str, delay: float) -> str:
-    """The figures of a state as a table in HTML, with what is to be said above it."""
+
+def describe(state: LiveState, gap: str, delay: float, said: str = "") -> str:
+    """The figures of a state as a table in HTML, with what is to be said to the person above it."""
     rows = {
         "time": f"{state.time:.1f} s{'' if state.playing else ', paused'}",
         "clearance": gap,
@@ -159,9 +187,10 @@ def describe(state: LiveState, gap: str, delay: float) -> str:
         "loop": tell_speed(state.rate, delay),
         "record": state.record or "off",
     }
-    said = [f"ended: {state.ended}"] * bool(state.ended) + [state.said] * bool(state.said)
-    words = "".join(f'<p role="status"><b>{html.escape(text)}</b></p>' for text in said)
-    cells = "".join(f"<tr><th style='white-space: nowrap; padding-right: 1em'>{name}</th><td>{html.escape(text)}</td></tr>" for name, text in rows.items())
+    texts = [f"ended: {state.ended}"] * bool(state.ended) + [said] * bool(said)
+    words = "".join(f'<p role="status"><b>{html.escape(text)}</b></p>' for text in texts)
+    head = '<th style="white-space: nowrap; padding-right: 1em">'
+    cells = "".join(f"<tr>{head}{name}</th><td>{html.escape(text)}</td></tr>" for name, text in rows.items())
     style = "font-size: 0.8em; text-align: left; width: 100%; padding: 0 1em; overflow-wrap: anywhere"
     return f'<div style="{style}">{words}<table>{cells}</table></div>'
 

@@ -95,4 +95,6 @@ def require_port(host: str, port: int) -> None:
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # what has just ended does not count
             probe.bind(address)
     except (OSError, OverflowError) as error:
-        raise PageError(f"{host}:{port}", f"{getattr(error, 'strerror', None) or error}; choose another --port") from None
+        raise PageError(
+            f"{host}:{port}", f"{getattr(error, 'strerror', None) or error}; choose another --port"
+        ) from None
