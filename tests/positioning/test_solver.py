@@ -258,14 +258,16 @@ def test_rows_and_clearance_agree(hanging_arm, tank_around):
 def test_the_line_of_the_least_gap_goes_from_the_arm_to_what_is_near(hanging_arm, tank_around):
     rng = np.random.default_rng(23)
     capsules, around, kinds = tank_around.capsules, tank_around.obstacles, set()
-    for _ in range(40):
-        q = random_inputs(hanging_arm, rng, 0.05)
+    for _ in range(60):
+        angles = np.radians(rng.uniform(0, 35, 5)) * [1, 1, 1, 1, 0]
+        q = bend_all(hanging_arm, angles, rng.uniform(-np.pi, np.pi))
         points = tank_around.points(q[None])[0]
         found = tank_around.find_nearest(points, 3.0)
         assert found.gap == tank_around.rows(q[None], 3.0).gap.min()
         if found.gap <= 0:
             continue
         on_arm, other = found.ends
+        assert tank_around.find_nearest(points, found.gap / 2) is None
         assert np.linalg.norm(other - on_arm) == pytest.approx(found.gap, abs=ROUNDING)
 
         def off_arm(place, points=points):
@@ -280,7 +282,6 @@ def test_the_line_of_the_least_gap_goes_from_the_arm_to_what_is_near(hanging_arm
         assert np.abs([*walls, *posts, mast, *off_arm(other)]).min() < NEAR
         kinds.add(found.bodies.split(" to ")[1])
     assert len(kinds) > 2
-    assert tank_around.find_nearest(tank_around.points(hanging_arm.straight[None])[0], 1e-3) is None
 
 
 def test_row_gradients_are_those_of_central_differences(hanging_arm, tank_around):

@@ -54,7 +54,7 @@ class NearPairs:
 
 
 @dataclass(frozen=True)
-class Nearest:
+class LeastGap:
     """The least gap of an arm: its size, m, its two bodies, and points between which it is, on the arm first, shape (2, 3), m."""
 
     gap: float
@@ -197,7 +197,7 @@ class Surroundings:
                 return config[:count], gap[:count], bodies[:count], held[:count], slope[:count]
             room = count
 
-    def find_nearest(self, points: Array, reach: float) -> Nearest | None:
+    def find_nearest(self, points: Array, reach: float) -> LeastGap | None:
         """The least gap at points, nodes and then the tool point, shape (N + 1, 3), m, without sag; none beyond a reach, m."""
         _, gap, bodies, held, slope = self._near(points[None], reach, payload=True)
         if not len(gap):
@@ -210,7 +210,7 @@ class Surroundings:
         part = np.linalg.norm(lead, axis=1)
         axis, away = part @ points[mine] / part.sum(), lead.sum(axis=0) / part.sum()
         ends = axis - np.array([[radius], [radius + gap[k]]]) * away
-        return Nearest(float(gap[k]), self.name_pair(bodies[k]), ends)
+        return LeastGap(float(gap[k]), self.name_pair(bodies[k]), ends)
 
     def name_pair(self, bodies: Index) -> str:
         """Names of two near bodies, shape (3,), see `NearPairs.bodies`."""

@@ -66,13 +66,16 @@ class Panel:
         self._held_by_hand, self._said = False, ""
         self._solver, self._asked = ThreadPoolExecutor(1), 0
         self._playing, self._recording = True, False
+        self._told: tuple[object, ...] = ()  # what is shown at once, and not with the next figures
 
     def show(self, state: LiveState, gap: str, delay: float) -> None:
         """Show a state, with the gap to the nearest thing in words, and the last delay, s."""
         now, self._latest = time.monotonic(), state.lengths
         if not self._held_by_hand and self._wish.target != "goal":
             self._handle.position, self._handle.wxyz = state.target[:3], quaternions_to(state.target[None, 3:])[0]
-        if now >= self._next["text"]:
+        told = state.playing, state.record, state.ended, state.said or self._said
+        if now >= self._next["text"] or told != self._told:
+            self._told = told
             self._next["text"] = now + _TEXT_EVERY
             self._state.content = describe(state, gap, delay, state.said or self._said)
         if now >= self._next["sliders"] or not state.time:
