@@ -18,11 +18,11 @@ from vgtsim.description import load_commands
 from vgtsim.errors import PageError
 
 pytest.importorskip("viser")
-playwright = pytest.importorskip("playwright.sync_api")
 
 from vgtsim.cli import main
 from vgtsim.web.session import require_port
 
+playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.long
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -51,7 +51,7 @@ def test_a_port_in_use_is_said_before_anything_starts(monkeypatch, capsys):
 
 
 def test_an_address_of_no_machine_is_said():
-    with pytest.raises(PageError, match="198.51.100.7:8080"):
+    with pytest.raises(PageError, match=r"198\.51\.100\.7:8080"):
         require_port("198.51.100.7", 8080)
 
 
