@@ -19,7 +19,7 @@ from vgtsim.site import Site
 from vgtsim.statics import solve_members
 from vgtsim.web.display import Display, Sight
 from vgtsim.web.letters import Letter, LiveState, Pages, Served, Shown
-from vgtsim.web.panel import Panel
+from vgtsim.web.controls import Controls
 
 _SCALE = 1.25  # of the greatest force at the start, where the colours end
 _REACH = 3.0  # m within which the nearest thing is looked for
@@ -37,7 +37,7 @@ def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int) -> Non
 
 
 class Page:
-    """Display and panel in one server, at the page's end of the pipe."""
+    """Display and controls in one server, at the page's end of the pipe."""
 
     def __init__(self, pipe: Connection[Any, Any], site: Site, host: str, port: int) -> None:
         """Begin to serve."""
@@ -46,7 +46,7 @@ class Page:
         end = scale_end(_SCALE * solve_members(site.load_model, site.chain.nodes(site.start)).near_axial)
         with self.server.atomic():
             self._display = Display(self.server, site, end)
-            self._panel = Panel(self.server, site, end, self.post)
+            self._controls = Controls(self.server, site, end, self.post)
         self.server.on_client_connect(lambda _: self._count())
         self.server.on_client_disconnect(lambda _: self._count())
         self.post(Served(self.server.get_port()))
@@ -69,7 +69,7 @@ class Page:
             near=f"{near.gap:.2f} m" if near else "",
         )
         self._display.show(sight)
-        self._panel.show(state, words, self._delay)
+        self._controls.show(state, words, self._delay)
         self.server.flush()
         delay = time.monotonic() - state.arrived if state.arrived else nan
         self._delay = delay if state.arrived else self._delay

@@ -31,7 +31,7 @@ _MILLI = 1e3
 _HANDLE = 1.5  # m: size of the handle
 
 
-class Panel:
+class Controls:
     """Handle at the tool, buttons, menus, figures and a slider for each cylinder, in a viser server.
 
     What is moved last is what the arm follows: the handle is a goal, the sliders are lengths.
