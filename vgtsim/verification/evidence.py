@@ -36,8 +36,23 @@ _BESIDE = 2  # records on either side of one that its acceleration is made of, s
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
+class PlannedLeader(Protocol):
+    """The path that an arm follows on its way in or out: greatest planned deviation from it, m, and the least possible one, m."""
+
+    @property
+    def deviation(self) -> float: ...  # noqa: D102
+
+    @property
+    def bound(self) -> float: ...  # noqa: D102
+
+    def measure(self, points: Array) -> Array: ...  # noqa: D102
+
+
 class PlannedLeg(Protocol):
-    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m, and the feed, (S,), m."""
+    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m, and the feed, (S,), m.
+
+    The arm may follow a leader.
+    """
 
     @property
     def goal(self) -> int: ...  # noqa: D102
@@ -47,6 +62,9 @@ class PlannedLeg(Protocol):
 
     @property
     def feed(self) -> Array | None: ...  # noqa: D102
+
+    @property
+    def leader(self) -> PlannedLeader | None: ...  # noqa: D102
 
 
 class PlannedTour(Protocol):
