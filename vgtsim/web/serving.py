@@ -17,9 +17,9 @@ from vgtsim.description import Scene
 from vgtsim.output.colours import scale_end
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
+from vgtsim.web.controls import Controls
 from vgtsim.web.display import Display, Sight
 from vgtsim.web.letters import Letter, LiveState, Pages, Served, Shown
-from vgtsim.web.controls import Controls
 
 _SCALE = 1.25  # of the greatest force at the start, where the colours end
 _REACH = 3.0  # m within which the nearest thing is looked for
