@@ -30,8 +30,9 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
-from vgtsim.description.motion import Bend, Goal
+from vgtsim.description.motion import Bend, Goal, StartPosture
 from vgtsim.description.operator import (
+    MOST_COMMANDS,
     TARGETS,
     Operator,
     OperatorCommand,
@@ -52,6 +53,7 @@ from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, Splin
 __all__ = [
     "INCH",
     "MODELS",
+    "MOST_COMMANDS",
     "OBJECTIVES",
     "TARGETS",
     "Actuated",
@@ -100,6 +102,7 @@ __all__ = [
     "Simulation",
     "Span",
     "SplinePiece",
+    "StartPosture",
     "Steps",
     "Study",
     "Tank",

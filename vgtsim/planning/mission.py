@@ -26,6 +26,7 @@ from vgtsim.planning.cutting import check_cuts, foresee_waste, plan_cut
 from vgtsim.planning.entry_checks import check_entry
 from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
+from vgtsim.planning.leader import Leader, make_leader
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import plan_path
@@ -52,13 +53,14 @@ class _Piece:
 
     `rows` gives, for a time step, s, actuator lengths, shape (T, J), m, feed, shape (T,), m, if the mast moves, and the share of
     its power, shape (T,), at which the tool removes waste, if it does. A way that
-    bears on the step is `timed`.
+    bears on the step is `timed`. On the way in or out the arm follows a `leader`.
     """
 
     clearance: float
     place: str
     rows: Rows
     timed: TimedPath | None = None
+    leader: Leader | None = None
 
 
 @dataclass
@@ -124,7 +126,8 @@ class _Plan:
 
     def _feed(self, way: Insertion) -> _Piece:
         place = min(way.gaps, key=lambda name: way.gaps[name])
-        return self._run(way.gaps[place], place, time_way(self.site, way))
+        piece = self._run(way.gaps[place], place, time_way(self.site, way))
+        return replace(piece, leader=make_leader(self.site, way))
 
     def _run(self, clearance: float, place: str, timed: TimedPath) -> _Piece:
         chain = self.site.chain
@@ -241,6 +244,7 @@ def plan_mission(site: Site) -> Tour:
             place=nearest.place,
             feed=feed,
             tool=share,
+            leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
     return Tour(np.array(start), tuple(legs), timestep, bounds)

@@ -14,6 +14,7 @@ from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
+from vgtsim.planning.leader import Leader
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import Path, plan_path
@@ -40,7 +41,7 @@ class Leg:
     Actuator lengths at every step, the first and last included, have shape (T, J), m. `q` are the inputs at the end,
     shape (n,), and `goal` the index of the goal in the scene. `feed`, shape (T,), m, lifts the mast above its working depth;
     without one the mast stays where it is. `tool`, shape (T,), is the share of its power at which the tool removes waste; without
-    one it rests.
+    one it rests. On the way in or out the arm follows a `leader`.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Leg:
     place: str
     feed: Array | None = None
     tool: Array | None = None
+    leader: Leader | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

@@ -27,7 +27,7 @@ from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
 from vgtsim.runlog import Piece, RunLog
 from vgtsim.site import Site
-from vgtsim.statics import settle
+from vgtsim.statics import settle, solve_members
 from vgtsim.touches import Parts
 
 Array = NDArray[np.float64]
@@ -238,6 +238,12 @@ class Plant:
                 stopped=self.stopped,
             )
         return self._state
+
+    @property
+    def axial(self) -> Array:
+        """Axial forces of the members at the last record, tension positive, shape (M,), N; before the first one, at rest."""
+        known = self._recorder.axial(self.site.truss.ends)
+        return solve_members(self.site.load_model, self.state.nodes).near_axial if known is None else known
 
     @property
     def log(self) -> RunLog:

@@ -37,10 +37,22 @@ _BESIDE = 2  # records on either side of one that its acceleration is made of, s
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
+class PlannedLeader(Protocol):
+    """The path that an arm follows on its way in or out: greatest planned deviation from it, m, and the least possible one, m."""
+
+    @property
+    def deviation(self) -> float: ...  # noqa: D102
+
+    @property
+    def bound(self) -> float: ...  # noqa: D102
+
+    def measure(self, points: Array) -> Array: ...  # noqa: D102
+
+
 class PlannedLeg(Protocol):
     """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m.
 
-    Where they change, the feed, m, and the share of the tool's power stand beside them, shape (S,).
+    Where they change, the feed, m, and the share of the tool's power stand beside them, shape (S,). The arm may follow a leader.
     """
 
     @property
@@ -54,6 +66,9 @@ class PlannedLeg(Protocol):
 
     @property
     def tool(self) -> Array | None: ...  # noqa: D102
+
+    @property
+    def leader(self) -> PlannedLeader | None: ...  # noqa: D102
 
 
 class PlannedTour(Protocol):
