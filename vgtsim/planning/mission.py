@@ -9,12 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description import RasterPiece, ToolPath
-from vgtsim.description.mission import HoldStep, InsertStep, MissionStep, MoveStep, RasterStep
+from vgtsim.description.mission import (
+    FollowStep,
+    HoldStep,
+    InsertStep,
+    MissionStep,
+    MoveStep,
+    RasterStep,
+    begins_inside,
+)
 from vgtsim.errors import PathError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.entry_checks import check_entry
-from vgtsim.planning.following import follow
+from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
@@ -70,7 +78,17 @@ class _Plan:
 
     def add(self, step: MissionStep) -> None:
         """Plan one step."""
-        self.pieces.append(list(self._take(step)))
+        if isinstance(step, FollowStep):
+            run, piece = self._follow(step.path)
+            self._end(self._go(run.q[0], f"the beginning of {step.path.name}"))
+            self.here = run.q[-1]
+            self._end([piece])
+        else:
+            self._end(self._take(step))
+
+    def _end(self, leg: list[_Piece]) -> None:
+        """Add a leg, which ends where the arm is now."""
+        self.pieces.append(leg)
         self.ends.append(self.here)
 
     def _take(self, step: MissionStep) -> list[_Piece]:
@@ -106,11 +124,11 @@ class _Plan:
         return [self._run(path.clearance, path.place, time_path(self.site.chain, path.curve, self.limits))]
 
     def _raster(self, step: RasterStep) -> list[_Piece]:
-        """Rows from where the tool is; the arm first takes the posture in which it can follow them."""
-        site, motion = self.site, self.site.task.motion
-        position, direction = site.chain.tool(self.here)
+        """Rows from where the tool is."""
+        motion = self.site.task.motion
+        position, direction = self.site.chain.tool(self.here)
         path = ToolPath(
-            name="raster",
+            name="the raster",
             start=tuple(position.tolist()),
             direction=tuple(direction.tolist()),
             tolerance=step.tolerance,
@@ -118,22 +136,31 @@ class _Plan:
             acceleration=motion.acceleration,
             pieces=(RasterPiece(shape="raster", width=step.width, depth=step.depth, rows=step.rows),),
         )
-        goal = tool_goal(path.start, path.direction)
+        run, piece = self._follow(path)
+        pieces = self._go(run.q[0], "the first row of the raster")
+        self.here = run.q[-1]
+        return [*pieces, piece]
+
+    def _follow(self, path: ToolPath) -> tuple[Followed, _Piece]:
+        """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates."""
+        site, goal, motion = self.site, tool_goal(path.start, path.direction), self.site.task.motion
+        slow = {name: min(getattr(path, name), getattr(motion, name)) for name in ("rate_fraction", "acceleration")}
+        path = path.model_copy(update=slow)
         problem = Problem(site.box, goal, make_objective(site, goal, _SMOOTH))
         run = follow(problem, path, self.here, site.timestep, site.subspace)
-        start, pieces = run.q[0], self._go(run.q[0], "the first row of the raster")
+        start = run.q[0]
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])
         worst = int(np.argmin(gaps))
         if gaps[worst] < site.clearance:
-            raise PathError("the raster", float(gaps[worst]), places[worst])
-        self.here = run.q[-1]
+            raise PathError(path.name, float(gaps[worst]), places[worst])
+        check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
         def rows(timestep: float) -> tuple[Array, None]:
             return (
                 run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
             ).lengths, None
 
-        return [*pieces, _Piece(float(gaps[worst]), places[worst], rows)]
+        return run, _Piece(float(gaps[worst]), places[worst], rows)
 
 
 def plan_mission(site: Site) -> Tour:
@@ -143,11 +170,14 @@ def plan_mission(site: Site) -> Tour:
         DescriptionError: The scene cannot work, see `check_site`, or the arm cannot come through the riser, see `check_entry`.
         PathError: There is no way in, or no clear path between two steps.
         ReachError: A goal cannot be met.
-        FollowError: The posture would jump on a raster.
+        FollowError: The posture would jump on a path.
     """
     check_site(site)
-    check_entry(site)
-    plan = _Plan(site, site.chain.stowed)
+    inside = begins_inside(site.task.mission)
+    if not inside:
+        check_entry(site)
+    start = site.start if inside else site.chain.stowed
+    plan = _Plan(site, start)
     for step in site.task.mission:
         plan.add(step)
     timed = [(piece.timed, piece.clearance) for leg in plan.pieces for piece in leg if piece.timed is not None]
@@ -169,7 +199,7 @@ def plan_mission(site: Site) -> Tour:
             feed=feed,
         )
         legs.append(leg)
-    return Tour(np.array(site.chain.stowed), tuple(legs), timestep, bounds)
+    return Tour(np.array(start), tuple(legs), timestep, bounds)
 
 
 def _join(parts: list[tuple[Array, Array | None]]) -> tuple[Array, Array | None]:
