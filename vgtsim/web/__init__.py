@@ -13,6 +13,8 @@ except ImportError:
     raise MissingLibraryError("viser", "pip install 'vgtsim[live]'") from None
 
 from vgtsim.web.display import Display, Sight
+from vgtsim.web.nearest import Gap, Nearest
+from vgtsim.web.recording import Recording, open_server, write_recording
 from vgtsim.web.scale import draw_scale
 
-__all__ = ["Display", "Sight", "draw_scale"]
+__all__ = ["Display", "Gap", "Nearest", "Recording", "Sight", "draw_scale", "open_server", "write_recording"]

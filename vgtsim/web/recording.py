@@ -43,6 +43,7 @@ _MOST = 1500  # frames: going back in time the client reads all of them again, s
 _FASTEST = 12.5  # frames a simulated second: half of what is recorded looks smooth
 _ROOM = 0.95  # of what is left for frames, as some pack less well than others
 _AFTER = 1.0  # s that the last frame stays before the client begins again
+_ASIDE = 0.08  # of the tank's diameter: so much to the right the eye looks, where the table covers the picture
 _STILL, _SHADE = 2e-4, 2e-3  # m, and part of the colour scale: a move that no picture shows
 
 
@@ -62,17 +63,14 @@ def write_recording(site: Site, source: LogSource, report: Report, path: Path, l
         OSError: The file cannot be written.
         ValueError: Not even the first and the last record fit in a page of the largest size, bytes.
     """
-    run = _Run(site, thin(source), report, source.count)
-    count = int(min(run.log.count, _MOST, (run.log.time[-1] - run.log.time[0]) * _FASTEST + 2))
-    page, frames = run.write_page(count)
+    run = _Run(site, thin(source), report, source.count, HTML if (path.parent / HTML).is_file() else "")
+    page, frames = run.write_page(int(min(run.log.count, _MOST, (run.log.time[-1] - run.log.time[0]) * _FASTEST + 2)))
     if len(page) > largest:
         least, few = run.write_page(2)
-        if len(least) > largest:
-            raise ValueError(f"a page of {few} frames takes {len(least)} bytes; allowed: at most {largest}")
         part = _ROOM * (largest - len(least)) / (len(page) - len(least))
-        page, frames = run.write_page(max(int(part * count), 2))
+        page, frames = run.write_page(int(part * frames)) if part * frames > few else (least, few)
     if len(page) > largest:
-        page, frames = least, few
+        raise ValueError(f"a page of {frames} frames takes {len(page)} bytes; allowed: at most {largest}")
     with replacing(path) as partial:
         partial.write_bytes(page)
     return Recording(frames, source.count, len(page))
@@ -96,12 +94,13 @@ def choose_records(log: RunLog, axial: Array, count: int) -> Index:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """A run with its thinned log, and the number of records that it was thinned from."""
+    """A run with its thinned log, the number of records that it was thinned from, and the address of its report, if any."""
 
     site: Site
     log: RunLog
     report: Report
     records: int
+    address: str
 
     @cached_property
     def axial(self) -> Array:
@@ -136,6 +135,7 @@ class _Run:
                 frames=len(chosen),
                 records=self.records,
                 report=HTML,
+                address=self.address,
                 readings=json.dumps(told, separators=(",", ":")).replace("<", "\\u003c"),
             )
             for name in ("head.html", "body.html")
@@ -149,6 +149,9 @@ class _Run:
         log = self.log
         with open_server() as server:
             display = Display(server, self.site, self.end)
+            aside = _ASIDE * self.site.tank.shell.inner_diameter
+            camera = server.initial_camera
+            camera.position, camera.look_at = camera.position + [aside, 0, 0], camera.look_at + [aside, 0, 0]
             record = server.get_scene_serializer()
             pauses = np.append(np.diff(log.time[chosen]), _AFTER)
             for k, gap, pause in zip(chosen.tolist(), gaps, pauses.tolist(), strict=True):
