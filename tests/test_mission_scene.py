@@ -36,6 +36,17 @@ def test_the_arm_comes_in_works_and_leaves():
     inside = np.flatnonzero(log.height > 0.0)[::50]
     q = site.chain.inputs_from_lengths(log.actual[inside])
     assert bore.measured <= Entry(site).gaps(q, log.height[inside]).bore.min() + 1e-9
+    assert find_leader_row(report).measured == pytest.approx(1.0, abs=1e-3)
+    assert way_in.leader is not None
+    turned = replace(
+        way_in.leader, level=np.array([[0.9994, -0.0349, 0], [0.0349, 0.9994, 0], [0, 0, 1]]) @ way_in.leader.level
+    )
+    other = replace(plan, legs=(replace(way_in, leader=turned), *plan.legs[1:]))  # in a plane 2 degrees aside
+    assert not find_leader_row(vgtsim.verify(site, log, other)).passed
+
+
+def find_leader_row(report):
+    return next(check for check in report.checks if check.quantity.startswith("axis from the leader"))
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -20,19 +20,17 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from numpy.typing import NDArray
 from viser import ViserServer
 
-from vgtsim.geometry import WASTE
 from vgtsim.output.colours import scale_end
 from vgtsim.output.html_tables import list_notices, summarise
-from vgtsim.output.quantities import format_quantity
 from vgtsim.output.readings import READINGS, read_instant
 from vgtsim.output.staging import HTML
+from vgtsim.positioning import LeastGap, Surroundings
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource, thin
 from vgtsim.verification import Report
 from vgtsim.web.display import Display, Sight
-from vgtsim.web.nearest import Gap, Nearest
 from vgtsim.web.scale import draw_scale
 
 Array = NDArray[np.float64]
@@ -43,6 +41,8 @@ _MOST = 1500  # frames: going back in time the client reads all of them again, s
 _FASTEST = 12.5  # frames a simulated second: half of what is recorded looks smooth
 _ROOM = 0.95  # of what is left for frames, as some pack less well than others
 _AFTER = 1.0  # s that the last frame stays before the client begins again
+_REACH = 3.0  # m within which the nearest thing is looked for
+_AWAY = 1e4  # m; more than any tank
 _ASIDE = 0.08  # of the tank's diameter: so much to the right the eye looks, where the table covers the picture
 _STILL, _SHADE = 2e-4, 2e-3  # m, and part of the colour scale: a move that no picture shows
 
@@ -116,7 +116,7 @@ class _Run:
         """The page with at most so many frames, and their number."""
         log = self.log
         chosen = choose_records(log, self.axial, count)
-        gaps = Nearest(self.site).find(log.nodes[chosen], log.tool_position[chosen])
+        gaps = [self._find_gap(record) for record in chosen.tolist()]
         page = self._record(chosen, gaps)
         times = log.time[chosen] - log.time[0]
         rows = [self._read(record, gap) for record, gap in zip(chosen.tolist(), gaps, strict=True)]
@@ -144,7 +144,7 @@ class _Run:
         at, close = page.index("</head>"), page.rindex("</body>")
         return (page[:at] + head + page[at:close] + body + page[close:]).encode(), len(chosen)
 
-    def _record(self, chosen: Index, gaps: list[Gap]) -> str:
+    def _record(self, chosen: Index, gaps: list[LeastGap | None]) -> str:
         """Viser's client with the frames of some records in it."""
         log = self.log
         with open_server() as server:
@@ -160,12 +160,22 @@ class _Run:
                     axial=self.axial[k],
                     height=float(log.height[k]),
                     target=self._find_target(k),
-                    gap=gap.line,
-                    near=_tell(self.site, gap),
+                    gap=gap and gap.ends,
+                    near=f"{gap.gap:.2f} m" if gap else "",
                 )
                 display.show(sight)
                 record.insert_sleep(pause)
             return record.as_html()
+
+    @cached_property
+    def _around(self) -> Surroundings:
+        """What the arm is held against: all but a mast that is not where the scene says."""
+        around = self.site.surroundings.unloaded
+        return replace(around, mast_radius=-_AWAY) if self.log.height.any() else around
+
+    def _find_gap(self, record: int) -> LeastGap | None:
+        points = np.concatenate([self.log.nodes[record], self.log.tool_position[record, None]])
+        return self._around.find_nearest(points, _REACH)
 
     def _find_target(self, record: int) -> Array | None:
         """Where the tool should be: an operator's target, or the goal that is approached."""
@@ -176,14 +186,9 @@ class _Run:
         wanted = self.site.task.motion.goals[goal]
         return np.array([*wanted.position, *wanted.direction])
 
-    def _read(self, record: int, gap: Gap) -> list[str]:
-        return [*read_instant(self.site, self.log, self.report, record, self.axial[record]), _tell(self.site, gap)]
-
-
-def _tell(site: Site, gap: Gap) -> str:
-    """Name of the nearest thing and its distance."""
-    name = site.tank.waste.kind if gap.place == WASTE else gap.place.replace("_", " ")
-    return f"{name}, {format_quantity(gap.distance, 'm')}"
+    def _read(self, record: int, gap: LeastGap | None) -> list[str]:
+        near = f"{gap.gap:.3f} m, {gap.bodies}" if gap else f"more than {_REACH:g} m"
+        return [*read_instant(self.site, self.log, self.report, record, self.axial[record]), near]
 
 
 @contextmanager
