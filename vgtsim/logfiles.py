@@ -113,6 +113,9 @@ def survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Touch]]:
     except (ArrowException, OSError, ValueError) as error:
         raise DescriptionError(file, "", str(error), "a chunk of a run's log") from None
     count = footer.num_rows
+    twice = [name for name in schema.names if schema.names.count(name) > 1]
+    if twice:
+        raise DescriptionError(file, twice[0][:80], f"{schema.names.count(twice[0])} columns of that name", "one")
     shapes = {name: _read_shape(file, name, schema.field(name).type) for name in schema.names}
     lacking = [name for name in _RECORDED if name not in shapes and name not in MAY_BE_EMPTY]
     if lacking:

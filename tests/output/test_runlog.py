@@ -73,6 +73,7 @@ def test_damaged_file_is_named(folder):
         (lambda t: t.drop_columns("nodes"), "nodes: found nothing"),
         (lambda t: t.set_column(0, "time", t["settled"]), "time: found bool; allowed: float64 in 1 dimensions"),
         (lambda t: t.append_column("extra", t["time"]), "extra: found an unknown quantity"),
+        (lambda t: t.append_column("time", t["time"]), "time: found 2 columns of that name; allowed: one"),
         (lambda t: t.replace_schema_metadata({"contacts": "[" * 100000}), "contacts: found"),
         (lambda t: t.replace_schema_metadata({"contacts": "[[1]]"}), "contacts: found"),
     ],

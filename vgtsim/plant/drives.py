@@ -158,6 +158,7 @@ def find_drive(
     if simulation.drive == "servo":
         rows = np.array([model.actuator(names.servo(member.name)).id for member in actuators])
         parts = [site.arm.cylinders[member.section] for member in actuators]
+        damp_servos(model, np.append(rows, model.actuator(names.servo(names.FEED)).id), site)
         return ServoDrive(
             model=model,
             data=data,
@@ -180,6 +181,16 @@ def find_drive(
     return HydraulicDrive(
         data=data, springs=springs, hydraulics=hydraulics, oil=oil, state=find_state(parts, oil, length)
     )
+
+
+def damp_servos(model: mujoco.MjModel, rows: NDArray[np.intp], site: Site) -> None:
+    """Give servos the scene's damper less the one that the integrator brings, stiffness times step, see `springs`.
+
+    Where the scene's is less than half of that share, a servo has half of it, the least that is stable.
+    """
+    simulation = site.task.simulation
+    share = simulation.servo_stiffness * model.opt.timestep
+    model.actuator_biasprm[rows, 2] = share - max(simulation.servo_damping, share / 2)
 
 
 def find_row_drive(model: mujoco.MjModel, data: mujoco.MjData, site: Site) -> RigidDrive:
