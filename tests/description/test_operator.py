@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 
 import pytest
 
@@ -107,10 +108,26 @@ def test_a_scene_carries_its_record_and_its_digest(tmp_path):
         ("[operator]", "[operator]\nspeeed = 1", "did you mean 'speed'"),
         ('"20 ms"', '"10 ms"', "timestep of 1 / log_rate"),
         ('"own.jsonl"', '"other.jsonl"', "other.jsonl: file: found"),
-        ('[operator]\nrecord = "own.jsonl"\nspeed = "0.1 m/s"', "", r"motion.goals, or a table \[operator\]"),
+        ('[operator]\nrecord = "own.jsonl"\nspeed = "0.1 m/s"', "", r"motion.goals, .*or a table \[operator\]"),
     ],
 )
 def test_a_scene_with_a_wrong_operator_is_refused(tmp_path, old, new, words):
     assert old in GOOD
     with pytest.raises(DescriptionError, match=words):
         load_scene(scene_file(tmp_path, GOOD.replace(old, new)))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes and devices")
+@pytest.mark.parametrize("kind", ["pipe", "device", "folder", "loop", "missing", "UTF-16"])
+def test_a_record_that_is_no_file_of_text_is_refused_at_once(tmp_path, kind):
+    file = tmp_path / "record.jsonl"
+    if kind == "pipe":
+        os.mkfifo(file)
+    elif kind == "folder":
+        file.mkdir()
+    elif kind == "UTF-16":
+        file.write_text('{"time":0}', encoding="utf-16")
+    elif kind != "missing":
+        file.symlink_to("/dev/zero" if kind == "device" else file.name)
+    with pytest.raises(DescriptionError, match="record\\.jsonl"):
+        load_commands(file)

@@ -68,13 +68,12 @@ def tank(
     force: Force = False,
 ) -> None:
     """Write a shipped tank under a name of its own, with plain figures, and what is known of each as a comment."""
-    import tomllib
-
     from vgtsim.description import find_file
+    from vgtsim.description.toml_file import read_toml
 
     name = _prepare(file, force)
     kind = _ask("Type of tank", kind, "type_ii")
-    data = tomllib.loads(find_file(kind, "tank").read_text(encoding="utf-8"))
+    data = read_toml(find_file(kind, "tank"))
     _write("tank.toml", file, name=name, kind=kind, title=_plain(data["title"]), tables=list(_tables(data)))
     _follow_up(file, f"vgtsim new scene my_scene.toml --tank {file}")
 

@@ -10,6 +10,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from vgtsim.description.figures import Acceleration, Speed, Time, Wait
 from vgtsim.description.schema import Description
+from vgtsim.description.toml_file import read_text
 from vgtsim.digests import digest
 from vgtsim.errors import DescriptionError
 
@@ -19,6 +20,7 @@ Target = Literal["twist", "goal", "inputs", "lengths", "hold"]
 
 TARGETS: tuple[Target, ...] = ("twist", "goal", "inputs", "lengths", "hold")
 MOST_COMMANDS = 1_000_000  # commands: five hours at 50 a second
+_MOST_BYTES = 200 * MOST_COMMANDS  # of a record: a command has a hundred
 
 
 class Operator(Description):
@@ -79,10 +81,7 @@ def load_commands(file: Path) -> tuple[OperatorCommand, ...]:
     Raises:
         DescriptionError: The file is missing, a line is no command, or the times fall.
     """
-    try:
-        lines = file.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise DescriptionError(file, "", str(error), "a record of commands, one JSON object a line") from None
+    lines = read_text(file, _MOST_BYTES, "record of commands, one JSON object a line").splitlines()
     if len(lines) > MOST_COMMANDS:
         raise DescriptionError(file, "", f"{len(lines)} lines", f"at most {MOST_COMMANDS}")
     commands: list[OperatorCommand] = []

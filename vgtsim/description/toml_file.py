@@ -35,22 +35,22 @@ def read_toml(file: Path) -> dict[str, Any]:
     return data
 
 
-def read_text(file: Path) -> str:
-    """Read the text of a file that `read_toml` reads; errors are the same."""
-    return _decode(file, _read_bytes(file))
+def read_text(file: Path, largest: int = _LARGEST, what: str = "TOML file that a person wrote") -> str:
+    """Read a text of so many bytes at most; errors are those of `read_toml` but for the contents."""
+    return _decode(file, _read_bytes(file, largest, what))
 
 
-def _read_bytes(file: Path) -> bytes:
+def _read_bytes(file: Path, largest: int = _LARGEST, what: str = "TOML file that a person wrote") -> bytes:
     try:
         if not stat.S_ISREG(os.stat(file).st_mode):  # a pipe or a device would be read for ever
-            raise DescriptionError(file, "", "a folder, a pipe or a device", "a readable TOML file")
+            raise DescriptionError(file, "", "a folder, a pipe or a device", f"a readable {what}")
         with file.open("rb") as stream:
-            content = stream.read(_LARGEST + 1)
+            content = stream.read(largest + 1)
     except (OSError, ValueError) as error:  # a path with a zero byte is a ValueError
         found = getattr(error, "strerror", None) or str(error)
-        raise DescriptionError(file, "", found, "a readable TOML file") from None
-    if len(content) > _LARGEST:
-        raise DescriptionError(file, "", f"more than {_LARGEST} bytes", "a TOML file that a person wrote")
+        raise DescriptionError(file, "", found, f"a readable {what}") from None
+    if len(content) > largest:
+        raise DescriptionError(file, "", f"more than {largest} bytes", f"a {what}")
     return content
 
 

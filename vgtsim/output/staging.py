@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from vgtsim.description.toml_file import read_text
 from vgtsim.errors import DescriptionError
 from vgtsim.output.folders import naming_folder, prepare_folder
 from vgtsim.replacing import flush_to_disk, lock_folder, replacing
@@ -57,10 +58,10 @@ def find_results(folder: Path) -> Path:
 def _finish_move(folder: Path) -> None:
     """Put whole results in the place of the old ones; a move that was interrupted is ended."""
     stage = folder / UNFINISHED
-    try:
-        listed = json.loads((stage / _WHOLE).read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    if not os.path.lexists(stage / _WHOLE):
         return
+    try:
+        listed = json.loads(read_text(stage / _WHOLE, what="list of a run's results"))
     except (ValueError, RecursionError) as error:
         raise DescriptionError(stage / _WHOLE, "", str(error)[:80], "the list of a run's results") from None
     for name in RESULTS:
