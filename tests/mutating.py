@@ -117,7 +117,7 @@ def _mutate_value(line: str, rng: random.Random) -> str:
     if not found:
         return f"{name}{sign}{rng.choice(HOSTILE)}"
     item = found[0] if name and rng.random() < 0.85 else rng.choice(found[:2] if name else found)
-    number = re.search(r"-?\d[\d.]*(?:e-?\d+)?", item[0])
+    number = re.search(r"-?\d+(?:\.\d*)?(?:e-?\d+)?", item[0])
     if number and rng.random() < 0.75:
         far = 10 ** rng.uniform(-14, 14)
         factor = rng.choice((-1.0, 0.0, 0.5, 0.8, 0.9, 0.97, 0.99, 1.01, 1.03, 1.1, 1.3, 2.0, 0.2, 5.0, far, far))
