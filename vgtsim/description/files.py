@@ -59,6 +59,8 @@ def load_scene(scene: str | Path) -> Scene:
     """
     file = find_file(scene, "scene")
     task = _validate(file, SceneFile, read_scene(file))
+    if task.phase is not None:
+        raise DescriptionError(file, "phase", "a table", "no such table: the program makes the phases of a mission")
     manipulator = load_description(find_file(task.manipulator, "arm", beside=file.parent), Manipulator)
     tank = load_description(find_file(task.tank, "tank", beside=file.parent), Tank)
     record = task.operator and task.operator.record

@@ -17,9 +17,26 @@ class InsertStep(Description):
 
     Attributes:
         do: Always `insert`.
+        modules: Active modules of a shorter arm, counted from the tool; absent for the whole arm.
     """
 
     do: Literal["insert"]
+    modules: int | None = Field(default=None, ge=1, le=100)
+
+
+class AddStep(Description):
+    """An active module, with the static sections below it, is set on the arm above ground, and all is lowered by its length.
+
+    The first one is that of the tool. The part below stands in the tank's clamp meanwhile; after the last one the arm goes
+    down to its working depth. The arm leaves the tank as it came, module by module.
+
+    Attributes:
+        do: Always `add_module`.
+        time: How long the part below stands in the clamp while the module is set on, or taken off.
+    """
+
+    do: Literal["add_module"]
+    time: Wait
 
 
 class MoveStep(Description):
@@ -74,7 +91,9 @@ class WithdrawStep(Description):
     do: Literal["withdraw"]
 
 
-MissionStep = Annotated[InsertStep | MoveStep | RasterStep | HoldStep | WithdrawStep, Field(discriminator="do")]
+MissionStep = Annotated[
+    InsertStep | AddStep | MoveStep | RasterStep | HoldStep | WithdrawStep, Field(discriminator="do")
+]
 
 
 @dataclass(frozen=True)
@@ -86,17 +105,30 @@ class RunStage:
     direction: tuple[float, float, float] | None = None
 
 
-def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str]) -> tuple[int, str, str] | None:
-    """First step that cannot be carried out after those before it: its index, what it is and what is allowed; None without."""
-    inside, posed = False, False
+def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str], modules: int) -> tuple[int, str, str] | None:
+    """First step that cannot be carried out after those before it: its index, what it is and what is allowed; None without.
+
+    The whole arm has a number of active modules.
+    """
+    there, growing, posed = 0, False, False
     for index, step in enumerate(steps):
         if isinstance(step, InsertStep):
-            if inside:
+            if there:
                 return index, "insert while the arm is in the tank", "withdraw first"
-            inside, posed = True, False
+            if (step.modules or 0) > modules:
+                return index, f"insert of {step.modules} modules", f"at most {modules}, those of the whole arm"
+            there, posed = step.modules or modules, False
             continue
-        if not inside:
-            return index, f"{step.do} while the arm is above the riser", "insert first"
+        if isinstance(step, AddStep):
+            if there and not growing:
+                return index, f"add_module to an arm of {there} modules that is at work", "withdraw first"
+            if there == modules:
+                return index, f"add_module to the whole arm, which has {modules}", f"at most {modules} of them"
+            there, growing, posed = there + 1, True, False
+            continue
+        if not there:
+            return index, f"{step.do} while the arm is above the riser", "insert or add_module first"
+        growing = False
         if isinstance(step, MoveStep):
             if step.goal not in goals:
                 return index, f"move to {step.goal!r}", f"a goal of the scene: {', '.join(goals)}"
@@ -105,5 +137,5 @@ def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str]) -> tuple[i
             if not posed:
                 return index, "raster from where the insertion ends", "move to a goal first: the rows begin there"
         elif isinstance(step, WithdrawStep):
-            inside = False
+            there = 0
     return None

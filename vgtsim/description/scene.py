@@ -24,7 +24,7 @@ from vgtsim.description.figures import (
 )
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.mission import MissionStep, MoveStep, RunStage, find_disorder
+from vgtsim.description.mission import AddStep, MissionStep, MoveStep, RunStage, find_disorder
 from vgtsim.description.motion import Motion
 from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import choose_coupling
@@ -175,6 +175,19 @@ class AllowedContact(Description):
     force: Force | None = Field(default=None, gt=0)
 
 
+class Phase(Description):
+    """A part of a mission in which the arm keeps its length; the program writes it into the scene of that part's log.
+
+    Attributes:
+        number: From 1, of `count` phases.
+        stands: Whether the arm stands in the clamp, at the end or at the beginning.
+    """
+
+    number: int = Field(ge=1)
+    count: int = Field(ge=1)
+    stands: bool
+
+
 class SceneFile(Description):
     """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
 
@@ -182,7 +195,7 @@ class SceneFile(Description):
     from above the riser and back, which stand for the tour of the goals; its start is then above the riser.
     `operator` is for an
     arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
-    run. `conveyance` is the line through the truss; absent where there is none.
+    run. `conveyance` is the line through the truss; absent where there is none. `phase` is absent in a scene of a user.
     """
 
     name: Name
@@ -198,6 +211,7 @@ class SceneFile(Description):
     operator: Operator | None = None
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
     mission: tuple[MissionStep, ...] = Field(default=(), max_length=1000)
+    phase: Phase | None = None
     contacts: tuple[AllowedContact, ...] = Field(default=(), max_length=100)
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
@@ -244,9 +258,8 @@ class Scene:
             DescriptionError: The pivot is outside the tank, the mast is too thick, or the start does not fit the arm.
         """
         mast, tank, arm = self.task.mast, self.tank, self.manipulator
-        wrong = find_disorder(self.task.mission, [goal.name for goal in self.task.motion.goals])
-        if wrong is not None:
-            raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
+        if self.task.phase is None:
+            self._check_mission()
         if not 0 < self.pivot_height < tank.shell.crown:
             found = f"{mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m"
             allowed = f"a depth that leaves the pivot inside the tank, 0 to {tank.shell.crown:.4g} m"
@@ -269,6 +282,16 @@ class Scene:
                 raise self.error(
                     f"contacts.{index}.place", f"unknown place {contact.place!r}", closest(contact.place, places)[2:]
                 )
+
+    def _check_mission(self) -> None:
+        """Refuse steps that cannot be carried out one after the other, and modules that are added without a clamp."""
+        task, goals = self.task, [goal.name for goal in self.task.motion.goals]
+        wrong = find_disorder(task.mission, goals, len(self.manipulator.active))
+        if wrong is not None:
+            raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
+        if self.tank.clamp is None and any(isinstance(step, AddStep) for step in task.mission):
+            allowed = "a table [clamp] in the tank's file: it holds the arm while a module is added"
+            raise self.error("tank.clamp", "nothing", allowed)
 
     @property
     def pivot_height(self) -> float:

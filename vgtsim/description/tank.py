@@ -167,11 +167,25 @@ class Guide(Description):
         return self
 
 
+class Clamp(Description):
+    """Jaws over the riser's flange that hold an arm by its uppermost face while a module is set on or taken off.
+
+    Attributes:
+        above_flange: Height of the face that is held over the riser's flange.
+        force: Greatest weight that the jaws carry; absent, it is not judged.
+    """
+
+    name: Name
+    above_flange: Size
+    force: Force | None = Field(default=None, gt=0)
+
+
 class Tank(Description):
     """A tank; the arm enters through `arm_riser`, on the tank axis, and the equipment is in its way.
 
     `headroom` is the free height over the soil at the arm riser; absent, it is not limited. A `guide` holds the mast there;
-    without one the mast may touch the bore. `provenance` gives the sources of the figures by key path.
+    without one the mast may touch the bore. A `clamp` holds an arm that is assembled there. `provenance` gives the sources of
+    the figures by key path.
     """
 
     name: Name
@@ -183,12 +197,19 @@ class Tank(Description):
     waste: Waste
     headroom: Size | None = None
     guide: Guide | None = None
+    clamp: Clamp | None = None
     provenance: dict[str, Provenance] = Field(default_factory=dict)
 
     @property
     def grade(self) -> float:
         """Height of the ground above the lowest point of the floor, m."""
         return self.shell.crown + self.shell.dome_thickness + self.shell.soil_cover
+
+    @property
+    def clamp_height(self) -> float:
+        """Height of the face that the clamp holds above the lowest point of the floor, m; there must be a clamp."""
+        assert self.clamp is not None  # a mission that adds modules has one
+        return self.grade + self.arm_riser.above_grade + self.clamp.above_flange
 
     @property
     def standing(self) -> tuple[Equipment, ...]:
@@ -208,10 +229,10 @@ class Tank(Description):
         for item in (self.arm_riser, *self.risers):
             if item.bore >= inner:
                 raise ValueError(f"{item.name}: bore of {item.bore:.4g} m below the tank radius {inner:.4g} m")
-        parts = [self.arm_riser, *self.risers, *self.standing, *([self.guide] if self.guide else [])]
+        parts = [self.arm_riser, *self.risers, *self.standing, *(item for item in (self.guide, self.clamp) if item)]
         taken = [item.name for item in parts] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):
-            raise ValueError(f"names of risers, equipment and guide must differ, and from shell, riser, waste: {taken}")
+            raise ValueError(f"names of risers, equipment, guide and clamp must differ, and from shell, riser, waste: {taken}")
         for item in self.equipment:
             if item.top is not None and item.top <= item.bottom:
                 raise ValueError(f"{item.name}: top {item.top:.4g} m above its bottom {item.bottom:.4g} m")

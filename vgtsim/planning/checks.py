@@ -74,6 +74,8 @@ def check_assembly(site: Site) -> None:
 
 def _check_start(site: Site) -> None:
     scene, chain, motion = site.scene, site.chain, site.task.motion
+    if site.task.mission:  # it begins above the riser
+        return
     q, box = site.start, site.box
     owner, names = chain.layout.owner, chain.layout.names
     for a, name in enumerate(names):
@@ -119,11 +121,17 @@ def _check_coupling(site: Site) -> None:
 
 
 def _find_goal_faults(site: Site) -> Iterator[VgtError]:
-    """The ball of the payload at each goal must keep the planned clearance from everything that stands."""
+    """The ball of the payload at each goal must keep the planned clearance from everything that stands.
+
+    In a mission these are the goals that it moves to.
+    """
     scene, around = site.scene, site.surroundings
     radius, wanted = scene.task.payload.radius, scene.task.motion.clearance
     places = around.obstacles
+    sought = {stage.name for stage in scene.task.stages}
     for index, goal in enumerate(scene.task.motion.goals):
+        if goal.name not in sought:
+            continue
         point = np.array(goal.position)
         gaps = {"the tank's shell": float(enclosure_distance(scene.tank, around.profile, point)[0])}
         gaps["the waste"] = float(

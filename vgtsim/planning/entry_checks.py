@@ -47,10 +47,10 @@ def check_entry(site: Site) -> None:
         short = f"{feed.stroke:.4g} m, {first - feed.stroke:.3g} m less than lifts the arm's tool out of the riser"
         raise scene.error("mast.feed.stroke", short, f"at least {first:.5g} m, or an arm that is assembled on site")
     if tank.headroom is not None:
-        needed = scene.pivot_height + first - tank.grade
+        needed = scene.pivot_height + first + site.mast.length - tank.grade
         if tank.headroom < needed:
             short = (
-                f"{tank.headroom:.4g} m, {needed - tank.headroom:.3g} m less than the stowed arm above the riser needs"
+                f"{tank.headroom:.4g} m, {needed - tank.headroom:.3g} m less than arm and mast above the riser need"
             )
             raise scene.error("tank.headroom", short, f"at least {needed:.5g} m, or an arm that is assembled on site")
 

@@ -109,6 +109,11 @@ def has_goals(site: Site) -> bool:
     return bool(site.task.motion.goals)
 
 
+def has_poses(site: Site) -> bool:
+    """Whether a stage of the run ends in a pose of the tool."""
+    return any(stage.position is not None for stage in site.task.stages)
+
+
 def has_operator(site: Site) -> bool:
     """Whether an operator drives the arm of a scene."""
     return site.task.operator is not None
