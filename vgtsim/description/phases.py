@@ -102,6 +102,8 @@ def _split(steps: Sequence[MissionStep], whole: int) -> list[_Part]:
         else:
             parts[-1].steps.append(step)
             if isinstance(step, WithdrawStep):
-                for modules in range(len(waits) - 1, 0, -1):
-                    parts.append(_Part(modules, [HoldStep(do="hold", time=waits[modules]), step], stands=True))
+                parts += [
+                    _Part(modules, [HoldStep(do="hold", time=waits[modules]), step], stands=True)
+                    for modules in range(len(waits) - 1, 0, -1)
+                ]
     return parts

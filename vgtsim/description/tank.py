@@ -232,7 +232,9 @@ class Tank(Description):
         parts = [self.arm_riser, *self.risers, *self.standing, *(item for item in (self.guide, self.clamp) if item)]
         taken = [item.name for item in parts] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):
-            raise ValueError(f"names of risers, equipment, guide and clamp must differ, and from shell, riser, waste: {taken}")
+            raise ValueError(
+                f"names of risers, equipment, guide and clamp must differ, and from shell, riser, waste: {taken}"
+            )
         for item in self.equipment:
             if item.top is not None and item.top <= item.bottom:
                 raise ValueError(f"{item.name}: top {item.top:.4g} m above its bottom {item.bottom:.4g} m")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
@@ -54,22 +54,49 @@ def render_video(
         MissingLibraryError: There is no EGL or no encoder.
         OSError: The folder cannot be written, or the encoder stopped.
     """
-    video = site.task.video
+    render_takes([Take(site, log, report)], path, progress, cuts)
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """A part of a film, of one log; `begin` is when the log begins in the film's time, s."""
+
+    site: Site
+    log: RunLog
+    report: Report
+    begin: float = 0.0
+
+
+def render_takes(
+    takes: Sequence[Take],
+    path: str | Path,
+    progress: Callable[[int, int], None] | None = None,
+    cuts: tuple[Cut, ...] | None = None,
+) -> None:
+    """Film one take after the other to one file; see `render_video`."""
+    video = takes[0].site.task.video
     width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
-    times = frame_times(log, video.fps, video.speed)
-    frames = draw_frames(site, log, report, times, (width, height), cuts or video.cuts)
+    times = [frame_times(take.log, video.fps, video.speed) for take in takes]
+    count = sum(map(len, times))
+    shown = cuts or video.cuts
+
+    def draw() -> Generator[Picture, None, None]:
+        for take, when in zip(takes, times, strict=True):
+            yield from draw_frames(take.site, take.log, take.report, when, (width, height), shown, take.begin)
+
+    frames = draw()
     with closing(frames), replacing(path) as partial:
         first = next(frames)  # before the encoder starts: without EGL it would have nothing to do
         with _open_film(partial, width, height, video.fps) as add:
             for drawn, frame in enumerate(chain([first], frames), start=1):
                 add(frame)
                 if progress:
-                    progress(drawn, len(times))
+                    progress(drawn, count)
 
 
 @dataclass(frozen=True)
 class _Instant:
-    """What a frame shows: the record before it, the camera, nodes (N, 3), m, and axial forces (M,), N."""
+    """What a frame shows: the time, s, the record before it, the camera, nodes (N, 3), m, and axial forces (M,), N."""
 
     time: float
     record: int
@@ -84,11 +111,18 @@ class _Instant:
 
 
 def draw_frames(
-    site: Site, log: RunLog, report: Report, times: Array, size: tuple[int, int], cuts: tuple[Cut, ...]
+    site: Site,
+    log: RunLog,
+    report: Report,
+    times: Array,
+    size: tuple[int, int],
+    cuts: tuple[Cut, ...],
+    begin: float = 0.0,
 ) -> Generator[Picture, None, None]:
     """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_video`.
 
-    The cores share the work; the pictures do not depend on their number.
+    The film's time, which the cuts are of too, is that of the log and its `begin`, s. The cores share the work; the pictures
+    do not depend on their number.
 
     Raises:
         MissingLibraryError: There is no EGL.
@@ -99,7 +133,7 @@ def draw_frames(
     goals = [goal.name for goal in site.task.motion.goals]
     overlay = make_overlay(*size, site.task.title, end, goals, things)
     instants = (
-        _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)
+        _Instant(begin + float(time), record, camera_at(cuts, begin + float(time)), nodes, forces)
         for time in times
         for record, nodes, forces in [interpolate(log, axial, float(time))]
     )

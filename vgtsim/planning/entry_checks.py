@@ -49,9 +49,7 @@ def check_entry(site: Site) -> None:
     if tank.headroom is not None:
         needed = scene.pivot_height + first + site.mast.length - tank.grade
         if tank.headroom < needed:
-            short = (
-                f"{tank.headroom:.4g} m, {needed - tank.headroom:.3g} m less than arm and mast above the riser need"
-            )
+            short = f"{tank.headroom:.4g} m, {needed - tank.headroom:.3g} m less than arm and mast above the riser need"
             raise scene.error("tank.headroom", short, f"at least {needed:.5g} m, or an arm that is assembled on site")
 
 

@@ -163,15 +163,16 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
         ReachError: A goal cannot be met.
         FollowError: The posture would jump on a raster.
     """
+    steps = site.task.mission
     check_site(site)
     if way is None:
         check_entry(site)
         plan = _Plan(site, site.chain.stowed)
     else:
-        begun = int(isinstance(site.task.mission[0], HoldStep))
+        begun = int(isinstance(next(iter(steps)), HoldStep))
         plan = _Plan(site, way.ends[begun], float(way.feed(float(begun))), way)
     start = np.array(plan.here)
-    for step in site.task.mission:
+    for step in steps:
         plan.add(step)
     timed = [(piece.timed, piece.clearance) for leg in plan.pieces for piece in leg if piece.timed is not None]
     bounds = find_bounds(site, timed)
@@ -210,7 +211,7 @@ def plan_site(site: Site) -> Tour:
     if not site.task.mission:
         return plan_tour(site)
     phases = list_phases(site.scene)
-    if len(phases) > 1 or phases[0] is not site.scene:
+    if site.scene not in phases:
         found = f"a mission in {len(phases)} phases, as the arm does not keep its length"
         raise site.scene.error("mission", found, "a plan for each: vgtsim.planning.plan_phases")
     return plan_mission(site)
@@ -236,7 +237,7 @@ def plan_phases(sites: Sequence[Site]) -> tuple[Tour, ...]:
 
 def _plan_campaign(sites: Sequence[Site]) -> list[Tour]:
     """Tours of the phases between two instants at which nothing is in the tank."""
-    if isinstance(sites[0].task.mission[0], InsertStep):
+    if not any(isinstance(step, AddStep) for site in sites for step in site.task.mission):
         return [plan_mission(site) for site in sites]
     longest = max(sites, key=lambda site: len(site.arm.active))
     check_site(longest)

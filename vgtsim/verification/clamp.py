@@ -56,9 +56,7 @@ def check_stillness(run: Evidence) -> Finding:
     return replace(found, detail=f"{len(rows) / run.site.task.simulation.log_rate:.3g} s in {_clamp(run.site).name}")
 
 
-@report_as(
-    "axial_force", "clamp force error over the weight", unit="1", limit="axial_force_settled", applies=stands
-)
+@report_as("axial_force", "clamp force error over the weight", unit="1", limit="axial_force_settled", applies=stands)
 def check_weight(run: Evidence) -> Finding:
     """Greatest error of the clamp's force against the weight of what stands in it, by masses, over that weight."""
     rows, force = find_clamp_forces(run)
@@ -70,9 +68,7 @@ def check_weight(run: Evidence) -> Finding:
     return replace(found, detail=f"a weight of {weight:.6g} N")
 
 
-@report_as(
-    "actuator_force", "clamp force over rated force", unit="1", limit="actuator_force", applies=_has_rated_clamp
-)
+@report_as("actuator_force", "clamp force over rated force", unit="1", limit="actuator_force", applies=_has_rated_clamp)
 def check_clamp(run: Evidence) -> Finding:
     """Greatest force of the clamp over its rated one."""
     rows, force = find_clamp_forces(run)
