@@ -13,6 +13,7 @@ from vgtsim.errors import DescriptionError
 
 STEPS = TypeAdapter(tuple[MissionStep, ...])
 INSERT, WITHDRAW, HOLD = {"do": "insert"}, {"do": "withdraw"}, {"do": "hold", "time": "5 s"}
+ADD = {"do": "add_module", "time": "30 s"}
 MOVE, RASTER = {"do": "move", "goal": "high"}, {"do": "raster", "width": [1, 0, 0], "depth": [0, 1, 0], "rows": 3}
 
 
@@ -22,7 +23,9 @@ def steps(*entries):
 
 def test_order_that_can_be_carried_out():
     whole = (INSERT, HOLD, MOVE, RASTER, RASTER, WITHDRAW, INSERT, WITHDRAW)
-    assert find_disorder(steps(*whole), ["high"]) is None
+    assert find_disorder(steps(*whole), ["high"], 5) is None
+    grown = ({"do": "insert", "modules": 2}, MOVE, WITHDRAW, ADD, ADD, ADD, MOVE, WITHDRAW, ADD, HOLD, WITHDRAW)
+    assert find_disorder(steps(*grown), ["high"], 3) is None
 
 
 @pytest.mark.parametrize(
@@ -33,10 +36,16 @@ def test_order_that_can_be_carried_out():
         ((INSERT, WITHDRAW, HOLD), 2, "hold while the arm is above the riser"),
         ((INSERT, RASTER), 1, "raster from where the insertion ends"),
         ((INSERT, {"do": "move", "goal": "nowhere"}), 1, "move to 'nowhere'"),
+        ((ADD, ADD, ADD), 2, "add_module to the whole arm, which has 2"),
+        ((ADD, MOVE, ADD), 2, "add_module to an arm of 1 modules that is at work"),
+        ((INSERT, ADD), 1, "add_module to an arm of 2 modules that is at work"),
+        ((ADD, WITHDRAW, MOVE), 2, "move while the arm is above the riser"),
+        ((ADD, INSERT), 1, "insert while the arm is in the tank"),
+        (({"do": "insert", "modules": 3},), 0, "insert of 3 modules"),
     ],
 )
 def test_order_that_cannot(entries, index, found):
-    wrong = find_disorder(steps(*entries), ["high"])
+    wrong = find_disorder(steps(*entries), ["high"], 2)
     assert wrong is not None
     assert wrong[:2] == (index, found)
 
@@ -57,6 +66,6 @@ def test_stages_are_goals_or_steps():
 def test_scene_names_the_step():
     scene = vgtsim.load("type_ii_reach").scene
     with pytest.raises(
-        DescriptionError, match=r"type_ii_reach.toml: mission.0: found move while .* allowed: insert first"
+        DescriptionError, match=r"type_ii_reach.toml: mission.0: found move while .* allowed: insert or add_module first"
     ):
         replace(scene, task=scene.task.model_copy(update={"mission": steps(MOVE)}))
