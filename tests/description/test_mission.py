@@ -66,6 +66,7 @@ def test_stages_are_goals_or_steps():
 def test_scene_names_the_step():
     scene = vgtsim.load("type_ii_reach").scene
     with pytest.raises(
-        DescriptionError, match=r"type_ii_reach.toml: mission.0: found move while .* allowed: insert or add_module first"
+        DescriptionError,
+        match=r"type_ii_reach.toml: mission.0: found move while .* allowed: insert or add_module first",
     ):
         replace(scene, task=scene.task.model_copy(update={"mission": steps(MOVE)}))

@@ -56,7 +56,10 @@ def test_an_arm_grows_works_and_is_taken_apart():
 
 def test_shorter_arms_go_in_first():
     scene = scene_of({"do": "insert", "modules": 1}, WITHDRAW, INSERT, MOVE, WITHDRAW, INSERT, WITHDRAW)
-    assert tell(scene) == [(1, ["insert", "withdraw"], False), (3, ["insert", "move", "withdraw", "insert", "withdraw"], False)]
+    assert tell(scene) == [
+        (1, ["insert", "withdraw"], False),
+        (3, ["insert", "move", "withdraw", "insert", "withdraw"], False),
+    ]
     assert all(begins_anew(phase) for phase in list_phases(scene))
 
 
