@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
 from vgtsim.errors import DescriptionError
-from vgtsim.geometry import MastPipe, make_mast, place_goals
+from vgtsim.geometry import MastPipe, Stretch, make_mast, make_stretches, place_goals
 from vgtsim.kinematics import Chain, Subspace, Truss, hanging_mount
 from vgtsim.positioning import Keep, Reduction, StrokeBox, Surroundings, couple, find_start, make_box, search_start
 from vgtsim.statics import (
@@ -160,12 +160,32 @@ class Site:
     @cached_property
     def searched_start(self) -> tuple[Array, int]:
         """Inputs of a posture clear of everything near the first goal, shape (n,), and the number of postures tried."""
-        near = np.array(self.task.motion.goals[0].position)
+        places = [goal.position for goal in self.task.motion.goals]
+        places += [stage.path.start for stage in self.task.stages if stage.path]
+        if not places:
+            raise self.scene.error("motion.start", "nothing", "a posture, where there are neither goals nor paths")
+        near = np.array(places[0])
         return search_start(self.box, self._start_keep, near, self.subspace)
 
     @property
     def _start_keep(self) -> Keep:
         return Keep(self.surroundings, self.clearance + _START_MARGIN)
+
+    @cached_property
+    def stretches(self) -> tuple[tuple[Stretch, ...], ...]:
+        """Parts of the tool's path in each stage of the run, none where the tool follows no path."""
+        return tuple(make_stretches(stage.path) if stage.path else () for stage in self.task.stages)
+
+    @cached_property
+    def stage_poses(self) -> Array:
+        """Position, m, and direction of the tool at the end of each stage, shape (S, 6); NaN where a stage has none."""
+        poses = np.full((len(self.task.stages), 6), np.nan)
+        for row, stage, path in zip(poses, self.task.stages, self.stretches, strict=True):
+            if path:
+                row[:3], row[3:] = path[-1].points(2)[-1], path[-1].last
+            elif stage.position is not None:
+                row[:3], row[3:] = stage.position, stage.direction or (np.nan,) * 3
+        return poses
 
     @cached_property
     def box(self) -> StrokeBox:
@@ -189,8 +209,9 @@ class Site:
         return self._weigh(split=False)
 
     def _weigh(self, *, split: bool) -> LoadModel:
-        lumped = self.task.simulation.lumped
-        return make_load_model(self.chain, self.task.payload, self.gravity, split=split, lumped=lumped)
+        task = self.task
+        lumped, line = task.simulation.lumped, task.conveyance
+        return make_load_model(self.chain, task.payload, self.gravity, split=split, lumped=lumped, line=line)
 
     @cached_property
     def sections(self) -> MemberSections:
@@ -205,7 +226,9 @@ class Site:
     @cached_property
     def elastic_model(self) -> ElasticModel:
         """Masses and stiffnesses of the arm, its cylinders as soft as their oil and rods."""
-        return make_elastic_model(self.chain, self.task.payload, self.gravity, lumped=self.task.simulation.lumped)
+        task = self.task
+        lumped, line = task.simulation.lumped, task.conveyance
+        return make_elastic_model(self.chain, task.payload, self.gravity, lumped=lumped, line=line)
 
     @cached_property
     def held_model(self) -> ElasticModel:

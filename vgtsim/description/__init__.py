@@ -28,8 +28,9 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
-from vgtsim.description.motion import Bend, Goal
+from vgtsim.description.motion import Bend, Goal, StartPosture
 from vgtsim.description.operator import (
+    MOST_COMMANDS,
     TARGETS,
     Operator,
     OperatorCommand,
@@ -51,6 +52,7 @@ from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, Splin
 __all__ = [
     "INCH",
     "MODELS",
+    "MOST_COMMANDS",
     "OBJECTIVES",
     "TARGETS",
     "Actuated",
@@ -98,6 +100,7 @@ __all__ = [
     "Simulation",
     "Span",
     "SplinePiece",
+    "StartPosture",
     "Steps",
     "Study",
     "Tank",

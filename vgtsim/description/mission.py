@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, GetJsonSchemaHandler
+from pydantic_core import CoreSchema
 
 from vgtsim.description.figures import Length, Tolerance, Wait
 from vgtsim.description.schema import Description, Name
+from vgtsim.description.tool_path import ToolPath
 
 
 class InsertStep(Description):
@@ -69,6 +71,26 @@ class RasterStep(Description):
     tolerance: Tolerance = 1e-4
 
 
+class _OrFile:
+    """The table of a path, or the name of its file, in whose place the loader puts the table."""
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Either of both."""
+        return {"anyOf": [handler(schema), {"type": "string"}]}
+
+
+class FollowStep(Description):
+    """The tool goes to the beginning of a path, and along it.
+
+    Attributes:
+        do: Always `follow`.
+        path: A tool path: its file, relative to the scene's, or a shipped one by name; or the path itself as a table.
+    """
+
+    do: Literal["follow"]
+    path: Annotated[ToolPath, _OrFile()]
+
+
 class HoldStep(Description):
     """The arm stands still for a `time`.
 
@@ -92,25 +114,36 @@ class WithdrawStep(Description):
 
 
 MissionStep = Annotated[
-    InsertStep | AddStep | MoveStep | RasterStep | HoldStep | WithdrawStep, Field(discriminator="do")
+    InsertStep | AddStep | MoveStep | RasterStep | FollowStep | HoldStep | WithdrawStep, Field(discriminator="do")
 ]
 
 
 @dataclass(frozen=True)
 class RunStage:
-    """A stage of a run and the tool pose to hold at its end, in frame G; a stage without one ends where its way ends."""
+    """A stage of a run and the tool pose to hold at its end, in frame G; a stage without one ends where its way ends.
+
+    A path that the tool follows ends in the pose of its own end.
+    """
 
     name: str
     position: tuple[float, float, float] | None = None
     direction: tuple[float, float, float] | None = None
+    path: ToolPath | None = None
 
 
-def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str], modules: int) -> tuple[int, str, str] | None:
+def begins_inside(steps: Sequence[MissionStep]) -> bool:
+    """Whether the arm of a mission hangs in the tank from the beginning: no step brings it in or out."""
+    return not any(isinstance(step, InsertStep | AddStep | WithdrawStep) for step in steps)
+
+
+def find_disorder(
+    steps: Sequence[MissionStep], goals: Sequence[str], modules: int, *, fed: bool = True
+) -> tuple[int, str, str] | None:
     """First step that cannot be carried out after those before it: its index, what it is and what is allowed; None without.
 
-    The whole arm has a number of active modules.
+    The whole arm has a number of active modules. One whose mast is not fed hangs in the tank if no step brings it in or out.
     """
-    there, growing, posed = 0, False, False
+    there, growing, posed = 0 if fed or not begins_inside(steps) else modules, False, False
     for index, step in enumerate(steps):
         if isinstance(step, InsertStep):
             if there:
@@ -132,6 +165,8 @@ def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str], modules: i
         if isinstance(step, MoveStep):
             if step.goal not in goals:
                 return index, f"move to {step.goal!r}", f"a goal of the scene: {', '.join(goals)}"
+            posed = True
+        elif isinstance(step, FollowStep):
             posed = True
         elif isinstance(step, RasterStep):
             if not posed:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from vgtsim.constants import GRAVITY, Method
+from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.figures import (
     Acceleration,
     Density,
@@ -24,7 +25,7 @@ from vgtsim.description.figures import (
 )
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.mission import AddStep, MissionStep, MoveStep, RunStage, find_disorder
+from vgtsim.description.mission import AddStep, FollowStep, MissionStep, MoveStep, RunStage, find_disorder
 from vgtsim.description.motion import Motion
 from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import choose_coupling
@@ -68,18 +69,6 @@ class Payload(Description):
 
     mass: Mass
     radius: Size
-
-
-class Conveyance(Description):
-    """A hose or a chain of conveyors that carries waste up through the open truss.
-
-    Attributes:
-        diameter: Its greatest outer diameter, couplings included.
-        bend_radius: Least radius that it may be bent to; 0 for conveyors whose universal joints stand in active modules.
-    """
-
-    diameter: Size
-    bend_radius: Gap = 0.0
 
 
 class Simulation(Description):
@@ -192,7 +181,8 @@ class SceneFile(Description):
     """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
 
     `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run. `mission` are steps
-    from above the riser and back, which stand for the tour of the goals; its start is then above the riser.
+    from above the riser and back, which stand for the tour of the goals; its start is then above the riser, or, of an arm that is
+    neither inserted nor withdrawn, that of the motion.
     `operator` is for an
     arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
     run. `conveyance` is the line through the truss; absent where there is none. `phase` is absent in a scene of a user.
@@ -219,8 +209,8 @@ class SceneFile(Description):
     @model_validator(mode="after")
     def _entries_fit(self) -> SceneFile:
         require_distinct("load case", self.loads)
-        if self.operator is None and not self.motion.goals:
-            raise ValueError("motion.goals, or a table [operator] for an arm that a person drives")
+        if self.operator is None and not self.motion.goals and not self.mission:
+            raise ValueError("motion.goals, a [[mission]], or a table [operator] for an arm that a person drives")
         if self.operator is not None:
             if self.motion.goals:
                 raise ValueError("either motion.goals or a table [operator]")
@@ -231,14 +221,20 @@ class SceneFile(Description):
 
     @property
     def stages(self) -> tuple[RunStage, ...]:
-        """Stages of the run: the goals in turn, or the steps of the mission."""
+        """Stages of the run: the goals in turn, or the steps of the mission; a path is two, the way to it and itself."""
         poses = {goal.name: RunStage(goal.name, goal.position, goal.direction) for goal in self.motion.goals}
         if not self.mission:
             return tuple(poses.values())
-        return tuple(
-            poses.get(step.goal, RunStage("")) if isinstance(step, MoveStep) else RunStage(step.do)
-            for step in self.mission
-        )
+        stages: list[RunStage] = []
+        for step in self.mission:
+            if isinstance(step, MoveStep):
+                stages.append(poses.get(step.goal, RunStage("")))
+            elif isinstance(step, FollowStep):
+                path = step.path
+                stages += [RunStage(f"to {path.name}", path.start, path.direction), RunStage(path.name, path=path)]
+            else:
+                stages.append(RunStage(step.do))
+        return tuple(stages)
 
 
 @dataclass(frozen=True)
@@ -286,7 +282,7 @@ class Scene:
     def _check_mission(self) -> None:
         """Refuse steps that cannot be carried out one after the other, and modules that are added without a clamp."""
         task, goals = self.task, [goal.name for goal in self.task.motion.goals]
-        wrong = find_disorder(task.mission, goals, len(self.manipulator.active))
+        wrong = find_disorder(task.mission, goals, len(self.manipulator.active), fed=task.mast.feed is not None)
         if wrong is not None:
             raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
         if self.tank.clamp is None and any(isinstance(step, AddStep) for step in task.mission):

@@ -20,6 +20,7 @@ from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
+from vgtsim.geometry.stretches import Stretch, find_nearest, make_stretches
 
 __all__ = [
     "RISER",
@@ -31,15 +32,18 @@ __all__ = [
     "MemberPairs",
     "Obstacles",
     "Profile",
+    "Stretch",
     "Walls",
     "arm_clearance",
     "carry",
     "enclosure_distance",
     "find_near",
+    "find_nearest",
     "flag_clear",
     "make_bed",
     "make_mast",
     "make_profile",
+    "make_stretches",
     "make_walls",
     "nearest_pair",
     "obstacles",

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.description.mission import begins_inside
 from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections
@@ -74,7 +75,7 @@ def check_assembly(site: Site) -> None:
 
 def _check_start(site: Site) -> None:
     scene, chain, motion = site.scene, site.chain, site.task.motion
-    if site.task.mission:  # it begins above the riser
+    if site.task.mission and not begins_inside(site.task.mission):  # it begins above the riser
         return
     q, box = site.start, site.box
     owner, names = chain.layout.owner, chain.layout.names

@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description import RasterPiece, ToolPath, begins_anew, list_phases
-from vgtsim.description.mission import AddStep, HoldStep, InsertStep, MissionStep, MoveStep, RasterStep
+from vgtsim.description.mission import (
+    AddStep,
+    FollowStep,
+    HoldStep,
+    InsertStep,
+    MissionStep,
+    MoveStep,
+    RasterStep,
+    begins_inside,
+)
 from vgtsim.errors import PathError
 from vgtsim.planning.assembly import check_assembly_room, cut_way
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import check_entry
-from vgtsim.planning.following import follow
+from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
+from vgtsim.planning.leader import Leader, make_leader
 from vgtsim.planning.pace import choose_step, find_bounds
+from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import goal_keep, make_objective
 from vgtsim.planning.sampling import Ground
@@ -30,6 +41,7 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
+_LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured
 _ROUNDING = 1e-9  # m of the feed at the end of a way
 _SMOOTH = ("mid_stroke",)  # objective of postures along rows: hinges would let them jump
@@ -43,13 +55,14 @@ class _Piece:
     """A part of a leg, run from rest to rest, with its least clearance, m, from a place.
 
     `rows` gives, for a time step, s, actuator lengths, shape (T, J), m, and feed, shape (T,), m, if the mast moves. A way that
-    bears on the step is `timed`.
+    bears on the step is `timed`. On the way in or out the arm follows a `leader`.
     """
 
     clearance: float
     place: str
     rows: Rows
     timed: TimedPath | None = None
+    leader: Leader | None = None
 
 
 @dataclass
@@ -72,7 +85,17 @@ class _Plan:
 
     def add(self, step: MissionStep) -> None:
         """Plan one step."""
-        self.pieces.append(list(self._take(step)))
+        if isinstance(step, FollowStep):
+            run, piece = self._follow(step.path)
+            self._end(self._go(run.q[0], f"the beginning of {step.path.name}"))
+            self.here = run.q[-1]
+            self._end([piece])
+        else:
+            self._end(self._take(step))
+
+    def _end(self, leg: list[_Piece]) -> None:
+        """Add a leg, which ends where the arm is now."""
+        self.pieces.append(leg)
         self.ends.append(self.here)
 
     def _take(self, step: MissionStep) -> list[_Piece]:
@@ -110,7 +133,8 @@ class _Plan:
         height = float(way.feed(1.0))
         self.here, self.height = way.ends[1], height if abs(height) > _ROUNDING else 0.0
         place = min(way.gaps, key=lambda name: way.gaps[name])
-        return self._run(way.gaps[place], place, time_way(self.site, way))
+        piece = self._run(way.gaps[place], place, time_way(self.site, way))
+        return replace(piece, leader=make_leader(self.site, way))
 
     def _run(self, clearance: float, place: str, timed: TimedPath) -> _Piece:
         chain = self.site.chain
@@ -122,11 +146,11 @@ class _Plan:
         return [self._run(path.clearance, path.place, time_path(self.site.chain, path.curve, self.limits))]
 
     def _raster(self, step: RasterStep) -> list[_Piece]:
-        """Rows from where the tool is; the arm first takes the posture in which it can follow them."""
-        site, motion = self.site, self.site.task.motion
-        position, direction = site.chain.tool(self.here)
+        """Rows from where the tool is."""
+        motion = self.site.task.motion
+        position, direction = self.site.chain.tool(self.here)
         path = ToolPath(
-            name="raster",
+            name="the raster",
             start=tuple(position.tolist()),
             direction=tuple(direction.tolist()),
             tolerance=step.tolerance,
@@ -134,22 +158,31 @@ class _Plan:
             acceleration=motion.acceleration,
             pieces=(RasterPiece(shape="raster", width=step.width, depth=step.depth, rows=step.rows),),
         )
-        goal = tool_goal(path.start, path.direction)
+        run, piece = self._follow(path)
+        pieces = self._go(run.q[0], "the first row of the raster")
+        self.here = run.q[-1]
+        return [*pieces, piece]
+
+    def _follow(self, path: ToolPath) -> tuple[Followed, _Piece]:
+        """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates."""
+        site, goal, motion = self.site, tool_goal(path.start, path.direction), self.site.task.motion
+        slow = {name: min(getattr(path, name), getattr(motion, name)) for name in ("rate_fraction", "acceleration")}
+        path = path.model_copy(update=slow)
         problem = Problem(site.box, goal, make_objective(site, goal, _SMOOTH))
         run = follow(problem, path, self.here, site.timestep, site.subspace)
-        start, pieces = run.q[0], self._go(run.q[0], "the first row of the raster")
+        start = run.q[0]
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])
         worst = int(np.argmin(gaps))
         if gaps[worst] < site.clearance:
-            raise PathError("the raster", float(gaps[worst]), places[worst])
-        self.here = run.q[-1]
+            raise PathError(path.name, float(gaps[worst]), places[worst])
+        check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
         def rows(timestep: float) -> tuple[Array, None]:
             return (
                 run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
             ).lengths, None
 
-        return [*pieces, _Piece(float(gaps[worst]), places[worst], rows)]
+        return run, _Piece(float(gaps[worst]), places[worst], rows)
 
 
 def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
@@ -161,20 +194,24 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
         DescriptionError: The scene cannot work, see `check_site`, or the arm cannot come through the riser, see `check_entry`.
         PathError: There is no way in, or no clear path between two steps.
         ReachError: A goal cannot be met.
-        FollowError: The posture would jump on a raster.
+        FollowError: The posture would jump on a path.
     """
     steps = site.task.mission
     check_site(site)
-    if way is None:
-        check_entry(site)
-        plan = _Plan(site, site.chain.stowed)
-    else:
+    if way is not None:
         begun = int(isinstance(next(iter(steps)), HoldStep))
         plan = _Plan(site, way.ends[begun], float(way.feed(float(begun))), way)
+    elif begins_inside(steps):
+        plan = _Plan(site, site.start)
+    else:
+        check_entry(site)
+        plan = _Plan(site, site.chain.stowed)
     start = np.array(plan.here)
     for step in steps:
         plan.add(step)
     timed = [(piece.timed, piece.clearance) for leg in plan.pieces for piece in leg if piece.timed is not None]
+    for path, _ in timed:
+        check_passage(site, path.inputs(_LOOKED))
     bounds = find_bounds(site, timed)
     timestep = choose_step(site, bounds)
     legs = []
@@ -189,6 +226,7 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
             clearance=nearest.clearance,
             place=nearest.place,
             feed=feed,
+            leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
     return Tour(start, tuple(legs), timestep, bounds)

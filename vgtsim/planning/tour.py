@@ -14,6 +14,7 @@ from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
+from vgtsim.planning.leader import Leader
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import Path, plan_path
@@ -39,7 +40,7 @@ class Leg:
 
     Actuator lengths at every step, the first and last included, have shape (T, J), m. `q` are the inputs at the end,
     shape (n,), and `goal` the index of the goal in the scene. `feed`, shape (T,), m, lifts the mast above its working depth;
-    without one the mast stays where it is.
+    without one the mast stays where it is. On the way in or out the arm follows a `leader`.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Leg:
     clearance: float
     place: str
     feed: Array | None = None
+    leader: Leader | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

@@ -17,6 +17,7 @@ from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
 from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
 from vgtsim.plant.hoist import Hoist
+from vgtsim.plant.hose import Hose
 from vgtsim.plant.lookout import Lookout
 from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder, list_digests
@@ -25,7 +26,7 @@ from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
 from vgtsim.runlog import Piece, RunLog
 from vgtsim.site import Site
-from vgtsim.statics import settle
+from vgtsim.statics import settle, solve_members
 from vgtsim.touches import Parts
 
 Array = NDArray[np.float64]
@@ -227,6 +228,12 @@ class Plant:
         return self._state
 
     @property
+    def axial(self) -> Array:
+        """Axial forces of the members at the last record, tension positive, shape (M,), N; before the first one, at rest."""
+        known = self._recorder.axial(self.site.truss.ends)
+        return solve_members(self.site.load_model, self.state.nodes).near_axial if known is None else known
+
+    @property
     def log(self) -> RunLog:
         """All records since the reset; with a store, those that it was not given yet."""
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
@@ -260,7 +267,9 @@ class Plant:
             self._drive = find_drive(model, self.data, self.site, gauges.at, springs, nodes)
             if isinstance(self._drive, RigidDrive):
                 foresight = Foresight(MemberTurns(model, gauges.at, chain), chain, q, self._target)
-        self._correction = Correction(self.model, self.data, foresight)
+        line = self.site.task.conveyance
+        hose = Hose(model, self.site, gauges.nodes) if line and line.bending_stiffness else None
+        self._correction = Correction(self.model, self.data, foresight, hose)
 
     def _find_equilibrium(self) -> None:
         """Let the constraints take up the weight before time zero: kinematics give the posture, but not its forces."""

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import RISER, Clearance
+from vgtsim.geometry import RISER, Clearance, find_nearest
 from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -36,8 +36,23 @@ _BESIDE = 2  # records on either side of one that its acceleration is made of, s
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
+class PlannedLeader(Protocol):
+    """The path that an arm follows on its way in or out: greatest planned deviation from it, m, and the least possible one, m."""
+
+    @property
+    def deviation(self) -> float: ...  # noqa: D102
+
+    @property
+    def bound(self) -> float: ...  # noqa: D102
+
+    def measure(self, points: Array) -> Array: ...  # noqa: D102
+
+
 class PlannedLeg(Protocol):
-    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m, and the feed, (S,), m."""
+    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m, and the feed, (S,), m.
+
+    The arm may follow a leader.
+    """
 
     @property
     def goal(self) -> int: ...  # noqa: D102
@@ -47,6 +62,9 @@ class PlannedLeg(Protocol):
 
     @property
     def feed(self) -> Array | None: ...  # noqa: D102
+
+    @property
+    def leader(self) -> PlannedLeader | None: ...  # noqa: D102
 
 
 class PlannedTour(Protocol):
@@ -270,14 +288,23 @@ class Evidence:
     @cached_property
     def tool_errors(self) -> tuple[Array, Array]:
         """Distance, m, and angle, rad, of the tool from the goal approached or held, shapes (T,); NaN without a goal."""
-        stages, log = self.site.task.stages, self.log
-        if not stages:
+        log = self.log
+        if not self.site.task.stages:
             return np.full(len(log.time), np.nan), np.full(len(log.time), np.nan)
-        wanted = np.array([stage.position or (np.nan,) * 3 for stage in stages])[log.goal]
-        aimed = np.array([stage.direction or (np.nan,) * 3 for stage in stages])[log.goal]
-        distance, angle = self._compare_tool(wanted, aimed)
+        wanted = self.site.stage_poses[log.goal]
+        distance, angle = self._compare_tool(wanted[:, :3], wanted[:, 3:])
         distance[log.goal < 0] = angle[log.goal < 0] = np.nan
         return distance, angle
+
+    @cached_property
+    def path_errors(self) -> tuple[Array, Array]:
+        """Distance, m, and angle, rad, of the tool from the nearest points of its path, shapes (T,); NaN without a path."""
+        wanted = np.full((self.log.count, 6), np.nan)
+        for goal, stretches in enumerate(self.site.stretches):
+            rows = np.flatnonzero(self.log.goal == goal)
+            if stretches and len(rows):
+                wanted[rows] = find_nearest(stretches, self.tool[0][rows])
+        return self._compare_tool(wanted[:, :3], wanted[:, 3:])
 
     @cached_property
     def target_errors(self) -> tuple[Array, Array]:

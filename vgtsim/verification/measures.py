@@ -105,13 +105,18 @@ def when(**settings: object) -> Callable[[Site], bool]:
 
 
 def has_goals(site: Site) -> bool:
-    """Whether a scene has goals to settle at; an operator has none."""
-    return bool(site.task.motion.goals)
+    """Whether a scene has stages to settle at the end of; an operator has none."""
+    return bool(site.task.stages)
+
+
+def has_paths(site: Site) -> bool:
+    """Whether the tool follows paths."""
+    return any(site.stretches)
 
 
 def has_poses(site: Site) -> bool:
     """Whether a stage of the run ends in a pose of the tool."""
-    return any(stage.position is not None for stage in site.task.stages)
+    return any(stage.position or stage.path for stage in site.task.stages)
 
 
 def has_operator(site: Site) -> bool:
