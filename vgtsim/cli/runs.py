@@ -18,7 +18,7 @@ from vgtsim.cli.application import (
     app,
     finish,
     list_files,
-    plain,
+    open_run,
     show_report,
 )
 
@@ -180,13 +180,13 @@ def verify(
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write report.pdf; needs vgtsim[pdf].")] = False,
 ) -> None:
     """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
-    from vgtsim.output import list_runs, prepare_folder, write_mission, write_pdf, write_reports
+    from vgtsim.output import find_results, list_runs, prepare_folder, write_mission, write_pdf, write_reports
     from vgtsim.site import Site
     from vgtsim.verification import PhaseRun, join_phases
     from vgtsim.verification import verify as judge
 
-    root = _find(folder)
-    loaded = [_load(path) for path in list_runs(root)]
+    root = find_results(folder)
+    loaded = [open_run(path) for path in list_runs(root)]
     found = [_choose_scene(copy) for _, copy, _ in loaded]
     sites = [Site(scene) for scene, _ in found]
     phase = sites[0].task.phase
@@ -229,14 +229,14 @@ def render(
     camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
 ) -> None:
     """Film the log of a run."""
-    from vgtsim.output import film_phases, list_runs
+    from vgtsim.output import film_phases, find_results, list_runs
     from vgtsim.site import Site
     from vgtsim.verification import PhaseRun
     from vgtsim.verification import verify as judge
 
-    place, runs = _find(folder), []
+    place, runs = find_results(folder), []
     for path in list_runs(place):
-        _, scene, log = _load(path)
+        _, scene, log = open_run(path)
         site = Site(scene)
         runs.append(PhaseRun(site, log, judge(site, log)))
     list_files(film_phases(runs, place, camera))
@@ -253,7 +253,7 @@ def export(
     from vgtsim.output.truss_export import write_truss
     from vgtsim.site import Site
 
-    place, scene, log = _load(folder)
+    place, scene, log = open_run(folder)
     list_files(*write_truss(Site(scene), log, prepare_folder(place), time, vtk=vtk))
 
 
@@ -272,31 +272,3 @@ def view(
     import mujoco.viewer
 
     mujoco.viewer.launch(model)
-
-
-def _find(folder: Path) -> Path:
-    from vgtsim.output import find_results
-
-    return find_results(folder)
-
-
-def _load(folder: Path) -> tuple[Path, Scene, LogBook]:
-    """Folder with the results of a run, the scene of its log, and the log.
-
-    Raises:
-        DescriptionError: There is no log, or one for each phase of a mission.
-    """
-    from vgtsim.errors import DescriptionError
-    from vgtsim.logbook import open_log
-    from vgtsim.output import LOG, list_runs
-
-    place = _find(folder)
-    if (runs := list_runs(place)) != [place]:
-        allowed = f"the folder of one of them, {runs[0]} to {runs[-1]}"
-        raise DescriptionError(place, "", f"a mission in {len(runs)} phases", allowed)
-    log = open_log(place / LOG)
-    if log.stopped:
-        ERR.print(f"the log is not that of a whole run: {plain(log.stopped)}")
-    elif (folder / "unfinished").exists():
-        ERR.print(f"beside it, a later run was interrupted: see {folder / 'unfinished'}")
-    return place, log.scene, log

@@ -1,7 +1,7 @@
 """The files that a run leaves behind: reports, plots, film."""
 
 from vgtsim.output.folders import naming_folder, prepare_file, prepare_folder
-from vgtsim.output.staging import LOG, PHASES, find_results, list_runs, stage_results
+from vgtsim.output.staging import LOG, PHASES, REPLAY, find_results, list_runs, stage_results
 from vgtsim.output.write import (
     film,
     film_phases,
@@ -15,6 +15,7 @@ from vgtsim.output.write import (
 __all__ = [
     "LOG",
     "PHASES",
+    "REPLAY",
     "film",
     "film_phases",
     "find_results",

@@ -15,8 +15,9 @@ from vgtsim.replacing import flush_to_disk, lock_folder, replacing
 
 PHASES = "phases"  # folder of those of a mission, each with the files of a run in a folder by its number
 LOG, JSON, HTML, PDF, VIDEO = "log", "report.json", "report.html", "report.pdf", "video.mp4"
+REPLAY = "replay.html"  # the run as a page to play
 UNFINISHED = "unfinished"  # folder within the folder of a run, in which a new run puts its results
-RESULTS = ("scene.xml", "scene.mjb", LOG, PHASES, JSON, HTML, PDF, VIDEO)
+RESULTS = ("scene.xml", "scene.mjb", LOG, PHASES, JSON, HTML, PDF, VIDEO, REPLAY)
 _WHOLE = ".whole"  # lists the results of a finished run that are being moved
 
 
