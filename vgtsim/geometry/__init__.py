@@ -20,6 +20,7 @@ from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
+from vgtsim.geometry.things import cylinder_axis, find_footprint, find_hulls, find_span
 
 __all__ = [
     "RISER",
@@ -34,8 +35,12 @@ __all__ = [
     "Walls",
     "arm_clearance",
     "carry",
+    "cylinder_axis",
     "enclosure_distance",
+    "find_footprint",
+    "find_hulls",
     "find_near",
+    "find_span",
     "flag_clear",
     "make_bed",
     "make_mast",

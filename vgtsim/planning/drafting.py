@@ -11,7 +11,6 @@ import numpy as np
 from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description import Catalogue, Goal, LoadCase, Manipulator, Payload, Tank
 from vgtsim.errors import DescriptionError, PathError, ReachError
-from vgtsim.geometry import segment_distance
 from vgtsim.kinematics import Chain, check_strokes, hanging_mount
 from vgtsim.planning.checks import RISER_SPARE, find_faults, riser_fit
 from vgtsim.planning.design import passing_sizes, sample_postures
@@ -248,5 +247,4 @@ def _has_room(site: Site, goal: Goal) -> bool:
     thick = site.arm.face_side / sqrt(3.0) + site.arm.hub.radius + site.clearance
     point = np.array(goal.position)
     back = point - tail * np.array(goal.direction)
-    gaps = segment_distance(point, back, around.axes[:, 0], around.axes[:, 1])[0] - around.radii
-    return bool(np.all(gaps > thick))
+    return bool(np.all(around.distances(point, back) > thick))
