@@ -189,8 +189,9 @@ class Site:
         return self._weigh(split=False)
 
     def _weigh(self, *, split: bool) -> LoadModel:
-        lumped = self.task.simulation.lumped
-        return make_load_model(self.chain, self.task.payload, self.gravity, split=split, lumped=lumped)
+        task = self.task
+        lumped, line = task.simulation.lumped, task.conveyance
+        return make_load_model(self.chain, task.payload, self.gravity, split=split, lumped=lumped, line=line)
 
     @cached_property
     def sections(self) -> MemberSections:
@@ -205,7 +206,9 @@ class Site:
     @cached_property
     def elastic_model(self) -> ElasticModel:
         """Masses and stiffnesses of the arm, its cylinders as soft as their oil and rods."""
-        return make_elastic_model(self.chain, self.task.payload, self.gravity, lumped=self.task.simulation.lumped)
+        task = self.task
+        lumped, line = task.simulation.lumped, task.conveyance
+        return make_elastic_model(self.chain, task.payload, self.gravity, lumped=lumped, line=line)
 
     @cached_property
     def held_model(self) -> ElasticModel:

@@ -62,7 +62,8 @@ def test_a_capsule_is_as_far_from_a_solid_as_mujoco_says(kind):
     first, last = some_segments(200, 0.6)
     ours, theirs = distances(points, first, last)[0] - RADIUS, mujoco_distances(points, first, last)
     outside = theirs > -RADIUS
-    assert outside.sum() > 50 and (~outside).sum() > 20
+    assert outside.sum() > 50
+    assert (~outside).sum() > 20
     assert np.abs(ours - theirs)[outside].max() < MUJOCO
     # inside, MuJoCo's depth is that of some way out; ours is the shortest
     assert np.all(ours[~outside] > theirs[~outside] - MUJOCO)

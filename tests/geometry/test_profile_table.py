@@ -1,5 +1,6 @@
 """The profile of a tank given by a table of heights and radii."""
 
+from itertools import pairwise
 from math import pi
 
 import numpy as np
@@ -24,7 +25,7 @@ def a_shell(**changes):
 
 def test_pieces_meet_with_one_tangent_and_end_at_the_crown():
     pieces = make_profile(a_shell()).pieces
-    for before, after in zip(pieces, pieces[1:], strict=False):
+    for before, after in pairwise(pieces):
         assert before.end == pytest.approx(after.start, abs=ROUNDING)
         assert before.heading + before.turn == pytest.approx(after.heading, abs=ROUNDING)
     assert pieces[-1].end == pytest.approx((0.0, 9.0), abs=ROUNDING)

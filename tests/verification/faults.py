@@ -20,6 +20,7 @@ from vgtsim.runlog import RunLog
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 MEMBER, CYLINDER = "m1/longeron/1", "m1/actuator/1"
+HOSE_PART = 0.1  # kg, a fiftieth of what a hub carries of the hose
 RECORD = 25  # one in motion
 
 
@@ -121,6 +122,10 @@ def switch_contacts_off(model: mujoco.MjModel) -> None:
 # into the run
 
 
+def lose_hose(plant: Plant) -> None:
+    plant._correction._hose = None
+
+
 def push(name: str, *force: float) -> Callable[[Plant], None]:
     """Force at the middle of a body, N, all the time."""
 
@@ -216,6 +221,7 @@ MODEL_FAULTS = (
     Fault("a member heavier by 1 %", body(MEMBER, "mass", 1.01), AT_REST),
     Fault("a member with five times its inertia", body(MEMBER, "inertia", 5.0), SHEAR),
     Fault("a hub 10 g heavier", body("m1/mid/1", "mass", more=0.01), AT_REST),
+    Fault("the hose lighter by 0.1 kg at a hub", body("m1/top/1", "mass", more=-HOSE_PART), AT_REST),
     Fault("the mast 0.1 mm aside", body(names.MAST, "pos", more=[1e-4, 0, 0]), NODES),
     Fault("a member short by 10 µm", shorten(MEMBER, 1e-5), NODES),
     Fault("a ball 10 µm off its hub", body(MEMBER, "pos", more=[1e-5, 0, 0]), GAP),
@@ -255,6 +261,7 @@ RUN_FAULTS = (
     Fault("0.1 N sideways on the middle of a member", push(MEMBER, 0.1, 0, 0), SHEAR),
     Fault("1 mN sideways on the middle of a member", push(MEMBER, 1e-3, 0, 0), reason="a tenth of the limit of shear"),
     Fault("1 N up on a hub", push("m1/mid/1", 0, 0, 1.0), AT_REST),
+    Fault("a hose without stiffness in bending", lose_hose, AT_REST),
 )
 LOG_FAULTS = (
     Fault("time shifted by 1 s", field("time", lambda t, _: t + 1.0), INSTANT),

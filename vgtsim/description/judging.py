@@ -35,6 +35,8 @@ class Limits(Description):
         actuator_stroke: Least distance to the end of a stroke.
         clearance: Least distance to anything; `bore_clearance` is that from the riser of an arm that is fed through it, and
             `headroom` that of the mast's top from the tank's headroom.
+        passage: Least room that the open truss leaves about the line of conveyance; `line_bend` is the line's bend over its
+            greatest one.
         contacts: Number of logged contacts that the scene does not allow; `contact_force` is the force of an allowed one over its
             limit.
         safety_factor: On member strength, AISC 360 Omega.
@@ -64,6 +66,8 @@ class Limits(Description):
     clearance: Gap = 0.05  # half of what a plan keeps
     headroom: Gap = 0.0
     bore_clearance: Gap = 0.0
+    passage: Gap = 0.0
+    line_bend: Number = Field(default=1.0, gt=0)
     contacts: int = Field(default=0, ge=0, le=1_000_000)
     contact_force: Number = Field(default=1.0, gt=0)
     safety_factor: Number = Field(default=SAFETY_FACTOR, ge=1, le=100)

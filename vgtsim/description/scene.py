@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from vgtsim.constants import GRAVITY, Method
+from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.figures import (
     Acceleration,
     Density,
@@ -69,18 +70,6 @@ class Payload(Description):
 
     mass: Mass
     radius: Size
-
-
-class Conveyance(Description):
-    """A hose or a chain of conveyors that carries waste up through the open truss.
-
-    Attributes:
-        diameter: Its greatest outer diameter, couplings included.
-        bend_radius: Least radius that it may be bent to; 0 for conveyors whose universal joints stand in active modules.
-    """
-
-    diameter: Size
-    bend_radius: Gap = 0.0
 
 
 class Simulation(Description):

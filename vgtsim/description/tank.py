@@ -158,9 +158,11 @@ class Equipment(Description):
 class Box(Description):
     """An upright box in the tank, from the height `bottom` to `top`.
 
-    Its middle is at `radius` from the tank axis, at `azimuth` from +x about +z. A `count` makes a ring of it, as of equipment.
+    Its middle is at `radius` from the tank axis, at `azimuth` from +x about +z. A `count` makes a ring of it, as of
+    equipment.
 
     Attributes:
+        first: Number of the first of a ring.
         length: Along its heading; `width` is across.
         heading: Of its length from +x about +z; absent, away from the tank axis.
         bottom: Absent when it stands on the floor.
@@ -191,6 +193,7 @@ class MeshThing(Description):
     makes a ring of it, as of equipment.
 
     Attributes:
+        first: Number of the first of a ring.
         file: An STL file, or another that trimesh reads; its path is relative to the tank's file.
         unit: Size of the file's unit, such as "1 mm".
         heading: Of the mesh's x axis from +x about +z; absent, away from the tank axis.

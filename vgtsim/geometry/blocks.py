@@ -69,9 +69,15 @@ def make_blocks(hulls: Sequence[tuple[int, Array]]) -> Blocks:
         edges.append(place[np.array(sharp, np.intp).reshape(-1, 2)])
         triangles.append(place[hull.simplices])
         begin[k + 1] = begin[k] + [len(flat), len(kept), len(sharp), len(hull.simplices)]
-    joined = (np.concatenate(part) for part in (planes, corners, edges, triangles))
-    planes_, corners_, edges_, triangles_ = joined
-    return Blocks(owner, balls, planes_, corners_, edges_.astype(np.intp), triangles_.astype(np.intp), begin)
+    return Blocks(
+        owner=owner,
+        balls=balls,
+        planes=np.concatenate(planes),
+        corners=np.concatenate(corners),
+        edges=np.concatenate(edges).astype(np.intp),
+        triangles=np.concatenate(triangles).astype(np.intp),
+        begin=begin,
+    )
 
 
 @compiled

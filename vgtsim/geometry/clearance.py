@@ -45,7 +45,7 @@ class Obstacles:
             object.__setattr__(self, name, frozen)
 
     def distances(self, a: ArrayLike, b: ArrayLike) -> Array:
-        """Distance of segments, ends of shape (R, 3) or (3,), m, from each of the things in `names`: the least of all, shape (P,), m."""
+        """Distance of segments, ends of shape (R, 3) or (3,), m, from each of `names`, the least of all, shape (P,), m."""
         first, last = (np.array(np.atleast_2d(np.asarray(end, float)), order="C") for end in (a, b))
         away = segment_distance(first[:, None], last[:, None], self.axes[:, 0], self.axes[:, 1])[0] - self.radii
         least, slope = np.full(len(self.names), np.inf), np.empty(3)

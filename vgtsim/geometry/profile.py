@@ -14,12 +14,13 @@ from math import acos, atan, ceil, cos, inf, pi, sin, tan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.tank import Shell
+from vgtsim.description.tank import Shell, Tank
 from vgtsim.geometry.piece import Piece
 from vgtsim.geometry.profile_table import lay_table
 
 Array = NDArray[np.float64]
 
+_RINGS, _MOST_RINGS = (1.0, 2.0, 5.0), 6  # m between rings, and how many are not too many
 _UPRIGHT = 1e-9  # rad: nearer to upright than this a line is upright
 
 
@@ -45,7 +46,7 @@ class Profile:
         return next(piece for piece in self.pieces if piece.name == name)
 
     def rim(self, bore: float, aside: float = 0.0) -> float:
-        """Lowest height at which a bore of that radius meets the dome, m, its axis `aside` of the tank's; each worked out once."""
+        """Lowest height, m, at which a bore of that radius meets the dome, its axis `aside` of the tank's; worked out once."""
         if (bore, aside) not in self._rims:
             self._rims[bore, aside] = float(self.ceiling_at(aside + bore))
         return self._rims[bore, aside]
@@ -165,6 +166,13 @@ def make_profile(shell: Shell) -> Profile:
     haunch = Piece("haunch", (R, shell.wall_top), pi / 2, pi / 2 - alpha, r * (pi / 2 - alpha))
     dome = Piece("dome", springing, pi - alpha, alpha, cap * alpha)
     return Profile((dish, knuckle, wall, haunch, dome))
+
+
+def ring_radii(tank: Tank) -> list[float]:
+    """Radii of the rings that pictures of a tank have, m."""
+    inner = tank.shell.inner_diameter / 2
+    step = next((step for step in _RINGS if inner / step <= _MOST_RINGS), _RINGS[-1])
+    return [float(radius) for radius in np.arange(step, inner - step / 4, step)] or [inner / 2]
 
 
 def _dish_angle(R: float, rk: float, depth: float) -> float:

@@ -6,6 +6,7 @@ narrower. A tangent at every joint is needed by the distances.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import asin, atan2, cos, pi, sin, sqrt, tan
 
 from vgtsim.description.tank import Shell
@@ -26,8 +27,8 @@ def lay_table(shell: Shell) -> tuple[Piece, ...]:
     rows = [(radius, height) for height, radius in shell.profile]
     sizes = [shell.knuckle_radius if height < shell.wall_top else shell.haunch_radius for height, _ in shell.profile]
     sizes[-1] = shell.haunch_radius
-    headings = [atan2(z - low, r - near) for (near, low), (r, z) in zip(rows, rows[1:], strict=False)]
-    lengths = [sqrt((r - near) ** 2 + (z - low) ** 2) for (near, low), (r, z) in zip(rows, rows[1:], strict=False)]
+    headings = [atan2(z - low, r - near) for (near, low), (r, z) in pairwise(rows)]
+    lengths = [sqrt((r - near) ** 2 + (z - low) ** 2) for (near, low), (r, z) in pairwise(rows)]
     pieces: list[Piece] = []
     used = 0.0  # of the line that comes next, by the corner before it
     if headings[0] > _FLAT:  # the tip of a cone
@@ -38,7 +39,7 @@ def lay_table(shell: Shell) -> tuple[Piece, ...]:
     for k, (heading, length) in enumerate(zip(headings, lengths, strict=True)):
         (r, z), last = rows[k], k == len(headings) - 1
         if last:
-            cut, turn, corner = _round_cap(shell, (r, z), heading, length)
+            cut, turn, corner = _round_cap(shell, (r, z), heading)
         else:
             turn, size = headings[k + 1] - heading, sizes[k + 1]
             cut, corner = length - size * tan(turn / 2), size * turn
@@ -55,7 +56,7 @@ def lay_table(shell: Shell) -> tuple[Piece, ...]:
         pieces.append(Piece(after, end, heading, turn, corner))
         used = length - cut
     edge = pieces[-1].end
-    radius, centre = _cap(shell)
+    radius, _ = _cap(shell)
     turn = asin(edge[0] / radius)
     pieces.append(Piece("dome", edge, pi - turn, turn, radius * turn))
     return tuple(pieces)
@@ -74,7 +75,7 @@ def _cap(shell: Shell) -> tuple[float, float]:
     return radius, shell.crown - radius
 
 
-def _round_cap(shell: Shell, start: tuple[float, float], heading: float, length: float) -> tuple[float, float, float]:
+def _round_cap(shell: Shell, start: tuple[float, float], heading: float) -> tuple[float, float, float]:
     """Where on the last line the arc to the cap begins, m, its turn, rad, and its length, m."""
     (radius, middle), size = _cap(shell), shell.haunch_radius
     along, inward = (cos(heading), sin(heading)), (-sin(heading), cos(heading))

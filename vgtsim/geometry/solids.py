@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 _SPACING = 0.35
 _SECTORS = 36
 _PIPE_SECTORS = 12
+_LINE, _OVER = 0.03, 0.02  # m: width of a line on the waste, and how far over it
 _HALVINGS = 6  # of the faces about a hole at most, until they are an eighth of its radius
 _RINGS = 60  # of an uneven bed of waste: the spacing of its heights
 
@@ -125,6 +126,28 @@ def make_waste(tank: Tank, profile: Profile) -> trimesh.Trimesh:
             corners[k, 2] = bed.height_at(*corners[k, :2])
         mesh.vertices = corners
     return mesh
+
+
+def make_rings(tank: Tank, profile: Profile, radii: list[float]) -> trimesh.Trimesh:
+    """Lines on waste or floor at some radii, m, and along every thirtieth degree of azimuth, for the eye."""
+    bed, turn = make_bed(tank), np.linspace(0, 2 * pi, 6 * _SECTORS + 1)
+    strips = [(radius + side * _LINE / 2, turn) for radius in radii for side in (-1, 1)]
+    spokes = np.linspace(radii[0], radii[-1], max(round((radii[-1] - radii[0]) / _SPACING), 1) + 1)
+    for angle in np.radians(np.arange(0, 360, 30)):
+        strips += [(spokes, angle + side * _LINE / 2 / spokes) for side in (-1, 1)]
+    curves = [np.stack([r * np.cos(a), r * np.sin(a)], -1) for r, a in strips]
+    corners, faces = np.concatenate(curves), []
+    begin = 0
+    for near, far in zip(curves[::2], curves[1::2], strict=True):
+        i = begin + np.arange(len(near) - 1)
+        j = i + len(near)
+        faces += [np.stack([i, j, i + 1], -1), np.stack([j, j + 1, i + 1], -1)]
+        begin += len(near) + len(far)
+    high = profile.floor_at(np.linalg.norm(corners, axis=1))
+    level = np.full(len(corners), tank.waste.level) if bed is None else np.array([bed.height_at(*c) for c in corners])
+    place = np.column_stack([corners, np.maximum(high, level) + _OVER])
+    both = np.concatenate(faces)
+    return trimesh.Trimesh(place, np.concatenate([both, both[:, ::-1]]), process=False)
 
 
 def _curve(profile: Profile, names: tuple[str, ...]) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry import Profile, find_hulls, make_bed, make_profile, obstacles
+from vgtsim.geometry import Profile, find_hulls, make_bed, make_profile, obstacles, ring_radii
 from vgtsim.geometry.panels import DEPTH, Panel
 from vgtsim.geometry.side_panels import Wedge, enclose_tank
 from vgtsim.graphics import mujoco
@@ -42,6 +42,7 @@ _COLOURS = {
     "riser": (0.45, 0.50, 0.56, 1.0),
     "waste": (0.24, 0.26, 0.13, 1.0),
     "equipment": (0.90, 0.72, 0.15, 1.0),
+    "rings": (0.80, 0.82, 0.70, 1.0),
     "contact": (0.90, 0.20, 0.20, 0.3),
 }
 _SHINE = {"liner": 0.4, "riser": 0.4, "equipment": 0.3}
@@ -67,6 +68,8 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
     if tank.waste.level:
         _add_mesh(spec, body, "waste/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
         _add_waste(spec, body, tank, profile)
+    rings = solids.make_rings(tank, profile, ring_radii(tank))
+    _add_mesh(spec, body, "rings", rings, "rings", INSIDE_GROUP)
     around = obstacles(tank)
     entries = [index for index, item in enumerate(tank.equipment) for _ in item.ring]
     for index, name, axis, radius in zip(entries, around.names, around.axes, around.radii, strict=False):
@@ -85,7 +88,7 @@ def _add_solids(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: 
     """Boxes and the convex parts of meshes, which are seen and felt."""
     entries = [(f"tank.boxes.{k}", item) for k, item in enumerate(tank.boxes)]
     entries += [(f"tank.meshes.{k}", item) for k, item in enumerate(tank.meshes)]
-    for info, item in ((info, single) for info, item in entries for single in item.ring):
+    for info, item in ((info, single) for info, entry in entries for single in entry.ring):
         for k, hull in enumerate(hulls := find_hulls(item, profile)):
             name = names.equipment(item.name) + (f"/{k}" if len(hulls) > 1 else "")
             _add_hull(spec, body, name, hull, "equipment", info).group = INSIDE_GROUP

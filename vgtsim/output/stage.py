@@ -9,10 +9,10 @@ from copy import copy
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import obstacles
 from vgtsim.graphics import explain_no_picture, mujoco
 from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.replay import make_replay, pose_model, project
+from vgtsim.output.things import name_things
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -21,7 +21,6 @@ Box = tuple[int, int, int, int]  # left, top, right and bottom, pixels
 
 _DIM = 0.45  # of the liner: members without force are a light grey
 _GHOST = (0.75, 0.80, 0.86, 0.10)  # the near wall from outside: there, but not in the way
-_MOST_NAMES = 6  # of equipment; the names of more would hide it
 _AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
 _SLICES, _STACKS = (
     14,
@@ -41,17 +40,6 @@ def compile_view(site: Site) -> mujoco.MjModel:
     model.light_diffuse[:] = _DIFFUSE
     model.vis.quality.numslices, model.vis.quality.numstacks = _SLICES, _STACKS
     return model
-
-
-def name_things(site: Site) -> dict[str, Array]:
-    """Places of the names of what is in the tank, shape (3,), m, by name: waste, and the equipment unless it is much."""
-    around, level = obstacles(site.tank), site.tank.waste.level
-    heights = np.linspace(0.8, 0.3, len(around.names))[:, None]  # of each, so that names beside one another do not meet
-    places = (1 - heights) * around.axes[:, 0] + heights * around.axes[:, 1]
-    named = len(around.names) <= _MOST_NAMES
-    things = {name.replace("_", " "): place for name, place in zip(around.names, places, strict=True) if named}
-    front = np.array([0.0, -site.tank.shell.inner_diameter / 8, level])  # where the arm seldom hides it
-    return things | ({site.tank.waste.kind: front} if level else {})
 
 
 class Stage:

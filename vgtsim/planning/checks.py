@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
-from vgtsim.geometry import enclosure_distance, segment_distance
+from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.planning.collisions import list_collisions, tell_collisions

@@ -17,6 +17,7 @@ from vgtsim.planning.entry_checks import check_entry
 from vgtsim.planning.following import follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
 from vgtsim.planning.pace import choose_step, find_bounds
+from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import goal_keep, make_objective
 from vgtsim.planning.sampling import Ground
@@ -28,6 +29,7 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
+_LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured
 _SMOOTH = ("mid_stroke",)  # objective of postures along rows: hinges would let them jump
 
@@ -149,6 +151,8 @@ def plan_mission(site: Site) -> Tour:
     for step in site.task.mission:
         plan.add(step)
     timed = [(piece.timed, piece.clearance) for leg in plan.pieces for piece in leg if piece.timed is not None]
+    for way, _ in timed:
+        check_passage(site, way.inputs(_LOOKED))
     bounds = find_bounds(site, timed)
     timestep = choose_step(site, bounds)
     legs = []

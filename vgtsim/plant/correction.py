@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.plant.foresight import Foresight
+from vgtsim.plant.hose import Hose
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -31,9 +32,11 @@ class Correction:
     Speeds are otherwise foreseen to change as in the step before.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, foresight: Foresight | None) -> None:
-        """Start at rest: no force is known yet."""
-        self._model, self._data, self._foresight = model, data, foresight
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, foresight: Foresight | None, hose: Hose | None = None
+    ) -> None:
+        """Start at rest: no force is known yet; a hose through the arm loads it in every step."""
+        self._model, self._data, self._foresight, self._hose = model, data, foresight, hose
         self._ahead = mujoco.MjData(model)  # bodies and sites where they are foreseen
         self._frames = np.array(model.geom_sameframe)
         self._speeds = np.zeros(model.nv)
@@ -49,6 +52,8 @@ class Correction:
         way = gaps - self._given_way + self._find_departures(lengths, feed)
         speeds = model.opt.timestep * data.efc_vel[: self._count]
         data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
+        if self._hose is not None:
+            self._hose.press(data)
         mujoco.mj_step2(model, data)
         self._given_way = model.opt.timestep**2 * data.efc_R[: self._count] * data.efc_force[: self._count]
         return gaps

@@ -137,7 +137,8 @@ class SectionGauges:
         self._driven = np.array([model.tendon(names.row(truss.members[i].name)).id for i in truss.actuated])
         self._order: Index | None = None
         task, chain = site.task, site.chain
-        self._lumped = make_load_model(chain, task.payload, task.simulation.gravity, lumped=True)
+        gravity, line = task.simulation.gravity, task.conveyance
+        self._lumped = make_load_model(chain, task.payload, gravity, lumped=True, line=line)
         self._lengths = truss.lengths(chain.nodes(chain.straight))
         self.counts = _count(site)
 

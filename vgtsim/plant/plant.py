@@ -17,6 +17,7 @@ from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
 from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
 from vgtsim.plant.hoist import Hoist
+from vgtsim.plant.hose import Hose
 from vgtsim.plant.lookout import Lookout
 from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder, list_digests
@@ -260,7 +261,9 @@ class Plant:
             self._drive = find_drive(model, self.data, self.site, gauges.at, springs, nodes)
             if isinstance(self._drive, RigidDrive):
                 foresight = Foresight(MemberTurns(model, gauges.at, chain), chain, q, self._target)
-        self._correction = Correction(self.model, self.data, foresight)
+        line = self.site.task.conveyance
+        hose = Hose(model, self.site, gauges.nodes) if line and line.bending_stiffness else None
+        self._correction = Correction(self.model, self.data, foresight, hose)
 
     def _find_equilibrium(self) -> None:
         """Let the constraints take up the weight before time zero: kinematics give the posture, but not its forces."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import by_rows, compiled
+from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.kinematics.inertia import (
@@ -21,10 +22,12 @@ from vgtsim.kinematics.inertia import (
     PlateInertia,
     make_block_inertia,
     make_hub_masses,
+    make_line_masses,
     make_member_inertia,
     make_plate_inertia,
 )
 from vgtsim.kinematics.vectors import cross, dot
+from vgtsim.statics.line import hose_couples
 from vgtsim.statics.motion import NodeMotion
 
 Array = NDArray[np.float64]
@@ -38,8 +41,9 @@ class LoadModel:
     Attributes:
         face_side: Side b of the tip plate, m.
         tool_offset: Distance of the payload's centre from the last face along its normal, m.
-        hub_mass: Of the nodes, with the members' mass where it is lumped, shape (N,), kg.
+        hub_mass: Of the nodes, with the members' mass where it is lumped and with the line's on the faces, shape (N,), kg.
         gravity: Acceleration of gravity in frame G, shape (3,), m/s².
+        hose: Stiffness in bending of the hose through the arm, N·m².
     """
 
     truss: Truss
@@ -51,6 +55,7 @@ class LoadModel:
     hub_mass: Array
     payload: Payload
     gravity: Array
+    hose: float = 0.0
 
     @property
     def mass(self) -> float:
@@ -74,15 +79,23 @@ class MemberLoads:
 
 
 def make_load_model(
-    chain: Chain, payload: Payload, gravity: float, *, split: bool = False, lumped: bool = False
+    chain: Chain,
+    payload: Payload,
+    gravity: float,
+    *,
+    split: bool = False,
+    lumped: bool = False,
+    line: Conveyance | None = None,
 ) -> LoadModel:
-    """Collect masses from the description; gravity is m/s² along -z of frame G.
+    """Collect masses from the description, of the line through the arm too; gravity is m/s² along -z of frame G.
 
     `split` makes each tube two halves that move with their own hubs along it, as elastic members do. `lumped` puts the
     members' mass into their hubs: then a member carries one axial force and nothing else.
     """
     arm = chain.manipulator
     down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(arm, chain.truss, lumped=lumped)
+    if line is not None:
+        hubs += make_line_masses(chain, line.density)
     down.flags.writeable = hubs.flags.writeable = False
     return LoadModel(
         truss=chain.truss,
@@ -94,6 +107,7 @@ def make_load_model(
         hub_mass=hubs,
         payload=payload,
         gravity=down,
+        hose=line.bending_stiffness if line else 0.0,
     )
 
 
@@ -218,7 +232,19 @@ def hub_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) 
     force = np.empty(nodes.shape)
     force[...] = model.hub_mass[:, None] * (model.gravity if motion is None else model.gravity - motion.acceleration)
     force[..., model.truss.tip, :] += _tip_forces(model, nodes, motion)
-    return force
+    return force + hose_forces(model, nodes) if model.hose else force
+
+
+def hose_forces(model: LoadModel, nodes: Array) -> Array:
+    """Forces at the nodes, shape (..., N, 3), N, of a hose that is bent with the arm, for nodes of shape (..., N, 3), m."""
+    flat = nodes.reshape(-1, *nodes.shape[-2:])
+    couples = hose_couples(model.truss, model.hose, flat)
+    x, y = _face_axes(flat[:, model.truss.faces], model.face_side)
+    spread = _spread(np.zeros(couples.shape), couples, (x, y, cross(x, y)), model.face_side)
+    total = np.zeros(flat.shape)
+    for face, forces in zip(model.truss.faces, spread.swapaxes(0, 1), strict=True):
+        total[:, face] += forces
+    return total.reshape(nodes.shape)
 
 
 def _tip_forces(model: LoadModel, nodes: Array, motion: NodeMotion | None) -> Array:
