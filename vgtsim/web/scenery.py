@@ -62,8 +62,8 @@ def add_scenery(scene: SceneApi, site: Site) -> None:
         pipe = trimesh.creation.cylinder(float(radius), segment=axis, sections=24)
         add_solid(scene, f"/tank/{name}", pipe, _COLOURS["equipment"])
     for item in tank.solids:
-        hulls = [trimesh.convex.convex_hull(hull) for hull in find_hulls(item, profile)]
-        add_solid(scene, f"/tank/{item.name}", trimesh.util.concatenate(hulls), _COLOURS["equipment"])
+        for k, hull in enumerate(find_hulls(item, profile)):
+            add_solid(scene, f"/tank/{item.name}/{k}", trimesh.convex.convex_hull(hull), _COLOURS["equipment"])
     _name(scene, site)
     _mark_goals(scene, site)
 
