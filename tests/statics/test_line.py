@@ -15,7 +15,7 @@ LINE = Conveyance(diameter=0.13, bore=0.1, mass=4.0, contents=1300.0, bending_st
 BENDS = np.radians([20.0, 30, -20, 35, 10]), [0.3, 0.2, 0.4, 0.3, 0.1]
 
 
-def make(chain, line=LINE, gravity=9.80665):
+def make(chain, line: Conveyance | None = LINE, gravity=9.80665):
     return make_load_model(chain, NONE, gravity, line=line)
 
 

@@ -99,8 +99,8 @@ class Profile:
         return found
 
     def floor_at(self, radius: ArrayLike) -> Array:
-        """Height z, m, of the floor at distances from the axis, shape (...), m, at most the inner radius."""
-        r = np.asarray(radius, float)
+        """Height z, m, of the floor at distances from the axis, shape (...), m; the wall's foot beyond it."""
+        r = np.minimum(np.asarray(radius, float), self.inner_radius)
         found = np.zeros(r.shape)
         for piece in self.pieces:
             if piece.heading < pi / 2 - _UPRIGHT:
