@@ -115,7 +115,7 @@ def _fill_axial_use(limits: Array, forces: Array, used: Array) -> None:
 def _hold(
     limits: tuple[float, float, float, float, float, float], forces: tuple[float, float, float, float]
 ) -> tuple[float, float, float, float, float]:
-    """Use by `LIMITS`, of tension, column, rod, pressure pushed and pulled, and pins; of pull and push, then those of the drive."""
+    """Use by `LIMITS`: of tension, column, rod, pressure pushed and pulled, pins; of pull and push, then the drive's."""
     tension, column, rod, most_push, most_pull, pin = limits
     pull, push, drive_pull, drive_push = forces
     return (
