@@ -165,8 +165,9 @@ def _solve_chunk(truss: Truss, every: Array, part: slice, loadings: Sequence[Loa
     tension, total = substitute_back(frame, units, force, nodes, part.start)
     bar, moments = tension[..., :count].copy(), np.broadcast_to(0.0, (2, *near.shape))  # takes no memory
     axial, transverse, reaction = np.empty((2, *bar.shape)), np.empty(near.shape), np.empty((*bar.shape[:2], 6))
+    bent, shear = truss.ring_actuators.ravel(), np.empty(0)
     if len(truss.rings):
-        bent, moments = truss.ring_actuators.ravel(), moments.copy()
+        moments = moments.copy()
         bar[..., bent], shear, moments[..., bent, :] = _find_rings(truss, nodes, tension)
     _split(units, nodes, total, bar, by_rows(near), by_rows(far), axial, transverse, reaction)
     if len(truss.rings):

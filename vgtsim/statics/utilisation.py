@@ -68,11 +68,11 @@ def find_use(model: LoadModel, sections: MemberSections, nodes: ArrayLike, safet
     forces, length = solve_members(model, n), model.truss.lengths(n)
     if len(model.truss.rings):  # members between joint blocks are bent
         return utilise(rate(sections, length, safety_factor), forces)
-    count = length.shape[-1]
-    carried = [item.reshape(-1, count) for item in (forces.near_axial, forces.bar, forces.far_axial, length)]
-    used = np.empty((5, *carried[0].shape))
-    _fill_use(sections.figures, safety_factor, *carried, used)
-    return Utilisation(*used.reshape(5, *length.shape), bent=np.zeros(length.shape))
+    flat = (-1, length.shape[-1])
+    near, bar, far = (item.reshape(flat) for item in (forces.near_axial, forces.bar, forces.far_axial))
+    used = np.empty((len(LIMITS), *bar.shape))
+    _fill_use(sections.figures, safety_factor, near, bar, far, length.reshape(flat), used)
+    return Utilisation(*used.reshape(-1, *length.shape), bent=np.zeros(length.shape))
 
 
 @compiled
