@@ -15,11 +15,12 @@ import numpy as np
 
 from vgtsim.mjcf import names
 from vgtsim.plant import Plant
+from vgtsim.runlog import CUTTING, RunLog
 from vgtsim.runlog import FEED as FEED_ARRAYS
-from vgtsim.runlog import RunLog
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 MEMBER, CYLINDER = "m1/longeron/1", "m1/actuator/1"
+HOSE_PART = 0.1  # kg, a fiftieth of what a hub carries of the hose
 RECORD = 25  # one in motion
 
 
@@ -121,11 +122,30 @@ def switch_contacts_off(model: mujoco.MjModel) -> None:
 # into the run
 
 
+def lose_hose(plant: Plant) -> None:
+    plant._correction._hose = None
+
+
 def push(name: str, *force: float) -> Callable[[Plant], None]:
     """Force at the middle of a body, N, all the time."""
 
     def spoil(plant: Plant) -> None:
         plant.data.xfrc_applied[plant.model.body(name).id, :3] = force
+
+    return spoil
+
+
+def weaken(rate: float = 1.0, push: float = 1.0) -> Callable[[Plant], None]:
+    """A tool that removes less or presses less than the log of it says."""
+
+    def spoil(plant: Plant) -> None:
+        digger = plant._digger
+        assert digger is not None
+        if not hasattr(digger, "spoilt"):
+            digger.spoilt = True
+            digger._diggings = replace(digger._diggings, rate=rate * digger._diggings.rate)
+            step = plant._correction.step
+            plant._correction.step = lambda lengths, feed, force: step(lengths, feed, push * force)
 
     return spoil
 
@@ -216,6 +236,7 @@ MODEL_FAULTS = (
     Fault("a member heavier by 1 %", body(MEMBER, "mass", 1.01), AT_REST),
     Fault("a member with five times its inertia", body(MEMBER, "inertia", 5.0), SHEAR),
     Fault("a hub 10 g heavier", body("m1/mid/1", "mass", more=0.01), AT_REST),
+    Fault("the hose lighter by 0.1 kg at a hub", body("m1/top/1", "mass", more=-HOSE_PART), AT_REST),
     Fault("the mast 0.1 mm aside", body(names.MAST, "pos", more=[1e-4, 0, 0]), NODES),
     Fault("a member short by 10 µm", shorten(MEMBER, 1e-5), NODES),
     Fault("a ball 10 µm off its hub", body(MEMBER, "pos", more=[1e-5, 0, 0]), GAP),
@@ -255,6 +276,7 @@ RUN_FAULTS = (
     Fault("0.1 N sideways on the middle of a member", push(MEMBER, 0.1, 0, 0), SHEAR),
     Fault("1 mN sideways on the middle of a member", push(MEMBER, 1e-3, 0, 0), reason="a tenth of the limit of shear"),
     Fault("1 N up on a hub", push("m1/mid/1", 0, 0, 1.0), AT_REST),
+    Fault("a hose without stiffness in bending", lose_hose, AT_REST),
 )
 LOG_FAULTS = (
     Fault("time shifted by 1 s", field("time", lambda t, _: t + 1.0), INSTANT),
@@ -361,9 +383,63 @@ LOG_FAULTS = (
 )
 
 
+RATE, BALANCE = "waste removed a second over the tool's rate", "removed waste against the bed"
+WAY, REACH = "removed waste against path and rate of the tool", "waste removed beyond the tool's reach"
+WORKING = 60  # a record while the tool works
+
+CUT_RUN_FAULTS = (
+    Fault("a tool that removes a tenth less", weaken(rate=0.9), WAY),
+    Fault("a tool that presses a hundredth less", weaken(push=0.99), MOVING),
+    Fault("a tool that does not press", weaken(push=0.0), MOVING),
+)
+CUT_LOG_FAULTS = (
+    Fault(
+        "a hundredth more waste gone than the tool removes",
+        lambda log: replace(log, bed=log.bed[0] + 1.01 * (log.bed - log.bed[0]), removed=1.01 * log.removed),
+        RATE,
+    ),
+    Fault(
+        "a hundredth less waste gone than the tool removes",
+        lambda log: replace(log, bed=log.bed[0] + 0.99 * (log.bed - log.bed[0]), removed=0.99 * log.removed),
+        WAY,
+    ),
+    Fault("removed volume wrong by 1 %", field("removed", lambda v, _: 1.01 * v), BALANCE),
+    Fault("removed volume a record late", field("removed", lambda v, _: late(v)), BALANCE),
+    Fault("waste gone 0.1 m beside the tool", field("bed", lambda b, _: np.roll(b, 1, axis=1)), REACH),
+    Fault(
+        "a height 1 mm below the tool's reach",
+        field("bed", one((slice(WORKING, None), 0), lambda h: h - 1e-3)),
+        REACH,
+    ),
+    Fault(
+        "waste that comes back",
+        field("bed", lambda b, _: np.where(np.arange(len(b))[:, None] < WORKING, b, b[0])),
+        BALANCE,
+    ),
+    Fault("no push of the tool in the log", field("tool_force", lambda f, _: 0 * f), MOVING),
+    Fault(
+        "push of the tool wrong by 1e-5",
+        field("tool_force", lambda f, _: (1 + 1e-5) * f),
+        "tool force error over its rating",
+    ),
+    Fault("power of the tool a record late", field("tool_share", lambda s, _: late(s)), "commanded tool to the plan"),
+    Fault(
+        "no waste in the log",
+        lambda log: replace(log, **{name: np.zeros((0,) * getattr(log, name).ndim) for name in CUTTING}),
+        RATE,
+    ),
+)
+
+
 def write_page() -> str:
     """The page of `docs` that lists the faults."""
-    parts = (("the model", MODEL_FAULTS), ("the run", RUN_FAULTS), ("the log", LOG_FAULTS))
+    parts = (
+        ("the model", MODEL_FAULTS),
+        ("the run", RUN_FAULTS),
+        ("the log", LOG_FAULTS),
+        ("a run that cuts", CUT_RUN_FAULTS),
+        ("a log of it", CUT_LOG_FAULTS),
+    )
     lines = [
         "# Faults and the checks that catch them",
         "",

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 @app.command(epilog="Example: vgtsim schema arm > arm.json")
 def schema(
     kind: Annotated[
-        Literal["arm", "tank", "scene", "path", "catalogue"], typer.Argument(help="Kind of file.", show_default=False)
+        Literal["arm", "tank", "scene", "path", "catalogue", "study"],
+        typer.Argument(help="Kind of file.", show_default=False),
     ],
 ) -> None:
     """Print the JSON schema of a kind of file; an editor takes it from the file's first line, `#:schema arm.json`."""

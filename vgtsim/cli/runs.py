@@ -143,7 +143,7 @@ def verify(
     place, copy, log = _load(folder)
     scene, notes = find_original(copy, place_goals)
     site, held = Site(scene), Site(copy)
-    if site.truss.member_names != held.truss.member_names or len(site.task.motion.goals) != len(held.task.motion.goals):
+    if site.truss.member_names != held.truss.member_names or len(site.task.stages) != len(held.task.stages):
         notes += (
             "the arm or the goals of the scene's file are others now: limits and description are those of the log",
         )

@@ -3,6 +3,7 @@
 from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.changes import Steps, change_entries, locate
+from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.faults import list_faults, tell_file
 from vgtsim.description.files import (
     digest_scene,
@@ -17,6 +18,7 @@ from vgtsim.description.files import (
 )
 from vgtsim.description.judging import CameraName, Cut, Limits, Video
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.mission import CutStep
 from vgtsim.description.modules import (
     Actuated,
     DoubleOctahedral,
@@ -28,8 +30,9 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
-from vgtsim.description.motion import Bend, Goal
+from vgtsim.description.motion import Bend, Goal, StartPosture
 from vgtsim.description.operator import (
+    MOST_COMMANDS,
     TARGETS,
     Operator,
     OperatorCommand,
@@ -50,6 +53,7 @@ from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, Splin
 __all__ = [
     "INCH",
     "MODELS",
+    "MOST_COMMANDS",
     "OBJECTIVES",
     "TARGETS",
     "Actuated",
@@ -61,6 +65,8 @@ __all__ = [
     "CameraName",
     "Catalogue",
     "Cut",
+    "CutStep",
+    "CuttingTool",
     "Cylinder",
     "CylinderSize",
     "Description",
@@ -81,6 +87,7 @@ __all__ = [
     "Octahedral",
     "Operator",
     "OperatorCommand",
+    "Patch",
     "Payload",
     "Prism",
     "RasterPiece",
@@ -95,6 +102,7 @@ __all__ = [
     "Simulation",
     "Span",
     "SplinePiece",
+    "StartPosture",
     "Steps",
     "Study",
     "Tank",

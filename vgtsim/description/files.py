@@ -125,6 +125,7 @@ def read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
     """Read the tables of a scene over those of its base; `above` are the files that led here."""
     data = read_toml(file)
     _read_start(file, data)
+    _read_paths(file, data)
     base = data.pop("base", None)
     if base is None:
         return data
@@ -156,6 +157,14 @@ def _read_start(file: Path, data: dict[str, Any]) -> None:
             motion["start"] = {"inputs": json.loads(read_text(saved))["q"]}
         except (ValueError, KeyError, TypeError):
             raise DescriptionError(saved, "", "no inputs `q`", "a file that `vgtsim ik --json` left") from None
+
+
+def _read_paths(file: Path, data: dict[str, Any]) -> None:
+    """Put the tool paths that steps of a mission name in the place of their names."""
+    for step in data.get("mission", ()) if isinstance(data.get("mission"), list) else ():
+        if isinstance(step, dict) and isinstance(step.get("path"), str):
+            path = load_description(find_file(step["path"], "path", beside=file.parent), ToolPath)
+            step["path"] = path.model_dump(exclude_none=True)
 
 
 def _overlay(under: Any, over: Any) -> Any:

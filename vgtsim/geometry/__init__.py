@@ -13,6 +13,7 @@ from vgtsim.geometry.clearance import (
     obstacles,
     self_clearance,
 )
+from vgtsim.geometry.diggings import Diggings, make_diggings
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
 from vgtsim.geometry.gaps import Walls
 from vgtsim.geometry.mast import MastPipe, make_mast
@@ -20,6 +21,7 @@ from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile
+from vgtsim.geometry.stretches import Stretch, find_nearest, make_stretches
 
 __all__ = [
     "RISER",
@@ -27,19 +29,24 @@ __all__ = [
     "WASTE",
     "Bed",
     "Clearance",
+    "Diggings",
     "MastPipe",
     "MemberPairs",
     "Obstacles",
     "Profile",
+    "Stretch",
     "Walls",
     "arm_clearance",
     "carry",
     "enclosure_distance",
     "find_near",
+    "find_nearest",
     "flag_clear",
     "make_bed",
+    "make_diggings",
     "make_mast",
     "make_profile",
+    "make_stretches",
     "make_walls",
     "nearest_pair",
     "obstacles",

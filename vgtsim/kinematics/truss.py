@@ -60,6 +60,7 @@ class Truss:
             it. -1 for the middles of blocks, whose loads feet and heads share.
         rings: Nodes of the joint blocks: foot, middle and head of three blocks of each mid-plane with a joint offset,
             shape (R, 3, 3). Actuator l1 joins the first block to the second, and so on round.
+        faces: Nodes of the mast's face and of the top of each module, shape (K + 1, 3).
         ends: Node indices of each member, shape (M, 2).
         module: Module of each member, shape (M,).
         actuated: Indices of the actuators among the members, shape (J,).
@@ -75,6 +76,7 @@ class Truss:
     members: tuple[Member, ...]
     group: Index
     rings: Index = field(default_factory=lambda: np.zeros((0, 3, 3), dtype=int))
+    faces: Index = field(default_factory=lambda: np.zeros((0, 3), dtype=int))
     ends: Index = field(init=False)
     module: Index = field(init=False)
     actuated: Index = field(init=False)
@@ -89,6 +91,7 @@ class Truss:
             "node_module": self.node_module,
             "group": self.group,
             "rings": self.rings,
+            "faces": self.faces,
             "ends": np.array([member.ends for member in self.members]),
             "module": np.array([member.module for member in self.members]),
             "actuated": np.array([i for i, member in enumerate(self.members) if member.role == "actuator"], dtype=int),
@@ -164,6 +167,7 @@ def make_truss(manipulator: Manipulator) -> Truss:
     members: list[Member] = []
     rings: list[list[list[int]]] = []
     face = [0, 1, 2]
+    faces = [face]
     for index, module in enumerate(manipulator.modules):
         kind, groups = kind_of(module), {"base": face}
         for name in (*kind.groups(module), "top"):
@@ -191,9 +195,15 @@ def make_truss(manipulator: Manipulator) -> Truss:
         if "foot" in groups:
             rings.append([[groups[name][corner] for name in ("foot", "mid", "head")] for corner in range(3)])
         face = top
+        faces.append(face)
     blocks = np.array(rings, dtype=int).reshape(-1, 3, 3)
     return Truss(
-        nodes=tuple(nodes), node_module=np.array(owner), members=tuple(members), group=np.array(group), rings=blocks
+        nodes=tuple(nodes),
+        node_module=np.array(owner),
+        members=tuple(members),
+        group=np.array(group),
+        rings=blocks,
+        faces=np.array(faces),
     )
 
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from copy import copy
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import obstacles
 from vgtsim.graphics import explain_no_picture, mujoco
+from vgtsim.kinematics import find_axis, trace_line
 from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.replay import make_replay, pose_model, project
+from vgtsim.output.things import name_things
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -21,7 +23,7 @@ Box = tuple[int, int, int, int]  # left, top, right and bottom, pixels
 
 _DIM = 0.45  # of the liner: members without force are a light grey
 _GHOST = (0.75, 0.80, 0.86, 0.10)  # the near wall from outside: there, but not in the way
-_MOST_NAMES = 6  # of equipment; the names of more would hide it
+_HOSE, _PIECES = (0.25, 0.42, 0.30, 1.0), 4  # dark green, between the members' colours; pieces of a bend
 _AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
 _SLICES, _STACKS = (
     14,
@@ -41,17 +43,6 @@ def compile_view(site: Site) -> mujoco.MjModel:
     model.light_diffuse[:] = _DIFFUSE
     model.vis.quality.numslices, model.vis.quality.numstacks = _SLICES, _STACKS
     return model
-
-
-def name_things(site: Site) -> dict[str, Array]:
-    """Places of the names of what is in the tank, shape (3,), m, by name: waste, and the equipment unless it is much."""
-    around, level = obstacles(site.tank), site.tank.waste.level
-    heights = np.linspace(0.8, 0.3, len(around.names))[:, None]  # of each, so that names beside one another do not meet
-    places = (1 - heights) * around.axes[:, 0] + heights * around.axes[:, 1]
-    named = len(around.names) <= _MOST_NAMES
-    things = {name.replace("_", " "): place for name, place in zip(around.names, places, strict=True) if named}
-    front = np.array([0.0, -site.tank.shell.inner_diameter / 8, level])  # where the arm seldom hides it
-    return things | ({site.tank.waste.kind: front} if level else {})
 
 
 class Stage:
@@ -77,6 +68,7 @@ class Stage:
         self._grounds: dict[str, Picture] = {}
         points = [*(goal.position for goal in site.task.motion.goals), *name_things(site).values()]
         self._points = np.array(points).reshape(-1, 3)
+        self._line, self._truss = site.task.conveyance, site.truss
         self._thread = ThreadPoolExecutor(1)
         self._close: Callable[[], None] = lambda: None
         try:
@@ -111,12 +103,14 @@ class Stage:
         whole = (0, 0, *self._size)
         if self._model.body_weldid[self._model.cam(camera).bodyid].any():  # the camera moves, and all with it
             self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
+            self._lay_line(nodes)
             places = project(self._scene, self._points, *self._size)
             return self._take(whole), places
         if camera not in self._grounds:
             self._look(camera, mujoco.mjtCatBit.mjCAT_STATIC)
             self._grounds[camera] = self._take(whole)
         self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
+        self._lay_line(nodes)
         places = project(self._scene, self._points, *self._size)
         left, top, right, bottom = box = self._find_arm()
         picture = self._grounds[camera].copy()
@@ -132,6 +126,19 @@ class Stage:
         self._near.matid, self._near.rgba, self._near.group = shape
         eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.cam(camera).id
         mujoco.mjv_updateScene(self._model, self._replay.data, view, None, eye, shown, self._scene)
+
+    def _lay_line(self, nodes: Array) -> None:
+        """Add the line of conveyance through the arm at nodes, shape (N, 3), m, to the filled scene."""
+        line, scene = self._line, self._scene
+        if line is None:
+            return
+        points = trace_line(find_axis(self._truss, nodes[None]), _PIECES, jointed=line.kind == "screws")[0]
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+        for start, end in pairwise(points):
+            geom = scene.geoms[scene.ngeom]
+            mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(_HOSE, np.float32))
+            mujoco.mjv_connector(geom, kind, line.diameter / 2, start, end)
+            scene.ngeom += 1
 
     def _find_arm(self) -> Box:
         """Find the part of the picture that the arm may be in; where it comes beside the camera, the whole."""

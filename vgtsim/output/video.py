@@ -21,7 +21,8 @@ from vgtsim.output.colours import scale_end
 from vgtsim.output.overlay import Mark, Overlay, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.replay import camera_at, frame_times, interpolate
-from vgtsim.output.stage import Picture, Stage, compile_view, name_things
+from vgtsim.output.stage import Picture, Stage, compile_view
+from vgtsim.output.things import name_things
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import by_rows, compiled
+from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.kinematics.inertia import (
@@ -22,11 +23,13 @@ from vgtsim.kinematics.inertia import (
     PlateInertia,
     make_block_inertia,
     make_hub_masses,
+    make_line_masses,
     make_member_inertia,
     make_plate_inertia,
 )
+from vgtsim.statics.face_loads import bend_faces, load_hubs, place_tool, push_tool
+from vgtsim.statics.line import hose_couples
 from vgtsim.statics.motion import NodeMotion
-from vgtsim.statics.tip_loads import load_hubs, place_tool, push_tool
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -41,8 +44,9 @@ class LoadModel:
     Attributes:
         face_side: Side b of the tip plate, m.
         tool_offset: Distance of the payload's centre from the last face along its normal, m.
-        hub_mass: Of the nodes, with the members' mass where it is lumped, shape (N,), kg.
+        hub_mass: Of the nodes, with the members' mass where it is lumped and with the line's on the faces, shape (N,), kg.
         gravity: Acceleration of gravity in frame G, shape (3,), m/s².
+        hose: Stiffness in bending of the hose through the arm, N·m².
     """
 
     truss: Truss
@@ -54,6 +58,7 @@ class LoadModel:
     hub_mass: Array
     payload: Payload
     gravity: Array
+    hose: float = 0.0
 
     @property
     def mass(self) -> float:
@@ -73,7 +78,7 @@ class LoadModel:
 
     @cached_property
     def figures(self) -> tuple[Array, Array, Array]:
-        """Gravity, masses of the hubs and figures of the tip, see `tip_loads`, as compiled functions take them."""
+        """Gravity, masses of the hubs and figures of the tip, see `face_loads`, as compiled functions take them."""
         ball = self.payload.mass * self.payload.radius**2 / 5  # second moment of a solid ball about its centre
         second = [moment + ball for moment in self.plate.second_moments]
         tip = [self.face_side, self.tool_offset, self.plate.mass, self.payload.mass, *second]
@@ -95,15 +100,23 @@ class MemberLoads:
 
 
 def make_load_model(
-    chain: Chain, payload: Payload, gravity: float, *, split: bool = False, lumped: bool = False
+    chain: Chain,
+    payload: Payload,
+    gravity: float,
+    *,
+    split: bool = False,
+    lumped: bool = False,
+    line: Conveyance | None = None,
 ) -> LoadModel:
-    """Collect masses from the description; gravity is m/s² along -z of frame G.
+    """Collect masses from the description, of the line through the arm too; gravity is m/s² along -z of frame G.
 
     `split` makes each tube two halves that move with their own hubs along it, as elastic members do. `lumped` puts the
     members' mass into their hubs: then a member carries one axial force and nothing else.
     """
     arm = chain.manipulator
     down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(arm, chain.truss, lumped=lumped)
+    if line is not None:
+        hubs += make_line_masses(chain, line.density)
     down.flags.writeable = hubs.flags.writeable = False
     return LoadModel(
         truss=chain.truss,
@@ -115,6 +128,7 @@ def make_load_model(
         hub_mass=hubs,
         payload=payload,
         gravity=down,
+        hose=line.bending_stiffness if line else 0.0,
     )
 
 
@@ -238,7 +252,22 @@ def hub_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) 
     gravity, hubs, tip = model.figures
     force = np.empty(flat.shape)
     load_hubs(tip, hubs, gravity, flat, velocity, acceleration, force)
+    if model.hose:
+        _bend_hose(model, flat, force)
     return force.reshape(nodes.shape)
+
+
+def hose_forces(model: LoadModel, nodes: Array) -> Array:
+    """Forces at the nodes, shape (..., N, 3), N, of a hose that is bent with the arm, for nodes of shape (..., N, 3), m."""
+    flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
+    total = np.zeros(flat.shape)
+    _bend_hose(model, flat, total)
+    return total.reshape(nodes.shape)
+
+
+def _bend_hose(model: LoadModel, flat: Array, total: Array) -> None:
+    couples = by_rows(hose_couples(model.truss, model.hose, flat))
+    bend_faces(np.array(model.truss.faces, np.intp), model.face_side, flat, couples, total)
 
 
 def _flatten(nodes: Array, motion: NodeMotion | None) -> tuple[Array, Array, Array]:

@@ -1,4 +1,4 @@
-"""Forces at the three hubs of the tip plate that stand for weight, inertia and wrenches of plate, payload and tool; compiled.
+"""Forces at the three hubs of a face that stand for a wrench: weight and inertia of plate and payload, tool, hose; compiled.
 
 `figures` are side b of the plate and distance of the tool point from it, m; masses of plate and payload, kg; and integrals of
 x², y² and z² over both about their own centres, kg·m². Nodes have shape (T, N, 3), m, the corners of the plate last.
@@ -13,29 +13,40 @@ from vgtsim.compilation import compiled
 from vgtsim.kinematics.vectors import cross_into
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 @compiled
 def place_tool(figures: Array, nodes: Array, point: Array) -> None:
     """Tool points, shape (T, 3), m."""
-    axes, first = np.empty((3, 3)), nodes.shape[1] - 3
+    axes, tip = np.empty((3, 3)), _find_tip(nodes.shape[1])
     for t in range(len(nodes)):
-        _set_axes(nodes[t], figures[0], axes)
+        _set_axes(nodes[t], tip, figures[0], axes)
         for k in range(3):
-            centroid = (nodes[t, first, k] + nodes[t, first + 1, k] + nodes[t, first + 2, k]) / 3
+            centroid = (nodes[t, tip[0], k] + nodes[t, tip[1], k] + nodes[t, tip[2], k]) / 3
             point[t, k] = centroid + figures[1] * axes[2, k]
 
 
 @compiled
 def push_tool(figures: Array, nodes: Array, wrench: Array, total: Array) -> None:
     """Add least forces at the nodes that make up wrenches on the tool point, shape (T, 6), N and N·m."""
-    axes, arm, moment = np.empty((3, 3)), np.empty(3), np.empty(3)
+    axes, arm, moment, tip = np.empty((3, 3)), np.empty(3), np.empty(3), _find_tip(nodes.shape[1])
     for t in range(len(nodes)):
-        _set_axes(nodes[t], figures[0], axes)
+        _set_axes(nodes[t], tip, figures[0], axes)
         cross_into(axes[2], wrench[t, :3], arm)
         for k in range(3):
             moment[k] = wrench[t, 3 + k] + figures[1] * arm[k]
-        _spread(wrench[t, :3], moment, axes, figures[0], total[t])
+        _spread(wrench[t, :3], moment, tip, axes, figures[0], total[t])
+
+
+@compiled
+def bend_faces(faces: Index, side: float, nodes: Array, couples: Array, total: Array) -> None:
+    """Add least forces at the corners of faces, shape (F, 3), that make up couples, shape (T, F, 3), N·m."""
+    axes, nothing = np.empty((3, 3)), np.zeros(3)
+    for t in range(len(nodes)):
+        for f in range(len(faces)):
+            _set_axes(nodes[t], faces[f], side, axes)
+            _spread(nothing, couples[t, f], faces[f], axes, side, total[t])
 
 
 @compiled
@@ -43,22 +54,20 @@ def load_hubs(
     figures: Array, hubs: Array, gravity: Array, nodes: Array, velocity: Array, acceleration: Array, total: Array
 ) -> None:
     """Weight and inertia of hubs of masses (N,), kg, of plate and payload, shape (T, N, 3), N; no velocities at rest."""
-    offset, plate, payload, first = figures[1], figures[2], figures[3], nodes.shape[1] - 3
+    offset, plate, payload, tip = figures[1], figures[2], figures[3], _find_tip(nodes.shape[1])
     axes, tool, force, moment = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
     change, arm = np.zeros((3, 3)), np.empty(3)
     for t in range(len(nodes)):
         for i in range(nodes.shape[1]):
             for k in range(3):
                 total[t, i, k] = hubs[i] * (gravity[k] - (acceleration[t, i, k] if len(velocity) else 0.0))
-        _set_axes(nodes[t], figures[0], axes)
+        _set_axes(nodes[t], tip, figures[0], axes)
         if len(velocity):
-            _find_change(axes, velocity[t], acceleration[t], figures[0], change)
+            _find_change(axes, velocity[t], acceleration[t], tip, figures[0], change)
         for k in range(3):
             centre = gravity[k]
             if len(velocity):
-                centre -= (
-                    acceleration[t, first, k] + acceleration[t, first + 1, k] + acceleration[t, first + 2, k]
-                ) / 3
+                centre -= (acceleration[t, tip[0], k] + acceleration[t, tip[1], k] + acceleration[t, tip[2], k]) / 3
             tool[k] = payload * (centre - offset * change[2, k])
             force[k] = plate * centre + tool[k]
         cross_into(axes[2], tool, moment)
@@ -69,15 +78,15 @@ def load_hubs(
                 cross_into(axes[a], change[a], arm)
                 for k in range(3):
                     moment[k] -= figures[4 + a] * arm[k]
-        _spread(force, moment, axes, figures[0], total[t])
+        _spread(force, moment, tip, axes, figures[0], total[t])
 
 
 @compiled
-def _find_change(axes: Array, velocity: Array, acceleration: Array, side: float, change: Array) -> None:
+def _find_change(axes: Array, velocity: Array, acceleration: Array, corners: Index, side: float, change: Array) -> None:
     """Second time derivatives of the axes, shape (3, 3), by rows, from the motion of the nodes, shape (N, 3)."""
     turning, part = np.empty((2, 3)), np.empty(3)
-    _lean(velocity, side, turning)
-    _lean(acceleration, side, change)
+    _lean(velocity, corners, side, turning)
+    _lean(acceleration, corners, side, change)
     cross_into(turning[0], turning[1], change[2])
     for k in range(3):
         change[2, k] *= 2
@@ -90,7 +99,7 @@ def _find_change(axes: Array, velocity: Array, acceleration: Array, side: float,
 
 
 @compiled
-def _spread(force: Array, moment: Array, axes: Array, side: float, total: Array) -> None:
+def _spread(force: Array, moment: Array, corners: Index, axes: Array, side: float, total: Array) -> None:
     """Add least forces at the corners of a triangle that make up a force and a moment about its centroid."""
     lever, corner, arm, along = np.empty(3), np.empty(3), np.empty(3), 0.0
     low, high = side / (2 * np.sqrt(3)), side / np.sqrt(3)  # distances of a side and of a corner from the centroid
@@ -104,21 +113,29 @@ def _spread(force: Array, moment: Array, axes: Array, side: float, total: Array)
             corner[k] = x * axes[0, k] + y * axes[1, k]
         cross_into(lever, corner, arm)
         for k in range(3):
-            total[len(total) - 3 + c, k] += force[k] / 3 + arm[k]
+            total[corners[c], k] += force[k] / 3 + arm[k]
 
 
 @compiled
-def _set_axes(nodes: Array, side: float, axes: Array) -> None:
-    """X, Y and Z axes of the tip plate, shape (3, 3), by rows."""
-    _lean(nodes, side, axes)
+def _set_axes(nodes: Array, corners: Index, side: float, axes: Array) -> None:
+    """X, Y and Z axes of a face, shape (3, 3), by rows."""
+    _lean(nodes, corners, side, axes)
     cross_into(axes[0], axes[1], axes[2])
 
 
 @compiled
-def _lean(nodes: Array, side: float, axes: Array) -> None:
-    """X and Y axes of the tip plate from its corners, or derivatives of both, into two rows."""
-    first = len(nodes) - 3
+def _lean(nodes: Array, corners: Index, side: float, axes: Array) -> None:
+    """X and Y axes of a face from its corners, or derivatives of both, into two rows."""
     for k in range(3):
-        one, two, three = nodes[first, k], nodes[first + 1, k], nodes[first + 2, k]
+        one, two, three = nodes[corners[0], k], nodes[corners[1], k], nodes[corners[2], k]
         axes[0, k] = (one - three) / side
         axes[1, k] = (2 * two - one - three) / (np.sqrt(3) * side)
+
+
+@compiled
+def _find_tip(count: int) -> Index:
+    """The last three of some nodes."""
+    tip = np.empty(3, np.intp)
+    for c in range(3):
+        tip[c] = count - 3 + c
+    return tip
