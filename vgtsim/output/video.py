@@ -18,7 +18,7 @@ from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.kinematics.ties import first_greatest
 from vgtsim.output.colours import scale_end
-from vgtsim.output.overlay import Mark, Overlay, draw_overlay, make_overlay
+from vgtsim.output.overlay import LABELS, Mark, Overlay, draw_overlay, make_overlay
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.replay import camera_at, frame_times, interpolate
 from vgtsim.output.stage import Picture, Stage, compile_view
@@ -77,11 +77,15 @@ class _Instant:
     camera: str
     nodes: Array
     axial: Array
+    heights: Array | None = None
 
     def repeats(self, other: _Instant, end: float) -> bool:
         """Whether the picture of another instant is this one's too; the colour scale ends at this force, N."""
         still = np.abs(self.nodes - other.nodes).max() < _STILL
-        return self.camera == other.camera and still and np.abs(self.axial - other.axial).max() < _SHADE * end
+        dug = self.heights is not other.heights and not np.array_equal(self.heights, other.heights)
+        return (
+            self.camera == other.camera and still and not dug and np.abs(self.axial - other.axial).max() < _SHADE * end
+        )
 
 
 def draw_frames(
@@ -98,9 +102,16 @@ def draw_frames(
     end = scale_end(axial)
     things = name_things(site)
     goals = [goal.name for goal in site.task.motion.goals]
-    overlay = make_overlay(*size, site.task.title, end, goals, things)
+    overlay = make_overlay(*size, site.task.title, end, goals, things, _list_labels(site))
     instants = (
-        _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)
+        _Instant(
+            time=float(time),
+            record=record,
+            camera=camera_at(cuts, float(time)),
+            nodes=nodes,
+            axial=forces,
+            heights=log.bed[record] if log.bed.size else None,
+        )
         for time in times
         for record, nodes, forces in [interpolate(log, axial, float(time))]
     )
@@ -127,10 +138,10 @@ def _share(
     """Give the stages instants to draw, in turns; an instant that repeats the one drawn last shares its picture."""
     turns = cycle(stages)
     shown = next(instants)
-    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial)
+    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial, shown.heights)
     for now in chain([shown], instants):
         if not now.repeats(shown, end):
-            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial)
+            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial, now.heights)
         yield now, drawing
 
 
@@ -151,6 +162,16 @@ def _label(
     return draw_overlay(overlay, picture, _values(site, log, report, now), marks)
 
 
+def _list_labels(site: Site) -> tuple[str, ...]:
+    """Labels of the texts: that of the removed waste only where some is cut."""
+    return LABELS if site.diggings is None else (*LABELS, "waste removed")
+
+
+def _tell_removed(site: Site, volume: float) -> str:
+    """Removed waste in litres, and its mass."""
+    return f"{1e3 * volume:.1f} l, {volume * site.tank.waste.density:.0f} kg"
+
+
 def _values(site: Site, log: RunLog, report: Report, now: _Instant) -> tuple[str, ...]:
     """Write the texts of one instant, one for each of the overlay's labels."""
     record, goal = now.record, goal_name(site, int(log.goal[now.record])) or "none"
@@ -165,6 +186,7 @@ def _values(site: Site, log: RunLog, report: Report, now: _Instant) -> tuple[str
         off and f"{off} {'off' if log.settled[record] else 'to goal'}",
         f"{now.axial[worst] / 1e3:+.1f} kN".replace("-", MINUS),
         site.truss.members[worst].name,
+        *([_tell_removed(site, float(log.removed[record]))] if log.removed.size else []),
     )
 
 
