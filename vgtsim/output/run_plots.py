@@ -72,7 +72,9 @@ def plot_waste(site: Site, log: RunLog) -> Figure:
     volume.plot(log.time, 1e3 * log.removed, color=LINES[0])
     volume.set_ylabel("waste removed, l")
     density = site.tank.waste.density / 1e3  # kg/l
-    mass = volume.secondary_yaxis("right", functions=(lambda v: v * density, lambda m: m / density))
+    mass = volume.secondary_yaxis(
+        "right", functions=(lambda v: np.multiply(v, density), lambda m: np.divide(m, density))
+    )
     mass.set_ylabel("kg")
     push.plot(log.time, np.linalg.norm(log.tool_force, axis=1), color=LINES[1])
     push.set_ylabel("push of the tool, N")

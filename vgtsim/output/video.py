@@ -82,7 +82,8 @@ class _Instant:
     def repeats(self, other: _Instant, end: float) -> bool:
         """Whether the picture of another instant is this one's too; the colour scale ends at this force, N."""
         still = np.abs(self.nodes - other.nodes).max() < _STILL
-        dug = self.heights is not other.heights and not np.array_equal(self.heights, other.heights)
+        pair = self.heights, other.heights
+        dug = pair[0] is not None and pair[1] is not None and bool((pair[0] != pair[1]).any())
         return (
             self.camera == other.camera and still and not dug and np.abs(self.axial - other.axial).max() < _SHADE * end
         )
