@@ -1,24 +1,22 @@
 """Faults that are put into a model, a run or a log, one a line, each with the row of the report that must catch it.
 
 A fault that no row catches has the reason in its place: it must leave a report that passes. `docs/faults.md` is made of
-this list: `python tests/verification/faults.py` writes it.
+this list and of those in `other_faults.py` and `cutting_faults.py`: `python tests/verification/fault_page.py` writes it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from vgtsim.mjcf import names
 from vgtsim.plant import Plant
-from vgtsim.runlog import CUTTING, RunLog
 from vgtsim.runlog import FEED as FEED_ARRAYS
+from vgtsim.runlog import RunLog
 
-PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 MEMBER, CYLINDER = "m1/longeron/1", "m1/actuator/1"
 HOSE_PART = 0.1  # kg, a fiftieth of what a hub carries of the hose
 RECORD = 25  # one in motion
@@ -131,21 +129,6 @@ def push(name: str, *force: float) -> Callable[[Plant], None]:
 
     def spoil(plant: Plant) -> None:
         plant.data.xfrc_applied[plant.model.body(name).id, :3] = force
-
-    return spoil
-
-
-def weaken(rate: float = 1.0, push: float = 1.0) -> Callable[[Plant], None]:
-    """A tool that removes less or presses less than the log of it says."""
-
-    def spoil(plant: Plant) -> None:
-        digger = plant._digger
-        assert digger is not None
-        if not hasattr(digger, "spoilt"):
-            digger.spoilt = True
-            digger._diggings = replace(digger._diggings, rate=rate * digger._diggings.rate)
-            step = plant._correction.step
-            plant._correction.step = lambda lengths, feed, force: step(lengths, feed, push * force)
 
     return spoil
 
@@ -381,78 +364,3 @@ LOG_FAULTS = (
         reason="6e-8 of a force is below the limit at rest",
     ),
 )
-
-
-RATE, BALANCE = "waste removed a second over the tool's rate", "removed waste against the bed"
-WAY, REACH = "removed waste against path and rate of the tool", "waste removed beyond the tool's reach"
-WORKING = 60  # a record while the tool works
-
-CUT_RUN_FAULTS = (
-    Fault("a tool that removes a tenth less", weaken(rate=0.9), WAY),
-    Fault("a tool that presses a hundredth less", weaken(push=0.99), MOVING),
-    Fault("a tool that does not press", weaken(push=0.0), MOVING),
-)
-CUT_LOG_FAULTS = (
-    Fault(
-        "a hundredth more waste gone than the tool removes",
-        lambda log: replace(log, bed=log.bed[0] + 1.01 * (log.bed - log.bed[0]), removed=1.01 * log.removed),
-        RATE,
-    ),
-    Fault(
-        "a hundredth less waste gone than the tool removes",
-        lambda log: replace(log, bed=log.bed[0] + 0.99 * (log.bed - log.bed[0]), removed=0.99 * log.removed),
-        WAY,
-    ),
-    Fault("removed volume wrong by 1 %", field("removed", lambda v, _: 1.01 * v), BALANCE),
-    Fault("removed volume a record late", field("removed", lambda v, _: late(v)), BALANCE),
-    Fault("waste gone 0.1 m beside the tool", field("bed", lambda b, _: np.roll(b, 1, axis=1)), REACH),
-    Fault(
-        "a height 1 mm below the tool's reach",
-        field("bed", one((slice(WORKING, None), 0), lambda h: h - 1e-3)),
-        REACH,
-    ),
-    Fault(
-        "waste that comes back",
-        field("bed", lambda b, _: np.where(np.arange(len(b))[:, None] < WORKING, b, b[0])),
-        BALANCE,
-    ),
-    Fault("no push of the tool in the log", field("tool_force", lambda f, _: 0 * f), MOVING),
-    Fault(
-        "push of the tool wrong by 1e-5",
-        field("tool_force", lambda f, _: (1 + 1e-5) * f),
-        "tool force error over its rating",
-    ),
-    Fault("power of the tool a record late", field("tool_share", lambda s, _: late(s)), "commanded tool to the plan"),
-    Fault(
-        "no waste in the log",
-        lambda log: replace(log, **{name: np.zeros((0,) * getattr(log, name).ndim) for name in CUTTING}),
-        RATE,
-    ),
-)
-
-
-def write_page() -> str:
-    """The page of `docs` that lists the faults."""
-    parts = (
-        ("the model", MODEL_FAULTS),
-        ("the run", RUN_FAULTS),
-        ("the log", LOG_FAULTS),
-        ("a run that cuts", CUT_RUN_FAULTS),
-        ("a log of it", CUT_LOG_FAULTS),
-    )
-    lines = [
-        "# Faults and the checks that catch them",
-        "",
-        "`tests/verification/test_faults.py` puts each of these faults into a short tour of two goals, one at a time, and holds",
-        "that the row of the report beside it fails, or, where the fault is below the limits for the reason given, that the",
-        "report passes. This page is made of the list in `tests/verification/faults.py`; a new fault is one more line there.",
-        "",
-        "| fault | put into | caught by | or below the limits because |",
-        "|---|---|---|---|",
-    ]
-    rows = [f"| {fault.what} | {where} | {fault.caught} | {fault.reason} |" for where, each in parts for fault in each]
-    return "\n".join([*lines, *rows]) + "\n"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(write_page())

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from cutting_faults import CUT_LOG_FAULTS, CUT_RUN_FAULTS
 from digging import over_waste, sweep
-from faults import CUT_LOG_FAULTS, CUT_RUN_FAULTS
 
 from vgtsim.plant import Plant, run, tour
 from vgtsim.site import Site
