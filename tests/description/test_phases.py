@@ -92,6 +92,16 @@ def test_modules_are_added_in_a_clamp():
         scene_of(add(5.0), clamp=None)
 
 
+def test_waste_is_not_carried_from_phase_to_phase():
+    scene = vgtsim.load("type_ii_heel").scene
+    steps = STEPS.validate_python(({"do": "insert", "modules": 1},))
+    cut = tuple(step for step in scene.task.mission if step.do in ("move", "cut"))[:2]
+    mission = (*steps, *cut, *STEPS.validate_python((WITHDRAW, INSERT, WITHDRAW)))
+    whole = replace(scene, task=scene.task.model_copy(update={"mission": mission}))
+    with pytest.raises(DescriptionError, match="do: found cut in a mission of 2 phases"):
+        list_phases(whole)
+
+
 def test_a_user_writes_no_phase(tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text('base = "arm9_nullspace"\n[phase]\nnumber = 1\ncount = 2\nstands = false\n')

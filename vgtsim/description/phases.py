@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.mission import AddStep, HoldStep, InsertStep, MissionStep, WithdrawStep
+from vgtsim.description.mission import AddStep, CutStep, HoldStep, InsertStep, MissionStep, WithdrawStep
 from vgtsim.description.scene import Phase, Scene
 
 _LEFT = ("mission.", "motion.start")  # keys whose figures are others in a phase, or not there
@@ -35,13 +35,23 @@ def shorten_arm(arm: Manipulator, count: int) -> Manipulator:
 
 
 def list_phases(scene: Scene) -> tuple[Scene, ...]:
-    """The phases of a scene's mission in their order, each as a scene; of any other scene, and of a phase, itself."""
+    """The phases of a scene's mission in their order, each as a scene; of any other scene, and of a phase, itself.
+
+    Raises:
+        DescriptionError: A phase before the last one cuts waste.
+    """
     task, whole = scene.task, len(scene.manipulator.active)
     if task.phase is not None or not task.mission:
         return (scene,)
     parts = _split(task.mission, whole)
     if len(parts) == 1 and parts[0].modules == whole and not parts[0].stands:
         return (scene,)
+    if any(isinstance(step, CutStep) for part in parts[:-1] for step in part.steps):
+        index = next(i for i, step in enumerate(task.mission) if isinstance(step, CutStep))
+        found = f"cut in a mission of {len(parts)} phases, of which the next does not know what waste is left"
+        raise scene.error(
+            f"mission.{index}.do", found, "a cut in the last phase, or a mission of an arm that keeps its length"
+        )
     provenance = {key: label for key, label in task.provenance.items() if not key.startswith(_LEFT)}
     motion = task.motion.model_copy(update={"start": None})
     phases = []

@@ -32,8 +32,7 @@ CONTACT_GROUP = 3  # the invisible boxes for contact
 FRONT_GROUP = 4  # front half of the wall
 FRONT_COVER_GROUP = 5  # front half of dome, soil and risers
 
-Array = NDArray[np.float64]
-
+POOL = f"{names.TANK}/waste/pool"  # mesh of the waste that is seen
 _PARTS = 8  # bodies around the axis for each part of the shell
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
 
@@ -68,7 +67,9 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         group = FRONT_COVER_GROUP if sin(riser.azimuth) < 0 else BACK_COVER_GROUP
         _add_mesh(spec, body, riser.name, solids.make_riser(tank, profile, riser), "riser", group)
     if tank.waste.level:
-        _add_mesh(spec, body, "waste/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
+        _add_mesh(
+            spec, body, POOL.removeprefix(f"{names.TANK}/"), solids.make_waste(tank, profile), "waste", INSIDE_GROUP
+        )
         _add_waste(spec, body, tank, profile)
     rings = solids.make_rings(tank, profile, ring_radii(tank))
     _add_mesh(spec, body, "rings", rings, "rings", INSIDE_GROUP)
@@ -141,12 +142,12 @@ def _find_span(tank: Tank, bed: Bed) -> tuple[float, float]:
 
 def lower_waste(model: mujoco.MjModel, diggings: Diggings, heights: Array) -> None:
     """Give a compiled model new heights of the waste that is cut, shape (P,), m; of a model without tank nothing changes."""
-    if not model.nhfield:
-        return
-    field = model.hfield(names.WASTE)
-    whole = model.hfield_data[field.adr[0] :][: field.nrow[0] * field.ncol[0]].reshape(field.ncol[0], field.nrow[0])
-    part = np.reshape(heights, diggings.shape).T / model.hfield_size[field.id, 2]
-    whole[slice(*diggings.columns), slice(*diggings.rows)] = part
+    shown = {names.WASTE: (slice(*diggings.columns), slice(*diggings.rows)), names.PIT: (slice(None), slice(None))}
+    for index in range(model.nhfield):
+        field = model.hfield(index)
+        shape = int(field.nrow[0]), int(field.ncol[0])
+        whole = model.hfield_data[field.adr[0] :][: shape[0] * shape[1]].reshape(shape)
+        whole[shown[field.name]] = np.reshape(heights, diggings.shape).T / field.size[2]
 
 
 def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:

@@ -1,6 +1,7 @@
 """Verdicts on a run, independent of MuJoCo."""
 
 from vgtsim.verification.checks import CHECK_NAMES, MEASURES
+from vgtsim.verification.cutting import describe_removed
 from vgtsim.verification.evidence import Evidence, find_riser_reaction
 from vgtsim.verification.instant import Instant, find_instant
 from vgtsim.verification.phases import PhaseRun, find_begins, join_phases
@@ -17,6 +18,7 @@ __all__ = [
     "Instant",
     "PhaseRun",
     "Report",
+    "describe_removed",
     "find_begins",
     "find_holds",
     "find_instant",
