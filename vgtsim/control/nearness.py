@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.control.arm_now import ArmNow
 from vgtsim.control.limits import allow
 from vgtsim.positioning.surroundings import NearPairs
@@ -19,6 +20,16 @@ _BRAKE = 0.05  # m/s², with which the closing of a gap is slowed: half of what 
 _SHARE = 0.3  # part of what all cylinders together could slow a gap with: they have a task beside
 _MOST = 40  # gaps that are limited, the nearest: the others are farther by far
 _SAG_EVERY = 25  # cycles between looks at how far an arm that gives sags
+
+
+@compiled
+def _fill_closing(gap: Array, gradient: Array, most: Array, clearance: float, timestep: float, least: Array) -> None:
+    """See `GapWatch.bound`."""
+    for r in range(len(gap)):
+        brake = 0.0
+        for j in range(len(most)):
+            brake += abs(gradient[r, j]) * most[j]
+        least[r] = -max(allow(gap[r] - clearance, min(_BRAKE, _SHARE * brake), timestep), 0.0)
 
 
 @dataclass
@@ -52,8 +63,9 @@ class GapWatch:
         pairs = site.surroundings.unloaded.rows(arm.state, self.clearance + _REACH)
         self._pairs, self._picked = pairs, np.argsort(pairs.gap, kind="stable")[:_MOST]
         gap, gradient = pairs.gap[self._picked], pairs.gradient[self._picked] @ arm.inputs_by_length
-        brake = np.minimum(_BRAKE, _SHARE * (np.abs(gradient) @ most))
-        return gradient, -np.maximum(allow(gap - self.clearance, brake, timestep), 0.0)
+        least = np.empty(len(gap))
+        _fill_closing(gap, gradient, most, self.clearance, timestep, least)
+        return gradient, least
 
     def name(self, row: int) -> str:
         """Names of the two bodies of a row of `bound`."""
