@@ -103,7 +103,7 @@ class Site:
     @cached_property
     def chain(self) -> Chain:
         """Kinematics of the arm, which hangs from the scene's pivot."""
-        return Chain(self.arm, hanging_mount(self.scene.pivot_height))
+        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place))
 
     @property
     def gravity(self) -> float:

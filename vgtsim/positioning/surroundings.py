@@ -27,7 +27,7 @@ from vgtsim.geometry import (
     pair_members,
     segment_distance,
 )
-from vgtsim.geometry.gaps import BED, PILLAR, TANK, WASTE
+from vgtsim.geometry.gaps import BED, PILLAR, SOLID, TANK, WASTE
 from vgtsim.kinematics import Chain, State
 from vgtsim.kinematics.inertia import member_radii
 
@@ -65,7 +65,7 @@ class LeastGap:
 
 @dataclass(frozen=True)
 class _Pillars:
-    """C upright cylinders, equipment and then the mast: axes, shape (C, 2, 3), m, and radii, shape (C,), m.
+    """C cylinders, equipment and then the mast: axes, shape (C, 2, 3), m, and radii, shape (C,), m.
 
     `meets` tells which capsules may meet which cylinder, shape (C, M): the first module hangs from the mast.
     """
@@ -224,7 +224,10 @@ class Surroundings:
         parts = [*self.chain.truss.member_names, *["tip plate"] * 3, "payload"]
         if kind == BED:
             return f"{parts[first]} to waste"
-        other = [*self.obstacles.names, "mast"][second] if kind == PILLAR else parts[second]
+        count = len(self.obstacles.radii)
+        if kind == SOLID:
+            return f"{parts[first]} to {self.obstacles.names[count + second]}"
+        other = [*self.obstacles.names[:count], "mast"][second] if kind == PILLAR else parts[second]
         return f"{parts[first]} to {other}"
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
