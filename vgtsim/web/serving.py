@@ -47,6 +47,9 @@ class Page:
         with self.server.atomic():
             self._display = Display(self.server, site, end)
             self._controls = Controls(self.server, site, end, self.post)
+        site.surroundings.unloaded.find_nearest(
+            site.surroundings.unloaded.points(site.start[None])[0], _REACH
+        )  # compiles it
         self.server.on_client_connect(lambda _: self._count())
         self.server.on_client_disconnect(lambda _: self._count())
         self.post(Served(self.server.get_port()))
