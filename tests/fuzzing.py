@@ -15,13 +15,22 @@ import shutil
 import signal
 import sys
 import time
+import traceback
+import warnings
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from mutating import mutate
 from mutating_logs import mutate_run
+
+from vgtsim.description import load_catalogue, load_study, load_tank, load_tool_path
+from vgtsim.errors import VgtError
+from vgtsim.logbook import open_log
+from vgtsim.site import load_arm, load_site
 
 ROOT = Path(__file__).parents[1]
 CPU = 60  # s of processor time after which a case hangs: three times the slowest verb on these arms
@@ -30,6 +39,17 @@ MEMORY = 6 << 30  # bytes of address space: several times that of a good case
 SOUND = frozenset({0, 1, 2, 3, 4})
 ARMS = ("tetra4", "stewart", "octahedron_double", "octahedron_general", "octahedron_offset", "arm9")
 CAPABLE = ("octahedron_double", "arm9")  # arms that `capacity` maps
+LOADS = 20  # s after which a loader hangs
+LOADERS: dict[str, Callable[[Path], object]] = {
+    "arm.toml": load_arm,
+    "tank.toml": load_tank,
+    "scene.toml": load_site,
+    "driven.toml": load_site,
+    "record.jsonl": load_site,
+    "path.toml": load_tool_path,
+    "catalogue.toml": load_catalogue,
+    "study.toml": load_study,
+}
 DRAWN = 5  # one report in so many has its plots, which take nine tenths of its time
 ODD = (
     "nan",
@@ -146,20 +166,29 @@ class Outcome:
 
 def write_files(folder: Path, arm: str) -> None:
     """Write good files of every kind: a scene, one that an operator drives, one that goes 5 mm, and all that they name."""
+    for name, text in _read_files(arm).items():
+        (folder / name).write_text(text)
+
+
+@lru_cache(maxsize=len(ARMS))
+def _read_files(arm: str) -> dict[str, str]:
+    """Texts of the good files, by name."""
     scene = (ROOT / "scenes/arm9_nullspace.toml").read_text()
     scene = scene.replace("../models/arm9/arm9.toml", "arm.toml").replace("tanks/type_ii.toml", "tank.toml")
     one = r"(\[\[motion\.goals\]\].*?)\[\[motion\.goals\]\].*(?=\[limits\])"
     scene = re.sub(one, r"\1", scene, flags=re.DOTALL)  # one goal
     scene = scene.replace("speed = 4.0", "speed = 1.0\nwidth = 160\nheight = 120\nfps = 5")
-    (folder / "scene.toml").write_text(scene.replace('hold = { value = "2 s"', 'hold = { value = "1 s"'))
-    (folder / "driven.toml").write_text(DRIVEN)
-    (folder / "near.toml").write_text(NEAR)
-    (folder / "record.jsonl").write_text(RECORD)
-    (folder / "arm.toml").write_text((ROOT / f"models/{arm}/{arm}.toml").read_text())
-    (folder / "tank.toml").write_text((ROOT / "scenes/tanks/type_ii.toml").read_text())
-    (folder / "path.toml").write_text(PATH)
-    (folder / "catalogue.toml").write_text((ROOT / "vgtsim/description/catalogue.toml").read_text())
-    (folder / "study.toml").write_text(STUDY)
+    return {
+        "scene.toml": scene.replace('hold = { value = "2 s"', 'hold = { value = "1 s"'),
+        "driven.toml": DRIVEN,
+        "near.toml": NEAR,
+        "record.jsonl": RECORD,
+        "arm.toml": (ROOT / f"models/{arm}/{arm}.toml").read_text(),
+        "tank.toml": (ROOT / "scenes/tanks/type_ii.toml").read_text(),
+        "path.toml": PATH,
+        "catalogue.toml": (ROOT / "vgtsim/description/catalogue.toml").read_text(),
+        "study.toml": STUDY.replace("VERB", "ik"),
+    }
 
 
 @dataclass(frozen=True)
@@ -259,6 +288,44 @@ def _interrupt(folder: Path) -> Path:
     unfinished.rename(folder / "unfinished")
     (folder / "unfinished/log/_end.json").unlink()
     return folder / "unfinished"
+
+
+def load_spoilt(seed: int, folder: Path, runs: Path) -> Outcome:
+    """Spoil one file, or the log of a run, and load it in this process: quicker by far than a verb."""
+    rng = random.Random(seed)
+    target = rng.choice((*LOADERS, "scene.toml", *RUNS))
+    write_files(folder, rng.choice(ARMS) if target == "arm.toml" else "arm9")
+    if target in RUNS:
+        shutil.copytree(runs / target, folder / target, ignore=shutil.ignore_patterns("scene.*", "report.*"))
+    spoil = mutate_run if target in RUNS else mutate
+    done = tuple(f"{target}: {spoil(folder / target, rng)}" for _ in range(rng.choice((1, 1, 1, 2, 3))))
+    start, status, told = time.process_time(), 0, ""
+    signal.signal(signal.SIGALRM, _stop)
+    signal.alarm(LOADS)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            _load(folder, target)
+    except VgtError as error:
+        status, told = 2, f"error: {error}"
+    except BaseException:
+        status, told = 70, traceback.format_exc()
+    finally:
+        signal.alarm(0)
+    return Outcome(Case(seed, ("load", target), done), status, told, time.process_time() - start)
+
+
+def _load(folder: Path, target: str) -> None:
+    """Read a file, or each array of a log."""
+    if target in RUNS:
+        book = open_log(folder / target / "log")
+        book.read(0, book.count)
+    else:
+        LOADERS[target](folder / ("driven.toml" if target == "record.jsonl" else target))
+
+
+def _stop(*_: object) -> None:
+    raise TimeoutError(f"longer than {LOADS} s")
 
 
 def _fill(words: tuple[str, ...], folder: Path, rng: random.Random) -> tuple[str, ...]:

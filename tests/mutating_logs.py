@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import random
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -64,21 +63,22 @@ def _mutate_files(log: Path, chunks: list[Path], rng: random.Random) -> str:
     if kind == "gone" and chunks:
         rng.choice(chunks).unlink()
     elif kind == "double" and chunks:
-        shutil.copy(rng.choice(chunks), log / f"{rng.choice((1, 2, 7, 999_999)):06d}.parquet")
+        content = rng.choice(chunks).read_bytes()
+        (log / f"{rng.choice((1, 2, 7, 999_999)):06d}.parquet").write_bytes(content)
     elif kind == "swap" and len(chunks) > 1:
         chunks[0].rename(log / "x")
         chunks[1].rename(chunks[0])
         (log / "x").rename(chunks[1])
     elif kind == "beside":
-        (log / rng.choice(("00.parquet", "1\n.parquet", "000009.parquet", "[b].parquet"))).mkdir()
+        (log / rng.choice(("00.parquet", "1\n.parquet", "000009.parquet", "[b].parquet"))).mkdir(exist_ok=True)
     elif kind == "all gone":
         for file in chunks:
             file.unlink()
     elif kind == "no end":
         (log / "_end.json").unlink(missing_ok=True)
-    elif kind == "many" and chunks:
+    elif kind == "many" and chunks and not (log / "000100.parquet").exists():
         for k in range(100, 400):
-            (log / f"{k:06d}.parquet").symlink_to(chunks[0])
+            (log / f"{k:06d}.parquet").hardlink_to(chunks[0])
     return f"chunks: {kind}"
 
 
@@ -90,6 +90,8 @@ def _mutate_chunk(file: Path, rng: random.Random) -> str:
     try:
         table = parquet.read_table(file)
     except (pa.ArrowException, OSError, ValueError):
+        table = None
+    if not table:  # spoilt before, or without a record
         return f"{file.name}: {mutate_bytes(file, rng)}"
     kind = rng.choice(("figures",) * 6 + ("type", "shape", "lost", "renamed", "rows", "contacts", "bytes", "large"))
     name = rng.choice([*table.column_names])

@@ -7,6 +7,7 @@ in `planning.checks`; a property here raises only where it cannot be made at all
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,9 +16,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
-from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
+from vgtsim.description import (
+    CutStep,
+    Manipulator,
+    Method,
+    Payload,
+    Scene,
+    SceneFile,
+    Tank,
+    load_manipulator,
+    load_scene,
+)
 from vgtsim.errors import DescriptionError
-from vgtsim.geometry import MastPipe, Stretch, make_mast, make_stretches, place_goals
+from vgtsim.geometry import (
+    Bed,
+    Diggings,
+    MastPipe,
+    Stretch,
+    make_bed,
+    make_diggings,
+    make_mast,
+    make_profile,
+    make_stretches,
+    place_goals,
+)
 from vgtsim.kinematics import Chain, Subspace, Truss, hanging_mount
 from vgtsim.positioning import Keep, Reduction, StrokeBox, Surroundings, couple, find_start, make_box, search_start
 from vgtsim.statics import (
@@ -47,9 +69,13 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """A scene, arm, tank and task as described, with everything that is made of it once."""
+    """A scene, arm, tank and task as described, with everything that is made of it once.
+
+    The bed is the surface of the waste, where some of it is cut away already.
+    """
 
     scene: Scene
+    bed: Bed | None = None
 
     def __post_init__(self) -> None:
         """Look up the places of goals.
@@ -236,13 +262,39 @@ class Site:
         return hold_cylinders(self.elastic_model, self.task.simulation)
 
     @cached_property
+    def diggings(self) -> Diggings | None:
+        """The part of the waste that the mission cuts; None where it cuts none."""
+        task, waste = self.task, self.tank.waste
+        cut = {step.patch for step in task.mission if isinstance(step, CutStep)}
+        bed = make_bed(self.tank)
+        if not cut or task.tool is None or bed is None:
+            return None
+        patches = [patch for patch in task.patches if patch.name in cut]
+        return make_diggings(bed, make_profile(self.tank.shell), task.tool, task.tool.rate_in(waste), patches)
+
+    @cached_property
     def surroundings(self) -> Surroundings:
         """Everything that the arm must keep clear of: tank, equipment, waste, mast and itself.
 
         An arm that gives is judged where it sags to; `surroundings.unloaded` judges the shape of the inputs alone.
         """
         task, sag = self.task, self._sag if self.sags else None
-        return Surroundings(self.chain, self.tank, task.payload.radius, task.mast.outer_diameter / 2, sag)
+        return Surroundings(
+            chain=self.chain,
+            tank=self.tank,
+            payload_radius=task.payload.radius,
+            mast_radius=task.mast.outer_diameter / 2,
+            sag=sag,
+            bed=self.bed,
+        )
+
+    def lower_waste(self, heights: Array) -> Site:
+        """The same site with waste of some heights in its diggings, shape (P,), m; all that does not depend on them is kept."""
+        assert self.diggings is not None
+        later = copy(self)
+        object.__setattr__(later, "bed", self.diggings.cut_bed(heights))
+        later.__dict__.pop("surroundings", None)
+        return later
 
     def _sag(self, nodes: Array) -> Array:
         """Displacements of nodes and tool point at rest, to first order, shape (..., N + 1, 3), m.

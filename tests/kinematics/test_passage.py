@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vgtsim.geometry import segment_distance
-from vgtsim.kinematics import bend_all, find_axis, measure_passage
+from vgtsim.kinematics import bend_all, find_axis, measure_passage, trace_line
 from vgtsim.kinematics.inertia import member_radii
 
 BENDS = np.radians([20.0, 30, -20, 35, 10]), [0.3, 0.2, 0.4, 0.3, 0.1]
@@ -74,3 +74,16 @@ def test_the_middle_of_a_hose_lies_on_its_arc(hanging_arm):
     middle, P, n = axis.make_corners(jointed=False)[0], axis.places[0], axis.normals[0]
     span = np.linalg.norm(np.diff(P, axis=0), axis=1)[:, None]
     assert middle == pytest.approx((P[:-1] + P[1:]) / 2 + span * (n[:-1] - n[1:]) / 8, abs=0.01)
+
+
+@pytest.mark.parametrize("jointed", [False, True])
+def test_a_drawn_line_leaves_each_face_at_right_angles(hanging_arm, jointed):
+    axis = find_axis(hanging_arm.truss, hanging_arm.nodes(bend_all(hanging_arm, *BENDS)[None]))
+    count = 400
+    points = trace_line(axis, count, jointed=jointed)[0]
+    assert points[::count] == pytest.approx(axis.places[0], abs=1e-12)
+    steps = np.diff(points, axis=0)
+    steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+    after, before = steps[::count], steps[count - 1 :: count]
+    assert np.sum(after * axis.normals[0, :-1], axis=1) == pytest.approx(1.0, abs=1e-3)
+    assert np.sum(before * axis.normals[0, 1:], axis=1) == pytest.approx(1.0, abs=1e-3)

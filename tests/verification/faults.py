@@ -1,14 +1,13 @@
 """Faults that are put into a model, a run or a log, one a line, each with the row of the report that must catch it.
 
 A fault that no row catches has the reason in its place: it must leave a report that passes. `docs/faults.md` is made of
-this list: `python tests/verification/faults.py` writes it.
+this list and of those in `other_faults.py` and `cutting_faults.py`: `python tests/verification/fault_page.py` writes it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -18,7 +17,6 @@ from vgtsim.plant import Plant
 from vgtsim.runlog import FEED as FEED_ARRAYS
 from vgtsim.runlog import RunLog
 
-PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 MEMBER, CYLINDER = "m1/longeron/1", "m1/actuator/1"
 HOSE_PART = 0.1  # kg, a fiftieth of what a hub carries of the hose
 RECORD = 25  # one in motion
@@ -366,24 +364,3 @@ LOG_FAULTS = (
         reason="6e-8 of a force is below the limit at rest",
     ),
 )
-
-
-def write_page() -> str:
-    """The page of `docs` that lists the faults."""
-    parts = (("the model", MODEL_FAULTS), ("the run", RUN_FAULTS), ("the log", LOG_FAULTS))
-    lines = [
-        "# Faults and the checks that catch them",
-        "",
-        "`tests/verification/test_faults.py` puts each of these faults into a short tour of two goals, one at a time, and holds",
-        "that the row of the report beside it fails, or, where the fault is below the limits for the reason given, that the",
-        "report passes. This page is made of the list in `tests/verification/faults.py`; a new fault is one more line there.",
-        "",
-        "| fault | put into | caught by | or below the limits because |",
-        "|---|---|---|---|",
-    ]
-    rows = [f"| {fault.what} | {where} | {fault.caught} | {fault.reason} |" for where, each in parts for fault in each]
-    return "\n".join([*lines, *rows]) + "\n"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(write_page())

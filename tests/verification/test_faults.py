@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from faults import LOG_FAULTS, MODEL_FAULTS, PAGE, RUN_FAULTS, STOPS, write_page
+from fault_page import PAGE, PARTS, write_page
+from faults import LOG_FAULTS, MODEL_FAULTS, RUN_FAULTS, STOPS
 from playing import bend, change, hoist, shorten
 
 from vgtsim.description.conveyance import Conveyance
@@ -108,6 +109,6 @@ def test_fault_in_the_run(site, program, monkeypatch, fault):
 
 
 def test_every_fault_has_its_line_in_the_docs():
-    assert PAGE.read_text() == write_page(), f"python {PAGE.parents[1]}/tests/verification/faults.py writes it"
-    names = [fault.what for fault in (*MODEL_FAULTS, *RUN_FAULTS, *LOG_FAULTS)]
+    assert PAGE.read_text() == write_page(), f"python {PAGE.parents[1]}/tests/verification/fault_page.py writes it"
+    names = [(where, fault.what) for where, each in PARTS for fault in each]
     assert len(set(names)) == len(names) >= 40

@@ -73,7 +73,7 @@ def test_a_sight_moves_and_colours_the_arm(shown):
     display.show(Sight(nodes=nodes, axial=axial, height=0.5))
     bars = make_bars(site.chain)
     middles, _ = bars.place(place_points(site.chain, nodes))
-    assert np.abs(arm.batched_positions - middles).max() < 1e-4  # half a grain and single precision
+    assert np.abs(arm.batched_positions - middles).max() < 1.5e-4  # half a grain, and single precision
     assert np.abs(arm.batched_positions - before).max() > 1
     owned = bars.owner >= 0
     wanted = 255 * force_colours(axial, END)[bars.owner[owned], :3]

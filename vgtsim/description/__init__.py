@@ -3,6 +3,7 @@
 from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.changes import Steps, change_entries, locate
+from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.faults import list_faults, tell_file
 from vgtsim.description.files import (
     digest_scene,
@@ -17,6 +18,7 @@ from vgtsim.description.files import (
 )
 from vgtsim.description.judging import CameraName, Cut, Limits, Video
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.mission import CutStep
 from vgtsim.description.modules import (
     Actuated,
     DoubleOctahedral,
@@ -63,6 +65,8 @@ __all__ = [
     "CameraName",
     "Catalogue",
     "Cut",
+    "CutStep",
+    "CuttingTool",
     "Cylinder",
     "CylinderSize",
     "Description",
@@ -83,6 +87,7 @@ __all__ = [
     "Octahedral",
     "Operator",
     "OperatorCommand",
+    "Patch",
     "Payload",
     "Prism",
     "RasterPiece",

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
-from vgtsim.description.figures import Length, Tolerance, Wait
+from vgtsim.description.figures import Length, Size, Speed, Tolerance, Wait
 from vgtsim.description.schema import Description, Name
 from vgtsim.description.tool_path import ToolPath
 
@@ -51,6 +51,28 @@ class RasterStep(Description):
     width: tuple[Length, Length, Length]
     depth: tuple[Length, Length, Length]
     rows: int = Field(ge=2, le=1000)
+    tolerance: Tolerance = 1e-4
+
+
+class CutStep(Description):
+    """The tool removes a layer of waste from a patch, in rows to and fro; it keeps the direction that it has before.
+
+    The rows are level: the tool cuts no deeper than its reach, so the layer's bottom is level too.
+
+    Attributes:
+        do: Always `cut`.
+        patch: Name of one of the `patches`.
+        depth: Of the layer, below the highest place of the patch as it is then.
+        rows: Number of rows.
+        speed: Greatest speed of the tool; absent for that at which it can remove the whole layer in one pass.
+        tolerance: Greatest distance of the tool from the rows, m, and of its direction, rad.
+    """
+
+    do: Literal["cut"]
+    patch: Name
+    depth: Size
+    rows: int = Field(ge=2, le=1000)
+    speed: Speed | None = None
     tolerance: Tolerance = 1e-4
 
 
@@ -97,7 +119,7 @@ class WithdrawStep(Description):
 
 
 MissionStep = Annotated[
-    InsertStep | MoveStep | RasterStep | FollowStep | HoldStep | WithdrawStep, Field(discriminator="do")
+    InsertStep | MoveStep | RasterStep | CutStep | FollowStep | HoldStep | WithdrawStep, Field(discriminator="do")
 ]
 
 
@@ -141,9 +163,10 @@ def find_disorder(
             posed = True
         elif isinstance(step, FollowStep):
             posed = True
-        elif isinstance(step, RasterStep):
+        elif isinstance(step, RasterStep | CutStep):
             if not posed:
-                return index, "raster from where the insertion ends", "move to a goal first: the rows begin there"
+                allowed = "move to a goal first: the rows begin there, or near it"
+                return index, f"{step.do} from where the insertion ends", allowed
         elif isinstance(step, WithdrawStep):
             inside = False
     return None

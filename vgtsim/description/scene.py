@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from vgtsim.constants import GRAVITY, Method
 from vgtsim.description.conveyance import Conveyance
+from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.figures import (
     Acceleration,
     Density,
@@ -25,7 +26,7 @@ from vgtsim.description.figures import (
 )
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.mission import FollowStep, MissionStep, MoveStep, RunStage, find_disorder
+from vgtsim.description.mission import CutStep, FollowStep, MissionStep, MoveStep, RunStage, find_disorder
 from vgtsim.description.motion import Motion
 from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import choose_coupling
@@ -172,7 +173,8 @@ class SceneFile(Description):
     neither inserted nor withdrawn, that of the motion.
     `operator` is for an
     arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
-    run. `conveyance` is the line through the truss; absent where there is none.
+    run. `conveyance` is the line through the truss; absent where there is none. `tool` removes waste from
+    the `patches` that steps of the mission name.
     """
 
     name: Name
@@ -188,6 +190,8 @@ class SceneFile(Description):
     operator: Operator | None = None
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
     mission: tuple[MissionStep, ...] = Field(default=(), max_length=1000)
+    tool: CuttingTool | None = None
+    patches: tuple[Patch, ...] = Field(default=(), max_length=100)
     contacts: tuple[AllowedContact, ...] = Field(default=(), max_length=100)
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
@@ -195,6 +199,7 @@ class SceneFile(Description):
     @model_validator(mode="after")
     def _entries_fit(self) -> SceneFile:
         require_distinct("load case", self.loads)
+        require_distinct("patch", self.patches)
         if self.operator is None and not self.motion.goals and not self.mission:
             raise ValueError("motion.goals, a [[mission]], or a table [operator] for an arm that a person drives")
         if self.operator is not None:
@@ -245,6 +250,7 @@ class Scene:
         )
         if wrong is not None:
             raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
+        self._check_cuts()
         if not 0 < self.pivot_height < tank.shell.crown:
             found = f"{mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m"
             allowed = f"a depth that leaves the pivot inside the tank, 0 to {tank.shell.crown:.4g} m"
@@ -267,6 +273,25 @@ class Scene:
                 raise self.error(
                     f"contacts.{index}.place", f"unknown place {contact.place!r}", closest(contact.place, places)[2:]
                 )
+
+    def _check_cuts(self) -> None:
+        """Refuse a step that cuts without a tool, without waste that can be cut, or nowhere."""
+        task, waste = self.task, self.tank.waste
+        names = [patch.name for patch in task.patches]
+        for index, step in enumerate(task.mission):
+            if not isinstance(step, CutStep):
+                continue
+            if task.tool is None:
+                raise self.error(f"mission.{index}.do", "cut without a tool", "a table [tool]: a jet or a scarifier")
+            if not waste.level:
+                raise self.error("tank.waste.level", "0 m: no waste", f"waste, which step {index} of the mission cuts")
+            if step.patch not in names:
+                found = f"unknown patch {step.patch!r}"
+                raise self.error(f"mission.{index}.patch", found, closest(step.patch, names)[2:])
+            if waste.grid is None or waste.grid > task.tool.width / 2:
+                found = "nothing" if waste.grid is None else f"{waste.grid:.4g} m"
+                allowed = f"at most {task.tool.width / 2:.4g} m, half the tool's width: heights of waste that is cut"
+                raise self.error("tank.waste.grid", found, allowed)
 
     @property
     def pivot_height(self) -> float:

@@ -126,13 +126,15 @@ class Waste(Description):
     """The waste left in the tank (sludge, saltcake), with a level surface at the height `level`, or mounds over it.
 
     `strength` is that in compression: what a tool has to overcome; absent where the waste is a liquid. `mounds` stand on the
-    level, those of `roughness` are drawn.
+    level, those of `roughness` are drawn. `grid` is the distance of the heights that stand for the surface:
+    waste that is to be cut needs it, at most half the tool's width; absent, mounds have theirs 0.2 m apart.
     """
 
     kind: Title
     level: Gap
     density: Density
     strength: Pressure | None = None
+    grid: Size | None = Field(default=None, ge=0.02, le=1.0)
     mounds: tuple[Mound, ...] = Field(default=(), max_length=200)
     roughness: Roughness | None = None
 

@@ -13,6 +13,7 @@ from vgtsim.geometry.clearance import (
     obstacles,
     self_clearance,
 )
+from vgtsim.geometry.diggings import Diggings, make_diggings
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
 from vgtsim.geometry.gaps import Walls
 from vgtsim.geometry.mast import MastPipe, make_mast
@@ -28,6 +29,7 @@ __all__ = [
     "WASTE",
     "Bed",
     "Clearance",
+    "Diggings",
     "MastPipe",
     "MemberPairs",
     "Obstacles",
@@ -41,6 +43,7 @@ __all__ = [
     "find_nearest",
     "flag_clear",
     "make_bed",
+    "make_diggings",
     "make_mast",
     "make_profile",
     "make_stretches",

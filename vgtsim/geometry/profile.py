@@ -134,6 +134,18 @@ class Profile:
         arc = [np.sqrt(np.clip(piece.radius**2 - (r - piece.centre[0]) ** 2, 0.0, None)) for piece in (dome, haunch)]
         return np.where(r <= dome.start[0], dome.centre[1] + arc[0], haunch.centre[1] + arc[1])
 
+    def floor_at(self, radius: ArrayLike) -> Array:
+        """Height z, m, of dish or knuckle at distances from the axis, shape (...), m; the wall's foot beyond them."""
+        r = np.minimum(np.asarray(radius, float), self.inner_radius)
+        dish, knuckle = self.piece("dish"), self.piece("knuckle")
+        arc = [
+            piece.centre[1] - np.sqrt(np.clip(piece.radius**2 - (r - piece.centre[0]) ** 2, 0.0, None))
+            if piece.turn
+            else np.full(r.shape, piece.start[1])
+            for piece in (dish, knuckle)
+        ]
+        return np.where(r <= dish.end[0], arc[0], arc[1])
+
     def volume(self, level: float = inf) -> float:
         """Volume below a level z, m, in m³, by Gauss-Legendre quadrature of pi r² dz along each piece."""
         nodes, weights = np.polynomial.legendre.leggauss(24)

@@ -3,7 +3,7 @@
 from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, straight_yaws, swing
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, ModuleState, kind_of
-from vgtsim.kinematics.passage import Axis, find_axis, measure_passage
+from vgtsim.kinematics.passage import Axis, find_axis, measure_passage, trace_line
 from vgtsim.kinematics.rigid_sections import RigidSections, find_rigid_sections
 from vgtsim.kinematics.sampling import sample_inputs, singular_values, within_strokes
 from vgtsim.kinematics.state import State
@@ -38,5 +38,6 @@ __all__ = [
     "singular_values",
     "straight_yaws",
     "swing",
+    "trace_line",
     "within_strokes",
 ]

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.kinematics.composition import correct
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.layout import Layout, Place, make_layout
 from vgtsim.kinematics.state import State
@@ -233,15 +234,18 @@ class Chain:
         None where the iteration does not arrive or leaves the assembly mode. `inputs_from_lengths` goes any way, with proof.
         """
         wanted, state = np.concatenate([actuators, self.layout.static]), near
+        off = wanted - near.legs[0]
         for _ in range(_MOST):
-            try:
-                q = state.q + np.linalg.solve(state.leg_slopes[0], wanted - state.legs[0])
-            except np.linalg.LinAlgError:
-                return None
+            q = np.empty_like(near.q)
+            for place, block in zip(self.layout.places, state.blocks, strict=True):
+                if not correct(place.legs, place.columns, block, off, q[0]):
+                    return None
+            q += state.q
             state = self.state(q)
             if not state.assembles[0]:
                 return None
-            if np.abs(wanted - state.legs[0]).max() < _SOLVED:
+            off = wanted - state.legs[0]
+            if np.abs(off).max() < _SOLVED:
                 return state
         return None
 

@@ -19,6 +19,7 @@ from vgtsim.kinematics.vectors import cross, dot
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+_HALF = 0.5  # of the pieces lie on either side of a joint
 _STRAIGHT = 1e-9  # rad between faces that count as parallel
 
 
@@ -54,6 +55,26 @@ class Axis:
         # along either normal to their crossing, or, in the mean of both ways, half as far beyond the chord as that
         reach = span / 2 * (1 / np.cos(half) if jointed else np.tan(half / 2) / np.sin(np.maximum(half, _STRAIGHT)))
         return (self.places[:, :-1] + self.places[:, 1:] + reach * (first - last)) / 2
+
+
+def trace_line(axis: Axis, count: int, *, jointed: bool) -> Array:
+    """Points along the line for pictures, shape (T, P, 3), m: the ends of `count` pieces in each module.
+
+    A hose's arc is drawn as the parabola with the same tangents at both faces.
+    """
+    first, corner, last = (
+        axis.places[:, :-1, None],
+        axis.make_corners(jointed=True)[:, :, None],
+        axis.places[:, 1:, None],
+    )
+    part = np.linspace(0.0, 1.0, count + 1)[1:, None]
+    if jointed:
+        points = np.where(
+            part < _HALF, first + (corner - first) * part / _HALF, corner + (last - corner) * (part / _HALF - 1)
+        )
+    else:
+        points = (1 - part) ** 2 * first + 2 * part * (1 - part) * corner + part**2 * last
+    return np.concatenate([axis.places[:, :1], points.reshape(len(first), -1, 3)], axis=1)
 
 
 def find_axis(truss: Truss, nodes: Array) -> Axis:

@@ -12,15 +12,18 @@ from math import atan2, pi, sin
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry import Profile, make_bed, make_profile, obstacles
+from vgtsim.geometry import Bed, Diggings, Profile, make_bed, make_profile, obstacles
 from vgtsim.geometry.panels import DEPTH, Panel, make_panels
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 
 if TYPE_CHECKING:
     import trimesh
+
+Array = NDArray[np.float64]
 
 INSIDE_GROUP = 1  # what every picture shows: back half of liner and wall, arm riser, waste, equipment
 BACK_COVER_GROUP = 2  # back half of dome, soil and small risers
@@ -82,14 +85,31 @@ def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: P
         waste = _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_CYLINDER, "contact", "tank.waste", size=size)
         waste.pos = [0, 0, tank.waste.level - DEPTH / 2]
         return
-    low, high, count = float(bed.heights.min()), float(bed.heights.max()), len(bed.heights)
+    low, high, count = *_find_span(tank, bed), len(bed.heights)
     part = (bed.heights.T - low) / (high - low)  # rows are along y
+    if tank.waste.grid is not None:
+        part[0, 0] = 0.0  # of a corner far outside the wall: MuJoCo counts heights from the least one
     size = [-bed.corner, -bed.corner, high - low, DEPTH]
     spec.add_hfield(
         name=names.WASTE, nrow=count, ncol=count, size=size, userdata=part.ravel().tolist(), info="tank.waste"
     )
     place = {"hfieldname": names.WASTE, "pos": [0, 0, low]}
     _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_HFIELD, "contact", "tank.waste", **place)
+
+
+def _find_span(tank: Tank, bed: Bed) -> tuple[float, float]:
+    """Least and greatest height of waste as it is felt, m; that which can be cut may fall to the floor."""
+    return 0.0 if tank.waste.grid is not None else float(bed.heights.min()), float(bed.heights.max())
+
+
+def lower_waste(model: mujoco.MjModel, diggings: Diggings, heights: Array) -> None:
+    """Give a compiled model new heights of the waste that is cut, shape (P,), m; of a model without tank nothing changes."""
+    if not model.nhfield:
+        return
+    field = model.hfield(names.WASTE)
+    whole = model.hfield_data[field.adr[0] :][: field.nrow[0] * field.ncol[0]].reshape(field.ncol[0], field.nrow[0])
+    part = np.reshape(heights, diggings.shape).T / model.hfield_size[field.id, 2]
+    whole[slice(*diggings.columns), slice(*diggings.rows)] = part
 
 
 def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:

@@ -13,10 +13,11 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vgtsim.output.colours import force_colours
 from vgtsim.output.quantities import MINUS
+from vgtsim.output.readings import READINGS
 
 Picture = NDArray[np.uint8]
 
-LABELS = ("time", "goal", "tool", "greatest force", "in member")
+LABELS = ("time", *READINGS)
 _GROUND = (14, 18, 24, 215)
 _SOFT = (170, 178, 188, 255)
 _INK = (242, 244, 246, 255)

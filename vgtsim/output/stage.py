@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from copy import copy
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import explain_no_picture, mujoco
+from vgtsim.kinematics import find_axis, trace_line
 from vgtsim.mjcf import build_model, names, tank
 from vgtsim.output.replay import make_replay, pose_model, project
 from vgtsim.output.things import name_things
@@ -21,6 +23,7 @@ Box = tuple[int, int, int, int]  # left, top, right and bottom, pixels
 
 _DIM = 0.45  # of the liner: members without force are a light grey
 _GHOST = (0.75, 0.80, 0.86, 0.10)  # the near wall from outside: there, but not in the way
+_HOSE, _PIECES = (0.25, 0.42, 0.30, 1.0), 4  # dark green, between the members' colours; pieces of a bend
 _AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
 _SLICES, _STACKS = (
     14,
@@ -65,6 +68,7 @@ class Stage:
         self._grounds: dict[str, Picture] = {}
         points = [*(goal.position for goal in site.task.motion.goals), *name_things(site).values()]
         self._points = np.array(points).reshape(-1, 3)
+        self._line, self._truss = site.task.conveyance, site.truss
         self._thread = ThreadPoolExecutor(1)
         self._close: Callable[[], None] = lambda: None
         try:
@@ -99,12 +103,14 @@ class Stage:
         whole = (0, 0, *self._size)
         if self._model.body_weldid[self._model.cam(camera).bodyid].any():  # the camera moves, and all with it
             self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
+            self._lay_line(nodes)
             places = project(self._scene, self._points, *self._size)
             return self._take(whole), places
         if camera not in self._grounds:
             self._look(camera, mujoco.mjtCatBit.mjCAT_STATIC)
             self._grounds[camera] = self._take(whole)
         self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
+        self._lay_line(nodes)
         places = project(self._scene, self._points, *self._size)
         left, top, right, bottom = box = self._find_arm()
         picture = self._grounds[camera].copy()
@@ -120,6 +126,19 @@ class Stage:
         self._near.matid, self._near.rgba, self._near.group = shape
         eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.cam(camera).id
         mujoco.mjv_updateScene(self._model, self._replay.data, view, None, eye, shown, self._scene)
+
+    def _lay_line(self, nodes: Array) -> None:
+        """Add the line of conveyance through the arm at nodes, shape (N, 3), m, to the filled scene."""
+        line, scene = self._line, self._scene
+        if line is None:
+            return
+        points = trace_line(find_axis(self._truss, nodes[None]), _PIECES, jointed=line.kind == "screws")[0]
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+        for start, end in pairwise(points):
+            geom = scene.geoms[scene.ngeom]
+            mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(_HOSE, np.float32))
+            mujoco.mjv_connector(geom, kind, line.diameter / 2, start, end)
+            scene.ngeom += 1
 
     def _find_arm(self) -> Box:
         """Find the part of the picture that the arm may be in; where it comes beside the camera, the whole."""

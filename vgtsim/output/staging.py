@@ -14,8 +14,9 @@ from vgtsim.output.folders import naming_folder, prepare_folder
 from vgtsim.replacing import flush_to_disk, lock_folder, replacing
 
 LOG, JSON, HTML, PDF, VIDEO = "log", "report.json", "report.html", "report.pdf", "video.mp4"
+REPLAY = "replay.html"  # the run as a page to play
 UNFINISHED = "unfinished"  # folder within the folder of a run, in which a new run puts its results
-RESULTS = ("scene.xml", "scene.mjb", LOG, JSON, HTML, PDF, VIDEO)
+RESULTS = ("scene.xml", "scene.mjb", LOG, JSON, HTML, PDF, VIDEO, REPLAY)
 _WHOLE = ".whole"  # lists the results of a finished run that are being moved
 
 

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
-from vgtsim.kinematics.ties import first_greatest
 from vgtsim.output.colours import scale_end
 from vgtsim.output.overlay import Mark, Overlay, draw_overlay, make_overlay
-from vgtsim.output.quantities import MINUS, format_quantity
+from vgtsim.output.readings import read_instant
 from vgtsim.output.replay import camera_at, frame_times, interpolate
 from vgtsim.output.stage import Picture, Stage, compile_view
 from vgtsim.output.things import name_things
@@ -34,7 +33,6 @@ _STILL, _SHADE = 1e-4, 1e-3  # m, and part of the colour scale: a tenth of a pix
 _MOST_STAGES = 4  # more than the texts and the encoder keep up with
 _AHEAD = 2  # pictures in work for each stage, so that none waits for the encoder
 _ENCODER = ["-preset", "veryfast", "-movflags", "+faststart", "-threads", "1"]  # more threads, other bits
-_NO_MATTER = 1e-3  # of its limit: an error of a settled tool below this flickers, and is as good as nothing
 _QUALITY = 6  # of ten; constant rate factor 20
 
 
@@ -148,24 +146,9 @@ def _label(
     sought = goal_name(site, int(log.goal[now.record]))
     named = zip(names, places.tolist(), strict=True)
     marks = tuple(Mark(text=name, column=x, row=y, active=name == sought) for name, (x, y) in named)
-    return draw_overlay(overlay, picture, _values(site, log, report, now), marks)
-
-
-def _values(site: Site, log: RunLog, report: Report, now: _Instant) -> tuple[str, ...]:
-    """Write the texts of one instant, one for each of the overlay's labels."""
-    record, goal = now.record, goal_name(site, int(log.goal[now.record])) or "none"
-    error = report.series.get("tool_position_error")
-    known, least = error is not None and np.isfinite(error[record]), _NO_MATTER * site.task.limits.tracking_position
-    off = format_quantity(max(float(error[record]), least), "m") if error is not None and known else ""
     speed = site.task.video.speed
-    worst = int(first_greatest(np.abs(now.axial)))
-    return (
-        f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else ""),
-        f"{goal}{' (settled)' if log.settled[record] else ''}",
-        off and f"{off} {'off' if log.settled[record] else 'to goal'}",
-        f"{now.axial[worst] / 1e3:+.1f} kN".replace("-", MINUS),
-        site.truss.members[worst].name,
-    )
+    time = f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else "")
+    return draw_overlay(overlay, picture, (time, *read_instant(site, log, report, now.record, now.axial)), marks)
 
 
 @contextmanager

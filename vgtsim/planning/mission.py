@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import RasterPiece, ToolPath
+from vgtsim.description import Goal, RasterPiece, ToolPath
 from vgtsim.description.mission import (
+    CutStep,
     FollowStep,
     HoldStep,
     InsertStep,
@@ -21,6 +22,7 @@ from vgtsim.description.mission import (
 from vgtsim.errors import PathError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
+from vgtsim.planning.cutting import check_cuts, foresee_waste, plan_cut
 from vgtsim.planning.entry_checks import check_entry
 from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
@@ -33,24 +35,24 @@ from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import TimedPath, make_limits, time_path
 from vgtsim.planning.tour import Leg, Tour, plan_tour, pose_at
 from vgtsim.planning.trajectory import Corridor
-from vgtsim.positioning import Problem, tool_goal
+from vgtsim.positioning import Nearness, Problem, tool_goal
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
 _LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured
-_SMOOTH = ("mid_stroke",)  # objective of postures along rows: hinges would let them jump
+_SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would let them jump
 
-
-Rows = Callable[[float], tuple[Array, Array | None]]
+Rows = Callable[[float], tuple[Array, Array | None, Array | None]]
 
 
 @dataclass(frozen=True)
 class _Piece:
     """A part of a leg, run from rest to rest, with its least clearance, m, from a place.
 
-    `rows` gives, for a time step, s, actuator lengths, shape (T, J), m, and feed, shape (T,), m, if the mast moves. A way that
+    `rows` gives, for a time step, s, actuator lengths, shape (T, J), m, feed, shape (T,), m, if the mast moves, and the share of
+    its power, shape (T,), at which the tool removes waste, if it does. A way that
     bears on the step is `timed`. On the way in or out the arm follows a `leader`.
     """
 
@@ -72,7 +74,13 @@ class _Plan:
     ends: list[Array] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        site, motion = self.site, self.site.task.motion
+        self.heights = None if self.site.diggings is None else self.site.diggings.start
+        self._enter(self.site)
+
+    def _enter(self, site: Site) -> None:
+        """Go on at a site, whose waste may be lower than before."""
+        motion = site.task.motion
+        self.site = site
         self.keep = goal_keep(site)
         self.corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
         self.carousel = Carousel(Ground(self.corridor))
@@ -103,10 +111,14 @@ class _Plan:
             return self._go(pose_at(self.site, goals[step.goal], self.here, self.keep), step.goal)
         if isinstance(step, RasterStep):
             return self._raster(step)
+        if isinstance(step, CutStep):
+            return self._cut(step)
         if isinstance(step, HoldStep):
             gap, place = self.site.surroundings.least(self.here)
             length = self.site.chain.lengths(self.here)
-            return [_Piece(gap, place, lambda dt: (np.tile(length, (max(2, round(step.time / dt) + 1), 1)), None))]
+            return [
+                _Piece(gap, place, lambda dt: (np.tile(length, (max(2, round(step.time / dt) + 1), 1)), None, None))
+            ]
         assert self.way is not None  # the order of the steps is that of the description
         pieces = self._go(self.way.ends[1], "the way out")
         self.here = self.way.ends[0]
@@ -119,7 +131,7 @@ class _Plan:
 
     def _run(self, clearance: float, place: str, timed: TimedPath) -> _Piece:
         chain = self.site.chain
-        return _Piece(clearance, place, lambda dt: (chain.lengths(timed.inputs(dt)), timed.feeds(dt)), timed)
+        return _Piece(clearance, place, lambda dt: (chain.lengths(timed.inputs(dt)), timed.feeds(dt), None), timed)
 
     def _go(self, there: Array, name: str) -> list[_Piece]:
         path = plan_path(self.corridor, self.here, there, name, self.carousel)
@@ -139,18 +151,49 @@ class _Plan:
             acceleration=motion.acceleration,
             pieces=(RasterPiece(shape="raster", width=step.width, depth=step.depth, rows=step.rows),),
         )
-        run, piece = self._follow(path)
-        pieces = self._go(run.q[0], "the first row of the raster")
-        self.here = run.q[-1]
-        return [*pieces, piece]
+        middle = position + (np.array(step.width) + step.depth) / 2
+        pieces, rows = self._run_rows(path, middle)
+        return [*pieces, rows]
 
-    def _follow(self, path: ToolPath) -> tuple[Followed, _Piece]:
-        """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates."""
+    def _cut(self, step: CutStep) -> list[_Piece]:
+        """Rows over a patch, with rests in which the tool comes to power; what is planned after them knows what they leave."""
+        site, motion = self.site, self.site.task.motion
+        assert self.heights is not None  # of a scene with such a step
+        index = next(i for i, item in enumerate(site.task.mission) if item is step)
+        cut = plan_cut(site, index, step, self.heights)
+        path = cut.make_path(site.chain.tool(self.here)[1], motion.rate_fraction, motion.acceleration)
+        pieces, rows = self._run_rows(path, cut.middle)
+
+        def run(timestep: float) -> tuple[Array, None, Array]:
+            lengths, share = cut.add_rests(rows.rows(timestep)[0], timestep)
+            return lengths, None, share
+
+        lengths, _, share = run(site.timestep)
+        points = site.chain.tool(site.chain.inputs_from_lengths(lengths))[0]
+        self.heights = foresee_waste(site, points, share, site.timestep, self.heights)
+        self._enter(site.lower_waste(self.heights))
+        return [*pieces, replace(rows, rows=run)]
+
+    def _run_rows(self, path: ToolPath, middle: Array) -> tuple[list[_Piece], _Piece]:
+        """The way to the begin of rows, and the rows, near a posture that is clear of everything at their middle, (3,), m."""
+        goal = Goal(name="rows", position=tuple(middle.tolist()), direction=path.direction)
+        clear = pose_at(self.site, goal, self.here, self.keep)
+        run, piece = self._follow(path, clear)
+        pieces = self._go(run.q[0], f"the first row of {path.name}")
+        self.here = run.q[-1]
+        return pieces, piece
+
+    def _follow(self, path: ToolPath, clear: Array | None = None) -> tuple[Followed, _Piece]:
+        """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates.
+
+        With a clear posture, shape (n,), all postures stay as near to it as they can.
+        """
         site, goal, motion = self.site, tool_goal(path.start, path.direction), self.site.task.motion
         slow = {name: min(getattr(path, name), getattr(motion, name)) for name in ("rate_fraction", "acceleration")}
         path = path.model_copy(update=slow)
-        problem = Problem(site.box, goal, make_objective(site, goal, _SMOOTH))
-        run = follow(problem, path, self.here, site.timestep, site.subspace)
+        near = make_objective(site, goal, _SMOOTH) if clear is None else Nearness(site.chain.lengths(clear))
+        problem = Problem(site.box, goal, near)
+        run = follow(problem, path, self.here if clear is None else clear, site.timestep, site.subspace)
         start = run.q[0]
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])
         worst = int(np.argmin(gaps))
@@ -158,10 +201,9 @@ class _Plan:
             raise PathError(path.name, float(gaps[worst]), places[worst])
         check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
-        def rows(timestep: float) -> tuple[Array, None]:
-            return (
-                run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
-            ).lengths, None
+        def rows(timestep: float) -> tuple[Array, None, None]:
+            again = run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
+            return again.lengths, None, None
 
         return run, _Piece(float(gaps[worst]), places[worst], rows)
 
@@ -179,6 +221,7 @@ def plan_mission(site: Site) -> Tour:
     inside = begins_inside(site.task.mission)
     if not inside:
         check_entry(site)
+    check_cuts(site)
     start = site.start if inside else site.chain.stowed
     plan = _Plan(site, start)
     for step in site.task.mission:
@@ -191,7 +234,7 @@ def plan_mission(site: Site) -> Tour:
     legs = []
     for index, (stage, pieces, end) in enumerate(zip(site.task.stages, plan.pieces, plan.ends, strict=True)):
         nearest = min(pieces, key=lambda piece: piece.clearance)
-        lengths, feed = _join([piece.rows(timestep) for piece in pieces])
+        lengths, feed, share = _join([piece.rows(timestep) for piece in pieces])
         leg = Leg(
             name=stage.name,
             goal=index,
@@ -200,18 +243,34 @@ def plan_mission(site: Site) -> Tour:
             clearance=nearest.clearance,
             place=nearest.place,
             feed=feed,
+            tool=share,
             leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
     return Tour(np.array(start), tuple(legs), timestep, bounds)
 
 
-def _join(parts: list[tuple[Array, Array | None]]) -> tuple[Array, Array | None]:
-    """Lengths and feeds of the parts of a leg one after the other; the mast stands at its working depth in a part without."""
-    lengths = [rows if i == 0 else rows[1:] for i, (rows, _) in enumerate(parts)]
-    feeds = [np.zeros(len(rows)) if feed is None else feed for rows, feed in parts]
-    moved = any(feed is not None for _, feed in parts)
-    return np.concatenate(lengths), np.concatenate([feeds[0], *(feed[1:] for feed in feeds[1:])]) if moved else None
+def _join(parts: list[tuple[Array, Array | None, Array | None]]) -> tuple[Array, Array | None, Array | None]:
+    """Lengths, feeds and shares of the tool's power of the parts of a leg one after the other.
+
+    In a part without them the mast stands at its working depth, and the tool rests.
+    """
+    lengths, *others = zip(*parts, strict=True)
+    filled = [
+        None if all(part is None for part in other) else [_fill(*pair) for pair in zip(other, lengths, strict=True)]
+        for other in others
+    ]
+    feed, share = (None if other is None else _chain(other) for other in filled)
+    return _chain(lengths), feed, share
+
+
+def _fill(part: Array | None, lengths: Array) -> Array:
+    return np.zeros(len(lengths)) if part is None else part
+
+
+def _chain(parts: Sequence[Array]) -> Array:
+    """Parts one after the other, each of which begins where the one before ends."""
+    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
 
 
 def plan_site(site: Site) -> Tour:

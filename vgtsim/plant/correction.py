@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
+from vgtsim.mjcf import names
 from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.hose import Hose
 
@@ -41,11 +42,18 @@ class Correction:
         self._frames = np.array(model.geom_sameframe)
         self._speeds = np.zeros(model.nv)
         self._count = -1
+        self._tool, self._tip = model.site(names.TOOL).id, model.body(names.TIP).id
 
-    def step(self, lengths: Array, feed: float = 0.0) -> Array:
-        """Make a step towards lengths, shape (J,), and a feed, m; returns the gaps of the equality rows at its begin, (E,), m."""
+    def step(self, lengths: Array, feed: float = 0.0, push: Array | None = None) -> Array:
+        """Make a step towards lengths, shape (J,), and a feed, m, with a push on the tool point, shape (3,), N, in frame G.
+
+        Returns the gaps of the equality rows at its begin, shape (E,), m.
+        """
         model, data = self._model, self._data
         mujoco.mj_step1(model, data)
+        if push is not None:
+            lever = data.site_xpos[self._tool] - data.xipos[self._tip]
+            data.xfrc_applied[self._tip] = [*push, *np.cross(lever, push)]
         if data.ne != self._count:
             self._find_rows()
         gaps = np.array(data.efc_pos[: self._count])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.tank import Tank
 from vgtsim.geometry import (
+    Bed,
     MemberPairs,
     Obstacles,
     Profile,
@@ -83,6 +84,7 @@ class Surroundings:
         mast_radius: Of the pipe above the arm's base, m.
         sag: From nodes, shape (..., N, 3), m, to displacements of nodes and tool point under load, shape (..., N + 1,
             3), m; absent for an arm that does not give.
+        bed: Surface of the waste, where it is not that of the tank's description.
     """
 
     chain: Chain
@@ -90,6 +92,7 @@ class Surroundings:
     payload_radius: float
     mast_radius: float
     sag: Callable[[Array], Array] | None = None
+    bed: Bed | None = None
 
     @cached_property
     def profile(self) -> Profile:
@@ -99,7 +102,8 @@ class Surroundings:
     @cached_property
     def obstacles(self) -> Obstacles:
         """Equipment and waste."""
-        return obstacles(self.tank)
+        around = obstacles(self.tank)
+        return around if self.bed is None else replace(around, bed=self.bed)
 
     @cached_property
     def _walls(self) -> Walls:

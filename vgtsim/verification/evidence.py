@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
@@ -49,9 +50,9 @@ class PlannedLeader(Protocol):
 
 
 class PlannedLeg(Protocol):
-    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m, and the feed, (S,), m.
+    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m.
 
-    The arm may follow a leader.
+    Where they change, the feed, m, and the share of the tool's power stand beside them, shape (S,). The arm may follow a leader.
     """
 
     @property
@@ -62,6 +63,9 @@ class PlannedLeg(Protocol):
 
     @property
     def feed(self) -> Array | None: ...  # noqa: D102
+
+    @property
+    def tool(self) -> Array | None: ...  # noqa: D102
 
     @property
     def leader(self) -> PlannedLeader | None: ...  # noqa: D102
@@ -264,10 +268,20 @@ class Evidence:
 
         So is the riser of an arm that is fed through it, whose distance is `bore`.
         """
-        found = self.proximity.apart(self.log.nodes, self.tool[0])
+        found = self._apart()
         if self.site.task.mast.feed is None:
             return found
         return replace(found, distance=np.where(np.array(found.places) == RISER, np.inf, found.distance))
+
+    def _apart(self) -> Clearance:
+        """Distances from everything that may not be touched; stretch by stretch in which the waste is not cut."""
+        measure, nodes, tool, bed = self.proximity.apart, self.log.nodes, self.tool[0], self.log.bed
+        if not bed.size or self.site.diggings is None:
+            return measure(nodes, tool)
+        edges = [0, *(np.flatnonzero((np.diff(bed, axis=0) != 0).any(axis=1)) + 1).tolist(), len(bed)]
+        parts = [measure(nodes[a:b], tool[a:b], bed[a]) for a, b in pairwise(edges) if a < b]
+        distance, body = (np.concatenate([getattr(part, name) for part in parts]) for name in ("distance", "body"))
+        return replace(parts[0], distance=distance, body=body)
 
     @cached_property
     def bore(self) -> Array:

@@ -13,16 +13,18 @@ from vgtsim.kinematics import Chain
 from vgtsim.kinematics.vectors import quaternions_to
 from vgtsim.output.colours import force_colours
 from vgtsim.site import Site
+from vgtsim.web.baking import SHARP, add_baked
 from vgtsim.web.parts import NOBODY, make_bars, place_points, turn_plate
 from vgtsim.web.scale import to_bytes
-from vgtsim.web.scenery import NAME, SHARP, add_scenery, add_solid, make_mark
+from vgtsim.web.scenery import NAME, add_name, add_scenery, make_mark
 
 Array = NDArray[np.float64]
 
-_STEEL, _MAST, _PAYLOAD, _TARGET, _GAP = (70, 76, 86), (96, 104, 116), (240, 150, 40), (255, 214, 10), (230, 60, 180)
+_STEEL, _MAST, _PAYLOAD, _TARGET, _GAP = (70, 76, 86), (110, 118, 130), (240, 150, 40), (255, 214, 10), (230, 60, 180)
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
-_GRAIN = 2.0**-13  # 0.12 mm, and as much of a metre at the end of a bar
-_FIELD = np.radians(38)  # of view, upright
+_GRAIN = 2.0**-12  # 0.24 mm, and as much of a metre at the end of a bar
+_ROUND = 24  # sides of the mast
+_LARGER = 1.3  # than the mark of a goal, which the target covers
 _SECTIONS = 12  # sides of a bar, which is some pixels wide
 
 
@@ -55,15 +57,11 @@ class Display:
         self.end = end
         self._server, self._chain, self._bars = server, site.chain, make_bars(site.chain)
         self._pivot, self._height = np.array(site.chain.mount[:3, 3]), 0.0
-        self._hub_nodes = np.flatnonzero(site.truss.hubs)
+        self._balls = np.append(np.flatnonzero(site.truss.hubs), -1)  # the tool point at last
         self._owned = self._bars.owner != NOBODY
         self._colours = np.full((len(self._owned), 3), _STEEL, np.uint8)
-        radius, crown = site.tank.shell.inner_diameter / 2, site.tank.shell.crown
-        camera = server.initial_camera
-        camera.position, camera.look_at = (0.0, -2.35 * radius, 0.9 * crown), (0.0, 0.0, 0.5 * crown)
-        camera.fov = _FIELD
         with server.atomic():
-            add_scenery(server.scene, site)
+            add_scenery(server, site)
             self._add_arm(site)
             self._add_mast(site)
             self._add_aids()
@@ -86,9 +84,9 @@ class Display:
         with self._server.atomic():
             self._arm.batched_positions, self._arm.batched_wxyzs = _round(middles), _round(turns)
             self._arm.batched_colors = colours
-            self._hubs.batched_positions = _round(points[self._hub_nodes])
-            self._plate.position, self._plate.wxyz = points[-2], _quaternion(self._chain, sight.nodes)
-            self._payload.position = points[-1]
+            self._hubs.batched_positions = _round(points[self._balls])
+            self._plate.batched_positions = _round(points[-2:-1])
+            self._plate.batched_wxyzs = _round(_quaternion(self._chain, sight.nodes))
             if sight.height != self._height:
                 self._mast.position = self._pivot + [0.0, 0.0, sight.height]
                 self._height = sight.height
@@ -96,54 +94,54 @@ class Display:
             self._show_gap(sight)
 
     def _add_arm(self, site: Site) -> None:
-        scene, points = self._server.scene, place_points(site.chain, site.chain.nodes(site.start))
+        """Add members, hubs with the payload, and the tip plate as batches: their changes come to a picture together."""
+        nodes = site.chain.nodes(site.start)
+        points, scene = place_points(site.chain, nodes), self._server.scene
         middles, turns = self._bars.place(points)
-        bar, ball = _make_bar(), trimesh.creation.icosphere(2, radius=site.arm.hub.radius)
+        bar = trimesh.creation.cylinder(1.0, height=1.0, sections=_SECTIONS)
+        bar = trimesh.graph.smooth_shade(bar, angle=SHARP)
+        plain = {"lod": "off", "cast_shadow": False, "receive_shadow": False}
+        shades = {"batched_scales": self._bars.scales, "batched_colors": self._colours}
         self._arm = scene.add_batched_meshes_simple(
-            "/arm/members",
-            bar.vertices,
-            bar.faces,
-            turns,
-            middles,
-            batched_scales=self._bars.scales,
-            batched_colors=self._colours,
-            lod="off",
-            cast_shadow=False,
+            "/arm/members", bar.vertices, bar.faces, turns, middles, **shades, **plain
         )
+        load = site.task.payload.radius if site.task.payload.mass else site.arm.hub.radius
+        radii = np.append(np.full(len(self._balls) - 1, site.arm.hub.radius), load)
+        shades = np.full((len(radii), 3), _STEEL, np.uint8)
+        shades[-1] = _PAYLOAD
+        ball, upright = trimesh.creation.icosphere(1), np.tile(_UPRIGHT, (len(radii), 1))
+        more = {"batched_scales": radii, "batched_colors": shades}
         self._hubs = scene.add_batched_meshes_simple(
-            "/arm/hubs",
-            ball.vertices,
-            ball.faces,
-            np.tile(_UPRIGHT, (len(self._hub_nodes), 1)),
-            points[self._hub_nodes],
-            batched_colors=_STEEL,
-            lod="off",
-            cast_shadow=False,
+            "/arm/hubs", ball.vertices, ball.faces, upright, points[self._balls], **more, **plain
         )
-        middle, R = turn_plate(site.chain, points[:-2])
-        corners = (points[site.truss.tip] - middle) @ R
-        half = np.array([0.0, 0.0, site.arm.tip_plate.thickness / 2])
+        middle, R = turn_plate(site.chain, nodes)
+        corners, half = (nodes[site.truss.tip] - middle) @ R, [0.0, 0.0, site.arm.tip_plate.thickness / 2]
         plate = trimesh.convex.convex_hull(np.concatenate([corners - half, corners + half]))
-        self._plate = add_solid(scene, "/arm/tip_plate", plate, _STEEL)
-        load = trimesh.creation.icosphere(3, radius=site.task.payload.radius)
-        self._payload = add_solid(scene, "/arm/payload", load, _PAYLOAD)
+        turn = _quaternion(site.chain, nodes)
+        self._plate = scene.add_batched_meshes_simple(
+            "/arm/tip_plate",
+            plate.vertices,
+            plate.faces,
+            turn,
+            middle[None],
+            batched_colors=_STEEL,
+            flat_shading=True,
+            **plain,
+        )
 
     def _add_mast(self, site: Site) -> None:
-        scene, pipe = self._server.scene, site.mast
-        shape = trimesh.creation.cylinder(pipe.outer_diameter / 2, height=pipe.length, sections=24)
-        shape.apply_translation([0.0, 0.0, pipe.length / 2])
-        self._mast = add_solid(scene, "/mast", shape, _MAST)
+        pipe = trimesh.creation.cylinder(site.mast.outer_diameter / 2, height=site.mast.length, sections=_ROUND)
+        pipe.apply_translation([0.0, 0.0, site.mast.length / 2])
+        self._mast = add_baked(self._server.scene, "/mast", [(pipe, _MAST)])
         self._mast.position = self._pivot
-        scene.add_label(
-            "/mast/name", "mast", position=(0.0, 0.0, pipe.length), font_screen_scale=NAME, anchor="bottom-center"
-        )
+        add_name(self._server.scene, "/mast/name", "mast", np.array([0.0, 0.0, site.mast.length]))
 
     def _add_aids(self) -> None:
         """Add target and gap, hidden until they are shown."""
-        scene, hidden = self._server.scene, np.zeros((1, 2, 3))
-        self._target = add_solid(scene, "/target", make_mark(), _TARGET)
+        scene, nowhere = self._server.scene, np.zeros((1, 2, 3))
+        self._target = add_baked(scene, "/target", [(make_mark(_LARGER), _TARGET)])
         self._gap = scene.add_line_segments(
-            "/gap", hidden, _GAP, thickness=3.0, thickness_units="screen", visible=False
+            "/gap", nowhere, _GAP, thickness=3.0, thickness_units="screen", visible=False
         )
         self._gap_name = scene.add_label("/gap/name", "", font_screen_scale=NAME, anchor="bottom-left", visible=False)
         self._target.visible = False
@@ -167,12 +165,8 @@ def _round(values: Array) -> NDArray[np.float32]:
     return (np.round(values / _GRAIN) * _GRAIN).astype(np.float32)
 
 
-def _make_bar() -> trimesh.Trimesh:
-    """A bar along z of radius and length 1, its middle at the origin, round on its side and flat at its ends."""
-    return trimesh.graph.smooth_shade(trimesh.creation.cylinder(1.0, height=1.0, sections=_SECTIONS), angle=SHARP)
-
-
 def _quaternion(chain: Chain, nodes: Array) -> Array:
+    """Turn of the tip plate, shape (1, 4)."""
     matrix = np.eye(4)
     matrix[:3, :3] = turn_plate(chain, nodes)[1]
-    return trimesh.transformations.quaternion_from_matrix(matrix)
+    return trimesh.transformations.quaternion_from_matrix(matrix)[None]
