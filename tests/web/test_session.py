@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -22,12 +21,8 @@ pytest.importorskip("viser")
 from vgtsim.cli import main
 from vgtsim.web.session import require_port
 
-playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.long
 
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-QUIET = ("--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
-SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-component-update")
 PATIENCE = 120  # s: on a machine that does other things besides
 SIZE = {"width": 1280, "height": 720}
 PICTURE = (320, 0, 940, 720)  # the part of the page without panel and messages
@@ -113,18 +108,15 @@ class Person:
 
 
 @pytest.fixture(scope="module")
-def person(served):
-    with playwright.sync_playwright() as work:
-        browser = work.chromium.launch(executable_path=BROWSER, args=[*QUIET, *SOFTWARE])
-        page = browser.new_page(viewport=SIZE)
-        page.goto(served.address)
-        person = Person(page)
-        person.wait(lambda: page.locator("th").count() > 0)
-        yield person
-        browser.close()
+def person(served, browser):
+    page = browser.new_page(viewport=SIZE)
+    page.goto(served.address)
+    person = Person(page)
+    person.wait(lambda: page.locator("th").count() > 0)
+    yield person
+    page.close()
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no browser; on Debian: apt-get install chromium")
 class TestBrowser:
     """One page after the other, in this order, at one session."""
 
