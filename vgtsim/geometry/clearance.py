@@ -95,6 +95,7 @@ def arm_clearance(
     profile: Profile,
     around: Obstacles,
     payload: tuple[ArrayLike, float] | None = None,
+    together: bool = False,
 ) -> Clearance:
     """Least distance of an arm, nodes in frame G of shape (..., N, 3), m, from everything in the tank.
 
@@ -102,6 +103,7 @@ def arm_clearance(
     payload, a tool point of shape (..., 3) and a radius, m, are balls. The tank is convex, so a member is nearest to the
     shell at one of its ends; only members that begin or end where the riser's mouth is nearest are searched along their
     length. Equipment is rounded at its ends by its radius, which makes the result a lower bound there.
+    If only the least distance of the whole batch counts, `together`, others may be given as infinite or too great.
     """
     nodes = np.asarray(nodes, float)
     batch, balls, ball_radii = nodes.shape[:-2], nodes, np.full(nodes.shape[-2], hub_radius)
@@ -114,7 +116,7 @@ def arm_clearance(
     body = np.empty((len(flat), len(places)), np.intp)
     thick = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
     walls = make_walls(tank, profile, around)
-    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body)
+    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body, together)
     return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
 
 

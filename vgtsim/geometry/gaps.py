@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
 from vgtsim.geometry.pairs import MemberPairs
-from vgtsim.geometry.surface import along_surface, find_height, to_surface
+from vgtsim.geometry.surface import along_surface, find_height, is_above, to_surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -130,13 +130,17 @@ def measure_segments(a0: Array, a1: Array, b0: Array, b1: Array, found: Array) -
 
 
 @compiled
-def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Array, body: Index) -> None:
+def measure_arm(
+    tank: Walls, balls: Array, ends: Index, radii: Array, least: Array, body: Index, together: bool = False
+) -> None:
     """Least distances, shape (B, P), and bodies, see `arm_clearance`; P are shell, riser, obstacles and waste.
 
     Balls are nodes and payload, shape (B, N, 3); members have two of them, shape (M, 2). Radii are of members and then of
-    balls, shape (M + N,).
+    balls, shape (M + N,). If only the least of all configurations counts, what cannot be it is left out: it is infinite or more
+    than it is.
     """
     curve, mouth, axes, thick, level, bed, ground = tank
+    bound = np.inf  # what is not less need not be measured
     lead, high, count, places = np.empty(3), np.empty(balls.shape[1]), len(ends), least.shape[1]
     depth, at_mouth = np.empty(balls.shape[1]), np.empty(balls.shape[1], np.bool_)
     for i in range(len(balls)):
@@ -145,12 +149,19 @@ def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Arr
         for c in range(len(points)):
             depth[c], nearest = enclose(curve, mouth, hypot(points[c, 0], points[c, 1]), points[c, 2])
             at_mouth[c] = nearest < 0
-        most = _look_down(bed, ground, points, radii[count:], high) if len(bed) else np.inf
+        most = _look_down(bed, ground, points, radii[count:], bound, high) if len(bed) else np.inf
         for m in range(len(radii)):
             a, b = (ends[m, 0], ends[m, 1]) if m < count else (m - count, m - count)
             for c in (a, b):
                 _offer(least[i], body[i], 1 if at_mouth[c] else 0, depth[c] - radii[m], m)
+            x, y = (points[a, 0] + points[b, 0]) / 2, (points[a, 1] + points[b, 1]) / 2
+            half = _apart(points[a], points[b]) / 2
             for k in range(len(axes)):
+                # an obstacle is upright: sideways, it is at least so far from the ball about the member
+                room = min(least[i, 2 + k], bound) + TOUCHING + thick[k] + radii[m] + half
+                aside, behind = x - axes[k, 0, 0], y - axes[k, 0, 1]
+                if room > 0 and aside * aside + behind * behind > room * room:
+                    continue
                 gap = find_between(points[a], points[b], axes[k, 0], axes[k, 1])[0] - thick[k] - radii[m]
                 _offer(least[i], body[i], 2 + k, gap, m)
             low = min(points[a, 2], points[b, 2])
@@ -158,24 +169,29 @@ def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Arr
                 _offer(least[i], body[i], places - 1, low - level - radii[m], m)
                 continue
             limit = min(most, least[i, places - 1]) + radii[m] + TOUCHING
-            if low - ground[2] <= limit and (high[a] + high[b] - _apart(points[a], points[b])) / 2 <= limit:
+            if low - ground[2] > limit or (high[a] + high[b] - _apart(points[a], points[b])) / 2 > limit:
+                continue
+            if not is_above(bed, ground, points[a], points[b], limit):
                 gap = along_surface(bed, ground, points[a], points[b], limit, lead)[0] - radii[m]
                 _offer(least[i], body[i], places - 1, gap, m)
         _search_mouth(curve, mouth, points, ends, radii, depth, at_mouth, least[i], body[i])
+        if together:
+            bound = min(bound, least[i].min())
 
 
 @compiled
-def _look_down(bed: Array, ground: Array, balls: Array, radii: Array, high: Array) -> float:
+def _look_down(bed: Array, ground: Array, balls: Array, radii: Array, bound: float, high: Array) -> float:
     """Distances of balls' middles from uneven waste, those far above it at the least, and a bound of the arm's gap from it."""
-    most = np.inf
+    most = bound
     for c in range(len(balls)):
         over = balls[c, 2] - find_height(bed, ground, balls[c, 0], balls[c, 1])
         most = min(most, max(over, 0.0) - radii[c])
     lead, thickest = np.empty(3), radii.max()
     for c in range(len(balls)):
         high[c] = balls[c, 2] - ground[2]
-        if high[c] - thickest <= most:
-            high[c] = to_surface(bed, ground, balls[c], lead)
+        limit = most + thickest + TOUCHING
+        if high[c] <= limit:
+            high[c] = max(high[c], min(to_surface(bed, ground, balls[c], limit, lead), limit))
             most = min(most, high[c] - radii[c])
     return most
 

@@ -26,7 +26,7 @@ from vgtsim.geometry.gaps import (
     wrap_modules,
 )
 from vgtsim.geometry.pairs import MemberPairs
-from vgtsim.geometry.surface import along_surface, to_surface
+from vgtsim.geometry.surface import along_surface, is_above, to_surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -83,8 +83,9 @@ def find_near(
             gap = at[c, 2] - (ground[2] if len(bed) else level) - point_radii[c]
             high[c] = at[c, 2] - ground[2]  # of uneven waste at the least
             if len(bed) and gap < reach:
-                high[c] = to_surface(bed, ground, at[c], lead)
-                gap = high[c] - point_radii[c]
+                away = to_surface(bed, ground, at[c], reach + point_radii[c], lead)
+                high[c] = max(high[c], min(away, reach + point_radii[c]))
+                gap = away - point_radii[c]
             if gap < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap, -1, 0.0
@@ -99,7 +100,7 @@ def find_near(
             low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * hulls[m, 3]) / 2 + radii[
                 m
             ]  # a hull is half as long as its member
-            if ends[m, 1] < 3 or low - radii[m] >= reach or min(a[2], b[2]) - ground[2] - radii[m] >= reach:
+            if ends[m, 1] < 3 or low - radii[m] >= reach or is_above(bed, ground, a, b, reach + radii[m]):
                 continue
             gap, s = along_surface(bed, ground, a, b, reach + radii[m], lead)
             if gap - radii[m] < reach:
