@@ -1,8 +1,8 @@
 """Files that are wrong in seeded ways, and what each verb of the command line makes of them.
 
-A case is made of shipped descriptions, one of them mutated, and of a verb. It runs in a child process that is forked from a
-warm one, with limits of processor time and memory. Whatever is wrong with the input, it has to end with one of the statuses of
-bad input, without a traceback, and in time; a success prints no `nan`.
+A case is made of shipped descriptions, or of the folder of a short run, with something of them mutated, and of a verb. It runs
+in a child process that is forked from a warm one, with limits of processor time and memory. Whatever is wrong with the input, it
+has to end with one of the statuses of bad input, without a traceback, and in time; a success prints no `nan`.
 """
 
 from __future__ import annotations
@@ -11,11 +11,26 @@ import os
 import random
 import re
 import resource
+import shutil
 import signal
 import sys
 import time
+import traceback
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+
+from mutating import mutate
+from mutating_logs import mutate_run
+
+from vgtsim.description import load_catalogue, load_study, load_tank, load_tool_path
+from vgtsim.errors import VgtError
+from vgtsim.logbook import open_log
+from vgtsim.site import load_arm, load_site
 
 ROOT = Path(__file__).parents[1]
 CPU = 60  # s of processor time after which a case hangs: three times the slowest verb on these arms
@@ -24,6 +39,78 @@ MEMORY = 6 << 30  # bytes of address space: several times that of a good case
 SOUND = frozenset({0, 1, 2, 3, 4})
 ARMS = ("tetra4", "stewart", "octahedron_double", "octahedron_general", "octahedron_offset", "arm9")
 CAPABLE = ("octahedron_double", "arm9")  # arms that `capacity` maps
+LOADS = 20  # s after which a loader hangs
+LOADERS: dict[str, Callable[[Path], object]] = {
+    "arm.toml": load_arm,
+    "tank.toml": load_tank,
+    "scene.toml": load_site,
+    "driven.toml": load_site,
+    "record.jsonl": load_site,
+    "path.toml": load_tool_path,
+    "catalogue.toml": load_catalogue,
+    "study.toml": load_study,
+}
+DRAWN = 5  # one report in so many has its plots, which take nine tenths of its time
+ODD = (
+    "nan",
+    "inf",
+    "1e300",
+    "-1",
+    "0",
+    "1e-300",
+    "x",
+    "1_0",
+    "9" * 400,
+)  # on the command line, in the place of a number
+RUNS = {"tour": "near", "operation": "driven"}  # folder of a run, and the scene that it is of
+SCENE = ("arm.toml", "tank.toml", "scene.toml", "scene.toml")
+DRIVEN = """
+base = "scene.toml"
+name = "driven"
+
+[operator]
+record = "record.jsonl"
+
+[simulation]
+log_rate = "200 Hz"
+timestep = "5 ms"
+
+[motion]
+goals = []
+"""
+NEAR = """
+base = "scene.toml"
+name = "near"
+
+[motion]
+objective = ["length_variation"]
+hold = "0.2 s"
+acceleration = "0.1 m/s**2"
+
+[[motion.goals]]
+name = "near"
+position = [-7.5404, 1.3296, 2.0172]
+direction = [-0.95125, 0.16773, -0.25882]
+
+[simulation]
+log_rate = "10 Hz"
+"""
+RECORD = """{"time":0.05,"twist":[0.05,0.0,0.02,0.0,0.0,0.1]}
+{"time":0.2,"goal":[-7.54,1.34,2.02,-0.951,0.168,-0.259],"method":"newton"}
+{"time":0.4,"inputs":[-0.296,-0.052,0.495,-0.255,-0.045,0.495,-0.086,-0.015,0.495],"objective":["mid_stroke"]}
+{"time":0.5,"hold":true}
+{"time":0.6,"hold":true}
+"""
+STUDY = """
+name = "several"
+scene = "scene.toml"
+work = { verb = "VERB" }
+keep = []
+
+[grid]
+scene.payload.mass = { least = "500 lb", greatest = "2000 lb", count = 2 }
+arm.materials.steel.yield_strength = ["250 MPa"]
+"""
 PATH = """
 name = "line"
 start = ["-5.08 m", "6.05 m", "2.40 m"]
@@ -43,69 +130,6 @@ width = [0.0, "0.1 m", 0.0]
 depth = ["-0.05 m", 0.0, 0.0]
 rows = 2
 """
-LITERAL = re.compile(r'"[^"\n]*"|(?<![\w"])-?\d[\d.e+-]*')
-HOSTILE = (
-    *(
-        "0",
-        "-1",
-        "1",
-        "nan",
-        "inf",
-        "-inf",
-        "1e-300",
-        "5e-324",
-        "1e300",
-        "1e200",
-        "1e9",
-        "1e-9",
-        "1e17",
-        "true",
-        "[]",
-        "{}",
-    ),
-    *(
-        "9" * 400,
-        "9" * 5000,
-        "0x" + "f" * 5000,
-        "1979-05-27",
-        '"9**9**9 kg"',
-        '"1 kg**9**9"',
-        '"' + "m" * 100_000 + '"',
-    ),
-    *(
-        '"0 m"',
-        '"-1 m"',
-        '"1e200 m"',
-        '"1e-300 m"',
-        '"75e9 ft"',
-        '"1e9 kg"',
-        '"1e-9 kg/m**3"',
-        '"1e-6 s"',
-        '"5e-324 s"',
-    ),
-    *(
-        '"1e-300 1/s"',
-        '"1e300 Pa"',
-        '"1,5 m"',
-        '"\u22121 m"',
-        '"3 1/2 in"',
-        '"1 m\\u0000"',
-        '"../../../etc/passwd"',
-        '"/dev/zero"',
-    ),
-    *('"\\u0000"', '"[/]"', '"-->"', '"$x^{$"', '"<script>"', '"\\u001b[31m"', '""', '"none"', '"steel"', "[1, 2]"),
-    *('["1 m", "1 m", "1 m"]', "[" * 2000 + "]" * 2000, '"1 in"', '"1 deg"', '"89.999 deg"', '"180 deg"'),
-)
-LINES = (
-    "[",
-    "[[modules]]",
-    "[materials.steel]",
-    "[value]",
-    'base = "scene.toml"',
-    "\x00",
-    "provenance = 1",
-    "x" * 100_000,
-)
 
 
 @dataclass(frozen=True)
@@ -141,180 +165,190 @@ class Outcome:
 
 
 def write_files(folder: Path, arm: str) -> None:
-    """Write an arm, a tank, a scene, a path and a catalogue, all good."""
+    """Write good files of every kind: a scene, one that an operator drives, one that goes 5 mm, and all that they name."""
+    for name, text in _read_files(arm).items():
+        (folder / name).write_text(text)
+
+
+@lru_cache(maxsize=len(ARMS))
+def _read_files(arm: str) -> dict[str, str]:
+    """Texts of the good files, by name."""
     scene = (ROOT / "scenes/arm9_nullspace.toml").read_text()
     scene = scene.replace("../models/arm9/arm9.toml", "arm.toml").replace("tanks/type_ii.toml", "tank.toml")
-    scene = re.sub(
-        r"(\[\[motion\.goals\]\].*?)\[\[motion\.goals\]\].*(?=\[limits\])", r"\1", scene, flags=re.DOTALL
-    )  # one goal
-    (folder / "scene.toml").write_text(scene.replace('hold = { value = "2 s"', 'hold = { value = "1 s"'))
-    (folder / "arm.toml").write_text((ROOT / f"models/{arm}/{arm}.toml").read_text())
-    (folder / "tank.toml").write_text((ROOT / "scenes/tanks/type_ii.toml").read_text())
-    (folder / "path.toml").write_text(PATH)
-    (folder / "catalogue.toml").write_text((ROOT / "vgtsim/description/catalogue.toml").read_text())
+    one = r"(\[\[motion\.goals\]\].*?)\[\[motion\.goals\]\].*(?=\[limits\])"
+    scene = re.sub(one, r"\1", scene, flags=re.DOTALL)  # one goal
+    scene = scene.replace("speed = 4.0", "speed = 1.0\nwidth = 160\nheight = 120\nfps = 5")
+    return {
+        "scene.toml": scene.replace('hold = { value = "2 s"', 'hold = { value = "1 s"'),
+        "driven.toml": DRIVEN,
+        "near.toml": NEAR,
+        "record.jsonl": RECORD,
+        "arm.toml": (ROOT / f"models/{arm}/{arm}.toml").read_text(),
+        "tank.toml": (ROOT / "scenes/tanks/type_ii.toml").read_text(),
+        "path.toml": PATH,
+        "catalogue.toml": (ROOT / "vgtsim/description/catalogue.toml").read_text(),
+        "study.toml": STUDY.replace("VERB", "ik"),
+    }
 
 
-def make_case(seed: int, folder: Path) -> Case:
-    """Write the files of a case into an empty folder; the same seed makes the same case."""
+@dataclass(frozen=True)
+class Verb:
+    """How often a verb is tried, the arms and files it is tried on, and what follows it on the command line.
+
+    `{out}`, `{arm}` and the like stand for paths in the folder, `<100>` for a number that may be an odd one.
+    """
+
+    share: int
+    targets: tuple[str, ...]
+    words: tuple[str, ...]
+    arms: tuple[str, ...] = ("arm9",)
+
+
+VERBS = (
+    Verb(12, ("arm.toml",), ("check", "{arm}"), ARMS),
+    Verb(12, (*SCENE, "path.toml"), ("check", "{scene}")),
+    Verb(4, ("tank.toml",), ("check", "{tank}")),
+    Verb(4, ("path.toml",), ("check", "{path}")),
+    Verb(4, ("study.toml",), ("check", "{study}")),
+    Verb(3, ("arm.toml",), ("show", "{arm}", "--out", "{out}"), ARMS),
+    Verb(1, (*SCENE,), ("show", "{scene}", "--out", "{out}")),
+    Verb(6, ("arm.toml",), ("build", "{arm}", "--out", "{out}"), ARMS),
+    Verb(6, SCENE, ("build", "{scene}", "--out", "{out}")),
+    Verb(4, ("arm.toml",), ("workspace", "{arm}", "--samples", "<200>", "--seed", "<1>", "--out", "{out}"), ARMS),
+    Verb(
+        *(6, ("arm.toml",)),
+        ("capacity", "{arm}", "--payload", "<100>", "--safety-factor", "<1.67>", "--plane-only", "--out", "{out}"),
+        CAPABLE,
+    ),
+    Verb(
+        *(6, SCENE),
+        ("ik", "{scene}", "--position", "<-5.08>", "<6.05>", "<2.4>", "--direction", "<-0.637>", "0.759", "-0.139"),
+    ),
+    Verb(
+        *(6, ("arm.toml",)),
+        ("ik", "{arm}", "--position", "<4.5>", "<0>", "<-8.4>", "--direction", "<0.7>", "0", "<-0.7>"),
+    ),
+    Verb(1, (*SCENE, "path.toml", "path.toml"), ("track", "{scene}", "--path", "{path}", "--out", "{out}")),
+    Verb(
+        *(2, (*SCENE, "catalogue.toml")),
+        ("size", "{arm}", "--task", "{scene}", "--catalogue", "{catalogue}", "--reserve", "<0.05>", "--tour-only"),
+    ),
+    Verb(8, (*SCENE, "near.toml"), ("run", "{near}", "--out", "{out}")),
+    Verb(6, (*SCENE, "driven.toml", *("record.jsonl",) * 8), ("run", "{driven}", "--out", "{out}")),
+    Verb(1, ("arm.toml",), ("models", "{folder}"), ARMS),
+    Verb(6, (*SCENE, *("study.toml",) * 8), ("study", "{study}", "--out", "{out}")),
+    Verb(25, ("tour",), ("verify", "{tour}")),
+    Verb(25, ("tour",), ("verify", "{tour}", "--no-plan")),
+    Verb(12, ("operation",), ("verify", "{operation}")),
+    Verb(12, ("tour", "arm.toml", "near.toml"), ("verify", "{tour}")),  # against the scene's file
+    Verb(10, ("tour",), ("export", "{tour}", "--time", "<0.3>")),
+    Verb(3, ("tour",), ("render", "{tour}")),
+    Verb(6, ("tour/scene.xml", "tour/scene.mjb"), ("view", "{tour}/scene.xml")),
+    Verb(6, ("tour/scene.mjb",), ("view", "{tour}/scene.mjb")),
+    Verb(4, ("tour",), ("run", "{near}", "--resume", "--out", "{tour}")),
+    Verb(2, ("catalogue.toml",), ("new", "arm", "{new}", "--reach", "<9> m", "--riser", "<1> m", "--modules", "<3>")),
+    Verb(2, ("arm.toml",), ("new", "scene", "{new}", "--arm", "{arm}", "--tank", "type_ii", "--goals", "<2>")),
+    Verb(2, ("tank.toml",), ("new", "scene", "{new}", "--arm", "arm9", "--tank", "{tank}", "--goals", "<2>")),
+)
+
+
+def make_case(seed: int, folder: Path, runs: Path) -> Case:
+    """Write the files of a case into an empty folder; the same seed makes the same case. `runs` is that of `make_runs`."""
     rng = random.Random(seed)
-    verb = rng.choice(
-        ("show", "show", "build", "build", "workspace", "capacity", "ik", "ik", "track", "size", "run", "models")
-    )
-    whole = verb in ("run", "size", "track") or (verb in ("build", "ik") and rng.random() < 0.5)
-    write_files(folder, "arm9" if whole or verb == "ik" else rng.choice(CAPABLE if verb == "capacity" else ARMS))
-    if not whole:
-        targets: tuple[str, ...] = ("arm.toml",)
-    else:
-        targets = ("arm.toml", "tank.toml", "scene.toml", "scene.toml")
-        targets += ("path.toml",) * 2 if verb == "track" else ("catalogue.toml",) if verb == "size" else ()
-    target = rng.choice(targets)
-    done = [_mutate(folder / target, rng) for _ in range(rng.choice((1, 1, 1, 2, 3)))]
-    return Case(seed, _make_words(verb, whole, folder, rng), tuple(f"{target}: {text}" for text in done))
-
-
-def _make_words(verb: str, whole: bool, folder: Path, rng: random.Random) -> tuple[str, ...]:
-    description, out = str(folder / ("scene.toml" if whole else "arm.toml")), ("--out", str(folder / "out"))
-    arm = str(folder / "arm.toml")
-
-    def number(good: str) -> str:
-        return (
-            good
-            if rng.random() < 0.95
-            else rng.choice(("nan", "inf", "1e300", "-1", "0", "1e-300", "x", "1_0", "9" * 400))
-        )
-
-    if verb == "models":
+    verb = rng.choices(VERBS, [verb.share for verb in VERBS])[0]
+    write_files(folder, rng.choice(verb.arms))
+    for name in RUNS:
+        if any(f"{{{name}}}" in word for word in verb.words):
+            left = shutil.ignore_patterns("scene.*" if verb.words[0] != "view" else "log", "report.html")
+            shutil.copytree(runs / name, folder / name, ignore=left)
+    if "study.toml" in verb.targets:
+        (folder / "study.toml").write_text(_choose_work(rng))
+    target = rng.choice(verb.targets)
+    place = _interrupt(folder / "tour") if "--resume" in verb.words else folder / target
+    spoil = mutate_run if target in RUNS else mutate
+    done = [spoil(place, rng) for _ in range(rng.choice((1, 1, 1, 2, 3)))]
+    if verb.words[0] == "models":
         (folder / "arms/arm").mkdir(parents=True)
         os.rename(folder / "arm.toml", folder / "arms/arm/arm.toml")
-        return verb, str(folder / "arms")
-    if verb in ("show", "build"):
-        return verb, arm if verb == "show" else description, *out
-    if verb == "workspace":
-        return verb, arm, "--samples", number("200"), "--seed", number("1"), *out
-    if verb == "capacity":
-        return verb, arm, "--payload", number("100"), "--safety-factor", number("1.67"), "--plane-only", *out
-    if verb == "ik":
-        goal = (
-            (number("-5.08"), number("6.05"), number("2.4")) if whole else (number("4.5"), number("0"), number("-8.4"))
-        )
-        direction = (number("-0.637"), "0.759", "-0.139") if whole else ("0.7", "0", number("-0.7"))
-        return verb, description, "--position", *goal, "--direction", *direction
-    if verb == "track":
-        return verb, description, "--path", str(folder / "path.toml"), *out
-    if verb == "size":
-        choice = ("--catalogue", str(folder / "catalogue.toml"), "--reserve", number("0.05"), "--tour-only")
-        return verb, arm, "--task", str(folder / "scene.toml"), *choice, "--out", str(folder / "sized.toml")
-    return verb, description, *out
+    return Case(seed, _fill(verb.words, folder, rng), tuple(f"{target}: {text}" for text in done))
 
 
-def _mutate(file: Path, rng: random.Random) -> str:
-    """Change a file, and say how."""
-    if not file.is_file() or file.is_symlink() or rng.random() < 0.04:
-        return _replace_file(file, rng)
-    if rng.random() < 0.1:
-        return _mutate_bytes(file, rng)
+def _choose_work(rng: random.Random) -> str:
+    """A study of two cases, of any verb."""
+    work = rng.choice(("run", "plan", "ik", "ik", "workspace", "workspace", "capacity"))
+    more = {"workspace": ", samples = 10, seed = 1", "capacity": ", shapes = 10, seed = 1"}.get(work, "")
+    return STUDY.replace('"VERB"', f'"{work}"{more}')
+
+
+def _interrupt(folder: Path) -> Path:
+    """Make the folder of a run one of a run that was killed; gives the folder of what is there."""
+    unfinished = folder.with_name("unfinished")
+    folder.rename(unfinished)
+    folder.mkdir()
+    unfinished.rename(folder / "unfinished")
+    (folder / "unfinished/log/_end.json").unlink()
+    return folder / "unfinished"
+
+
+def load_spoilt(seed: int, folder: Path, runs: Path) -> Outcome:
+    """Spoil one file, or the log of a run, and load it in this process: quicker by far than a verb."""
+    rng = random.Random(seed)
+    target = rng.choice((*LOADERS, "scene.toml", *RUNS))
+    write_files(folder, rng.choice(ARMS) if target == "arm.toml" else "arm9")
+    if target in RUNS:
+        shutil.copytree(runs / target, folder / target, ignore=shutil.ignore_patterns("scene.*", "report.*"))
+    spoil = mutate_run if target in RUNS else mutate
+    done = tuple(f"{target}: {spoil(folder / target, rng)}" for _ in range(rng.choice((1, 1, 1, 2, 3))))
+    start, status, told = time.process_time(), 0, ""
+    signal.signal(signal.SIGALRM, _stop)
+    signal.alarm(LOADS)
     try:
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        return _mutate_bytes(file, rng)
-    entries = [i for i, line in enumerate(lines) if " = " in line and not line.startswith("#")] or [0]
-    place = rng.choice(entries)
-    old = lines[place] if lines else ""
-    choice = rng.random()
-    if choice < 0.72:
-        new = _mutate_value(old, rng)
-    elif choice < 0.78:
-        new = ""
-    elif choice < 0.82:
-        new = f"{old}\n{old}"
-    elif choice < 0.88:
-        name, sign, value = old.partition(" = ")
-        new = (
-            rng.choice((name[:-1], f"{name}.{name}", f'"{name}\\u0000"', ".".join(["a"] * 3000), "value"))
-            + sign
-            + value
-        )
-    elif choice < 0.94:
-        new = lines[rng.choice(entries)]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            _load(folder, target)
+    except VgtError as error:
+        status, told = 2, f"error: {error}"
+    except BaseException:
+        status, told = 70, traceback.format_exc()
+    finally:
+        signal.alarm(0)
+    return Outcome(Case(seed, ("load", target), done), status, told, time.process_time() - start)
+
+
+def _load(folder: Path, target: str) -> None:
+    """Read a file, or each array of a log."""
+    if target in RUNS:
+        book = open_log(folder / target / "log")
+        book.read(0, book.count)
     else:
-        new = rng.choice(LINES)
-    lines[place : place + 1] = [new]
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return f"{_cut(old)} -> {_cut(new)}"
+        LOADERS[target](folder / ("driven.toml" if target == "record.jsonl" else target))
 
 
-def _mutate_value(line: str, rng: random.Random) -> str:
-    """Put another value in the place of one in a line: a hostile one, or the same number with another size or sign."""
-    name, sign, value = line.partition(" = ")
-    found = list(LITERAL.finditer(value))
-    if not found:
-        return f"{name}{sign}{rng.choice(HOSTILE)}"
-    item = found[0] if rng.random() < 0.85 else rng.choice(found[:2])
-    number = re.search(r"-?\d[\d.]*(?:e-?\d+)?", item[0])
-    if number and rng.random() < 0.75:
-        far = 10 ** rng.uniform(-14, 14)
-        factor = rng.choice((-1.0, 0.0, 0.5, 0.8, 0.9, 0.97, 0.99, 1.01, 1.03, 1.1, 1.3, 2.0, 0.2, 5.0, far, far))
-        new = item[0].replace(number[0], repr(float(number[0].rstrip(".")) * factor), 1)
-    else:
-        new = rng.choice(HOSTILE)
-    value = value[: item.start()] + new + value[item.end() :]
-    if rng.random() < 0.8:
-        value = re.sub(
-            r", range = \[[^\]]*\]", "", value
-        )  # it would refuse most figures before anything else sees them
-    return name + sign + value
+def _stop(*_: object) -> None:
+    raise TimeoutError(f"longer than {LOADS} s")
 
 
-def _mutate_bytes(file: Path, rng: random.Random) -> str:
-    content, place = bytearray(file.read_bytes()), 0
-    kind = rng.choice(("bom", "utf-16", "latin-1", "flip", "insert", "cut", "nothing"))
-    if content:
-        place = rng.randrange(len(content))
-    if kind == "bom":
-        content[:0] = b"\xef\xbb\xbf"
-    elif kind == "utf-16":
-        content = bytearray(bytes(content).decode("latin-1").encode("utf-16"))
-    elif kind == "latin-1":
-        content[place:place] = b"\xe9"
-    elif kind == "flip" and content:
-        content[place] ^= 1 << rng.randrange(8)
-    elif kind == "insert":
-        content[place:place] = rng.randbytes(8)
-    elif kind == "cut":
-        del content[place:]
-    else:
-        content.clear()
-    file.write_bytes(content)
-    return f"bytes: {kind} at {place}"
+def _fill(words: tuple[str, ...], folder: Path, rng: random.Random) -> tuple[str, ...]:
+    """The words of a verb with paths and numbers."""
+
+    def number(found: re.Match[str]) -> str:
+        return found[1] if rng.random() < 0.95 else rng.choice(ODD)
+
+    def path(found: re.Match[str]) -> str:
+        name = {"folder": "arms", "out": "out", "new": "made.toml"}.get(found[1])
+        return str(folder / (name or (found[1] if found[1] in RUNS else f"{found[1]}.toml")))
+
+    return tuple(re.sub(r"\{(\w+)\}", path, re.sub("<([^>]*)>", number, word)) for word in words)
 
 
-def _replace_file(file: Path, rng: random.Random) -> str:
-    kind = rng.choice(("pipe", "folder", "loop", "zero", "large", "gone", "chain", "itself"))
-    if file.is_file() or file.is_symlink():
-        file.unlink()
-    elif file.exists():
-        return "left as it is"
-    if kind == "pipe":
-        os.mkfifo(file)
-    elif kind == "folder":
-        file.mkdir()
-    elif kind == "loop":
-        file.symlink_to(file.name)
-    elif kind == "zero":
-        file.symlink_to("/dev/zero")
-    elif kind == "large":
-        file.write_text("x = 1\n" * 400_000)
-    elif kind == "chain":
-        for i in range(1500):
-            (file.parent / f"base{i}.toml").write_text(f'base = "base{i + 1}.toml"\n')
-        file.write_text('base = "base0.toml"\n')
-    elif kind == "itself":
-        file.write_text(f'base = "{file.name}"\n')
-    return f"the file is {kind}"
-
-
-def _cut(text: str) -> str:
-    return repr(text if len(text) < 120 else f"{text[:100]}... ({len(text)})")
+def make_runs(folder: Path) -> None:
+    """Make the runs whose folders are spoilt, in a folder of their own: a tour of 5 mm, and one second of an operator."""
+    write_files(folder, "arm9")
+    for name, scene in RUNS.items():
+        case = Case(0, ("run", str(folder / f"{scene}.toml"), "--out", str(folder / name)), ())
+        outcome = run_case(case, folder)
+        if outcome.status not in (0, 1):
+            raise RuntimeError(outcome.output)
 
 
 def run_case(case: Case, folder: Path) -> Outcome:
@@ -346,6 +380,8 @@ def _become(case: Case, folder: Path, output: Path) -> None:
         sys.stdout, sys.stderr = (os.fdopen(stream, "w") for stream in (1, 2))  # not those of pytest
         os.chdir(folder)
         os.environ["TMPDIR"] = str(folder)
+        os.environ.pop("DISPLAY", None)
+        _go_without(case.seed % DRAWN != 0)
         sys.argv = ["vgtsim", *case.words]
         from vgtsim.cli import main
 
@@ -360,6 +396,24 @@ def _become(case: Case, folder: Path, output: Path) -> None:
         os._exit(status)
 
 
+def _go_without(plots: bool) -> None:
+    """Let `study` work in a thread, as processes of its own would import all again; leave out the plots of a report."""
+    import vgtsim.output.html_report
+    import vgtsim.study
+
+    def use_thread(_workers: int) -> nullcontext[vgtsim.study.Engine]:
+        return nullcontext(vgtsim.study.Engine("here", lambda: ThreadPoolExecutor(1), 2, ()))
+
+    vgtsim.study.use_processes = use_thread
+    if plots:
+        vgtsim.output.html_report._draw = lambda plot, _: {
+            "name": plot.name,
+            "lacking": ["time"],
+            "title": "",
+            "caption": "",
+        }
+
+
 def warm_up() -> None:
     """Import what the verbs import, so that a child has it at once."""
     import vgtsim.cli
@@ -371,6 +425,7 @@ def warm_up() -> None:
     import vgtsim.planning.following
     import vgtsim.planning.resolution
     import vgtsim.plant
+    import vgtsim.study
     import vgtsim.verification  # noqa: F401
     from vgtsim.units import to_si
 

@@ -48,9 +48,10 @@ def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit
     s = s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
     lengths = Site(scene).chain.lengths(start + s * (end - start))
     program = Tour(start, (Leg("goal", 0, lengths, end, 1.0, "nothing"),), step)
+    if edit is None:
+        return run(Site(scene), program)
     spec = build_spec(Site(scene))
-    if edit is not None:
-        edit(spec)
+    edit(spec)
     return run(Site(scene), program, finish_model(spec, Site(scene)))
 
 

@@ -118,7 +118,7 @@ def test_build_writes_a_model_beside_the_arm(tmp_path, monkeypatch, capsys):
     assert sorted(os.listdir(tmp_path)) == ["arm15.mjb", "arm15.xml", "scene.xml"]
 
 
-@pytest.mark.parametrize("verb", ["run", "build", "verify", "render", "view", "track"])
+@pytest.mark.parametrize("verb", ["run", "build", "verify", "render", "view", "track", "live"])
 def test_help_shows_an_example(verb, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["vgtsim", verb, "--help"])
     with pytest.raises(SystemExit) as ended:

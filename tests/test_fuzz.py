@@ -7,7 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from fuzzing import make_case
+from fuzzing import RUNS, VERBS, make_case
+
+from vgtsim import cli
 
 ROOT = Path(__file__).parents[1]
 CASES = 48  # most of a minute of processor time
@@ -23,11 +25,22 @@ def test_no_input_ends_in_a_traceback_or_a_hang():
     assert f"{CASES} cases, 0 faults" in run.stdout
 
 
-def test_the_same_seed_makes_the_same_case(tmp_path):
+@pytest.mark.parametrize("seed", range(8))
+def test_the_same_seed_makes_the_same_case(tmp_path, seed):
     cases = []
+    for name in RUNS:  # of which no chunk is needed here
+        (tmp_path / "runs" / name / "log").mkdir(parents=True)
+        (tmp_path / "runs" / name / "log/_end.json").write_text('{\n "records": 0\n}\n')
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        case = make_case(7, tmp_path / name)
-        files = {file.name: file.read_bytes() for file in sorted((tmp_path / name).glob("*.toml")) if file.is_file()}
+        case = make_case(seed, tmp_path / name, tmp_path / "runs")
+        files = {file.name: file.read_bytes() for file in sorted((tmp_path / name).rglob("*.*")) if file.is_file()}
         cases.append((case.mutations, [word.replace(name, "") for word in case.words], files))
     assert cases[0] == cases[1]
+
+
+def test_every_verb_is_tried():
+    tried = {verb.words[0] for verb in VERBS}
+    groups = {group.name for group in cli.app.registered_groups}
+    verbs = {command.name or command.callback.__name__ for command in cli.app.registered_commands if command.callback}
+    assert tried == (verbs | groups) - {"schema"}  # which reads nothing

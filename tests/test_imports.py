@@ -26,7 +26,7 @@ ROOMS = (
     ("planning", "mjcf", "verification"),
     ("control",),
     ("plant", "output", "batch"),
-    ("posture", "study", "envs"),
+    ("posture", "study", "envs", "web"),
     ("cli",),
 )
 LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms}
@@ -65,7 +65,7 @@ def test_every_room_has_its_place():
     assert rooms == set(LEVEL)
 
 
-HEAVY = ("matplotlib", "mujoco", "numba", "scipy", "trimesh")
+HEAVY = ("matplotlib", "mujoco", "numba", "scipy", "trimesh", "viser")
 SAY = "import os; from sys import modules; print(os.environ == before, [n for n in HEAVY if n in modules])"
 
 

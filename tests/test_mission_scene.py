@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import vgtsim
+from vgtsim.description.mission import FollowStep
 from vgtsim.planning.entry import Entry
+from vgtsim.site import Site
 
 INSERTION_S = 90.0  # s, at rated speeds of cylinders and hoist
 
@@ -32,3 +36,46 @@ def test_the_arm_comes_in_works_and_leaves():
     inside = np.flatnonzero(log.height > 0.0)[::50]
     q = site.chain.inputs_from_lengths(log.actual[inside])
     assert bore.measured <= Entry(site).gaps(q, log.height[inside]).bore.min() + 1e-9
+    assert find_leader_row(report).measured == pytest.approx(1.0, abs=1e-3)
+    assert way_in.leader is not None
+    turned = replace(
+        way_in.leader, level=np.array([[0.9994, -0.0349, 0], [0.0349, 0.9994, 0], [0, 0, 1]]) @ way_in.leader.level
+    )
+    other = replace(plan, legs=(replace(way_in, leader=turned), *plan.legs[1:]))  # in a plane 2 degrees aside
+    assert not find_leader_row(vgtsim.verify(site, log, other)).passed
+
+
+def find_leader_row(report):
+    return next(check for check in report.checks if check.quantity.startswith("axis from the leader"))
+
+
+@pytest.mark.slow
+def test_the_tool_follows_a_path_with_its_hose():
+    site = vgtsim.load("type_ii_raster")
+    plan = vgtsim.plan(site)
+    assert [leg.name for leg in plan.legs] == ["to waste_raster", "waste_raster"]
+    log = vgtsim.run(site, plan)
+    report = vgtsim.verify(site, log, plan)
+    assert [check.quantity for check in report.checks if not check.passed] == []
+    # another path, 2 mm deeper, is not the one that the tool followed
+    step = site.task.mission[0]
+    assert isinstance(step, FollowStep)
+    x, y, z = step.path.start
+    deeper = step.path.model_copy(update={"start": (x, y, z - 0.002)})
+    task = site.task.model_copy(update={"mission": (step.model_copy(update={"path": deeper}),)})
+    report = vgtsim.verify(Site(replace(site.scene, task=task)), log)
+    assert "tool to its path" in [check.quantity for check in report.checks if not check.passed]
+
+
+@pytest.mark.slow
+def test_a_heel_is_cut():
+    site = vgtsim.load("type_ii_heel")
+    plan = vgtsim.plan(site)
+    log = vgtsim.run(site, plan)
+    report = vgtsim.verify(site, log, plan)
+    assert [check.quantity for check in report.checks if not check.passed] == []
+    ground, (x, y) = site.diggings, np.mean(site.task.patches[0].corners, axis=0)
+    layer = ground.start - log.bed[-1]
+    under = np.linalg.norm(ground.places - [x, y], axis=1) < ground.bed.spacing
+    assert layer[under] == pytest.approx(site.task.mission[-2].depth, abs=1e-3)  # the middle is cut to the bottom
+    assert log.removed[-1] <= ground.rate * (log.tool_share > 0).sum() / site.task.simulation.log_rate

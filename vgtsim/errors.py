@@ -205,6 +205,14 @@ class ClusterError(VgtError):
         super().__init__(f"cluster {place}: {reason}")
 
 
+class PageError(VgtError):
+    """The server of a page cannot begin, or has ended: its address, and the reason."""
+
+    def __init__(self, place: str, reason: str) -> None:
+        self.place, self.reason = place, reason
+        super().__init__(f"{place}: {reason}")
+
+
 class CommandError(VgtError):
     """A plant was given a value that it cannot take."""
 

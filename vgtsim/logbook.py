@@ -27,6 +27,7 @@ from vgtsim.logfiles import (
     write_table,
     write_text,
 )
+from vgtsim.replacing import flush_to_disk
 from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, RunLog, join_pieces
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ class LogWriter:
     def __post_init__(self) -> None:
         """Begin the log, or read how it was begun."""
         self.folder.mkdir(parents=True, exist_ok=True)
+        flush_to_disk(self.folder.parent)
         begin = {"scene": json.loads(dump_scene(self.scene)), "versions": dict(self.versions)}
         begin["digests"] = dict(self.digests)
         for left in self.folder.glob(".*.partial.*"):  # of a killed run

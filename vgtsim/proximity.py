@@ -106,6 +106,13 @@ class Proximity:
         tank = self.site.tank
         return tank, make_profile(tank.shell), obstacles(tank)
 
+    def _place_waste(self, heights: Array | None) -> tuple[Tank, Profile, Obstacles]:
+        """The tank with waste of some heights."""
+        tank, profile, around = self._tank
+        if heights is None or self.site.diggings is None:
+            return tank, profile, around
+        return tank, profile, replace(around, bed=self.site.diggings.cut_bed(heights))
+
     @cached_property
     def _pairs(self) -> MemberPairs:
         """Pairs of members of the arm, of the mast, which is before the first module, and of the payload in the last one."""
@@ -119,24 +126,24 @@ class Proximity:
         """Heights of the ends of the mast's capsule above the arm's base face, as displacements, shape (2, 3), m."""
         return np.outer([self.site.mast.outer_diameter / 2, self.site.mast.length], [0, 0, 1])
 
-    def around(self, nodes: Array, tool: Array) -> Clearance:
-        """Distances of the arm from tank, riser, equipment and waste."""
-        return self._measure(nodes, tool, set())
+    def around(self, nodes: Array, tool: Array, heights: Array | None = None) -> Clearance:
+        """Distances of the arm from tank, riser, equipment and waste, whose heights are given where it is cut, shape (P,), m."""
+        return self._measure(nodes, tool, set(), heights)
 
-    def apart(self, nodes: Array, tool: Array) -> Clearance:
+    def apart(self, nodes: Array, tool: Array, heights: Array | None = None) -> Clearance:
         """As `around`, but for the parts that may touch a place, which are not measured from it."""
-        found, site = self.around(nodes, tool), self.site
+        found, site = self.around(nodes, tool, heights), self.site
         allowed: dict[str, set[str]] = {}
         for rule in site.task.contacts:
             allowed.setdefault(rule.place, set()).add(rule.part)
         distance, body = found.distance.copy(), found.body.copy()
         for place, kinds in allowed.items():
             column = found.places.index(place)
-            left = self._measure(nodes, tool, kinds)
+            left = self._measure(nodes, tool, kinds, heights)
             distance[..., column], body[..., column] = left.distance[..., column], left.body[..., column]
         return replace(found, distance=distance, body=body)
 
-    def _measure(self, nodes: Array, tool: Array, without: set[str]) -> Clearance:
+    def _measure(self, nodes: Array, tool: Array, without: set[str], heights: Array | None) -> Clearance:
         """Distances of an arm whose parts of some kinds are so thin that they are far from everything."""
         site, payload, tip = self.site, self.site.task.payload, self.site.truss.tip
         shape, count = self._whole, nodes.shape[-2]
@@ -148,7 +155,9 @@ class Proximity:
         near_tip = (site.truss.ends >= tip.start).any(axis=1)  # what ends at a hub that may touch is as near as the hub
         spared = ("members" in without or "hubs" in without) | (near_tip & ("tool" in without))
         balls[count:] -= _THIN * spared.any()
-        found = arm_clearance(points, shape.ends, shape.radii - _THIN * spared[shape.owners], balls, *self._tank, ball)
+        found = arm_clearance(
+            points, shape.ends, shape.radii - _THIN * spared[shape.owners], balls, *self._place_waste(heights), ball
+        )
         parts = np.concatenate([shape.owners, len(self._radii) + np.arange(count), np.full(len(balls) - count, -1)])
         payload = np.append(parts, len(self._radii) + count)
         return replace(found, body=payload[found.body])

@@ -1,7 +1,8 @@
-"""Files that appear whole or not at all, and folders in which one program works at a time."""
+"""Files that appear whole or not at all, whatever ends program or machine, and folders in which one program works at a time."""
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +15,8 @@ from vgtsim.errors import DescriptionError
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give a temporary path with the same suffix beside a file, and move it there when the block ends well.
 
-    The temporary file is removed when the block raises.
+    The content is on the disk before the name is, so that a loss of power leaves the old file or the new one. The temporary
+    file is removed when the block raises.
 
     Raises:
         OSError: The folder does not exist or cannot be written.
@@ -23,9 +25,29 @@ def replacing(path: str | Path) -> Iterator[Path]:
     partial = final.with_name(f".{final.stem}.{os.getpid()}.partial{final.suffix}")
     try:
         yield partial
+        flush_to_disk(partial)
         os.replace(partial, final)
+        flush_to_disk(final.parent)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def flush_to_disk(path: Path) -> None:
+    """Wait until the content of a file, or the names in a folder, are on the disk.
+
+    Raises:
+        OSError: The disk is full or broken.
+    """
+    if os.name == "nt":  # it flushes no file that is open for reading alone, and no folder
+        return
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # a file system that has nothing to wait for
+            raise
+    finally:
+        os.close(handle)
 
 
 @contextmanager

@@ -20,7 +20,8 @@ CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene
 BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
 FEED = ("feed", "feed_commanded", "feed_force")
-MAY_BE_EMPTY = ("saturation", "pressure", "target", *FEED, "acceleration", "contact_force", "contact_point")
+CUTTING = ("tool_share", "tool_force", "removed", "bed")
+MAY_BE_EMPTY = ("saturation", "pressure", "target", *FEED, *CUTTING, "acceleration", "contact_force", "contact_point")
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,11 @@ class RunLog:
         feed, feed_commanded: Height of the mast above its working depth, reached and asked for, shape (T,), m; empty in logs
             of versions that held it there.
         feed_force: Force of the hoist on the mast, upward, shape (T,), N; empty as the feed.
+        tool_share: Of the tool's full power, at which it removes waste, 0 to 1, shape (T,). This and the next three are only in
+            logs of missions that cut.
+        tool_force: Of the waste on the tool point, shape (T, 3), N.
+        removed: Volume of waste removed so far, shape (T,), m³.
+        bed: Heights of the waste where it may be cut, in the order of the site's diggings, shape (T, P), m.
     """
 
     time: Annotated[Array, "f", "T"]
@@ -95,6 +101,11 @@ class RunLog:
     feed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_commanded: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_force: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+
+    tool_share: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+    tool_force: Annotated[Array, "f", "T3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    removed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+    bed: Annotated[Array, "f", "TP"] = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -137,9 +148,10 @@ class RunLog:
             return f"records are {step.min():.6g} to {step.max():.6g} s apart; evenly spaced ones can be differenced"
         return ""
 
-    def find_misfit(self, nodes: int, members: int, actuators: int, goals: int) -> str:
+    def find_misfit(self, nodes: int, members: int, actuators: int, goals: int, heights: int = 0) -> str:
         """Say which array does not fit the counts of an arm, or that a goal is none of the scene's; empty when all fits."""
         counts = {"T": len(self.time), "N": nodes, "M": members, "J": actuators, "C": len(self.contact_time)}
+        counts["P"] = heights
         for name, (_, sizes) in ARRAYS.items():
             value, wanted = getattr(self, name), _read_shape(sizes, counts)
             if value.shape != wanted and not (name in MAY_BE_EMPTY and not value.size):
@@ -183,7 +195,7 @@ def _read_shape(sizes: str, counts: Mapping[str, int]) -> tuple[int, ...]:
 
 def empty_records(nodes: int, members: int, actuators: int) -> dict[str, NDArray[Any]]:
     """Arrays of a log without any record, by name, contacts apart."""
-    counts, types = {"T": 0, "N": nodes, "M": members, "J": actuators}, {"f": float, "i": np.int64, "b": bool}
+    counts, types = {"T": 0, "N": nodes, "M": members, "J": actuators, "P": 0}, {"f": float, "i": np.int64, "b": bool}
     records = {name: form for name, form in ARRAYS.items() if form[1][0] == "T"}
     return {name: np.zeros(_read_shape(sizes, counts), dtype=types[kind]) for name, (kind, sizes) in records.items()}
 

@@ -7,6 +7,7 @@ in `planning.checks`; a property here raises only where it cannot be made at all
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,9 +16,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
-from vgtsim.description import Manipulator, Method, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
+from vgtsim.description import (
+    CutStep,
+    Manipulator,
+    Method,
+    Payload,
+    Scene,
+    SceneFile,
+    Tank,
+    load_manipulator,
+    load_scene,
+)
 from vgtsim.errors import DescriptionError
-from vgtsim.geometry import MastPipe, make_mast, place_goals
+from vgtsim.geometry import (
+    Bed,
+    Diggings,
+    MastPipe,
+    Stretch,
+    make_bed,
+    make_diggings,
+    make_mast,
+    make_profile,
+    make_stretches,
+    place_goals,
+)
 from vgtsim.kinematics import Chain, Subspace, Truss, hanging_mount
 from vgtsim.positioning import Keep, Reduction, StrokeBox, Surroundings, couple, find_start, make_box, search_start
 from vgtsim.statics import (
@@ -47,9 +69,13 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """A scene, arm, tank and task as described, with everything that is made of it once."""
+    """A scene, arm, tank and task as described, with everything that is made of it once.
+
+    The bed is the surface of the waste, where some of it is cut away already.
+    """
 
     scene: Scene
+    bed: Bed | None = None
 
     def __post_init__(self) -> None:
         """Look up the places of goals.
@@ -77,7 +103,7 @@ class Site:
     @cached_property
     def chain(self) -> Chain:
         """Kinematics of the arm, which hangs from the scene's pivot."""
-        return Chain(self.arm, hanging_mount(self.scene.pivot_height))
+        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place))
 
     @property
     def gravity(self) -> float:
@@ -160,12 +186,32 @@ class Site:
     @cached_property
     def searched_start(self) -> tuple[Array, int]:
         """Inputs of a posture clear of everything near the first goal, shape (n,), and the number of postures tried."""
-        near = np.array(self.task.motion.goals[0].position)
+        places = [goal.position for goal in self.task.motion.goals]
+        places += [stage.path.start for stage in self.task.stages if stage.path]
+        if not places:
+            raise self.scene.error("motion.start", "nothing", "a posture, where there are neither goals nor paths")
+        near = np.array(places[0])
         return search_start(self.box, self._start_keep, near, self.subspace)
 
     @property
     def _start_keep(self) -> Keep:
         return Keep(self.surroundings, self.clearance + _START_MARGIN)
+
+    @cached_property
+    def stretches(self) -> tuple[tuple[Stretch, ...], ...]:
+        """Parts of the tool's path in each stage of the run, none where the tool follows no path."""
+        return tuple(make_stretches(stage.path) if stage.path else () for stage in self.task.stages)
+
+    @cached_property
+    def stage_poses(self) -> Array:
+        """Position, m, and direction of the tool at the end of each stage, shape (S, 6); NaN where a stage has none."""
+        poses = np.full((len(self.task.stages), 6), np.nan)
+        for row, stage, path in zip(poses, self.task.stages, self.stretches, strict=True):
+            if path:
+                row[:3], row[3:] = path[-1].points(2)[-1], path[-1].last
+            elif stage.position is not None:
+                row[:3], row[3:] = stage.position, stage.direction or (np.nan,) * 3
+        return poses
 
     @cached_property
     def box(self) -> StrokeBox:
@@ -189,8 +235,9 @@ class Site:
         return self._weigh(split=False)
 
     def _weigh(self, *, split: bool) -> LoadModel:
-        lumped = self.task.simulation.lumped
-        return make_load_model(self.chain, self.task.payload, self.gravity, split=split, lumped=lumped)
+        task = self.task
+        lumped, line = task.simulation.lumped, task.conveyance
+        return make_load_model(self.chain, task.payload, self.gravity, split=split, lumped=lumped, line=line)
 
     @cached_property
     def sections(self) -> MemberSections:
@@ -205,12 +252,25 @@ class Site:
     @cached_property
     def elastic_model(self) -> ElasticModel:
         """Masses and stiffnesses of the arm, its cylinders as soft as their oil and rods."""
-        return make_elastic_model(self.chain, self.task.payload, self.gravity, lumped=self.task.simulation.lumped)
+        task = self.task
+        lumped, line = task.simulation.lumped, task.conveyance
+        return make_elastic_model(self.chain, task.payload, self.gravity, lumped=lumped, line=line)
 
     @cached_property
     def held_model(self) -> ElasticModel:
         """The elastic model with cylinders as stiff as their drives hold them at rest."""
         return hold_cylinders(self.elastic_model, self.task.simulation)
+
+    @cached_property
+    def diggings(self) -> Diggings | None:
+        """The part of the waste that the mission cuts; None where it cuts none."""
+        task, waste = self.task, self.tank.waste
+        cut = {step.patch for step in task.mission if isinstance(step, CutStep)}
+        bed = make_bed(self.tank)
+        if not cut or task.tool is None or bed is None:
+            return None
+        patches = [patch for patch in task.patches if patch.name in cut]
+        return make_diggings(bed, make_profile(self.tank.shell), task.tool, task.tool.rate_in(waste), patches)
 
     @cached_property
     def surroundings(self) -> Surroundings:
@@ -219,7 +279,22 @@ class Site:
         An arm that gives is judged where it sags to; `surroundings.unloaded` judges the shape of the inputs alone.
         """
         task, sag = self.task, self._sag if self.sags else None
-        return Surroundings(self.chain, self.tank, task.payload.radius, task.mast.outer_diameter / 2, sag)
+        return Surroundings(
+            chain=self.chain,
+            tank=self.tank,
+            payload_radius=task.payload.radius,
+            mast_radius=task.mast.outer_diameter / 2,
+            sag=sag,
+            bed=self.bed,
+        )
+
+    def lower_waste(self, heights: Array) -> Site:
+        """The same site with waste of some heights in its diggings, shape (P,), m; all that does not depend on them is kept."""
+        assert self.diggings is not None
+        later = copy(self)
+        object.__setattr__(later, "bed", self.diggings.cut_bed(heights))
+        later.__dict__.pop("surroundings", None)
+        return later
 
     def _sag(self, nodes: Array) -> Array:
         """Displacements of nodes and tool point at rest, to first order, shape (..., N + 1, 3), m.

@@ -66,7 +66,7 @@ class Parts:
         name = geom.removeprefix(_TANK).split("/")[0]
         if name == self.site.tank.arm_riser.name:
             return RISER
-        return name if name in (WASTE, *(item.name for item in self.site.tank.equipment)) else SHELL
+        return name if name in (WASTE, *(item.name for item in self.site.tank.things)) else SHELL
 
     def split(self, pair: Sequence[str]) -> tuple[str, str]:
         """The geom of the arm and the other one of a pair; of two of the arm, the second one first."""
@@ -107,18 +107,20 @@ class Touches:
 
 
 def find_touches(site: Site, model: LoadModel, log: RunLog) -> Touches | None:
-    """Put the logged contact forces on nodes, members and mast; None where nothing touched at a record.
+    """Put the logged forces of contacts and tool on nodes, members and mast; None where there was none at a record.
 
     A force on the tool is a wrench on the rigid plate. One on a member is shared between its hubs by moments about them; along
     the member it goes to the hub of its own segment.
     """
     rows, records = _match(log)
-    if not len(rows):
+    if not len(rows) and not log.tool_force.any():
         return None
     parts, truss, rules = Parts(site), site.truss, site.task.contacts
     count = log.count
     forces, shares = np.zeros(log.nodes.shape), np.zeros((2, count, len(truss.members), 3))
     wrench, lift, by_rule = np.zeros((count, 6)), np.zeros(count), np.zeros((count, len(rules), 3))
+    if log.tool_force.size:
+        wrench[:, :3] = log.tool_force
     for row, record in zip(rows.tolist(), records.tolist(), strict=True):
         pair, force, point = log.contact_pair[row].tolist(), log.contact_force[row], log.contact_point[row]
         geom, _ = parts.split(pair)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
 import vgtsim
 from vgtsim.description.mission import MissionStep, find_disorder
 from vgtsim.errors import DescriptionError
+from vgtsim.site import Site
 
 STEPS = TypeAdapter(tuple[MissionStep, ...])
 INSERT, WITHDRAW, HOLD = {"do": "insert"}, {"do": "withdraw"}, {"do": "hold", "time": "5 s"}
+LINE = {"shape": "line", "to": [7, 0, 2]}
+FOLLOW = {"do": "follow", "path": {"name": "path", "start": [6, 0, 2], "direction": [1, 0, 0], "pieces": [LINE]}}
 MOVE, RASTER = {"do": "move", "goal": "high"}, {"do": "raster", "width": [1, 0, 0], "depth": [0, 1, 0], "rows": 3}
 
 
@@ -55,8 +59,33 @@ def test_stages_are_goals_or_steps():
 
 
 def test_scene_names_the_step():
-    scene = vgtsim.load("type_ii_reach").scene
+    scene = vgtsim.load("type_ii_mission").scene
     with pytest.raises(
-        DescriptionError, match=r"type_ii_reach.toml: mission.0: found move while .* allowed: insert first"
+        DescriptionError, match=r"type_ii_mission.toml: mission.0: found move while .* allowed: insert first"
     ):
         replace(scene, task=scene.task.model_copy(update={"mission": steps(MOVE)}))
+
+
+def test_an_arm_on_a_mast_that_is_held_hangs_in_the_tank_from_the_beginning():
+    whole = steps(MOVE, FOLLOW, RASTER, HOLD)
+    assert find_disorder(whole, ["high"], fed=False) is None
+    assert find_disorder(whole, ["high"], fed=True) == (0, "move while the arm is above the riser", "insert first")
+    assert find_disorder(steps(MOVE, WITHDRAW), ["high"], fed=False) is not None
+
+
+def test_a_path_is_two_stages_and_its_file_is_found_beside_the_scene():
+    scene = vgtsim.load("type_ii_raster").scene
+    way, path = scene.task.stages
+    assert (way.name, way.position) == ("to waste_raster", (6.0, -1.5, 1.5))
+    assert path.path is not None
+    poses = vgtsim.load("type_ii_raster").stage_poses
+    assert np.isfinite(poses).all()
+    assert poses[0, :3].tolist() == list(path.path.start)
+
+
+def test_a_scene_without_goals_and_paths_has_no_place_to_start_near():
+    scene = vgtsim.load("type_ii_reach").scene
+    motion = scene.task.motion.model_copy(update={"goals": (), "start": None})
+    task = scene.task.model_copy(update={"motion": motion, "mission": steps(HOLD)})
+    with pytest.raises(DescriptionError, match=r"motion.start: found nothing"):
+        Site(replace(scene, task=task)).start  # noqa: B018

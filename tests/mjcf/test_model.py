@@ -160,6 +160,14 @@ def test_a_file_that_is_no_model_is_refused(tmp_path, name):
         load_model(tmp_path / name)
 
 
+@pytest.mark.parametrize("left", [0, 7, 5000])
+def test_a_damaged_model_is_refused(files, tmp_path, left):
+    for file in files:
+        (tmp_path / file.name).write_bytes(file.read_bytes()[:left])
+        with pytest.raises(DescriptionError, match="a model that MuJoCo can read"):
+            load_model(tmp_path / file.name)
+
+
 def test_foreign_xml_is_refused_by_name_of_what_it_lacks(tmp_path):
     (tmp_path / "foreign.xml").write_text("<mujoco><worldbody/></mujoco>")
     with pytest.raises(DescriptionError, match=names.WEIGHT_SCALE):

@@ -1,12 +1,17 @@
 """A picture is drawn in part and looks as if it were drawn whole."""
 
 from contextlib import closing
+from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
+from vgtsim.description.conveyance import Conveyance
 from vgtsim.output.colours import scale_end
+from vgtsim.output.replay import project
 from vgtsim.output.stage import Stage, compile_view
+from vgtsim.site import Site
 
 SIZE = (320, 180)
 LEVELS = 4  # of 255: lighting and smoothing with another projection matrix round another way
@@ -53,3 +58,20 @@ def test_an_arm_out_of_sight_leaves_the_tank_alone_and_one_beside_the_camera_tak
     behind = log.nodes[0] - [0.0, 500.0, 0.0]
     stage.draw("cutaway", behind, axial).result()
     assert stage._find_arm() == (0, 0, *SIZE)
+
+
+def test_the_line_of_conveyance_is_drawn_along_the_axis(stage, site, log):
+    """Pictures with and without it differ, and nowhere but near the axis."""
+    task = site.task.model_copy(update={"conveyance": Conveyance(diameter=0.12)})
+    fed, axial = Site(replace(site.scene, task=task)), np.zeros(len(site.truss.members))
+    bare, _ = stage.draw("cutaway", log.nodes[100], axial).result()
+    with closing(Stage(fed, compile_view(fed), SIZE, 1.0)) as made:
+        picture, _ = made.draw("cutaway", log.nodes[100], axial).result()
+        middles = log.nodes[100][site.truss.faces].mean(axis=1)
+        axis = np.concatenate([middles[:-1] + t * np.diff(middles, axis=0) for t in np.linspace(0, 1, 50)])
+        made._look("cutaway", mujoco.mjtCatBit.mjCAT_ALL)
+        columns, rows = project(made._scene, axis, *SIZE).T
+    other = np.argwhere(np.abs(picture.astype(int) - bare).max(axis=-1) > LEVELS)
+    assert len(other) > 50
+    away = np.hypot(other[:, :1] - rows, other[:, 1:] - columns).min(axis=1)
+    assert away.max() < 8

@@ -1,8 +1,10 @@
 """What a run leaves, and what it leaves when it cannot."""
 
 import dataclasses
+import errno
 import json
 import math
+import os
 import sys
 
 import numpy as np
@@ -55,6 +57,34 @@ def test_a_partial_file_keeps_its_suffix(tmp_path):
         assert partial.suffix == ".json"
         assert partial.parent == tmp_path
         partial.write_bytes(b"")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="nothing is flushed there")
+def test_content_is_on_the_disk_before_its_name(tmp_path, monkeypatch):
+    """A loss of power cannot be tried; the order of what the system is told can."""
+    told = []
+
+    def tell(name, real, place):
+        monkeypatch.setattr(os, name, lambda *args: (told.append((name, place(args[0]))), real(*args)))
+
+    tell("fsync", os.fsync, lambda handle: "folder" if os.path.isdir(handle) else f"file of {os.fstat(handle).st_size}")
+    tell("replace", os.replace, lambda path: path.suffix)
+    with replacing(tmp_path / "file.txt") as partial:
+        partial.write_text("whole", encoding="utf-8")
+    assert told == [("fsync", "file of 5"), ("replace", ".txt"), ("fsync", "folder")]
+
+
+def test_a_disk_that_takes_nothing_leaves_the_old_file(tmp_path, monkeypatch):
+    file = tmp_path / "file.txt"
+    file.write_text("old", encoding="utf-8")
+
+    def refuse(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", refuse)
+    with pytest.raises(OSError, match="No space left"), replacing(file) as partial:
+        partial.write_text("new", encoding="utf-8")
+    assert [path.read_text(encoding="utf-8") for path in tmp_path.iterdir()] == ["old"]
 
 
 def test_reading_back_gives_the_report(report, tmp_path):

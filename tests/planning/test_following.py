@@ -7,9 +7,9 @@ from scenes_of_kinds import make_general_arm
 
 from vgtsim.description import ToolPath, load_manipulator, load_tool_path
 from vgtsim.errors import DescriptionError, FollowError, ReachError
+from vgtsim.geometry.stretches import make_stretches, spline
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning.following import follow_request, report
-from vgtsim.planning.stretches import make_stretches, spline
 from vgtsim.positioning import bring_inside
 from vgtsim.site import ArmAlone, load_site
 

@@ -15,6 +15,7 @@ from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, run
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
+from vgtsim.statics import solve_members
 
 pytestmark = pytest.mark.long
 
@@ -299,3 +300,18 @@ def test_a_contact_stops_what_does_not_yield_or_may_not_touch_and_says_what_touc
     plant.reset(inputs=postures[0])
     assert not plant.stopped
     plant.step()
+
+
+@pytest.mark.parametrize("members", ["rigid", "sections"])
+def test_forces_now_are_those_of_the_log_and_of_statics_at_the_start(scene, members):
+    site = Site(change(scene, members=members, timestep=20e-3, log_rate=50.0))
+    plant = Plant(site)
+    plant.reset()
+    still = plant.axial
+    plant.command(rates=np.full(len(site.truss.actuated), 2e-3))
+    plant.step(8)
+    axial, log = plant.axial, plant.log.axial(site.truss.ends)[-1]
+    assert np.abs(axial - log).max() < FORCE * np.abs(log).max()
+    statics = solve_members(site.load_model, plant.log.nodes[0]).near_axial
+    assert np.abs(still - statics).max() < 1e-3 * np.abs(statics).max()  # the posture is kept to rounding by the drives
+    assert np.abs(axial - still).max() > FORCE * np.abs(log).max()

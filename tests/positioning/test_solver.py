@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from vgtsim.description import Method
 from vgtsim.errors import ReachError
-from vgtsim.geometry import segment_distance
+from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics import bend_all, swing
 from vgtsim.positioning import Keep, Surroundings, methods, solve_goal
 from vgtsim.positioning.goals import evaluate, tool_goal
@@ -31,6 +31,7 @@ pytestmark = pytest.mark.long
 
 GOAL = 1e-9  # the accuracy a solved goal is promised to have, m and rad
 ROUNDING = 1e-12  # a few hundred roundings of metres
+NEAR = 1e-9  # m: of a point to the surface that it is on
 STEP = 1e-6
 BEND_STEP = 1e-5  # of second differences of values
 SETTINGS = NewtonSettings(most=300)
@@ -252,6 +253,35 @@ def test_rows_and_clearance_agree(hanging_arm, tank_around):
     assert np.any(least < reach)
     for w in np.flatnonzero((least < reach) & (least > 0)):
         assert rows.gap[rows.config == w].min() == pytest.approx(least[w], abs=1e-9)
+
+
+def test_the_line_of_the_least_gap_goes_from_the_arm_to_what_is_near(hanging_arm, tank_around):
+    rng = np.random.default_rng(23)
+    capsules, around, kinds = tank_around.capsules, tank_around.obstacles, set()
+    for _ in range(60):
+        angles = np.radians(rng.uniform(0, 35, 5)) * [1, 1, 1, 1, 0]
+        q = bend_all(hanging_arm, angles, rng.uniform(-np.pi, np.pi))
+        points = tank_around.points(q[None])[0]
+        found = tank_around.find_nearest(points, 3.0)
+        assert found.gap == tank_around.rows(q[None], 3.0).gap.min()
+        if found.gap <= 0:
+            continue
+        on_arm, other = found.ends
+        assert tank_around.find_nearest(points, found.gap / 2) is None
+        assert np.linalg.norm(other - on_arm) == pytest.approx(found.gap, abs=ROUNDING)
+
+        def off_arm(place, points=points):
+            a, b = points[capsules.ends[:, 0]], points[capsules.ends[:, 1]]
+            balls = np.linalg.norm(points - place, axis=1) - capsules.point_radii
+            return np.append(segment_distance(a, b, place, place)[0] - capsules.radii, balls)
+
+        walls = enclosure_distance(tank_around.tank, tank_around.profile, other)[0], other[2] - around.waste_level
+        posts = segment_distance(around.axes[:, 0], around.axes[:, 1], other, other)[0] - around.radii
+        mast = segment_distance(*tank_around.mast_axis, other, other)[0] - tank_around.mast_radius
+        assert np.abs(off_arm(on_arm)).min() < NEAR
+        assert np.abs([*walls, *posts, mast, *off_arm(other)]).min() < NEAR
+        kinds.add(found.bodies.split(" to ")[1])
+    assert len(kinds) > 2
 
 
 def test_row_gradients_are_those_of_central_differences(hanging_arm, tank_around):

@@ -5,7 +5,7 @@ import pytest
 
 from studies.tracking import resolve_globally, sheets, track
 from vgtsim.errors import RateError
-from vgtsim.planning.stretches import line
+from vgtsim.geometry.stretches import line
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import MidStroke
 from vgtsim.positioning.problem import Problem, solve

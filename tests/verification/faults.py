@@ -1,14 +1,13 @@
 """Faults that are put into a model, a run or a log, one a line, each with the row of the report that must catch it.
 
 A fault that no row catches has the reason in its place: it must leave a report that passes. `docs/faults.md` is made of
-this list: `python tests/verification/faults.py` writes it.
+this list and of those in `other_faults.py` and `cutting_faults.py`: `python tests/verification/fault_page.py` writes it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -18,8 +17,8 @@ from vgtsim.plant import Plant
 from vgtsim.runlog import FEED as FEED_ARRAYS
 from vgtsim.runlog import RunLog
 
-PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
 MEMBER, CYLINDER = "m1/longeron/1", "m1/actuator/1"
+HOSE_PART = 0.1  # kg, a fiftieth of what a hub carries of the hose
 RECORD = 25  # one in motion
 
 
@@ -121,6 +120,10 @@ def switch_contacts_off(model: mujoco.MjModel) -> None:
 # into the run
 
 
+def lose_hose(plant: Plant) -> None:
+    plant._correction._hose = None
+
+
 def push(name: str, *force: float) -> Callable[[Plant], None]:
     """Force at the middle of a body, N, all the time."""
 
@@ -216,6 +219,7 @@ MODEL_FAULTS = (
     Fault("a member heavier by 1 %", body(MEMBER, "mass", 1.01), AT_REST),
     Fault("a member with five times its inertia", body(MEMBER, "inertia", 5.0), SHEAR),
     Fault("a hub 10 g heavier", body("m1/mid/1", "mass", more=0.01), AT_REST),
+    Fault("the hose lighter by 0.1 kg at a hub", body("m1/top/1", "mass", more=-HOSE_PART), AT_REST),
     Fault("the mast 0.1 mm aside", body(names.MAST, "pos", more=[1e-4, 0, 0]), NODES),
     Fault("a member short by 10 µm", shorten(MEMBER, 1e-5), NODES),
     Fault("a ball 10 µm off its hub", body(MEMBER, "pos", more=[1e-5, 0, 0]), GAP),
@@ -255,6 +259,7 @@ RUN_FAULTS = (
     Fault("0.1 N sideways on the middle of a member", push(MEMBER, 0.1, 0, 0), SHEAR),
     Fault("1 mN sideways on the middle of a member", push(MEMBER, 1e-3, 0, 0), reason="a tenth of the limit of shear"),
     Fault("1 N up on a hub", push("m1/mid/1", 0, 0, 1.0), AT_REST),
+    Fault("a hose without stiffness in bending", lose_hose, AT_REST),
 )
 LOG_FAULTS = (
     Fault("time shifted by 1 s", field("time", lambda t, _: t + 1.0), INSTANT),
@@ -359,24 +364,3 @@ LOG_FAULTS = (
         reason="6e-8 of a force is below the limit at rest",
     ),
 )
-
-
-def write_page() -> str:
-    """The page of `docs` that lists the faults."""
-    parts = (("the model", MODEL_FAULTS), ("the run", RUN_FAULTS), ("the log", LOG_FAULTS))
-    lines = [
-        "# Faults and the checks that catch them",
-        "",
-        "`tests/verification/test_faults.py` puts each of these faults into a short tour of two goals, one at a time, and holds",
-        "that the row of the report beside it fails, or, where the fault is below the limits for the reason given, that the",
-        "report passes. This page is made of the list in `tests/verification/faults.py`; a new fault is one more line there.",
-        "",
-        "| fault | put into | caught by | or below the limits because |",
-        "|---|---|---|---|",
-    ]
-    rows = [f"| {fault.what} | {where} | {fault.caught} | {fault.reason} |" for where, each in parts for fault in each]
-    return "\n".join([*lines, *rows]) + "\n"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(write_page())

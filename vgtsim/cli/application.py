@@ -21,6 +21,8 @@ from vgtsim import __version__
 from vgtsim.errors import DivergenceError, MissingLibraryError, PostureError, VgtError
 
 if TYPE_CHECKING:  # the checks load SciPy, which `--help` does without
+    from vgtsim.description import Scene
+    from vgtsim.logbook import LogBook
     from vgtsim.verification import Report
 
 app = typer.Typer(
@@ -68,6 +70,20 @@ def list_files(*files: Path) -> None:
     """Print paths, one a line, unbroken."""
     for file in files:
         OUT.print(str(file), soft_wrap=True)
+
+
+def open_run(folder: Path) -> tuple[Path, Scene, LogBook]:
+    """Folder with the results of a run, the scene of its log, and the log."""
+    from vgtsim.logbook import open_log
+    from vgtsim.output import LOG, find_results
+
+    place = find_results(folder)
+    log = open_log(place / LOG)
+    if log.stopped:
+        ERR.print(f"the log is not that of a whole run: {plain(log.stopped)}")
+    elif (folder / "unfinished").exists():
+        ERR.print(f"beside it, a later run was interrupted: see {folder / 'unfinished'}")
+    return place, log.scene, log
 
 
 def show_report(report: Report, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""The verb that draws: arms, tanks and scenes."""
+"""The verb that draws: arms, tanks and scenes, and runs for a browser."""
 
 from __future__ import annotations
 
@@ -7,27 +7,43 @@ from typing import Annotated
 
 import typer
 
-from vgtsim.cli.application import OUT, OutFolder, app, list_files
+from vgtsim.cli.application import ERR, OUT, OutFolder, app, list_files, open_run
 
 
 @app.command(epilog="Example: vgtsim show mixed --lengths 'm1=36 in,1.0,38 in' --inputs 'h1=60 deg'")
 def show(
     name: Annotated[
         Path,
-        typer.Argument(help="TOML file of an arm, a tank or a scene, or name of a shipped one.", show_default=False),
+        typer.Argument(
+            help="TOML file of an arm, a tank or a scene, or name of a shipped one; or a run's folder.",
+            show_default=False,
+        ),
     ],
     out: OutFolder = None,
+    web: Annotated[
+        bool, typer.Option("--web", help="The run as one page to play in a browser; needs vgtsim[live].")
+    ] = False,
     lengths: Annotated[list[str] | None, typer.Option(help="MODULE=l1,l2,...: actuator lengths; repeatable.")] = None,
     inputs: Annotated[list[str] | None, typer.Option(help="MODULE=x1,...: canonical inputs; repeatable.")] = None,
 ) -> None:
     """Draw an arm, a tank, or a scene with its start and goals, as PNG and SVG; export an arm as GLB and STL.
 
     An arm is drawn straight and bent, or in a given pose. A tank and a scene are drawn from the side and from above, with
-    azimuths.
+    azimuths. A run becomes replay.html in its folder, or what --out names: a folder, or a file that ends in .html.
     """
     from vgtsim.description import find_file, tell_file
     from vgtsim.errors import DescriptionError
 
+    folder = (name / "log").is_dir()
+    if web and (lengths or inputs):
+        raise DescriptionError(None, "--web", "a pose", "the folder of a run alone")
+    if web and not folder:
+        raise DescriptionError(name, "--web", "no log of a run", "the folder that `vgtsim run` left")
+    if folder and not web:
+        raise DescriptionError(name, "", "the folder of a run", "a run with --web; or an arm, a tank or a scene")
+    if web:
+        _show_run(name, out)
+        return
     file = find_file(name, "arm", "scene", "tank")
     kind = tell_file(file)
     pose = lengths or (), inputs or ()
@@ -39,6 +55,25 @@ def show(
         _show_scene(file, out, pose)
     else:
         _show_arm(file, out, pose)
+
+
+def _show_run(folder: Path, out: Path | None) -> None:
+    from vgtsim.output import REPLAY, naming_folder, prepare_file
+    from vgtsim.site import Site
+    from vgtsim.verification import verify
+    from vgtsim.web import write_recording
+
+    place, scene, log = open_run(folder)
+    path = out if out is not None and out.suffix == ".html" else (out or place) / REPLAY
+    prepare_file(path)
+    site = Site(scene)
+    with ERR.status("verifying"):
+        report = verify(site, log)
+    with naming_folder(path.parent), ERR.status("recording"):
+        recording = write_recording(site, log, report, path)
+    list_files(path)
+    size = f"{recording.size / 1e6:.1f} MB"
+    OUT.print(f"{recording.frames} frames of {recording.records} records, {size}", soft_wrap=True)
 
 
 def _show_tank(file: Path, out: Path | None) -> None:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 @app.command(epilog="Example: vgtsim schema arm > arm.json")
 def schema(
     kind: Annotated[
-        Literal["arm", "tank", "scene", "path", "catalogue"], typer.Argument(help="Kind of file.", show_default=False)
+        Literal["arm", "tank", "scene", "path", "catalogue", "study"],
+        typer.Argument(help="Kind of file.", show_default=False),
     ],
 ) -> None:
     """Print the JSON schema of a kind of file; an editor takes it from the file's first line, `#:schema arm.json`."""
@@ -94,4 +95,4 @@ def _inspect_tank(file: Path) -> tuple[list[VgtError], str]:
     tank = load_tank(file)
     volume = make_profile(tank.shell).volume()
     text = f"{tank.name}: {tank.shell.inner_diameter:.2f} m across, {tank.shell.crown:.2f} m high, {volume:.0f} m³; "
-    return [], f"{text}{len(tank.standing)} pieces of equipment, a riser with a bore of {tank.arm_riser.bore:.3f} m"
+    return [], f"{text}{len(tank.things)} pieces of equipment, a riser with a bore of {tank.arm_riser.bore:.3f} m"

@@ -18,7 +18,7 @@ from vgtsim.cli.application import (
     app,
     finish,
     list_files,
-    plain,
+    open_run,
     show_report,
 )
 
@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vgtsim.description import Scene
-    from vgtsim.logbook import LogBook, LogWriter
+    from vgtsim.logbook import LogWriter
     from vgtsim.site import Site
     from vgtsim.stretch import LogSource
     from vgtsim.verification.evidence import PlannedTour
@@ -140,10 +139,10 @@ def verify(
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    place, copy, log = _load(folder)
+    place, copy, log = open_run(folder)
     scene, notes = find_original(copy, place_goals)
     site, held = Site(scene), Site(copy)
-    if site.truss.member_names != held.truss.member_names or len(site.task.motion.goals) != len(held.task.motion.goals):
+    if site.truss.member_names != held.truss.member_names or len(site.task.stages) != len(held.task.stages):
         notes += (
             "the arm or the goals of the scene's file are others now: limits and description are those of the log",
         )
@@ -166,7 +165,7 @@ def render(
     from vgtsim.site import Site
     from vgtsim.verification import verify as judge
 
-    place, scene, log = _load(folder)
+    place, scene, log = open_run(folder)
     site = Site(scene)
     list_files(film(site, log, judge(site, log), place, camera))
 
@@ -182,7 +181,7 @@ def export(
     from vgtsim.output.truss_export import write_truss
     from vgtsim.site import Site
 
-    place, scene, log = _load(folder)
+    place, scene, log = open_run(folder)
     list_files(*write_truss(Site(scene), log, prepare_folder(place), time, vtk=vtk))
 
 
@@ -201,17 +200,3 @@ def view(
     import mujoco.viewer
 
     mujoco.viewer.launch(model)
-
-
-def _load(folder: Path) -> tuple[Path, Scene, LogBook]:
-    """Folder with the results of a run, the scene of its log, and the log."""
-    from vgtsim.logbook import open_log
-    from vgtsim.output import LOG, find_results
-
-    place = find_results(folder)
-    log = open_log(place / LOG)
-    if log.stopped:
-        ERR.print(f"the log is not that of a whole run: {plain(log.stopped)}")
-    elif (folder / "unfinished").exists():
-        ERR.print(f"beside it, a later run was interrupted: see {folder / 'unfinished'}")
-    return place, log.scene, log

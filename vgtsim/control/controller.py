@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.commands import read_row
-from vgtsim.constants import Method
 from vgtsim.control.arm_now import ArmNow
 from vgtsim.control.feedback import Feedback
 from vgtsim.control.limits import ACCELERATION, RATE, CylinderLimits
 from vgtsim.control.mobility import Mobility, find_mobility
 from vgtsim.control.nearness import GapWatch
+from vgtsim.control.postures import find_posture, read_pose
 from vgtsim.control.preference import Preference
 from vgtsim.control.rates import Rates, solve_rates
 from vgtsim.control.report import ControlReport
@@ -24,14 +24,12 @@ from vgtsim.control.targets import Filter, LengthTarget, ToolTarget
 from vgtsim.description import Operator
 from vgtsim.errors import CommandError, StoppedError
 from vgtsim.kinematics import State
-from vgtsim.planning.resolution import Resolution, resolve_goal
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
 _WHOLE = 0.98  # part of a wish from which nothing held it
 _REST = Operator()
-_UNIT = 1e-3  # by which the length of a direction may differ from 1
 
 
 class Measured(Protocol):
@@ -131,7 +129,8 @@ class Controller:
             raise CommandError("method", repr(method), "'rate' or 'newton'")
         preference = self._preference if objective is None else Preference(self.site, tuple(objective))
         if goal is not None and method == "newton":
-            self._wanted = self._aim_lengths(self._solve(read_pose(goal), preference))
+            posture = find_posture(self.site, goal, self._arm.q, preference.names)
+            self._wanted = self._aim_lengths(posture)
         elif goal is not None:
             self._wanted = replace(self._aim_tool(), goal=read_pose(goal), twist=None)
         elif twist is not None:
@@ -297,14 +296,6 @@ class Controller:
             goal=goal,
         )
 
-    def _solve(self, pose: Array, preference: Preference) -> Array:
-        """Lengths of a posture with the tool at a goal, shape (J,), m."""
-        arm, site = self._arm, self.site
-        assert arm is not None
-        how = Resolution(Method.NULLSPACE, preference.names or ("mid_stroke",))
-        found = resolve_goal(site, how, "command", (pose[:3], pose[3:]), arm.q, preference.keep)
-        return np.asarray(site.chain.lengths(found.q))
-
     def _require_strokes(self, what: str, lengths: Array) -> Array:
         box = self.site.box
         worst = int(np.argmin(box.spare(lengths)))
@@ -312,16 +303,3 @@ class Controller:
             found = f"{self._limits.names[worst]} at {lengths[worst]:.4f} m"
             raise CommandError(what, found, f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m")
         return lengths
-
-
-def read_pose(values: ArrayLike) -> Array:
-    """A pose of the tool, shape (6,) or (2, 3), with its direction made a unit vector."""
-    try:
-        whole = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise CommandError("goal", repr(values), "6 numbers") from None
-    pose = read_row("goal", whole.ravel() if whole.shape == (2, 3) else whole, 6)
-    size = float(np.linalg.norm(pose[3:]))
-    if size < _UNIT:
-        raise CommandError("goal", f"a direction of length {size:g}", "a direction that is not zero")
-    return np.concatenate([pose[:3], pose[3:] / size])

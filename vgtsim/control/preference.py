@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.control.arm_now import ArmNow
-from vgtsim.planning.resolution import goal_keep, make_objective
-from vgtsim.positioning import Configurations, Keep, Objective, tool_goal
+from vgtsim.planning.resolution import make_objective
+from vgtsim.positioning import Configurations, Objective, tool_goal
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -38,11 +37,6 @@ class Preference:
         """Refuse unknown terms now and not within a step."""
         if self.names:
             self._make(np.array([1.0, 0, 0]), np.array([1.0, 0, 0]))
-
-    @cached_property
-    def keep(self) -> Keep | None:
-        """What a posture keeps clear of."""
-        return goal_keep(self.site)
 
     def _make(self, position: Array, direction: Array) -> Objective:
         return make_objective(self.site, tool_goal(position, direction), self.names)

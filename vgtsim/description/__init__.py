@@ -3,6 +3,7 @@
 from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.changes import Steps, change_entries, locate
+from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.faults import list_faults, tell_file
 from vgtsim.description.files import (
     digest_scene,
@@ -17,6 +18,7 @@ from vgtsim.description.files import (
 )
 from vgtsim.description.judging import CameraName, Cut, Limits, Video
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.mission import CutStep
 from vgtsim.description.modules import (
     Actuated,
     DoubleOctahedral,
@@ -28,8 +30,9 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
-from vgtsim.description.motion import Bend, Goal
+from vgtsim.description.motion import Bend, Goal, StartPosture
 from vgtsim.description.operator import (
+    MOST_COMMANDS,
     TARGETS,
     Operator,
     OperatorCommand,
@@ -44,12 +47,13 @@ from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
 from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study, Work
-from vgtsim.description.tank import Equipment, Guide, Riser, Shell, Tank
+from vgtsim.description.tank import Box, Equipment, Guide, MeshThing, Riser, Shell, Tank, Thing
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 
 __all__ = [
     "INCH",
     "MODELS",
+    "MOST_COMMANDS",
     "OBJECTIVES",
     "TARGETS",
     "Actuated",
@@ -58,9 +62,12 @@ __all__ = [
     "Axis",
     "Bend",
     "Block",
+    "Box",
     "CameraName",
     "Catalogue",
     "Cut",
+    "CutStep",
+    "CuttingTool",
     "Cylinder",
     "CylinderSize",
     "Description",
@@ -76,11 +83,13 @@ __all__ = [
     "Manipulator",
     "Mast",
     "Material",
+    "MeshThing",
     "Method",
     "Module",
     "Octahedral",
     "Operator",
     "OperatorCommand",
+    "Patch",
     "Payload",
     "Prism",
     "RasterPiece",
@@ -95,10 +104,12 @@ __all__ = [
     "Simulation",
     "Span",
     "SplinePiece",
+    "StartPosture",
     "Steps",
     "Study",
     "Tank",
     "Tetrahedral",
+    "Thing",
     "ToolPath",
     "Tube",
     "TubeSize",

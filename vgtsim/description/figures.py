@@ -65,9 +65,16 @@ Acceleration = Annotated[float, Figure("m/s**2", 1e-5, 1e3, (0.0, 100.0), "an ac
 Force = Annotated[float, Figure("N", 1e-12, 1e9, (-1e7, 1e7), "a force on an arm")]
 Moment = Annotated[float, Figure("N*m", 1e-12, 1e9, (-1e7, 1e7), "a moment on an arm")]
 Pressure = Annotated[float, Figure("Pa", 1e-3, 1e9, (-1e8, 1e8), "the pressure of an oil")]
+JetPressure = Annotated[float, Field(gt=0), Figure("Pa", 1e3, 1e10, (1e5, 6e8), "the pressure of a jet")]
+Power = Annotated[float, Field(gt=0), Figure("W", 1e-3, 1e9, (100.0, 1e6), "the power of a tool")]
+Flow = Annotated[float, Field(gt=0), Figure("m**3/s", 1e-9, 10.0, (1e-6, 0.1), "a flow of water or waste")]
 Stiffness = Annotated[float, Field(gt=0), Figure("Pa", 1.0, 1e13, (1e9, 1e12), "a modulus")]
 Strength = Annotated[float, Field(gt=0), Figure("Pa", 1.0, 1e11, (2e7, 3e9), "a strength")]
 Density = Annotated[float, Field(gt=0), Figure("kg/m**3", 1.0, 3e4, (500.0, 2e4), "the density of a solid or a sludge")]
+LineMass = Annotated[float, Field(ge=0), Figure("kg/m", 1e-3, 1e4, (0.1, 200.0), "the mass of a line per length")]
+BendingStiffness = Annotated[
+    float, Field(ge=0), Figure("N*m**2", 1e-6, 1e9, (1.0, 1e6), "a line's stiffness in bending")
+]
 Angle = Annotated[
     float, Figure("rad", most=4 * pi, usual=(-2 * pi, 2 * pi), kind='an angle (degrees are written "30 deg")')
 ]

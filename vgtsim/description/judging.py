@@ -35,8 +35,13 @@ class Limits(Description):
         actuator_stroke: Least distance to the end of a stroke.
         clearance: Least distance to anything; `bore_clearance` is that from the riser of an arm that is fed through it, and
             `headroom` that of the mast's top from the tank's headroom.
+        leader: Distance of the arm's axis from the path of its leader, over the greatest planned one.
+        passage: Least room that the open truss leaves about the line of conveyance; `line_bend` is the line's bend over its
+            greatest one.
         contacts: Number of logged contacts that the scene does not allow; `contact_force` is the force of an allowed one over its
             limit.
+        cutting_rate: Waste removed a second over what the tool can remove; `cutting_depth` is how far beyond the tool's reach
+            waste was removed, and `removed_volume` the error of the removed volume, part of the whole.
         safety_factor: On member strength, AISC 360 Omega.
         chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above that of the oil tank.
         saturation: Part of the records in which a cylinder may be at a limit of force, pressure, flow or stroke.
@@ -64,8 +69,14 @@ class Limits(Description):
     clearance: Gap = 0.05  # half of what a plan keeps
     headroom: Gap = 0.0
     bore_clearance: Gap = 0.0
+    leader: Number = Field(default=1.05, gt=0)  # an arm that gives sags off the path
+    passage: Gap = 0.0
+    line_bend: Number = Field(default=1.0, gt=0)
     contacts: int = Field(default=0, ge=0, le=1_000_000)
     contact_force: Number = Field(default=1.0, gt=0)
+    cutting_rate: Number = Field(default=1 + 1e-6, gt=0)  # rounding of volumes
+    cutting_depth: Gap = 1e-4  # the tool is known at records, and between them nearly
+    removed_volume: Number = Field(default=1e-3, gt=0)
     safety_factor: Number = Field(default=SAFETY_FACTOR, ge=1, le=100)
     chamber_pressure: Pressure = 0.0
     saturation: Number = Field(default=0.0, ge=0)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, GetJsonSchemaHandler
+from pydantic_core import CoreSchema
 
-from vgtsim.description.figures import Length, Tolerance, Wait
+from vgtsim.description.figures import Length, Size, Speed, Tolerance, Wait
 from vgtsim.description.schema import Description, Name
+from vgtsim.description.tool_path import ToolPath
 
 
 class InsertStep(Description):
@@ -52,6 +54,48 @@ class RasterStep(Description):
     tolerance: Tolerance = 1e-4
 
 
+class CutStep(Description):
+    """The tool removes a layer of waste from a patch, in rows to and fro; it keeps the direction that it has before.
+
+    The rows are level: the tool cuts no deeper than its reach, so the layer's bottom is level too.
+
+    Attributes:
+        do: Always `cut`.
+        patch: Name of one of the `patches`.
+        depth: Of the layer, below the highest place of the patch as it is then.
+        rows: Number of rows.
+        speed: Greatest speed of the tool; absent for that at which it can remove the whole layer in one pass.
+        tolerance: Greatest distance of the tool from the rows, m, and of its direction, rad.
+    """
+
+    do: Literal["cut"]
+    patch: Name
+    depth: Size
+    rows: int = Field(ge=2, le=1000)
+    speed: Speed | None = None
+    tolerance: Tolerance = 1e-4
+
+
+class _OrFile:
+    """The table of a path, or the name of its file, in whose place the loader puts the table."""
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Either of both."""
+        return {"anyOf": [handler(schema), {"type": "string"}]}
+
+
+class FollowStep(Description):
+    """The tool goes to the beginning of a path, and along it.
+
+    Attributes:
+        do: Always `follow`.
+        path: A tool path: its file, relative to the scene's, or a shipped one by name; or the path itself as a table.
+    """
+
+    do: Literal["follow"]
+    path: Annotated[ToolPath, _OrFile()]
+
+
 class HoldStep(Description):
     """The arm stands still for a `time`.
 
@@ -74,21 +118,37 @@ class WithdrawStep(Description):
     do: Literal["withdraw"]
 
 
-MissionStep = Annotated[InsertStep | MoveStep | RasterStep | HoldStep | WithdrawStep, Field(discriminator="do")]
+MissionStep = Annotated[
+    InsertStep | MoveStep | RasterStep | CutStep | FollowStep | HoldStep | WithdrawStep, Field(discriminator="do")
+]
 
 
 @dataclass(frozen=True)
 class RunStage:
-    """A stage of a run and the tool pose to hold at its end, in frame G; a stage without one ends where its way ends."""
+    """A stage of a run and the tool pose to hold at its end, in frame G; a stage without one ends where its way ends.
+
+    A path that the tool follows ends in the pose of its own end.
+    """
 
     name: str
     position: tuple[float, float, float] | None = None
     direction: tuple[float, float, float] | None = None
+    path: ToolPath | None = None
 
 
-def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str]) -> tuple[int, str, str] | None:
-    """First step that cannot be carried out after those before it: its index, what it is and what is allowed; None without."""
-    inside, posed = False, False
+def begins_inside(steps: Sequence[MissionStep]) -> bool:
+    """Whether the arm of a mission hangs in the tank from the beginning: no step brings it in or out."""
+    return not any(isinstance(step, InsertStep | WithdrawStep) for step in steps)
+
+
+def find_disorder(
+    steps: Sequence[MissionStep], goals: Sequence[str], *, fed: bool = True
+) -> tuple[int, str, str] | None:
+    """First step that cannot be carried out after those before it: its index, what it is and what is allowed; None without.
+
+    An arm whose mast is not fed hangs in the tank if no step brings it in or out.
+    """
+    inside, posed = begins_inside(steps) and not fed, False
     for index, step in enumerate(steps):
         if isinstance(step, InsertStep):
             if inside:
@@ -101,9 +161,12 @@ def find_disorder(steps: Sequence[MissionStep], goals: Sequence[str]) -> tuple[i
             if step.goal not in goals:
                 return index, f"move to {step.goal!r}", f"a goal of the scene: {', '.join(goals)}"
             posed = True
-        elif isinstance(step, RasterStep):
+        elif isinstance(step, FollowStep):
+            posed = True
+        elif isinstance(step, RasterStep | CutStep):
             if not posed:
-                return index, "raster from where the insertion ends", "move to a goal first: the rows begin there"
+                allowed = "move to a goal first: the rows begin there, or near it"
+                return index, f"{step.do} from where the insertion ends", allowed
         elif isinstance(step, WithdrawStep):
             inside = False
     return None

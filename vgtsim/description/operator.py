@@ -18,7 +18,7 @@ Six = tuple[float, float, float, float, float, float]
 Target = Literal["twist", "goal", "inputs", "lengths", "hold"]
 
 TARGETS: tuple[Target, ...] = ("twist", "goal", "inputs", "lengths", "hold")
-_MOST = 1_000_000  # commands: five hours at 50 a second
+MOST_COMMANDS = 1_000_000  # commands: five hours at 50 a second
 
 
 class Operator(Description):
@@ -83,8 +83,8 @@ def load_commands(file: Path) -> tuple[OperatorCommand, ...]:
         lines = file.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise DescriptionError(file, "", str(error), "a record of commands, one JSON object a line") from None
-    if len(lines) > _MOST:
-        raise DescriptionError(file, "", f"{len(lines)} lines", f"at most {_MOST}")
+    if len(lines) > MOST_COMMANDS:
+        raise DescriptionError(file, "", f"{len(lines)} lines", f"at most {MOST_COMMANDS}")
     commands: list[OperatorCommand] = []
     for number, line in enumerate(lines, 1):
         if not line.strip():

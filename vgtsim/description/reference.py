@@ -20,6 +20,7 @@ from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.scene import SceneFile
 from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.shipped import Kind, list_shipped
+from vgtsim.description.study import StudyFile
 from vgtsim.description.tank import Tank
 from vgtsim.description.tool_path import ToolPath
 
@@ -29,9 +30,17 @@ FILES: dict[str, type[Description]] = {
     "scene": SceneFile,
     "path": ToolPath,
     "catalogue": Catalogue,
+    "study": StudyFile,
 }
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
-_BASE = "A scene that this one differs from, by path or shipped name; this file then holds only what differs."
+_BASED = {  # kinds of file that may stand on another of the kind, and an example
+    kind: (
+        f"A {kind} that this one differs from, by path or shipped name; this file then holds only what differs.",
+        name,
+    )
+    for kind, name in (("scene", "type_ii_reach"), ("tank", "type_ii"))
+}
+_BY_TABLE = ("inner_diameter", "knuckle_radius", "wall_top", "haunch_radius", "dish_depth")
 _COMMON = {  # meanings of keys whose name says nearly all; a table's own text goes first
     "name": "Name: letters, digits and underscores, a letter first.",
     "title": "One line for people.",
@@ -125,16 +134,32 @@ def write_schema(kind: str) -> str:
     for name, table in tables.items():
         if name in models:
             _describe(table, models[name])
-    if kind == "scene":
-        whole["properties"]["base"] = {"type": "string", "description": _BASE}
+    if kind in _BASED:
+        whole["properties"]["base"] = {"type": "string", "description": _BASED[kind][0]}
         needed = {key: tables[part["$ref"].split("/")[-1]].pop("required", []) for key, part in _tables_of(whole)}
         demand = {
             "required": whole.pop("required"),
             "properties": {key: {"required": keys} for key, keys in needed.items()},
         }
+        if kind == "tank":  # a table of the profile takes the place of some figures
+            shell = demand["properties"]["shell"]
+            shell["required"] = [key for key in shell["required"] if key not in _BY_TABLE]
+            shell["anyOf"] = [{"required": ["profile"]}, {"required": list(_BY_TABLE)}]
         whole |= {"if": {"not": {"required": ["base"]}}, "then": demand}
+    if kind == "study":
+        _open_axes(tables)
     whole["$schema"] = "http://json-schema.org/draft-07/schema#"
     return json.dumps(whole, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def _open_axes(tables: dict[str, Any]) -> None:
+    """Let the keys of a grid or sample be dotted, or tables in tables, as TOML has them without quotes."""
+    values = {"type": "array", "minItems": 1}
+    inner = {"anyOf": [values, {"$ref": "#/$defs/Span"}, {"$ref": "#/$defs/Axes"}]}
+    for name, key in (("StudyFile", "grid"), ("Sample", "over")):
+        old = tables[name]["properties"][key]
+        tables[name]["properties"][key] = {"$ref": "#/$defs/Axes", "description": old["description"]}
+    tables["StudyFile"]["$defs"]["Axes"] = {"type": "object", "additionalProperties": inner}
 
 
 def _tables_of(whole: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
@@ -192,8 +217,9 @@ def write_reference() -> str:
             lines += ["| key | type | default | meaning | example |", "|---|---|---|---|---|"]
             fields = {key: field for key, field in model.model_fields.items() if key != "provenance"}
             lines += [_row(model, key, field, examples) for key, field in fields.items()]
-            if model is SceneFile:
-                lines.append(f'| `base` | text | none | {_BASE} | `"type_ii_reach"` |')
+            if kind in _BASED and model is root:
+                meaning, example = _BASED[kind]
+                lines.append(f'| `base` | text | none | {meaning} | `"{example}"` |')
             lines.append("")
     return "\n".join(lines)
 
@@ -215,7 +241,11 @@ def write_type(field: FieldInfo) -> str:
     form = str(field.annotation)
     if models := list(_models_in(field.annotation)):
         names = " or ".join(f"[{model.__name__}](#{model.__name__.lower()})" for model in models)
+        if "Any" in form:  # of a case: what a scene has, of whatever kind
+            return f"by dotted key: {names}, or a list of values"
         return ("tables by name: " if "dict[" in form else "list of " if "tuple[" in form else "") + names
+    if "Any" in form:
+        return "list of tables"
     inner = [item for item in _walk(field.annotation) if isinstance(item, Figure)]
     if inner:
         return f"list of quantities, {', '.join(dict.fromkeys(_unit(item) for item in inner))}"
@@ -325,6 +355,10 @@ def _make_example(field: FieldInfo) -> str:
     if any(_models_in(field.annotation)):
         return "see its table"
     form = str(field.annotation)
+    if literals := [item for item in _walk(field.annotation) if isinstance(item, str) and f"'{item}'" in form]:
+        return f"`{_toml(literals[0])}`"
+    if field.annotation is bool:
+        return "`true`"
     return "`[]`" if "tuple[" in form else '`"text"`' if "str" in form else "`1`"
 
 

@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from vgtsim.constants import GRAVITY, Method
+from vgtsim.description.conveyance import Conveyance
+from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.figures import (
     Acceleration,
     Density,
@@ -24,7 +26,7 @@ from vgtsim.description.figures import (
 )
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.mission import MissionStep, MoveStep, RunStage, find_disorder
+from vgtsim.description.mission import CutStep, FollowStep, MissionStep, MoveStep, RunStage, find_disorder
 from vgtsim.description.motion import Motion
 from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import choose_coupling
@@ -54,10 +56,11 @@ class Mast(Pipe):
     """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
 
     `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent. Without a `feed` the mast is
-    held at its working depth.
+    held at its working depth. `riser` names the riser of the tank that the mast stands in; absent, it is the tank's `arm_riser`.
     """
 
     pivot_depth: Size
+    riser: Name | None = None
     density: Density = 7850.0  # structural steel
     riser_spare: Size | None = None
     feed: Feed | None = None
@@ -68,18 +71,6 @@ class Payload(Description):
 
     mass: Mass
     radius: Size
-
-
-class Conveyance(Description):
-    """A hose or a chain of conveyors that carries waste up through the open truss.
-
-    Attributes:
-        diameter: Its greatest outer diameter, couplings included.
-        bend_radius: Least radius that it may be bent to; 0 for conveyors whose universal joints stand in active modules.
-    """
-
-    diameter: Size
-    bend_radius: Gap = 0.0
 
 
 class Simulation(Description):
@@ -179,10 +170,12 @@ class SceneFile(Description):
     """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
 
     `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run. `mission` are steps
-    from above the riser and back, which stand for the tour of the goals; its start is then above the riser.
+    from above the riser and back, which stand for the tour of the goals; its start is then above the riser, or, of an arm that is
+    neither inserted nor withdrawn, that of the motion.
     `operator` is for an
     arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
-    run. `conveyance` is the line through the truss; absent where there is none.
+    run. `conveyance` is the line through the truss; absent where there is none. `tool` removes waste from
+    the `patches` that steps of the mission name.
     """
 
     name: Name
@@ -198,6 +191,8 @@ class SceneFile(Description):
     operator: Operator | None = None
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
     mission: tuple[MissionStep, ...] = Field(default=(), max_length=1000)
+    tool: CuttingTool | None = None
+    patches: tuple[Patch, ...] = Field(default=(), max_length=100)
     contacts: tuple[AllowedContact, ...] = Field(default=(), max_length=100)
     video: Video = Video()
     provenance: dict[str, Provenance] = Field(default_factory=dict)
@@ -205,8 +200,9 @@ class SceneFile(Description):
     @model_validator(mode="after")
     def _entries_fit(self) -> SceneFile:
         require_distinct("load case", self.loads)
-        if self.operator is None and not self.motion.goals:
-            raise ValueError("motion.goals, or a table [operator] for an arm that a person drives")
+        require_distinct("patch", self.patches)
+        if self.operator is None and not self.motion.goals and not self.mission:
+            raise ValueError("motion.goals, a [[mission]], or a table [operator] for an arm that a person drives")
         if self.operator is not None:
             if self.motion.goals:
                 raise ValueError("either motion.goals or a table [operator]")
@@ -217,14 +213,20 @@ class SceneFile(Description):
 
     @property
     def stages(self) -> tuple[RunStage, ...]:
-        """Stages of the run: the goals in turn, or the steps of the mission."""
+        """Stages of the run: the goals in turn, or the steps of the mission; a path is two, the way to it and itself."""
         poses = {goal.name: RunStage(goal.name, goal.position, goal.direction) for goal in self.motion.goals}
         if not self.mission:
             return tuple(poses.values())
-        return tuple(
-            poses.get(step.goal, RunStage("")) if isinstance(step, MoveStep) else RunStage(step.do)
-            for step in self.mission
-        )
+        stages: list[RunStage] = []
+        for step in self.mission:
+            if isinstance(step, MoveStep):
+                stages.append(poses.get(step.goal, RunStage("")))
+            elif isinstance(step, FollowStep):
+                path = step.path
+                stages += [RunStage(f"to {path.name}", path.start, path.direction), RunStage(path.name, path=path)]
+            else:
+                stages.append(RunStage(step.do))
+        return tuple(stages)
 
 
 @dataclass(frozen=True)
@@ -244,9 +246,12 @@ class Scene:
             DescriptionError: The pivot is outside the tank, the mast is too thick, or the start does not fit the arm.
         """
         mast, tank, arm = self.task.mast, self.tank, self.manipulator
-        wrong = find_disorder(self.task.mission, [goal.name for goal in self.task.motion.goals])
+        wrong = find_disorder(
+            self.task.mission, [goal.name for goal in self.task.motion.goals], fed=self.task.mast.feed is not None
+        )
         if wrong is not None:
             raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
+        self._check_cuts()
         if not 0 < self.pivot_height < tank.shell.crown:
             found = f"{mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m"
             allowed = f"a depth that leaves the pivot inside the tank, 0 to {tank.shell.crown:.4g} m"
@@ -263,12 +268,31 @@ class Scene:
             raise self.error("motion.start", f"{len(start)} module shapes", allowed)
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
-        places = ("shell", "riser", "waste", *(item.name for item in tank.equipment))
+        places = ("shell", "riser", "waste", *(item.name for item in tank.things))
         for index, contact in enumerate(self.task.contacts):
             if contact.place not in places:
                 raise self.error(
                     f"contacts.{index}.place", f"unknown place {contact.place!r}", closest(contact.place, places)[2:]
                 )
+
+    def _check_cuts(self) -> None:
+        """Refuse a step that cuts without a tool, without waste that can be cut, or nowhere."""
+        task, waste = self.task, self.tank.waste
+        names = [patch.name for patch in task.patches]
+        for index, step in enumerate(task.mission):
+            if not isinstance(step, CutStep):
+                continue
+            if task.tool is None:
+                raise self.error(f"mission.{index}.do", "cut without a tool", "a table [tool]: a jet or a scarifier")
+            if not waste.level:
+                raise self.error("tank.waste.level", "0 m: no waste", f"waste, which step {index} of the mission cuts")
+            if step.patch not in names:
+                found = f"unknown patch {step.patch!r}"
+                raise self.error(f"mission.{index}.patch", found, closest(step.patch, names)[2:])
+            if waste.grid is None or waste.grid > task.tool.width / 2:
+                found = "nothing" if waste.grid is None else f"{waste.grid:.4g} m"
+                allowed = f"at most {task.tool.width / 2:.4g} m, half the tool's width: heights of waste that is cut"
+                raise self.error("tank.waste.grid", found, allowed)
 
     @property
     def pivot_height(self) -> float:

@@ -18,20 +18,35 @@ from vgtsim.description.schema import Description, Name
 
 
 class Repeated(Description):
-    """The work of every case: plan the tour; or meet the first goal of the tour, from the start (`ik`)."""
+    """The work of every case: plan the tour; or meet the first goal of the tour, from the start (`ik`).
+
+    Attributes:
+        verb: What is done in every case.
+    """
 
     verb: Literal["plan", "ik"]
 
 
 class RepeatedRun(Description):
-    """Plan, run and verify the scene. With `folders` each run also leaves its folder; on a cluster all must see its disk."""
+    """Plan, run and verify the scene.
+
+    Attributes:
+        verb: What is done in every case.
+        folders: Whether each run also leaves its folder; on a cluster all workers must see its disk.
+    """
 
     verb: Literal["run"]
     folders: bool = False
 
 
 class RepeatedWorkspace(Description):
-    """Sample the workspace of the scene's arm."""
+    """Sample the workspace of the scene's arm.
+
+    Attributes:
+        verb: What is done in every case.
+        samples: Number of poses.
+        seed: Of the sample.
+    """
 
     verb: Literal["workspace"]
     samples: int = Field(default=5000, ge=10)
@@ -39,7 +54,14 @@ class RepeatedWorkspace(Description):
 
 
 class RepeatedCapacity(Description):
-    """Map the allowable payload of the scene's arm; `resolve` unloads the governing member in every cell."""
+    """Map the allowable payload of the scene's arm.
+
+    Attributes:
+        verb: What is done in every case.
+        shapes: Number of poses that are drawn.
+        seed: Of the draw.
+        resolve: Whether the governing member is unloaded in every cell of the map.
+    """
 
     verb: Literal["capacity"]
     shapes: int = Field(default=20000, ge=10)
@@ -54,7 +76,13 @@ _Figure = float | str  # a number, or a quantity with its unit
 
 
 class Span(Description):
-    """Figures evenly spaced between two ends, both included; a sample has no `count`."""
+    """Figures evenly spaced between two ends, both included.
+
+    Attributes:
+        least: First figure, a number or a quantity.
+        greatest: Last figure.
+        count: Number of figures, in a grid; a sample has none, it draws between the two.
+    """
 
     least: _Figure
     greatest: _Figure
@@ -86,7 +114,14 @@ def _flatten(node: Any) -> Any:
 
 
 class Sample(Description):
-    """A seeded sample of `count` cases: each key takes figures of its span, or one of its values."""
+    """A seeded sample of cases.
+
+    Attributes:
+        method: How it is drawn.
+        count: Number of cases.
+        seed: Of the sample.
+        over: Keys, as in `grid`; each takes a figure of its span, or one of its values.
+    """
 
     method: Literal["uniform", "latin_hypercube", "sobol"]
     count: int = Field(ge=1)
@@ -95,12 +130,16 @@ class Sample(Description):
 
 
 class StudyFile(Description):
-    """A study as written; `scene` is a shipped name, or a path relative to the study's file.
+    """A study as written.
 
     Attributes:
+        scene: Shipped name of a scene, or its path relative to the study's file.
+        work: The verb that every case repeats.
+        sample: A seeded sample of cases in the place of a grid.
         keep: Columns of the table: names of figures, or `min ARRAY` and `max ARRAY`; all figures if empty.
-        grid: Every combination of the entries of its keys, the last key fastest.
-        cases: A list of cases, each with the same keys.
+        grid: Every combination of the values of its keys, the last key fastest. A key is a dotted path into the scene, its
+            arm, its tank or the work, such as `scene.payload.mass`; it has a span or a list of values.
+        cases: A list of cases: tables of such keys with one value each, the same keys in all of them.
     """
 
     name: Name

@@ -13,13 +13,16 @@ from vgtsim.geometry.clearance import (
     obstacles,
     self_clearance,
 )
+from vgtsim.geometry.diggings import Diggings, make_diggings
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
 from vgtsim.geometry.gaps import Walls
 from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.places import place_goals, tool_frame
-from vgtsim.geometry.profile import Profile, make_profile
+from vgtsim.geometry.profile import Profile, make_profile, ring_radii
+from vgtsim.geometry.stretches import Stretch, find_nearest, make_stretches
+from vgtsim.geometry.things import cylinder_axis, find_footprint, find_hulls, find_span
 
 __all__ = [
     "RISER",
@@ -27,24 +30,34 @@ __all__ = [
     "WASTE",
     "Bed",
     "Clearance",
+    "Diggings",
     "MastPipe",
     "MemberPairs",
     "Obstacles",
     "Profile",
+    "Stretch",
     "Walls",
     "arm_clearance",
     "carry",
+    "cylinder_axis",
     "enclosure_distance",
+    "find_footprint",
+    "find_hulls",
     "find_near",
+    "find_nearest",
+    "find_span",
     "flag_clear",
     "make_bed",
+    "make_diggings",
     "make_mast",
     "make_profile",
+    "make_stretches",
     "make_walls",
     "nearest_pair",
     "obstacles",
     "pair_members",
     "place_goals",
+    "ring_radii",
     "segment_distance",
     "self_clearance",
     "tool_frame",

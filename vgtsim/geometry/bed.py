@@ -69,20 +69,21 @@ class Bed:
 
 
 def make_bed(tank: Tank) -> Bed | None:
-    """The uneven surface of a tank's waste; none where it is level.
+    """The surface of a tank's waste as heights; none where it is level and has no grid.
 
     A mound rises as the square of a cosine from its foot to its top; mounds that meet add up.
     """
     waste = tank.waste
     mounds = waste.all_mounds(tank.shell.inner_diameter / 2)
-    if not mounds:
+    if not mounds and waste.grid is None:
         return None
+    spacing = waste.grid or SPACING
     profile = make_profile(tank.shell)
-    half = int(np.ceil(profile.inner_radius / SPACING)) + 1
-    bed = Bed(np.empty((2 * half + 1, 2 * half + 1)), -half * SPACING, SPACING, profile.inner_radius)
+    half = int(np.ceil(profile.inner_radius / spacing)) + 1
+    bed = Bed(np.empty((2 * half + 1, 2 * half + 1)), -half * spacing, spacing, profile.inner_radius)
     heights, places = np.full(bed.heights.shape, waste.level), bed.places
     for mound in mounds:
         middle = mound.radius * np.array([np.cos(mound.azimuth), np.sin(mound.azimuth)])
         part = np.linalg.norm(places - middle, axis=-1) / mound.foot
         heights += np.where(part < 1, mound.height * np.cos(np.minimum(part, 1) * np.pi / 2) ** 2, 0.0)
-    return Bed(heights, bed.corner, SPACING, profile.inner_radius)
+    return Bed(heights, bed.corner, spacing, profile.inner_radius)

@@ -70,7 +70,7 @@ def is_above(bed: Array, ground: Array, a: Array, b: Array, limit: float) -> boo
 
 
 @compiled
-def _to_triangle(p: Array, a: Array, b: Array, c: Array, foot: Array) -> float:
+def to_triangle(p: Array, a: Array, b: Array, c: Array, foot: Array) -> float:
     """Square of the distance to a triangle, and its nearest point (Ericson, Real-Time Collision Detection, 5.1.5)."""
     d1 = d2 = d3 = d4 = d5 = d6 = 0.0
     for k in range(3):
@@ -144,7 +144,7 @@ def to_surface(bed: Array, ground: Array, p: Array, bound: float, slope: Array) 
                     corners[k, 0], corners[k, 1] = ground[0] + row * step, ground[0] + column * step
                     corners[k, 2] = bed[row, column]
                 for half in range(2):
-                    square = _to_triangle(p, corners[0], corners[1 + half], corners[2 + half], foot)
+                    square = to_triangle(p, corners[0], corners[1 + half], corners[2 + half], foot)
                     if square < best:
                         best, nearest[:], found = square, foot, True
     if not found:

@@ -3,6 +3,7 @@
 from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, straight_yaws, swing
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, ModuleState, kind_of
+from vgtsim.kinematics.passage import Axis, find_axis, measure_passage, trace_line
 from vgtsim.kinematics.rigid_sections import RigidSections, find_rigid_sections
 from vgtsim.kinematics.sampling import sample_inputs, singular_values, within_strokes
 from vgtsim.kinematics.state import State
@@ -12,6 +13,7 @@ from vgtsim.kinematics.truss import Member, Truss, make_truss
 
 __all__ = [
     "KINDS",
+    "Axis",
     "Chain",
     "Kind",
     "Member",
@@ -26,13 +28,16 @@ __all__ = [
     "bend_start",
     "can_swing",
     "check_strokes",
+    "find_axis",
     "find_rigid_sections",
     "hanging_mount",
     "kind_of",
     "make_truss",
+    "measure_passage",
     "sample_inputs",
     "singular_values",
     "straight_yaws",
     "swing",
+    "trace_line",
     "within_strokes",
 ]

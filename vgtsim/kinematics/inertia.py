@@ -135,6 +135,19 @@ def make_hub_masses(manipulator: Manipulator, truss: Truss, *, lumped: bool = Fa
     return mass
 
 
+def make_line_masses(chain: Chain, density: float) -> Array:
+    """Mass that a line of conveyance puts on each node, shape (N,), kg; its mass per length is `density`, kg/m.
+
+    Each face carries the line halfway to its neighbours in the straight arm, a third on each node. The upper half of the first
+    span hangs from the line in the mast, which hangs from above ground.
+    """
+    mass, faces = np.zeros(len(chain.truss.nodes)), chain.truss.faces
+    span = np.linalg.norm(np.diff(chain.frames(chain.straight)[1], axis=0), axis=-1)
+    held = density / 2 * (span + np.append(span[1:], 0.0))
+    np.add.at(mass, faces[1:], held[:, None] / 3)
+    return mass
+
+
 def make_plate_inertia(manipulator: Manipulator) -> PlateInertia:
     """The tip plate: a uniform, thin equilateral triangle of the face side."""
     mass, side = manipulator.tip_plate_mass, manipulator.face_side

@@ -15,10 +15,12 @@ actuators so is a braced prism of twelve bars: isostatic. `Truss.bars` are the b
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics.modules import kind_of
 from vgtsim.kinematics.modules.kind import TRIANGLE, PlannedMember
@@ -58,6 +60,7 @@ class Truss:
             it. -1 for the middles of blocks, whose loads feet and heads share.
         rings: Nodes of the joint blocks: foot, middle and head of three blocks of each mid-plane with a joint offset,
             shape (R, 3, 3). Actuator l1 joins the first block to the second, and so on round.
+        faces: Nodes of the mast's face and of the top of each module, shape (K + 1, 3).
         ends: Node indices of each member, shape (M, 2).
         module: Module of each member, shape (M,).
         actuated: Indices of the actuators among the members, shape (J,).
@@ -73,6 +76,7 @@ class Truss:
     members: tuple[Member, ...]
     group: Index
     rings: Index = field(default_factory=lambda: np.zeros((0, 3, 3), dtype=int))
+    faces: Index = field(default_factory=lambda: np.zeros((0, 3), dtype=int))
     ends: Index = field(init=False)
     module: Index = field(init=False)
     actuated: Index = field(init=False)
@@ -87,6 +91,7 @@ class Truss:
             "node_module": self.node_module,
             "group": self.group,
             "rings": self.rings,
+            "faces": self.faces,
             "ends": np.array([member.ends for member in self.members]),
             "module": np.array([member.module for member in self.members]),
             "actuated": np.array([i for i, member in enumerate(self.members) if member.role == "actuator"], dtype=int),
@@ -131,7 +136,14 @@ class Truss:
 
     def lengths(self, nodes: Array) -> Array:
         """Lengths of the members, shape (..., M), m, for nodes of shape (..., N, 3)."""
-        return np.linalg.norm(self.spans(nodes), axis=-1)
+        flat, length = by_rows(nodes.reshape(-1, *nodes.shape[-2:])), np.empty((*nodes.shape[:-2], len(self.ends)))
+        _fill_lengths(self._own_ends, flat, length.reshape(-1, len(self.ends)))
+        return length
+
+    @cached_property
+    def _own_ends(self) -> Index:
+        """A copy of `ends`, as compiled functions take it."""
+        return np.array(self.ends, np.intp)
 
     @property
     def base(self) -> slice:
@@ -155,6 +167,7 @@ def make_truss(manipulator: Manipulator) -> Truss:
     members: list[Member] = []
     rings: list[list[list[int]]] = []
     face = [0, 1, 2]
+    faces = [face]
     for index, module in enumerate(manipulator.modules):
         kind, groups = kind_of(module), {"base": face}
         for name in (*kind.groups(module), "top"):
@@ -182,10 +195,26 @@ def make_truss(manipulator: Manipulator) -> Truss:
         if "foot" in groups:
             rings.append([[groups[name][corner] for name in ("foot", "mid", "head")] for corner in range(3)])
         face = top
+        faces.append(face)
     blocks = np.array(rings, dtype=int).reshape(-1, 3, 3)
     return Truss(
-        nodes=tuple(nodes), node_module=np.array(owner), members=tuple(members), group=np.array(group), rings=blocks
+        nodes=tuple(nodes),
+        node_module=np.array(owner),
+        members=tuple(members),
+        group=np.array(group),
+        rings=blocks,
+        faces=np.array(faces),
     )
+
+
+@compiled
+def _fill_lengths(ends: Index, nodes: Array, length: Array) -> None:
+    for t in range(len(nodes)):
+        for m in range(len(ends)):
+            square = 0.0
+            for k in range(3):
+                square += (nodes[t, ends[m, 1], k] - nodes[t, ends[m, 0], k]) ** 2
+            length[t, m] = np.sqrt(square)
 
 
 def _equivalent_bars(ends: Index, tip_edges: Index, rings: Index, actuators: Index) -> Index:

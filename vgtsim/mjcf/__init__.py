@@ -7,6 +7,7 @@ from vgtsim.mjcf.keyframes import reach_pose
 from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map, qpos_from_nodes
 from vgtsim.mjcf.rows import load_model, retime, select_drive, stiffen
 from vgtsim.mjcf.sections import SectionPose, make_section_pose
+from vgtsim.mjcf.tank import lower_waste
 
 __all__ = [
     "PoseMap",
@@ -17,6 +18,7 @@ __all__ = [
     "fill_qpos",
     "finish_model",
     "load_model",
+    "lower_waste",
     "make_pose_map",
     "make_section_pose",
     "measure_gap",

@@ -6,11 +6,12 @@ import numpy as np
 
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Member
+from vgtsim.kinematics.vectors import quaternions_to
 from vgtsim.mjcf import names
 from vgtsim.mjcf.defaults import add_defaults
 from vgtsim.mjcf.fittings import add_drives, add_force_sensors, hold_sites, set_inertia
 from vgtsim.mjcf.hubs import add_hubs
-from vgtsim.mjcf.pose import pinned_rotation, quaternions_to
+from vgtsim.mjcf.pose import pinned_rotation
 from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.ring import Seat, add_blocks, pin_barrel, pin_rod
 from vgtsim.mjcf.tip import add_tip

@@ -168,6 +168,7 @@ def _rig(site: Site, timestep: float, lifts: Sequence[float]) -> Rigging:
         elastic=simulation.members == "elastic",
         lumped=simulation.lumped,
         guided=site.tank.guide is not None,
+        line=site.task.conveyance.density if site.task.conveyance else 0.0,
     )
 
 

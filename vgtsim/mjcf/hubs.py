@@ -8,7 +8,6 @@ import numpy as np
 
 from vgtsim.geometry import MastPipe
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics.inertia import make_hub_masses
 from vgtsim.mjcf import names
 from vgtsim.mjcf.fittings import add_drives, add_force_sensors
 from vgtsim.mjcf.rigging import TANK, Rigging
@@ -35,13 +34,12 @@ def add_hubs(
             hubs[node].add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
     arm = rigging.chain.manipulator
     inertia = 0.4 * arm.hub_mass * arm.hub.radius**2  # a solid ball's
-    masses = make_hub_masses(arm, truss, lumped=rigging.lumped)
     for node, body in hubs.items():
         add_ball(spec, body, rigging, node)
         body.add_site(name=truss.nodes[node])
         body.explicitinertial = True
         body.ipos = [0, 0, 0]  # without a place MuJoCo writes no inertia into the XML
-        body.mass, body.inertia = masses[node], [inertia] * 3
+        body.mass, body.inertia = rigging.hub_masses[node], [inertia] * 3
     return hubs
 
 

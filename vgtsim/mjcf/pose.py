@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.kinematics import Truss
+from vgtsim.kinematics.vectors import quaternions_to
 from vgtsim.mjcf import names
 
 Array = NDArray[np.float64]
@@ -160,14 +161,6 @@ def _quaternions(rotations: Array) -> Array:
     for row, R in zip(result, rotations, strict=True):
         mujoco.mju_mat2Quat(row, np.ascontiguousarray(R).ravel())
     return result
-
-
-def quaternions_to(direction: Array) -> Array:
-    """Shortest rotations, shape (M, 4), w x y z, that carry z to unit vectors, shape (M, 3); to -z a half turn about x."""
-    x, y, z = direction.T
-    q = np.stack([1 + z, -y, x, np.zeros(len(z))], axis=-1)
-    q[q[:, 0] < 1e-12] = [0.0, 1.0, 0.0, 0.0]  # rounding apart, -z
-    return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
 def _conjugate(q: Array) -> Array:

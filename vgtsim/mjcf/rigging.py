@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vgtsim.description.scene import Payload
 from vgtsim.geometry import MastPipe
 from vgtsim.kinematics import Chain, kind_of
-from vgtsim.kinematics.inertia import MemberInertia, make_member_inertia
+from vgtsim.kinematics.inertia import MemberInertia, make_hub_masses, make_line_masses, make_member_inertia
 
 Array = NDArray[np.float64]
 
@@ -47,6 +47,7 @@ class Rigging:
         guided: Whether a guide holds the mast sideways; without one it can touch the riser.
         limited: Whether strokes, commands and speeds are limited, idle spins damped and contacts softened as model files
             have it; a plant goes where it is sent.
+        line: Mass of the line of conveyance per length, kg/m, which hangs on the faces.
     """
 
     chain: Chain
@@ -61,6 +62,7 @@ class Rigging:
     lumped: bool = False
     guided: bool = True
     limited: bool = False
+    line: float = 0.0
 
     @cached_property
     def nodes(self) -> Array:
@@ -71,6 +73,12 @@ class Rigging:
     def inertia(self) -> MemberInertia:
         """Masses of the members as they are simulated."""
         return make_member_inertia(self.chain.manipulator, self.chain.truss, split=self.elastic, lumped=self.lumped)
+
+    @cached_property
+    def hub_masses(self) -> Array:
+        """Masses of the nodes as they are simulated, shape (N,), kg."""
+        hubs = make_hub_masses(self.chain.manipulator, self.chain.truss, lumped=self.lumped)
+        return hubs + make_line_masses(self.chain, self.line)
 
     def bits(self, module: int) -> dict[str, int]:
         """Contact type and affinity of a module, -1 for the mast; a hinge counts with the module below."""

@@ -74,16 +74,16 @@ def load_model(path: str | Path) -> mujoco.MjModel:
     file = find_file(path, "model")
     if not file.is_file():
         raise DescriptionError(file, "", "no such file", "a generated .xml or .mjb")
-    if file.suffix == ".mjb":
-        return mujoco.MjModel.from_binary_path(str(file))
-    if file.suffix != ".xml":
+    if file.suffix not in (".xml", ".mjb"):
         raise DescriptionError(file, "", f"a {file.suffix or 'suffixless'} file", "a generated .xml or .mjb")
     try:
+        if file.suffix == ".mjb":
+            return mujoco.MjModel.from_binary_path(str(file))
         model = mujoco.MjModel.from_xml_path(str(file))
         factor = float(model.numeric(names.WEIGHT_SCALE).data[0])
     except KeyError:
         raise DescriptionError(file, f"custom.{names.WEIGHT_SCALE}", "nothing", "a model written by vgtsim") from None
     except ValueError as error:
-        raise DescriptionError(file, "", str(error), "a model MuJoCo can compile") from None
+        raise DescriptionError(file, "", str(error), "a model that MuJoCo can read") from None
     stiffen(model, factor)
     return model

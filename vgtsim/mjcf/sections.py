@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, find_rigid_sections
-from vgtsim.kinematics.inertia import make_hub_masses
 from vgtsim.mjcf import names
 from vgtsim.mjcf.defaults import ROLE_COLOURS, add_defaults
 from vgtsim.mjcf.fittings import set_point_masses
@@ -66,7 +65,7 @@ def _add_section(spec: mujoco.MjSpec, rigging: Rigging, nodes: list[int]) -> Non
         body.add_site(name=truss.nodes[node], pos=place)
         add_ball(spec, body, rigging, node, tuple(place))
     balls = 0.4 * len(nodes) * arm.hub_mass * arm.hub.radius**2 * np.eye(3)
-    set_point_masses(body, make_hub_masses(arm, truss, lumped=True)[nodes], places, balls)
+    set_point_masses(body, rigging.hub_masses[nodes], places, balls)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics.inertia import make_hub_masses, make_plate_inertia
+from vgtsim.kinematics.inertia import make_plate_inertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.fittings import set_point_masses
 from vgtsim.mjcf.hubs import add_ball
@@ -34,7 +34,7 @@ def add_tip(spec: mujoco.MjSpec, rigging: Rigging, nodes: Sequence[int] | None =
         add_ball(spec, tip, rigging, node, tuple(place))
     reach = np.array([0, 0, arm.tip_plate.tool_offset])
     _dress_tip(spec, tip, rigging, places[-3:], reach)
-    hubs = make_hub_masses(arm, truss, lumped=rigging.lumped)[nodes]
+    hubs = rigging.hub_masses[nodes]
     plate, load = make_plate_inertia(arm), rigging.payload
     tensor = np.diag(plate.moments) + 0.4 * load.mass * load.radius**2 * np.eye(3)  # a solid ball's
     tensor += 0.4 * len(nodes) * arm.hub_mass * arm.hub.radius**2 * np.eye(3)

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from copy import copy
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import obstacles
 from vgtsim.graphics import explain_no_picture, mujoco
-from vgtsim.mjcf import build_model, names, tank
+from vgtsim.kinematics import find_axis, trace_line
+from vgtsim.mjcf import build_model, build_spec, finish_model, lower_waste, names, tank
+from vgtsim.mjcf.pit import show_pit
 from vgtsim.output.replay import make_replay, pose_model, project
+from vgtsim.output.things import name_things
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -21,7 +24,7 @@ Box = tuple[int, int, int, int]  # left, top, right and bottom, pixels
 
 _DIM = 0.45  # of the liner: members without force are a light grey
 _GHOST = (0.75, 0.80, 0.86, 0.10)  # the near wall from outside: there, but not in the way
-_MOST_NAMES = 6  # of equipment; the names of more would hide it
+_HOSE, _PIECES = (0.25, 0.42, 0.30, 1.0), 4  # dark green, between the members' colours; pieces of a bend
 _AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
 _SLICES, _STACKS = (
     14,
@@ -35,23 +38,18 @@ _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 
 def compile_view(site: Site) -> mujoco.MjModel:
     """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
-    model = build_model(site)
+    if site.diggings is None:
+        model = build_model(site)
+    else:
+        spec = build_spec(site)
+        show_pit(spec, site.tank, site.diggings)
+        model = finish_model(spec, site)
+        lower_waste(model, site.diggings, site.diggings.start)
     model.mat(f"{names.TANK}/liner").rgba[:3] *= _DIM
     model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
     model.light_diffuse[:] = _DIFFUSE
     model.vis.quality.numslices, model.vis.quality.numstacks = _SLICES, _STACKS
     return model
-
-
-def name_things(site: Site) -> dict[str, Array]:
-    """Places of the names of what is in the tank, shape (3,), m, by name: waste, and the equipment unless it is much."""
-    around, level = obstacles(site.tank), site.tank.waste.level
-    heights = np.linspace(0.8, 0.3, len(around.names))[:, None]  # of each, so that names beside one another do not meet
-    places = (1 - heights) * around.axes[:, 0] + heights * around.axes[:, 1]
-    named = len(around.names) <= _MOST_NAMES
-    things = {name.replace("_", " "): place for name, place in zip(around.names, places, strict=True) if named}
-    front = np.array([0.0, -site.tank.shell.inner_diameter / 8, level])  # where the arm seldom hides it
-    return things | ({site.tank.waste.kind: front} if level else {})
 
 
 class Stage:
@@ -75,8 +73,11 @@ class Stage:
         boxes = self._model.geom_aabb[self._moving, None]
         self._corners = boxes[..., :3] + boxes[..., 3:] * _CORNERS
         self._grounds: dict[str, Picture] = {}
+        self._diggings = site.diggings
+        self._heights: Array | None = None
         points = [*(goal.position for goal in site.task.motion.goals), *name_things(site).values()]
         self._points = np.array(points).reshape(-1, 3)
+        self._line, self._truss = site.task.conveyance, site.truss
         self._thread = ThreadPoolExecutor(1)
         self._close: Callable[[], None] = lambda: None
         try:
@@ -86,12 +87,15 @@ class Stage:
             self.close()
             raise explain_no_picture(error) from None
 
-    def draw(self, camera: str, nodes: Array, axial: Array) -> Future[tuple[Picture, Array]]:
+    def draw(
+        self, camera: str, nodes: Array, axial: Array, heights: Array | None = None
+    ) -> Future[tuple[Picture, Array]]:
         """Draw nodes in frame G, shape (N, 3), m, members coloured by axial force, shape (M,), N.
 
-        The picture, shape (height, width, 3), comes with column and row of every goal and thing, see `project`.
+        Heights, shape (P,), m, are those of waste that is cut. The picture, shape (height, width, 3), comes with column and row
+        of every goal and thing, see `project`.
         """
-        return self._thread.submit(self._draw, camera, nodes, axial)
+        return self._thread.submit(self._draw, camera, nodes, axial, heights)
 
     def close(self) -> None:
         """End the thread and free the memory of the graphics."""
@@ -106,23 +110,39 @@ class Stage:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._close = lambda: (self._context.free(), context.free())[0]
 
-    def _draw(self, camera: str, nodes: Array, axial: Array) -> tuple[Picture, Array]:
+    def _draw(self, camera: str, nodes: Array, axial: Array, heights: Array | None) -> tuple[Picture, Array]:
         pose_model(self._replay, nodes, axial)
+        self._lower(heights)
         whole = (0, 0, *self._size)
         if self._model.body_weldid[self._model.cam(camera).bodyid].any():  # the camera moves, and all with it
             self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
+            self._lay_line(nodes)
             places = project(self._scene, self._points, *self._size)
             return self._take(whole), places
         if camera not in self._grounds:
             self._look(camera, mujoco.mjtCatBit.mjCAT_STATIC)
             self._grounds[camera] = self._take(whole)
         self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
+        self._lay_line(nodes)
         places = project(self._scene, self._points, *self._size)
         left, top, right, bottom = box = self._find_arm()
         picture = self._grounds[camera].copy()
         if left < right and top < bottom:
             picture[top:bottom, left:right] = self._take(box)
         return picture, places
+
+    def _lower(self, heights: Array | None) -> None:
+        """Show the waste as it is, where it has changed since the picture before."""
+        if (
+            heights is None
+            or self._diggings is None
+            or (self._heights is not None and (heights == self._heights).all())
+        ):
+            return
+        lower_waste(self._model, self._diggings, heights)
+        mujoco.mjr_uploadHField(self._model, self._context, self._model.hfield(names.PIT).id)
+        self._heights = heights
+        self._grounds.clear()
 
     def _look(self, camera: str, shown: mujoco.mjtCatBit) -> None:
         """Fill the scene with what a camera sees; those outside the tank see of its front half a ghost of the wall."""
@@ -132,6 +152,19 @@ class Stage:
         self._near.matid, self._near.rgba, self._near.group = shape
         eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.cam(camera).id
         mujoco.mjv_updateScene(self._model, self._replay.data, view, None, eye, shown, self._scene)
+
+    def _lay_line(self, nodes: Array) -> None:
+        """Add the line of conveyance through the arm at nodes, shape (N, 3), m, to the filled scene."""
+        line, scene = self._line, self._scene
+        if line is None:
+            return
+        points = trace_line(find_axis(self._truss, nodes[None]), _PIECES, jointed=line.kind == "screws")[0]
+        kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+        for start, end in pairwise(points):
+            geom = scene.geoms[scene.ngeom]
+            mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), np.array(_HOSE, np.float32))
+            mujoco.mjv_connector(geom, kind, line.diameter / 2, start, end)
+            scene.ngeom += 1
 
     def _find_arm(self) -> Box:
         """Find the part of the picture that the arm may be in; where it comes beside the camera, the whole."""

@@ -11,11 +11,12 @@ from pathlib import Path
 
 from vgtsim.errors import DescriptionError
 from vgtsim.output.folders import naming_folder, prepare_folder
-from vgtsim.replacing import lock_folder, replacing
+from vgtsim.replacing import flush_to_disk, lock_folder, replacing
 
 LOG, JSON, HTML, PDF, VIDEO = "log", "report.json", "report.html", "report.pdf", "video.mp4"
+REPLAY = "replay.html"  # the run as a page to play
 UNFINISHED = "unfinished"  # folder within the folder of a run, in which a new run puts its results
-RESULTS = ("scene.xml", "scene.mjb", LOG, JSON, HTML, PDF, VIDEO)
+RESULTS = ("scene.xml", "scene.mjb", LOG, JSON, HTML, PDF, VIDEO, REPLAY)
 _WHOLE = ".whole"  # lists the results of a finished run that are being moved
 
 
@@ -37,6 +38,7 @@ def stage_results(out_dir: str | Path, *, resume: bool = False) -> Iterator[Path
         if not resume:
             _remove(stage)
         stage.mkdir(exist_ok=True)
+        flush_to_disk(folder)
         yield stage
         with replacing(stage / _WHOLE) as partial:
             partial.write_text(json.dumps([name for name in RESULTS if (stage / name).exists()]), encoding="utf-8")
@@ -67,6 +69,7 @@ def _finish_move(folder: Path) -> None:
         elif (stage / name).exists():
             _remove(folder / name) if (folder / name).is_dir() else None
             os.replace(stage / name, folder / name)
+    flush_to_disk(folder)  # before the list goes
     (stage / _WHOLE).unlink()
     _remove(stage)
 

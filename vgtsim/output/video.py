@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
-from vgtsim.kinematics.ties import first_greatest
 from vgtsim.output.colours import scale_end
-from vgtsim.output.overlay import Mark, Overlay, draw_overlay, make_overlay
-from vgtsim.output.quantities import MINUS, format_quantity
+from vgtsim.output.overlay import LABELS, Mark, Overlay, draw_overlay, make_overlay
+from vgtsim.output.readings import read_instant
 from vgtsim.output.replay import camera_at, frame_times, interpolate
-from vgtsim.output.stage import Picture, Stage, compile_view, name_things
+from vgtsim.output.stage import Picture, Stage, compile_view
+from vgtsim.output.things import name_things
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -33,7 +33,6 @@ _STILL, _SHADE = 1e-4, 1e-3  # m, and part of the colour scale: a tenth of a pix
 _MOST_STAGES = 4  # more than the texts and the encoder keep up with
 _AHEAD = 2  # pictures in work for each stage, so that none waits for the encoder
 _ENCODER = ["-preset", "veryfast", "-movflags", "+faststart", "-threads", "1"]  # more threads, other bits
-_NO_MATTER = 1e-3  # of its limit: an error of a settled tool below this flickers, and is as good as nothing
 _QUALITY = 6  # of ten; constant rate factor 20
 
 
@@ -76,11 +75,16 @@ class _Instant:
     camera: str
     nodes: Array
     axial: Array
+    heights: Array | None = None
 
     def repeats(self, other: _Instant, end: float) -> bool:
         """Whether the picture of another instant is this one's too; the colour scale ends at this force, N."""
         still = np.abs(self.nodes - other.nodes).max() < _STILL
-        return self.camera == other.camera and still and np.abs(self.axial - other.axial).max() < _SHADE * end
+        pair = self.heights, other.heights
+        dug = pair[0] is not None and pair[1] is not None and bool((pair[0] != pair[1]).any())
+        return (
+            self.camera == other.camera and still and not dug and np.abs(self.axial - other.axial).max() < _SHADE * end
+        )
 
 
 def draw_frames(
@@ -97,9 +101,16 @@ def draw_frames(
     end = scale_end(axial)
     things = name_things(site)
     goals = [goal.name for goal in site.task.motion.goals]
-    overlay = make_overlay(*size, site.task.title, end, goals, things)
+    overlay = make_overlay(*size, site.task.title, end, goals, things, _list_labels(site))
     instants = (
-        _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)
+        _Instant(
+            time=float(time),
+            record=record,
+            camera=camera_at(cuts, float(time)),
+            nodes=nodes,
+            axial=forces,
+            heights=log.bed[record] if log.bed.size else None,
+        )
         for time in times
         for record, nodes, forces in [interpolate(log, axial, float(time))]
     )
@@ -126,10 +137,10 @@ def _share(
     """Give the stages instants to draw, in turns; an instant that repeats the one drawn last shares its picture."""
     turns = cycle(stages)
     shown = next(instants)
-    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial)
+    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial, shown.heights)
     for now in chain([shown], instants):
         if not now.repeats(shown, end):
-            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial)
+            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial, now.heights)
         yield now, drawing
 
 
@@ -147,24 +158,23 @@ def _label(
     sought = goal_name(site, int(log.goal[now.record]))
     named = zip(names, places.tolist(), strict=True)
     marks = tuple(Mark(text=name, column=x, row=y, active=name == sought) for name, (x, y) in named)
-    return draw_overlay(overlay, picture, _values(site, log, report, now), marks)
-
-
-def _values(site: Site, log: RunLog, report: Report, now: _Instant) -> tuple[str, ...]:
-    """Write the texts of one instant, one for each of the overlay's labels."""
-    record, goal = now.record, goal_name(site, int(log.goal[now.record])) or "none"
-    error = report.series.get("tool_position_error")
-    known, least = error is not None and np.isfinite(error[record]), _NO_MATTER * site.task.limits.tracking_position
-    off = format_quantity(max(float(error[record]), least), "m") if error is not None and known else ""
     speed = site.task.video.speed
-    worst = int(first_greatest(np.abs(now.axial)))
-    return (
-        f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else ""),
-        f"{goal}{' (settled)' if log.settled[record] else ''}",
-        off and f"{off} {'off' if log.settled[record] else 'to goal'}",
-        f"{now.axial[worst] / 1e3:+.1f} kN".replace("-", MINUS),
-        site.truss.members[worst].name,
-    )
+    time = f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else "")
+    texts = (time, *read_instant(site, log, report, now.record, now.axial), *_tell_removed(site, log, now.record))
+    return draw_overlay(overlay, picture, texts, marks)
+
+
+def _list_labels(site: Site) -> tuple[str, ...]:
+    """Labels of the texts: that of the removed waste only where some is cut."""
+    return LABELS if site.diggings is None else (*LABELS, "waste removed")
+
+
+def _tell_removed(site: Site, log: RunLog, record: int) -> tuple[str, ...]:
+    """Removed waste in litres, and its mass; nothing where none is cut."""
+    if site.diggings is None:
+        return ()
+    volume = float(log.removed[record]) if log.removed.size else 0.0
+    return (f"{1e3 * volume:.1f} l, {volume * site.tank.waste.density:.0f} kg",)
 
 
 @contextmanager

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import FollowError, ReachError
+from vgtsim.geometry.stretches import Stretch, make_stretches
 from vgtsim.kinematics import Chain, Subspace
 from vgtsim.planning.curve import Curve, make_curve
 from vgtsim.planning.resolution import make_objective
-from vgtsim.planning.stretches import Stretch, make_stretches
 from vgtsim.planning.timing import SpeedLimits, make_limits, time_lengths
 from vgtsim.positioning import (
     NewtonSettings,

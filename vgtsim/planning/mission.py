@@ -2,51 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import RasterPiece, ToolPath
-from vgtsim.description.mission import HoldStep, InsertStep, MissionStep, MoveStep, RasterStep
+from vgtsim.description import Goal, RasterPiece, ToolPath
+from vgtsim.description.mission import (
+    CutStep,
+    FollowStep,
+    HoldStep,
+    InsertStep,
+    MissionStep,
+    MoveStep,
+    RasterStep,
+    begins_inside,
+)
 from vgtsim.errors import PathError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
+from vgtsim.planning.cutting import check_cuts, foresee_waste, plan_cut
 from vgtsim.planning.entry_checks import check_entry
-from vgtsim.planning.following import follow
+from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
+from vgtsim.planning.leader import Leader, make_leader
 from vgtsim.planning.pace import choose_step, find_bounds
+from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import goal_keep, make_objective
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import TimedPath, make_limits, time_path
 from vgtsim.planning.tour import Leg, Tour, plan_tour, pose_at
 from vgtsim.planning.trajectory import Corridor
-from vgtsim.positioning import Problem, tool_goal
+from vgtsim.positioning import Nearness, Problem, tool_goal
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
+_LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured
-_SMOOTH = ("mid_stroke",)  # objective of postures along rows: hinges would let them jump
+_SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would let them jump
 
-
-Rows = Callable[[float], tuple[Array, Array | None]]
+Rows = Callable[[float], tuple[Array, Array | None, Array | None]]
 
 
 @dataclass(frozen=True)
 class _Piece:
     """A part of a leg, run from rest to rest, with its least clearance, m, from a place.
 
-    `rows` gives, for a time step, s, actuator lengths, shape (T, J), m, and feed, shape (T,), m, if the mast moves. A way that
-    bears on the step is `timed`.
+    `rows` gives, for a time step, s, actuator lengths, shape (T, J), m, feed, shape (T,), m, if the mast moves, and the share of
+    its power, shape (T,), at which the tool removes waste, if it does. A way that
+    bears on the step is `timed`. On the way in or out the arm follows a `leader`.
     """
 
     clearance: float
     place: str
     rows: Rows
     timed: TimedPath | None = None
+    leader: Leader | None = None
 
 
 @dataclass
@@ -60,7 +74,13 @@ class _Plan:
     ends: list[Array] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        site, motion = self.site, self.site.task.motion
+        self.heights = None if self.site.diggings is None else self.site.diggings.start
+        self._enter(self.site)
+
+    def _enter(self, site: Site) -> None:
+        """Go on at a site, whose waste may be lower than before."""
+        motion = site.task.motion
+        self.site = site
         self.keep = goal_keep(site)
         self.corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
         self.carousel = Carousel(Ground(self.corridor))
@@ -68,7 +88,17 @@ class _Plan:
 
     def add(self, step: MissionStep) -> None:
         """Plan one step."""
-        self.pieces.append(list(self._take(step)))
+        if isinstance(step, FollowStep):
+            run, piece = self._follow(step.path)
+            self._end(self._go(run.q[0], f"the beginning of {step.path.name}"))
+            self.here = run.q[-1]
+            self._end([piece])
+        else:
+            self._end(self._take(step))
+
+    def _end(self, leg: list[_Piece]) -> None:
+        """Add a leg, which ends where the arm is now."""
+        self.pieces.append(leg)
         self.ends.append(self.here)
 
     def _take(self, step: MissionStep) -> list[_Piece]:
@@ -81,10 +111,14 @@ class _Plan:
             return self._go(pose_at(self.site, goals[step.goal], self.here, self.keep), step.goal)
         if isinstance(step, RasterStep):
             return self._raster(step)
+        if isinstance(step, CutStep):
+            return self._cut(step)
         if isinstance(step, HoldStep):
             gap, place = self.site.surroundings.least(self.here)
             length = self.site.chain.lengths(self.here)
-            return [_Piece(gap, place, lambda dt: (np.tile(length, (max(2, round(step.time / dt) + 1), 1)), None))]
+            return [
+                _Piece(gap, place, lambda dt: (np.tile(length, (max(2, round(step.time / dt) + 1), 1)), None, None))
+            ]
         assert self.way is not None  # the order of the steps is that of the description
         pieces = self._go(self.way.ends[1], "the way out")
         self.here = self.way.ends[0]
@@ -92,11 +126,12 @@ class _Plan:
 
     def _feed(self, way: Insertion) -> _Piece:
         place = min(way.gaps, key=lambda name: way.gaps[name])
-        return self._run(way.gaps[place], place, time_way(self.site, way))
+        piece = self._run(way.gaps[place], place, time_way(self.site, way))
+        return replace(piece, leader=make_leader(self.site, way))
 
     def _run(self, clearance: float, place: str, timed: TimedPath) -> _Piece:
         chain = self.site.chain
-        return _Piece(clearance, place, lambda dt: (chain.lengths(timed.inputs(dt)), timed.feeds(dt)), timed)
+        return _Piece(clearance, place, lambda dt: (chain.lengths(timed.inputs(dt)), timed.feeds(dt), None), timed)
 
     def _go(self, there: Array, name: str) -> list[_Piece]:
         path = plan_path(self.corridor, self.here, there, name, self.carousel)
@@ -104,9 +139,9 @@ class _Plan:
         return [self._run(path.clearance, path.place, time_path(self.site.chain, path.curve, self.limits))]
 
     def _raster(self, step: RasterStep) -> list[_Piece]:
-        """Rows from where the tool is; the arm first takes the posture in which it can follow them."""
-        site, motion = self.site, self.site.task.motion
-        position, direction = site.chain.tool(self.here)
+        """Rows from where the tool is."""
+        motion = self.site.task.motion
+        position, direction = self.site.chain.tool(self.here)
         path = ToolPath(
             name="raster",
             start=tuple(position.tolist()),
@@ -116,22 +151,61 @@ class _Plan:
             acceleration=motion.acceleration,
             pieces=(RasterPiece(shape="raster", width=step.width, depth=step.depth, rows=step.rows),),
         )
-        goal = tool_goal(path.start, path.direction)
-        problem = Problem(site.box, goal, make_objective(site, goal, _SMOOTH))
-        run = follow(problem, path, self.here, site.timestep, site.subspace)
-        start, pieces = run.q[0], self._go(run.q[0], "the first row of the raster")
+        middle = position + (np.array(step.width) + step.depth) / 2
+        pieces, rows = self._run_rows(path, middle)
+        return [*pieces, rows]
+
+    def _cut(self, step: CutStep) -> list[_Piece]:
+        """Rows over a patch, with rests in which the tool comes to power; what is planned after them knows what they leave."""
+        site, motion = self.site, self.site.task.motion
+        assert self.heights is not None  # of a scene with such a step
+        index = next(i for i, item in enumerate(site.task.mission) if item is step)
+        cut = plan_cut(site, index, step, self.heights)
+        path = cut.make_path(site.chain.tool(self.here)[1], motion.rate_fraction, motion.acceleration)
+        pieces, rows = self._run_rows(path, cut.middle)
+
+        def run(timestep: float) -> tuple[Array, None, Array]:
+            lengths, share = cut.add_rests(rows.rows(timestep)[0], timestep)
+            return lengths, None, share
+
+        lengths, _, share = run(site.timestep)
+        points = site.chain.tool(site.chain.inputs_from_lengths(lengths))[0]
+        self.heights = foresee_waste(site, points, share, site.timestep, self.heights)
+        self._enter(site.lower_waste(self.heights))
+        return [*pieces, replace(rows, rows=run)]
+
+    def _run_rows(self, path: ToolPath, middle: Array) -> tuple[list[_Piece], _Piece]:
+        """The way to the begin of rows, and the rows, near a posture that is clear of everything at their middle, (3,), m."""
+        goal = Goal(name="rows", position=tuple(middle.tolist()), direction=path.direction)
+        clear = pose_at(self.site, goal, self.here, self.keep)
+        run, piece = self._follow(path, clear)
+        pieces = self._go(run.q[0], f"the first row of {path.name}")
+        self.here = run.q[-1]
+        return pieces, piece
+
+    def _follow(self, path: ToolPath, clear: Array | None = None) -> tuple[Followed, _Piece]:
+        """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates.
+
+        With a clear posture, shape (n,), all postures stay as near to it as they can.
+        """
+        site, goal, motion = self.site, tool_goal(path.start, path.direction), self.site.task.motion
+        slow = {name: min(getattr(path, name), getattr(motion, name)) for name in ("rate_fraction", "acceleration")}
+        path = path.model_copy(update=slow)
+        near = make_objective(site, goal, _SMOOTH) if clear is None else Nearness(site.chain.lengths(clear))
+        problem = Problem(site.box, goal, near)
+        run = follow(problem, path, self.here if clear is None else clear, site.timestep, site.subspace)
+        start = run.q[0]
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])
         worst = int(np.argmin(gaps))
         if gaps[worst] < site.clearance:
-            raise PathError("the raster", float(gaps[worst]), places[worst])
-        self.here = run.q[-1]
+            raise PathError(path.name, float(gaps[worst]), places[worst])
+        check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
-        def rows(timestep: float) -> tuple[Array, None]:
-            return (
-                run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
-            ).lengths, None
+        def rows(timestep: float) -> tuple[Array, None, None]:
+            again = run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
+            return again.lengths, None, None
 
-        return [*pieces, _Piece(float(gaps[worst]), places[worst], rows)]
+        return run, _Piece(float(gaps[worst]), places[worst], rows)
 
 
 def plan_mission(site: Site) -> Tour:
@@ -141,20 +215,26 @@ def plan_mission(site: Site) -> Tour:
         DescriptionError: The scene cannot work, see `check_site`, or the arm cannot come through the riser, see `check_entry`.
         PathError: There is no way in, or no clear path between two steps.
         ReachError: A goal cannot be met.
-        FollowError: The posture would jump on a raster.
+        FollowError: The posture would jump on a path.
     """
     check_site(site)
-    check_entry(site)
-    plan = _Plan(site, site.chain.stowed)
+    inside = begins_inside(site.task.mission)
+    if not inside:
+        check_entry(site)
+    check_cuts(site)
+    start = site.start if inside else site.chain.stowed
+    plan = _Plan(site, start)
     for step in site.task.mission:
         plan.add(step)
     timed = [(piece.timed, piece.clearance) for leg in plan.pieces for piece in leg if piece.timed is not None]
+    for way, _ in timed:
+        check_passage(site, way.inputs(_LOOKED))
     bounds = find_bounds(site, timed)
     timestep = choose_step(site, bounds)
     legs = []
     for index, (stage, pieces, end) in enumerate(zip(site.task.stages, plan.pieces, plan.ends, strict=True)):
         nearest = min(pieces, key=lambda piece: piece.clearance)
-        lengths, feed = _join([piece.rows(timestep) for piece in pieces])
+        lengths, feed, share = _join([piece.rows(timestep) for piece in pieces])
         leg = Leg(
             name=stage.name,
             goal=index,
@@ -163,17 +243,34 @@ def plan_mission(site: Site) -> Tour:
             clearance=nearest.clearance,
             place=nearest.place,
             feed=feed,
+            tool=share,
+            leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
-    return Tour(np.array(site.chain.stowed), tuple(legs), timestep, bounds)
+    return Tour(np.array(start), tuple(legs), timestep, bounds)
 
 
-def _join(parts: list[tuple[Array, Array | None]]) -> tuple[Array, Array | None]:
-    """Lengths and feeds of the parts of a leg one after the other; the mast stands at its working depth in a part without."""
-    lengths = [rows if i == 0 else rows[1:] for i, (rows, _) in enumerate(parts)]
-    feeds = [np.zeros(len(rows)) if feed is None else feed for rows, feed in parts]
-    moved = any(feed is not None for _, feed in parts)
-    return np.concatenate(lengths), np.concatenate([feeds[0], *(feed[1:] for feed in feeds[1:])]) if moved else None
+def _join(parts: list[tuple[Array, Array | None, Array | None]]) -> tuple[Array, Array | None, Array | None]:
+    """Lengths, feeds and shares of the tool's power of the parts of a leg one after the other.
+
+    In a part without them the mast stands at its working depth, and the tool rests.
+    """
+    lengths, *others = zip(*parts, strict=True)
+    filled = [
+        None if all(part is None for part in other) else [_fill(*pair) for pair in zip(other, lengths, strict=True)]
+        for other in others
+    ]
+    feed, share = (None if other is None else _chain(other) for other in filled)
+    return _chain(lengths), feed, share
+
+
+def _fill(part: Array | None, lengths: Array) -> Array:
+    return np.zeros(len(lengths)) if part is None else part
+
+
+def _chain(parts: Sequence[Array]) -> Array:
+    """Parts one after the other, each of which begins where the one before ends."""
+    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
 
 
 def plan_site(site: Site) -> Tour:

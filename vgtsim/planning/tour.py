@@ -14,6 +14,7 @@ from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
+from vgtsim.planning.leader import Leader
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import Path, plan_path
@@ -39,7 +40,8 @@ class Leg:
 
     Actuator lengths at every step, the first and last included, have shape (T, J), m. `q` are the inputs at the end,
     shape (n,), and `goal` the index of the goal in the scene. `feed`, shape (T,), m, lifts the mast above its working depth;
-    without one the mast stays where it is.
+    without one the mast stays where it is. `tool`, shape (T,), is the share of its power at which the tool removes waste; without
+    one it rests. On the way in or out the arm follows a `leader`.
     """
 
     name: str
@@ -49,10 +51,12 @@ class Leg:
     clearance: float
     place: str
     feed: Array | None = None
+    tool: Array | None = None
+    leader: Leader | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for array in (self.lengths, self.q, self.feed):
+        for array in (self.lengths, self.q, self.feed, self.tool):
             if array is not None:
                 array.flags.writeable = False
 
@@ -75,11 +79,11 @@ class Tour:
 
     @property
     def digest(self) -> str:
-        """Digest of the timed lengths and feeds, the goals' indices and the time step."""
+        """Digest of the timed lengths, feeds and shares of the tool's power, the goals' indices and the time step."""
         parts = []
         for leg in self.legs:
             parts += [str(leg.goal).encode(), leg.lengths.tobytes()]
-            parts += [] if leg.feed is None else [leg.feed.tobytes()]
+            parts += [extra.tobytes() for extra in (leg.feed, leg.tool) if extra is not None]
         return digest(repr(float(self.timestep)).encode(), *parts)
 
     @property

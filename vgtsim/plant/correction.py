@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
+from vgtsim.mjcf import names
 from vgtsim.plant.foresight import Foresight
+from vgtsim.plant.hose import Hose
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -31,24 +33,35 @@ class Correction:
     Speeds are otherwise foreseen to change as in the step before.
     """
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, foresight: Foresight | None) -> None:
-        """Start at rest: no force is known yet."""
-        self._model, self._data, self._foresight = model, data, foresight
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, foresight: Foresight | None, hose: Hose | None = None
+    ) -> None:
+        """Start at rest: no force is known yet; a hose through the arm loads it in every step."""
+        self._model, self._data, self._foresight, self._hose = model, data, foresight, hose
         self._ahead = mujoco.MjData(model)  # bodies and sites where they are foreseen
         self._frames = np.array(model.geom_sameframe)
         self._speeds = np.zeros(model.nv)
         self._count = -1
+        self._tool, self._tip = model.site(names.TOOL).id, model.body(names.TIP).id
 
-    def step(self, lengths: Array, feed: float = 0.0) -> Array:
-        """Make a step towards lengths, shape (J,), and a feed, m; returns the gaps of the equality rows at its begin, (E,), m."""
+    def step(self, lengths: Array, feed: float = 0.0, push: Array | None = None) -> Array:
+        """Make a step towards lengths, shape (J,), and a feed, m, with a push on the tool point, shape (3,), N, in frame G.
+
+        Returns the gaps of the equality rows at its begin, shape (E,), m.
+        """
         model, data = self._model, self._data
         mujoco.mj_step1(model, data)
+        if push is not None:
+            lever = data.site_xpos[self._tool] - data.xipos[self._tip]
+            data.xfrc_applied[self._tip] = [*push, *np.cross(lever, push)]
         if data.ne != self._count:
             self._find_rows()
         gaps = np.array(data.efc_pos[: self._count])
         way = gaps - self._given_way + self._find_departures(lengths, feed)
         speeds = model.opt.timestep * data.efc_vel[: self._count]
         data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
+        if self._hose is not None:
+            self._hose.press(data)
         mujoco.mj_step2(model, data)
         self._given_way = model.opt.timestep**2 * data.efc_R[: self._count] * data.efc_force[: self._count]
         return gaps

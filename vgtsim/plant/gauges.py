@@ -13,7 +13,7 @@ from vgtsim.kinematics import find_rigid_sections
 from vgtsim.mjcf import fill_qpos, make_pose_map, make_section_pose, names
 from vgtsim.plant.addresses import find_addresses, find_rows
 from vgtsim.site import Site
-from vgtsim.statics import NodeMotion, make_load_model, motion_from_log, solve_members
+from vgtsim.statics import LoadModel, NodeMotion, make_load_model, motion_from_log, solve_members, tool_forces
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -137,7 +137,8 @@ class SectionGauges:
         self._driven = np.array([model.tendon(names.row(truss.members[i].name)).id for i in truss.actuated])
         self._order: Index | None = None
         task, chain = site.task, site.chain
-        self._lumped = make_load_model(chain, task.payload, task.simulation.gravity, lumped=True)
+        gravity, line = task.simulation.gravity, task.conveyance
+        self._lumped = make_load_model(chain, task.payload, gravity, lumped=True, line=line)
         self._lengths = truss.lengths(chain.nodes(chain.straight))
         self.counts = _count(site)
 
@@ -178,7 +179,9 @@ class SectionGauges:
         still = (records["settled"] | ~np.isfinite(motion.acceleration).all(axis=(1, 2)))[:, None, None]
         # at rest differences of records from before the rest say nothing
         known = NodeMotion(*(np.where(still, 0.0, item) for item in (motion.velocity, motion.acceleration)))
-        described, simulated = (solve_members(model, nodes, known) for model in (site.load_model, self._lumped))
+        described, simulated = (
+            solve_members(model, nodes, known, _push(model, records)) for model in (site.load_model, self._lumped)
+        )
         off = np.zeros(described.bar.shape)
         off[:, self.rows] = records["row_force"] - simulated.bar[:, self.rows]
         force = described.near_axial + off
@@ -197,6 +200,14 @@ class SectionGauges:
             "mast_reaction": described.reaction + extra,
         }
         return {name: value for name, value in records.items() if name != "row_force"} | added
+
+
+def _push(model: LoadModel, records: Records) -> Array | None:
+    """Forces of the tool at the nodes, shape (T, N, 3), N; None where it removes no waste."""
+    if "tool_force" not in records:
+        return None
+    force = records["tool_force"]
+    return tool_forces(model, records["nodes"], np.concatenate([force, np.zeros_like(force)], axis=1))
 
 
 def _count(site: Site) -> tuple[int, int, int]:

@@ -23,16 +23,17 @@ class Lookout:
         """Look at the first step."""
         self._near, self._room = Proximity(site), -np.inf
 
-    def look(self, time: float, nodes: Array, tool: Array, way: float) -> list[Contact]:
+    def look(self, time: float, nodes: Array, tool: Array, way: float, heights: Array | None = None) -> list[Contact]:
         """List what touches at a time, s.
 
-        Nodes have shape (N, 3) and the tool point shape (3,), m; the way is that of the fastest hub in the last step, m.
+        Nodes have shape (N, 3) and the tool point shape (3,), m; the way is that of the fastest hub in the last step, m. Heights,
+        shape (P,), m, are those of waste that is cut: it falls, so what is far stays far.
         """
         self._room -= way
         if self._room > 0:
             return []
         near = self._near
-        around, (among, pair) = near.around(nodes, tool), near.among(nodes, tool)
+        around, (among, pair) = near.around(nodes, tool, heights), near.among(nodes, tool)
         self._room = _SHARE * min(float(around.least), float(among))
         found = [
             Contact(time, near.name_around(int(part)), place, float(gap))

@@ -7,8 +7,6 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from vgtsim.control import Controller, apply
 from vgtsim.description import OperatorCommand, digest_commands
 from vgtsim.errors import DivergenceError, StoppedError
@@ -53,22 +51,48 @@ def record_operation(site: Site, writer: LogWriter) -> None:
     writer.end(rest)
 
 
+class Operation:
+    """A plant with its controller, from the scene's start: `give` it commands and `advance` it, step by step.
+
+    Played from a record or by a live hand, the same commands at the same steps give the same log. A `store` is given the log
+    piece by piece, see `Plant`.
+    """
+
+    def __init__(self, site: Site, store: Callable[[Piece], None] | None = None) -> None:
+        """Stand at the scene's start."""
+        self.plant = Plant(site, store=store)
+        self.controller = Controller(site, self.plant.timestep)
+        self.controller.start(self.plant.reset().commanded, site.start)
+
+    def give(self, command: OperatorCommand) -> None:
+        """Give the controller a command; errors are those of `Controller.command`."""
+        apply(self.controller, command)
+
+    def advance(self) -> None:
+        """One step of controller and plant; errors are those of `Plant.step`."""
+        self.plant.mark(-1, target=self.controller.target)
+        self.plant.command(self.controller.step(self.plant.state))
+        self.plant.step()
+
+    def hold(self) -> None:
+        """One step in which the arm, come to rest, is held as at a goal."""
+        self.plant.mark(-1, settled=True, target=self.controller.target)
+        self.plant.command(self.plant.state.commanded)
+        self.plant.step()
+
+
 def _ride(site: Site, commands: Sequence[OperatorCommand], store: Callable[[Piece], None] | None = None) -> Plant:
-    plant, motion = Plant(site, store=store), site.task.motion
-    state, controller = plant.reset(), Controller(site, plant.timestep)
-    controller.start(state.commanded, site.start)
+    operation, motion = Operation(site, store), site.task.motion
+    plant = operation.plant
     waiting, step = list(commands)[::-1], plant.timestep
     hold, patience = (round(seconds / step) for seconds in (motion.hold, motion.patience))
 
     def advance() -> None:
         while waiting and waiting[-1].time <= plant.time + _AT_ONCE * step:
-            apply(controller, waiting.pop())
-        plant.mark(-1, settled=settled, target=controller.target)
-        plant.command(controller.step(plant.state))
-        plant.step()
+            operation.give(waiting.pop())
+        operation.advance()
         tick(plant.time)
 
-    settled = False
     total = round(commands[-1].time / step) if commands else 0
     with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         while waiting:
@@ -76,11 +100,8 @@ def _ride(site: Site, commands: Sequence[OperatorCommand], store: Callable[[Piec
         advance()  # the last command has been given
         for _ in range(patience):
             if plant.calm:
-                settled, held = True, np.array(plant.state.commanded)
                 for _ in range(hold):
-                    plant.mark(-1, settled=True, target=controller.target)
-                    plant.command(held)
-                    plant.step()
+                    operation.hold()
                     tick(plant.time)
                 break
             advance()

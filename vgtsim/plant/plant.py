@@ -13,10 +13,12 @@ from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import build_model, retime
 from vgtsim.plant.correction import Correction
+from vgtsim.plant.digger import find_digger
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
 from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
 from vgtsim.plant.hoist import Hoist
+from vgtsim.plant.hose import Hose
 from vgtsim.plant.lookout import Lookout
 from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder, list_digests
@@ -25,7 +27,7 @@ from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
 from vgtsim.runlog import Piece, RunLog
 from vgtsim.site import Site
-from vgtsim.statics import settle
+from vgtsim.statics import settle, solve_members
 from vgtsim.touches import Parts
 
 Array = NDArray[np.float64]
@@ -130,6 +132,7 @@ class Plant:
         wanted = chain.lengths(q) if wanted is None else wanted
         self._hoist = Hoist(self.model, self.data, self.site)
         self._feed = self._fed = self._hoist.read_command(feed)
+        self._digger = find_digger(self.model, self.site.diggings)
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
@@ -146,7 +149,12 @@ class Plant:
         return self.state
 
     def command(
-        self, lengths: ArrayLike | None = None, *, rates: ArrayLike | None = None, feed: float | None = None
+        self,
+        lengths: ArrayLike | None = None,
+        *,
+        rates: ArrayLike | None = None,
+        feed: float | None = None,
+        tool: float | None = None,
     ) -> None:
         """Say where cylinders and mast are to be at the end of the next step, or how fast cylinders are to go from now on.
 
@@ -155,15 +163,16 @@ class Plant:
             rates: Shape (J,), m/s; each step adds a step's way to the commanded lengths, until the next command.
             feed: Height of the mast above its working depth, m; held until the next command. Alone it leaves the cylinders
                 their command.
+            tool: Share of its power at which the tool then removes waste, 0 to 1; held until the next command.
 
         Raises:
             CommandError: Lengths and rates are given both, or nothing is, or the size is wrong, or something is not finite,
-                or the feed is beyond its stroke.
+                or the feed is beyond its stroke, or the tool is none that removes waste in the scene's mission.
             StoppedError: The plant has stopped.
         """
         self._require_going()
         given = (lengths is not None) + (rates is not None)
-        if given == 2 or (not given and feed is None):
+        if given == 2 or (not given and feed is None and tool is None):
             raise CommandError("command", "neither or both", "either lengths or rates")
         wanted = self._feed if feed is None else self._hoist.read_command(feed)
         if lengths is not None:
@@ -171,6 +180,10 @@ class Plant:
         elif rates is not None:
             self._rates = read_row("rates", rates, self._count)
         self._feed = wanted
+        if tool is not None:
+            if self._digger is None:
+                raise CommandError("tool", f"{tool:g}", "nothing: no step of the scene's mission cuts waste")
+            self._digger.command(tool)
 
     def mark(self, goal: int, *, settled: bool = False, target: ArrayLike | None = None) -> None:
         """Say for the records which goal is approached from now on, or held, settled; -1 for none.
@@ -227,6 +240,12 @@ class Plant:
         return self._state
 
     @property
+    def axial(self) -> Array:
+        """Axial forces of the members at the last record, tension positive, shape (M,), N; before the first one, at rest."""
+        known = self._recorder.axial(self.site.truss.ends)
+        return solve_members(self.site.load_model, self.state.nodes).near_axial if known is None else known
+
+    @property
     def log(self) -> RunLog:
         """All records since the reset; with a store, those that it was not given yet."""
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
@@ -260,7 +279,9 @@ class Plant:
             self._drive = find_drive(model, self.data, self.site, gauges.at, springs, nodes)
             if isinstance(self._drive, RigidDrive):
                 foresight = Foresight(MemberTurns(model, gauges.at, chain), chain, q, self._target)
-        self._correction = Correction(self.model, self.data, foresight)
+        line = self.site.task.conveyance
+        hose = Hose(model, self.site, gauges.nodes) if line and line.bending_stiffness else None
+        self._correction = Correction(self.model, self.data, foresight, hose)
 
     def _find_equilibrium(self) -> None:
         """Let the constraints take up the weight before time zero: kinematics give the posture, but not its forces."""
@@ -295,7 +316,8 @@ class Plant:
         noted, height = self._gauges.note(data), self._hoist.height
         self._recorder.note_saturation(self._drive.command(self._target))
         self._hoist.command(self._feed)
-        gaps = self._correction.step(self._target, self._feed)
+        digger = self._digger
+        gaps = self._correction.step(self._target, self._feed, None if digger is None else digger.force)
         self._hoist.discount(gaps, self._feed - self._fed)
         self._steps += 1
         try:
@@ -315,6 +337,8 @@ class Plant:
                 pressure=self._drive.pressure,
                 more=self._find_more() | {"feed": height},
             )
+        if digger is not None:
+            digger.dig(data.site_xpos[self._gauges.tool], self.timestep)
         if self._knocks:
             self._before = data.site_xpos[self._gauges.nodes]
         self._note_rest()
@@ -333,6 +357,8 @@ class Plant:
     def _find_more(self) -> dict[str, float | Array]:
         """More quantities of the record of the last step, by name."""
         more: dict[str, float | Array] = {"feed_commanded": self._fed, "feed_force": self._hoist.pull()}
+        if self._digger is not None:
+            more |= self._digger.record
         if self._aimed is not None:
             more["target"] = self._aimed
         if self._knocks:
@@ -360,6 +386,7 @@ class Plant:
             nodes=places[self._gauges.nodes],
             tool=places[self._gauges.tool],
             way=self._speed() * self.timestep,
+            heights=None if self._digger is None else self._digger.heights,
         )
 
     def _note_contacts(self, contacts: list[Contact], *, recorded: bool) -> None:

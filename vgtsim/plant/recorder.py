@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")  # whose versions a log tells
 
+_MOTION = 5  # records that the motion at the last one is worked out from
+
 
 @dataclass
 class Recorder:
@@ -86,6 +88,16 @@ class Recorder:
         self._saturated = 0
         if len(self._rows["time"]) == self._given + CHUNK + BESIDE:
             self._give()
+
+    def axial(self, ends: NDArray[np.intp]) -> Array | None:
+        """Axial forces of the members at the last record, see `RunLog.axial`; none before the first."""
+        if not self._rows:
+            return None
+        last = {name: np.array(values[-_MOTION:]) for name, values in self._rows.items()}
+        records = self.gauges.complete(last)
+        nodes = records["nodes"][-1]
+        along = nodes[ends[:, 1]] - nodes[ends[:, 0]]
+        return np.einsum("mk,mk->m", records["member_force"][-1], along) / np.linalg.norm(along, axis=1)
 
     def _give(self) -> None:
         """Give a chunk away."""

@@ -97,8 +97,9 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
     for leg in tour.legs:
         plant.mark(leg.goal)
         feeds = [None] * len(leg.lengths) if leg.feed is None else leg.feed.tolist()
-        for lengths, feed in zip(leg.lengths[1:], feeds[1:], strict=True):
-            plant.command(lengths, feed=feed)
+        shares = [None] * len(leg.lengths) if leg.tool is None else leg.tool.tolist()
+        for lengths, feed, share in zip(leg.lengths[1:], feeds[1:], shares[1:], strict=True):
+            plant.command(lengths, feed=feed, tool=share)
             step(1)
         for _ in range(patience):
             if plant.calm:

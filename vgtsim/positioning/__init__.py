@@ -27,7 +27,7 @@ from vgtsim.positioning.solution import Solution, join_solutions
 from vgtsim.positioning.solver import Keep, solve_goal
 from vgtsim.positioning.starting import find_start, search_start
 from vgtsim.positioning.strokes import StrokeBox, binding_actuators, bring_inside, inside, make_box
-from vgtsim.positioning.surroundings import Surroundings
+from vgtsim.positioning.surroundings import LeastGap, Surroundings
 
 __all__ = [
     "ANCHOR_FREE",
@@ -36,6 +36,7 @@ __all__ = [
     "Differences",
     "GoalSpace",
     "Keep",
+    "LeastGap",
     "LengthVariation",
     "MidStroke",
     "Nearness",

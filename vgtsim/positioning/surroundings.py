@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description.tank import Tank
 from vgtsim.geometry import (
+    Bed,
     MemberPairs,
     Obstacles,
     Profile,
@@ -26,7 +27,7 @@ from vgtsim.geometry import (
     pair_members,
     segment_distance,
 )
-from vgtsim.geometry.gaps import BED, PILLAR, TANK, WASTE
+from vgtsim.geometry.gaps import BED, PILLAR, SOLID, TANK, WASTE
 from vgtsim.kinematics import Chain, State
 from vgtsim.kinematics.inertia import member_radii
 
@@ -54,8 +55,17 @@ class NearPairs:
 
 
 @dataclass(frozen=True)
+class LeastGap:
+    """The least gap of an arm: its size, m, its two bodies, and points between which it is, on the arm first, shape (2, 3), m."""
+
+    gap: float
+    bodies: str
+    ends: Array
+
+
+@dataclass(frozen=True)
 class _Pillars:
-    """C upright cylinders, equipment and then the mast: axes, shape (C, 2, 3), m, and radii, shape (C,), m.
+    """C cylinders, equipment and then the mast: axes, shape (C, 2, 3), m, and radii, shape (C,), m.
 
     `meets` tells which capsules may meet which cylinder, shape (C, M): the first module hangs from the mast.
     """
@@ -74,6 +84,7 @@ class Surroundings:
         mast_radius: Of the pipe above the arm's base, m.
         sag: From nodes, shape (..., N, 3), m, to displacements of nodes and tool point under load, shape (..., N + 1,
             3), m; absent for an arm that does not give.
+        bed: Surface of the waste, where it is not that of the tank's description.
     """
 
     chain: Chain
@@ -81,6 +92,7 @@ class Surroundings:
     payload_radius: float
     mast_radius: float
     sag: Callable[[Array], Array] | None = None
+    bed: Bed | None = None
 
     @cached_property
     def profile(self) -> Profile:
@@ -90,7 +102,8 @@ class Surroundings:
     @cached_property
     def obstacles(self) -> Obstacles:
         """Equipment and waste."""
-        return obstacles(self.tank)
+        around = obstacles(self.tank)
+        return around if self.bed is None else replace(around, bed=self.bed)
 
     @cached_property
     def _walls(self) -> Walls:
@@ -188,6 +201,21 @@ class Surroundings:
                 return config[:count], gap[:count], bodies[:count], held[:count], slope[:count]
             room = count
 
+    def find_nearest(self, points: Array, reach: float) -> LeastGap | None:
+        """The least gap at points, nodes and then the tool point, shape (N + 1, 3), m, without sag; none beyond a reach, m."""
+        _, gap, bodies, held, slope = self._near(points[None], reach, payload=True)
+        if not len(gap):
+            return None
+        k, capsules = int(np.argmin(gap)), self.capsules
+        body = bodies[k, 1]
+        radius = (capsules.point_radii if bodies[k, 0] in (TANK, WASTE) else capsules.radii)[body]
+        mine = held[k, :2][held[k, :2] >= 0]  # of two parts of the arm the others are those of the second one
+        lead = slope[k, : len(mine)]
+        part = np.linalg.norm(lead, axis=1)
+        axis, away = part @ points[mine] / part.sum(), lead.sum(axis=0) / part.sum()
+        ends = axis - np.array([[radius], [radius + gap[k]]]) * away
+        return LeastGap(float(gap[k]), self.name_pair(bodies[k]), ends)
+
     def name_pair(self, bodies: Index) -> str:
         """Names of two near bodies, shape (3,), see `NearPairs.bodies`."""
         kind, first, second = bodies.tolist()
@@ -196,7 +224,10 @@ class Surroundings:
         parts = [*self.chain.truss.member_names, *["tip plate"] * 3, "payload"]
         if kind == BED:
             return f"{parts[first]} to waste"
-        other = [*self.obstacles.names, "mast"][second] if kind == PILLAR else parts[second]
+        count = len(self.obstacles.radii)
+        if kind == SOLID:
+            return f"{parts[first]} to {self.obstacles.names[count + second]}"
+        other = [*self.obstacles.names[:count], "mast"][second] if kind == PILLAR else parts[second]
         return f"{parts[first]} to {other}"
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:

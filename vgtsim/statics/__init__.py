@@ -11,7 +11,7 @@ from vgtsim.statics.elasticity import (
 )
 from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.framework import diagnose
-from vgtsim.statics.loads import LoadModel, make_load_model, tool_forces, tool_point, weigh
+from vgtsim.statics.loads import LoadModel, hose_forces, make_load_model, tool_forces, tool_point, weigh
 from vgtsim.statics.modes import NaturalModes, damping_time, find_modes
 from vgtsim.statics.motion import NodeMotion, motion_from_log
 from vgtsim.statics.rating import (
@@ -57,6 +57,7 @@ __all__ = [
     "find_use",
     "grow_sizes",
     "hold_cylinders",
+    "hose_forces",
     "make_elastic_model",
     "make_load_model",
     "make_sections",

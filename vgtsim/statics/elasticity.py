@@ -8,6 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.modules import joint_offset
 from vgtsim.description.scene import Payload, Simulation
 from vgtsim.errors import DescriptionError, TrussError
@@ -58,7 +59,9 @@ class ElasticModel:
         return self.stiffness(self.truss.lengths(n)[..., self.truss.actuated])
 
 
-def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped: bool = False) -> ElasticModel:
+def make_elastic_model(
+    chain: Chain, payload: Payload, gravity: float, *, lumped: bool = False, line: Conveyance | None = None
+) -> ElasticModel:
     """Collect stiffnesses and masses from the description; gravity is m/s² along -z of frame G, as for `make_load_model`.
 
     A tube is EA/L from hub to hub. A cylinder is its oil, trapped on both sides of the piston by lock valves, in series
@@ -87,7 +90,7 @@ def make_elastic_model(chain: Chain, payload: Payload, gravity: float, *, lumped
         for part in cylinders
     ]
     rod, *others = np.array(rows).reshape(-1, 5).T
-    loads = make_load_model(chain, payload, gravity, split=True, lumped=lumped)
+    loads = make_load_model(chain, payload, gravity, split=True, lumped=lumped, line=line)
     model = ElasticModel(loads, spring=spring, rod=rod, oil=np.array(others[:2]), stroke=np.array(others[2:]))
     found = model.stiffness(model.stroke.mean(axis=0))
     wrong = np.flatnonzero(~(found > 0) | ~np.isfinite(found))

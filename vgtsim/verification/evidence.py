@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import RISER, Clearance
+from vgtsim.geometry import RISER, Clearance, find_nearest
 from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -36,8 +37,23 @@ _BESIDE = 2  # records on either side of one that its acceleration is made of, s
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
+class PlannedLeader(Protocol):
+    """The path that an arm follows on its way in or out: greatest planned deviation from it, m, and the least possible one, m."""
+
+    @property
+    def deviation(self) -> float: ...  # noqa: D102
+
+    @property
+    def bound(self) -> float: ...  # noqa: D102
+
+    def measure(self, points: Array) -> Array: ...  # noqa: D102
+
+
 class PlannedLeg(Protocol):
-    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m, and the feed, (S,), m."""
+    """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m.
+
+    Where they change, the feed, m, and the share of the tool's power stand beside them, shape (S,). The arm may follow a leader.
+    """
 
     @property
     def goal(self) -> int: ...  # noqa: D102
@@ -47,6 +63,12 @@ class PlannedLeg(Protocol):
 
     @property
     def feed(self) -> Array | None: ...  # noqa: D102
+
+    @property
+    def tool(self) -> Array | None: ...  # noqa: D102
+
+    @property
+    def leader(self) -> PlannedLeader | None: ...  # noqa: D102
 
 
 class PlannedTour(Protocol):
@@ -246,10 +268,20 @@ class Evidence:
 
         So is the riser of an arm that is fed through it, whose distance is `bore`.
         """
-        found = self.proximity.apart(self.log.nodes, self.tool[0])
+        found = self._apart()
         if self.site.task.mast.feed is None:
             return found
         return replace(found, distance=np.where(np.array(found.places) == RISER, np.inf, found.distance))
+
+    def _apart(self) -> Clearance:
+        """Distances from everything that may not be touched; stretch by stretch in which the waste is not cut."""
+        measure, nodes, tool, bed = self.proximity.apart, self.log.nodes, self.tool[0], self.log.bed
+        if not bed.size or self.site.diggings is None:
+            return measure(nodes, tool)
+        edges = [0, *(np.flatnonzero((np.diff(bed, axis=0) != 0).any(axis=1)) + 1).tolist(), len(bed)]
+        parts = [measure(nodes[a:b], tool[a:b], bed[a]) for a, b in pairwise(edges) if a < b]
+        distance, body = (np.concatenate([getattr(part, name) for part in parts]) for name in ("distance", "body"))
+        return replace(parts[0], distance=distance, body=body)
 
     @cached_property
     def bore(self) -> Array:
@@ -270,14 +302,23 @@ class Evidence:
     @cached_property
     def tool_errors(self) -> tuple[Array, Array]:
         """Distance, m, and angle, rad, of the tool from the goal approached or held, shapes (T,); NaN without a goal."""
-        stages, log = self.site.task.stages, self.log
-        if not stages:
+        log = self.log
+        if not self.site.task.stages:
             return np.full(len(log.time), np.nan), np.full(len(log.time), np.nan)
-        wanted = np.array([stage.position or (np.nan,) * 3 for stage in stages])[log.goal]
-        aimed = np.array([stage.direction or (np.nan,) * 3 for stage in stages])[log.goal]
-        distance, angle = self._compare_tool(wanted, aimed)
+        wanted = self.site.stage_poses[log.goal]
+        distance, angle = self._compare_tool(wanted[:, :3], wanted[:, 3:])
         distance[log.goal < 0] = angle[log.goal < 0] = np.nan
         return distance, angle
+
+    @cached_property
+    def path_errors(self) -> tuple[Array, Array]:
+        """Distance, m, and angle, rad, of the tool from the nearest points of its path, shapes (T,); NaN without a path."""
+        wanted = np.full((self.log.count, 6), np.nan)
+        for goal, stretches in enumerate(self.site.stretches):
+            rows = np.flatnonzero(self.log.goal == goal)
+            if stretches and len(rows):
+                wanted[rows] = find_nearest(stretches, self.tool[0][rows])
+        return self._compare_tool(wanted[:, :3], wanted[:, 3:])
 
     @cached_property
     def target_errors(self) -> tuple[Array, Array]:

@@ -7,12 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from vgtsim.description import Feed
+from vgtsim.kinematics.planar_arm import axis_of
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Array, Evidence
 from vgtsim.verification.measures import Finding, absent, least_of, missing, report_as, worst_of
 from vgtsim.verification.tracking import measure_plan_error
 
 _NAME = ("mast/feed",)
+_LIFTED = 1e-3  # m of feed: a mast at its working depth leads no arm
+_ALONG = np.linspace(0.0, 1.0, 7)[1:-1]  # places on each piece of the axis, besides its ends, that are measured
 _BUFFER = 1e-3  # m that a hoist's end buffers give; servos sag by micrometres
 _LEAST_FORCE = 1.0  # N, of a mast and an arm without weight
 
@@ -28,6 +31,11 @@ def _has_rated_guide(site: Site) -> bool:
 
 def _has_stiff_feed(site: Site) -> bool:
     return has_feed(site) and site.task.simulation.drive != "servo"
+
+
+def is_inserted(site: Site) -> bool:
+    """Whether the arm comes in through the riser."""
+    return any(step.do == "insert" for step in site.task.mission)
 
 
 def _has_headroom(site: Site) -> bool:
@@ -99,6 +107,38 @@ def check_feed_plan(run: Evidence) -> Finding:
         feeds.append((np.full(len(leg.lengths), height) if leg.feed is None else leg.feed)[:, None])
         height = float(feeds[-1][-1, 0])
     return worst_of(measure_plan_error(run, run.log.feed_commanded[:, None], feeds), run.log.time, _NAME)
+
+
+@report_as(
+    "tracking",
+    "axis from the leader's path over the planned",
+    unit="1",
+    limit="leader",
+    applies=is_inserted,
+    planned=True,
+)
+def check_leader(run: Evidence) -> Finding:
+    """Greatest distance of the axis from the path of the leader on the way in and out, over the greatest planned one.
+
+    The axis runs through the middles of the faces to the tool.
+    """
+    assert run.tour is not None  # the row is for reports with a plan
+    found, chain = [], run.site.chain
+    axis = np.concatenate([axis_of(chain, run.log.nodes), run.tool[0][:, None]], axis=1)[:, 1:]
+    names = (*(module.name for module in run.site.arm.modules), "tool")
+    for leg in run.tour.legs:
+        rows = np.flatnonzero((run.log.goal == leg.goal) & (run.log.height > _LIFTED))
+        if leg.leader is None or not len(rows):
+            continue
+        between = axis[rows, :-1, None] + _ALONG[:, None] * (axis[rows, 1:] - axis[rows, :-1])[:, :, None]
+        off = leg.leader.measure(axis[rows])
+        off[:, 1:] = np.maximum(off[:, 1:], leg.leader.measure(between).max(axis=-1))
+        worst = worst_of(off / leg.leader.deviation, run.log.time[rows], names)
+        bound = (
+            f"{worst.value * leg.leader.deviation:.3f} m; the least that a posture can have is {leg.leader.bound:.3f} m"
+        )
+        found.append(replace(worst, detail=bound))
+    return max(found, key=lambda item: item.value) if found else absent("the arm was on no way in or out")
 
 
 @report_as(

@@ -105,8 +105,13 @@ def when(**settings: object) -> Callable[[Site], bool]:
 
 
 def has_goals(site: Site) -> bool:
-    """Whether a scene has goals to settle at; an operator has none."""
-    return bool(site.task.motion.goals)
+    """Whether a scene has stages to settle at the end of; an operator has none."""
+    return bool(site.task.stages)
+
+
+def has_paths(site: Site) -> bool:
+    """Whether the tool follows paths."""
+    return any(site.stretches)
 
 
 def has_operator(site: Site) -> bool:

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from vgtsim.kinematics import find_axis, measure_passage
+from vgtsim.kinematics.inertia import member_radii
 from vgtsim.kinematics.ties import first_least
 from vgtsim.site import Site
 from vgtsim.touches import Parts
@@ -49,6 +51,35 @@ def check_bore(run: Evidence) -> Finding:
     found = least_of(run.bore, run.log.time, names)
     least = {name: float(gap) for name, gap in zip(names, gaps, strict=True) if np.isfinite(gap)}
     return replace(found, detail="least distances: ", least=least)
+
+
+def _has_line(site: Site) -> bool:
+    return site.task.conveyance is not None
+
+
+@report_as(
+    "clearance", "room in the truss about the line", unit="m", limit="passage", applies=_has_line, sense="at least"
+)
+def check_passage(run: Evidence) -> Finding:
+    """Least diameter that a member leaves about the axis, less the diameter of the line of conveyance."""
+    line, truss = run.site.task.conveyance, run.site.truss
+    assert line is not None  # the row is for scenes with a line
+    radii = member_radii(run.site.arm, truss)
+    free = measure_passage(truss, radii, run.log.nodes, jointed=line.kind == "screws")
+    found = least_of(free - line.diameter, run.log.time, run.names)
+    return replace(found, detail=f"the truss leaves {found.value + line.diameter:.3f} m")
+
+
+@report_as("clearance", "bend of the line over its greatest", unit="1", limit="line_bend", applies=_has_line)
+def check_line_bend(run: Evidence) -> Finding:
+    """Greatest curvature of a hose over its rated one, or angle of a universal joint over its rated one, by module."""
+    line, axis = run.site.task.conveyance, find_axis(run.site.truss, run.log.nodes)
+    assert line is not None  # the row is for scenes with a line
+    used = line.bend_radius / axis.radius if line.joint_angle is None else axis.angle / line.joint_angle
+    found = worst_of(used, run.log.time, [module.name for module in run.site.arm.modules])
+    record, module = np.unravel_index(int(np.argmax(used)), used.shape)
+    angle, radius = np.degrees(axis.angle[record, module]), axis.radius[record, module]
+    return replace(found, detail=f"a bend of {angle:.1f} deg, radius {radius:.3g} m")
 
 
 @report_as("contacts", "logged contacts", unit="1", limit="contacts")

@@ -11,7 +11,17 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.stretch import Outline
 from vgtsim.verification.evidence import Array, Evidence, Index
-from vgtsim.verification.measures import Finding, absent, has_goals, has_operator, missing, report_as, when, worst_of
+from vgtsim.verification.measures import (
+    Finding,
+    absent,
+    has_goals,
+    has_operator,
+    has_paths,
+    missing,
+    report_as,
+    when,
+    worst_of,
+)
 
 
 @report_as("tracking", "tool position at a settled goal", unit="m", limit="tracking_position", applies=has_goals)
@@ -46,6 +56,28 @@ def _find_worst_aimed(run: Evidence, which: int) -> Finding:
     if not run.log.target.size:
         return missing("the log has no targets of an operator")
     return worst_of(run.target_errors[which][:, None], run.log.time, ("the tool",))
+
+
+@report_as("tracking", "tool to its path", unit="m", limit="tracking_position", applies=has_paths)
+def check_path(run: Evidence) -> Finding:
+    """Greatest distance of the tool from a path that it follows."""
+    return _find_worst_off(run, 0)
+
+
+@report_as("tracking", "tool direction to that of its path", unit="rad", limit="tracking_angle", applies=has_paths)
+def check_path_direction(run: Evidence) -> Finding:
+    """Greatest angle of the tool from the direction that its path has where it is nearest."""
+    return _find_worst_off(run, 1)
+
+
+def _find_worst_off(run: Evidence, which: int) -> Finding:
+    errors = run.path_errors[which]
+    rows = np.flatnonzero(np.isfinite(errors))
+    if not len(rows):
+        return absent("the tool never followed a path")
+    worst = rows[np.argmax(errors[rows])]
+    where = goal_name(run.site, int(run.log.goal[worst]))
+    return Finding(value=float(errors[worst]), where=where, when=float(run.log.time[worst]))
 
 
 @report_as(

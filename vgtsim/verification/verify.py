@@ -25,12 +25,13 @@ def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: t
     """
     truss, whole, every = site.truss, outline(log), thinning(log)
     counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.stages))
+    heights = 0 if site.diggings is None else len(site.diggings.start)
     rows = [measure for measure in MEASURES if measure.applies(site) and (tour is not None or not measure.planned)]
     found: list[list[Finding]] = [[] for _ in rows]
     shown: list[Mapping[str, Array]] = []
     for stretch in cut(log):
         run = Evidence(site, stretch.log, tour, stretch, whole)
-        fault = stretch.wide.find_fault() or stretch.wide.find_misfit(*counts)
+        fault = stretch.wide.find_fault() or stretch.wide.find_misfit(*counts, heights)
         if fault:
             found, shown = [[missing(fault, "the log")] for _ in rows], []
             break

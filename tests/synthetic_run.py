@@ -10,7 +10,7 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.runlog import RunLog
 from vgtsim.verification.report import Check, Report
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 GRAVITY = 9.81
 PAYLOAD_MASS = 453.6
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from vgtsim.errors import DescriptionError
 Array = NDArray[np.float64]
 
 _NOWHERE = 1e-6  # m or rad: shorter ways are none
+_CHORDS = 2**14  # of a stretch: 1 mm of the longest way in a tank
 _LOOKED = 17  # points of a piece that must not all be one
 
 
@@ -31,10 +32,14 @@ class Stretch:
 
     def directions(self, count: int) -> Array:
         """Tool directions at equal steps of the parameter, turned evenly, shape (count, 3), unit."""
-        part = np.linspace(0.0, 1.0, count)[:, None]
+        return self.turn(np.linspace(0.0, 1.0, count))
+
+    def turn(self, part: Array) -> Array:
+        """Tool directions at parts of the way, shape (P,), unit, shape (P, 3)."""
+        part = part[:, None]
         angle = float(np.arctan2(np.linalg.norm(np.cross(self.first, self.last)), self.first @ self.last))
         if angle < 1e-9:
-            return np.tile(self.first, (count, 1))
+            return np.tile(self.first, (len(part), 1))
         return (np.sin((1 - part) * angle) * self.first + np.sin(part * angle) * self.last) / np.sin(angle)
 
 
@@ -71,6 +76,33 @@ def make_stretches(path: ToolPath) -> tuple[Stretch, ...]:
         found.append(Stretch(name, points, along, last))
         at, along = points(2)[-1], last
     return tuple(found)
+
+
+def find_nearest(stretches: Sequence[Stretch], points: Array) -> Array:
+    """Nearest points of a path, m, and unit tool directions there, shape (T, 6), for points of shape (T, 3), m.
+
+    A path is taken for chords between closely spaced points: off an arc of 10 m by less than 1e-7 m.
+    """
+    from scipy.spatial import KDTree  # slow to load, and only a path needs it
+
+    best, found = np.full(len(points), np.inf), np.empty((len(points), 6))
+    part = np.arange(_CHORDS + 1) / _CHORDS
+    for stretch in stretches:
+        corners = stretch.points(_CHORDS + 1)
+        near = KDTree(corners).query(points)[1]
+        for first in (np.maximum(near - 1, 0), np.minimum(near, _CHORDS - 1)):  # the chords on either side
+            chord = corners[first + 1] - corners[first]
+            along = np.sum((points - corners[first]) * chord, axis=1) / np.maximum(
+                np.sum(chord**2, axis=1), _NOWHERE**4
+            )
+            along = np.clip(along, 0, 1)[:, None]
+            place = corners[first] + along * chord
+            apart = np.linalg.norm(points - place, axis=1)
+            better = apart < best
+            best[better] = apart[better]
+            turned = stretch.turn(part[first] + along[:, 0] / _CHORDS)
+            found[better] = np.concatenate([place, turned], axis=1)[better]
+    return found
 
 
 def _line(first: Array, last: Array) -> Callable[[int], Array]:

@@ -1,0 +1,43 @@
+"""The page of `docs` that lists the faults: `python tests/verification/fault_page.py` writes it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cutting_faults import CUT_LOG_FAULTS, CUT_RUN_FAULTS
+from faults import LOG_FAULTS, MODEL_FAULTS, RUN_FAULTS
+from other_faults import CONTACT_FAULTS, CONTROLLER_FAULTS, OPERATION_FAULTS, SECTION_FAULTS
+
+PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
+PARTS = (
+    ("the model", MODEL_FAULTS),
+    ("the run", RUN_FAULTS),
+    ("the log", LOG_FAULTS),
+    ("a run that cuts", CUT_RUN_FAULTS),
+    ("a log of it", CUT_LOG_FAULTS),
+    ("the model of rigid sections", SECTION_FAULTS),
+    ("the controller of an operator", CONTROLLER_FAULTS),
+    ("the log of an operator", OPERATION_FAULTS),
+    ("the log of a tool that leans on uneven waste", CONTACT_FAULTS),
+)
+
+
+def write_page() -> str:
+    """The page of `docs` that lists the faults."""
+    lines = [
+        "# Faults and the checks that catch them",
+        "",
+        "`tests/verification/test_faults.py` puts each of these faults into a short run, one at a time, and holds",
+        "that the row of the report beside it fails, or, where the fault is below the limits for the reason given, that the",
+        "report passes: a tour of two goals, and runs of other kinds further down. This page is made of the lists in",
+        "`tests/verification/*faults.py`; a new fault is one more line there.",
+        "",
+        "| fault | put into | caught by | or below the limits because |",
+        "|---|---|---|---|",
+    ]
+    rows = [f"| {fault.what} | {where} | {fault.caught} | {fault.reason} |" for where, each in PARTS for fault in each]
+    return "\n".join([*lines, *rows]) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(write_page())

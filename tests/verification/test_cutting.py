@@ -1,0 +1,66 @@
+"""A run that cuts waste passes, and each fault in it is caught by the row that is there for it."""
+
+from __future__ import annotations
+
+import pytest
+from cutting_faults import CUT_LOG_FAULTS, CUT_RUN_FAULTS
+from digging import over_waste, sweep
+
+from vgtsim.plant import Plant, run, tour
+from vgtsim.site import Site
+from vgtsim.verification import verify
+
+ROWS = (
+    "waste removed a second over the tool's rate",
+    "removed waste against the bed",
+    "removed waste against path and rate of the tool",
+    "waste removed beyond the tool's reach",
+    "tool force error over its rating",
+    "commanded tool to the plan",
+)
+# of an arm that is lifted by no hoist and asked for no goal here: stages and goals are those of a whole mission
+BESIDE = {"tool position at a settled goal", "tool direction at a settled goal", "least distance to anything"}
+
+
+@pytest.fixture(scope="module")
+def site(reach_scene):
+    return Site(over_waste(reach_scene))
+
+
+@pytest.fixture(scope="module")
+def program(site):
+    return sweep(site)
+
+
+@pytest.fixture(scope="module")
+def log(site, program):
+    return run(site, program)
+
+
+def fail(site, log, program):
+    return {check.quantity for check in verify(site, log, program).checks if not check.passed}
+
+
+def test_run_without_a_fault_passes(site, log, program):
+    report = verify(site, log, program)
+    assert {row for row in ROWS if row not in {check.quantity for check in report.checks}} == set()
+    assert fail(site, log, program) <= BESIDE
+    path = next(check for check in report.checks if check.quantity == ROWS[2])
+    assert f"{log.removed[-1]:.4g} m³ removed" in path.detail
+    assert f"{log.removed[-1] * site.tank.waste.density:.4g} kg" in path.detail
+
+
+@pytest.mark.parametrize("fault", CUT_LOG_FAULTS, ids=lambda fault: fault.what)
+def test_fault_in_the_log(site, log, program, fault):
+    assert fault.caught in fail(site, fault.spoil(log), program)
+
+
+@pytest.mark.parametrize("fault", CUT_RUN_FAULTS, ids=lambda fault: fault.what)
+def test_fault_in_the_run(site, program, monkeypatch, fault):
+    class Spoilt(Plant):
+        def _advance(self):
+            fault.spoil(self)
+            super()._advance()
+
+    monkeypatch.setattr(tour, "Plant", Spoilt)
+    assert fault.caught in fail(site, run(site, program), program)

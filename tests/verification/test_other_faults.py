@@ -1,0 +1,135 @@
+"""Faults in runs of other kinds are caught by the row that is there for each: sections, an operator, a leaning tool."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from other_faults import CONTACT_FAULTS, CONTROLLER_FAULTS, OPERATION_FAULTS, SECTION_FAULTS
+from playing import bend, change, climb, shorten
+
+from vgtsim.control import rehearse
+from vgtsim.description import AllowedContact, Operator, OperatorCommand
+from vgtsim.description.tank import Mound
+from vgtsim.mjcf import build_model
+from vgtsim.planning import Leg, Tour
+from vgtsim.plant import Plant, operate, run
+from vgtsim.site import Site, load_site
+from vgtsim.verification import verify
+
+pytestmark = pytest.mark.long
+
+STEP = 0.02  # s
+COMMANDS = (
+    OperatorCommand(time=0.1, twist=(0.03, 0.02, -0.04, 0, 0, 0)),
+    OperatorCommand(time=1.0, twist=(-0.05, 0, 0.02, 0, 0.02, 0)),
+    OperatorCommand(time=1.5, hold=True),
+)
+DEEP = 0.05  # m that the tool goes down, most of them in the air
+LEANING = 1e-2  # of the largest force, in motion and with knocks
+
+
+def judge(fault, report, clean):
+    """The row that is there for the fault fails, and did not before; without one, nothing else fails than before."""
+    before, after = ({row.quantity for row in each.checks if not row.passed} for each in (clean, report))
+    assert bool(fault.caught) is not bool(fault.reason)
+    assert (fault.caught in after - before) if fault.caught else after == before, (before, after)
+
+
+def ids(fault):
+    return fault.what
+
+
+@pytest.fixture(scope="module")
+def two():
+    """Two modules of the nine-actuator arm."""
+    return shorten(load_site("arm9_nullspace").scene, 2)
+
+
+@pytest.fixture(scope="module")
+def sections(two):
+    site = Site(change(two, members="sections", timestep=STEP, log_rate=25.0))
+    start, end = bend(two, [0.5, 0.3], [0.4, 0.9]), bend(two, [0.53, 0.28], [0.43, 0.85])
+    s = climb(1.0, 2.4, STEP)[:, None]
+    lengths = site.chain.lengths(start + s * (end - start))
+    position, direction = site.chain.tool(end)
+    goal = site.task.motion.goals[0].model_copy(update={"position": tuple(position), "direction": tuple(direction)})
+    motion = site.task.motion.model_copy(update={"goals": (goal,), "acceleration": 0.1, "settle_speed": 1e-8})
+    site = Site(dataclasses.replace(site.scene, task=site.task.model_copy(update={"motion": motion})))
+    tour = Tour(start, (Leg(name="goal", goal=0, lengths=lengths, q=end, clearance=1.0, place="nothing"),), STEP)
+    report = verify(site, run(site, tour), tour)
+    assert report.passed, [(row.quantity, row.measured) for row in report.checks if not row.passed]
+    return site, tour, report
+
+
+@pytest.mark.parametrize("fault", SECTION_FAULTS, ids=ids)
+def test_fault_in_the_model_of_rigid_sections(sections, fault):
+    site, tour, clean = sections
+    model = build_model(site)
+    fault.spoil(model)
+    judge(fault, verify(site, run(site, tour, model), tour), clean)
+
+
+@pytest.fixture(scope="module")
+def operation(two):
+    scene = change(two, timestep=STEP, log_rate=1 / STEP)
+    motion = scene.task.motion.model_copy(update={"goals": ()})
+    task = scene.task.model_copy(update={"motion": motion, "operator": Operator()})
+    site = Site(dataclasses.replace(scene, task=task, commands=COMMANDS))
+    log = operate(site)
+    report = verify(site, log, rehearse(site, log))
+    assert report.passed, [(row.quantity, row.measured) for row in report.checks if not row.passed]
+    return site, log, report
+
+
+@pytest.mark.parametrize("fault", CONTROLLER_FAULTS, ids=ids)
+def test_fault_in_the_controller(operation, fault):
+    site, _, clean = operation
+    log = operate(fault.spoil(site))
+    judge(fault, verify(site, log, rehearse(site, log)), clean)
+
+
+@pytest.mark.parametrize("fault", OPERATION_FAULTS, ids=ids)
+def test_fault_in_the_log_of_an_operator(operation, fault):
+    site, log, clean = operation
+    spoilt = fault.spoil(log)
+    judge(fault, verify(site, spoilt, rehearse(site, spoilt)), clean)
+
+
+@pytest.fixture(scope="module")
+def leaning():
+    """The nine-actuator arm lowers its tool onto a mound of waste, and stays there."""
+    scene = change(load_site("arm9_nullspace").scene, drive="servo", timestep=0.01, log_rate=25.0)
+    chain, q = Site(scene).chain, bend(scene, [0.7, 0.4, -0.3], [0.0, 0.0, 0.0])
+    x, y, z = chain.tool(q)[0]
+    mound = Mound(radius=float(np.hypot(x, y)), azimuth=float(np.arctan2(y, x)), height=0.2, foot=1.5)
+    level = float(z) - scene.task.payload.radius - DEEP - mound.height
+    waste = scene.tank.waste.model_copy(update={"level": level, "mounds": (mound,)})
+    limits = scene.task.limits.model_copy(update={"axial_force_moving": LEANING})
+    rule = AllowedContact(part="tool", place="waste", force=2e5)
+    task = scene.task.model_copy(update={"contacts": (rule,), "limits": limits})
+    scene = dataclasses.replace(scene, task=task, tank=scene.tank.model_copy(update={"waste": waste}))
+    site = Site(scene)
+    plant = Plant(site)
+    plant.reset(inputs=q)
+    down = q.copy()
+    for _ in range(8):
+        place = chain.tool(down)[0]
+        slope = (chain.tool(down + 1e-6 * np.eye(len(q)))[0] - place).T / 1e-6
+        down = down + np.linalg.pinv(slope) @ ([x, y, z - DEEP - 0.02] - place)
+    first, last = chain.lengths(q), chain.lengths(down)
+    for s in climb(1.0, 2.0, plant.timestep):
+        plant.command(first + s * (last - first))
+        plant.step()
+    plant.step(round(0.4 / plant.timestep))
+    log = plant.log
+    assert not plant.stopped
+    assert np.linalg.norm(log.contact_force, axis=1).max() > 3e3
+    return site, log, verify(site, log)
+
+
+@pytest.mark.parametrize("fault", CONTACT_FAULTS, ids=ids)
+def test_fault_in_the_log_of_a_leaning_tool(leaning, fault):
+    site, log, clean = leaning
+    judge(fault, verify(site, fault.spoil(log)), clean)

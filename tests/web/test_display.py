@@ -1,0 +1,136 @@
+"""The site on a page: what a display tells a viser server, without a browser."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vgtsim
+from vgtsim.description import load_manipulator
+from vgtsim.errors import MissingLibraryError
+from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.output.colours import force_colours
+from vgtsim.output.quantities import MINUS
+
+viser = pytest.importorskip("viser")
+
+from vgtsim.web.display import Display, Sight  # noqa: E402
+from vgtsim.web.parts import make_bars, place_points  # noqa: E402
+from vgtsim.web.scale import draw_scale  # noqa: E402
+
+MODELS = Path(__file__).parents[2] / "models"
+ARMS = [path.stem for path in sorted(MODELS.glob("*/*.toml"))]
+END = 80e3  # N
+MOST = 0.010  # s of processor time that an update may take
+TIGHT = 1e-9  # m
+STRAIGHT = 2e-6  # m: a bar that points down to 1e-6 is drawn as one that points down
+
+
+@pytest.fixture(scope="module")
+def shown():
+    site = vgtsim.load("type_ii_reach")
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield site, server, Display(server, site, END)
+    server.stop()
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_bars_lie_on_their_members(name):
+    """Middles and turns of the bars against the nodes: every bar is within its member, and tubes are as long as theirs."""
+    chain = Chain(load_manipulator(MODELS / name / f"{name}.toml"), hanging_mount(3.0))
+    bars, nodes = make_bars(chain), chain.nodes(chain.straight)
+    points = place_points(chain, nodes)
+    middles, turns = bars.place(points)
+    w, x, y, z = turns.T
+    along = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=-1)  # z, turned
+    tool, direction = chain.tool(chain.straight)
+    assert np.allclose(points[-1], tool, atol=TIGHT)
+    assert np.allclose(points[-1] - points[-2], chain.manipulator.tip_plate.tool_offset * direction, atol=TIGHT)
+    for side in (-0.5, 0.5):
+        end = middles + side * bars.length[:, None] * along
+        near, far = points[bars.ends[:, 0]], points[bars.ends[:, 1]]
+        span = far - near
+        part = np.sum((end - near) * span, axis=-1) / np.sum(span**2, axis=-1)
+        assert np.linalg.norm(end - near - part[:, None] * span, axis=-1).max() < STRAIGHT
+        assert part.min() > -TIGHT
+        assert part.max() < 1 + TIGHT
+    driven = np.isin(bars.owner, chain.truss.actuated)
+    tubes = (bars.owner >= 0) & ~driven
+    assert np.allclose(bars.length[tubes], chain.truss.lengths(nodes)[bars.owner[tubes]], atol=TIGHT)
+    assert sorted(set(bars.owner[bars.owner >= 0].tolist())) == list(range(len(chain.truss.members)))
+
+
+def test_a_sight_moves_and_colours_the_arm(shown):
+    site, server, display = shown
+    rng = np.random.default_rng(3)
+    nodes, axial = site.chain.nodes(site.chain.straight), rng.normal(0, END, len(site.truss.members))
+    arm = server.scene.get_handle_by_name("/arm/members")
+    before = arm.batched_positions.copy()
+    display.show(Sight(nodes=nodes, axial=axial, height=0.5))
+    bars = make_bars(site.chain)
+    middles, _ = bars.place(place_points(site.chain, nodes))
+    assert np.abs(arm.batched_positions - middles).max() < 1.5e-4  # half a grain, and single precision
+    assert np.abs(arm.batched_positions - before).max() > 1
+    owned = bars.owner >= 0
+    wanted = 255 * force_colours(axial, END)[bars.owner[owned], :3]
+    assert np.abs(arm.batched_colors[owned] - wanted).max() < 1
+    mast = server.scene.get_handle_by_name("/mast")
+    assert mast.position[2] == pytest.approx(site.scene.pivot_height + 0.5)
+
+
+def test_aids_are_seen_only_where_they_are_given(shown):
+    site, server, display = shown
+    nodes, axial = site.chain.nodes(site.start), np.zeros(len(site.truss.members))
+    target, gap = np.array([1.0, 2.0, 3.0, 0.0, 0.0, -1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
+    handles = [server.scene.get_handle_by_name(name) for name in ("/target", "/gap", "/gap/name")]
+    display.show(Sight(nodes=nodes, axial=axial, target=target, gap=gap, near="sludge, 1.00 m"))
+    assert [handle.visible for handle in handles] == [True, True, True]
+    assert handles[0].position == pytest.approx(target[:3])
+    assert handles[2].text == "sludge, 1.00 m"
+    display.show(Sight(nodes=nodes, axial=axial))
+    assert [handle.visible for handle in handles] == [False, False, False]
+
+
+def test_things_of_the_tank_are_named(shown):
+    site, server, _ = shown
+    names = [site.tank.waste.kind, site.tank.arm_riser.name, *(item.name for item in site.tank.equipment)]
+    for name in names:
+        label = server.scene.get_handle_by_name(f"/names/{name.replace(' ', '_')}")
+        assert label.text == name.replace("_", " ")
+    assert server.scene.get_handle_by_name("/mast/name").text == "mast"
+
+
+def test_an_update_is_cheap(shown):
+    site, _, display = shown
+    sight = Sight(nodes=site.chain.nodes(site.start), axial=np.ones(len(site.truss.members)))
+    took = []
+    for _ in range(20):
+        begin = time.process_time()
+        display.show(sight)
+        took.append(time.process_time() - begin)
+    assert min(took) < MOST
+
+
+def test_wrong_arrays_are_refused_by_their_shapes(shown):
+    _, _, display = shown
+    with pytest.raises(ValueError, match=r"nodes \(2, 3\) and forces \(1,\) are not those of an arm with \d+ nodes"):
+        display.show(Sight(nodes=np.zeros((2, 3)), axial=np.zeros(1)))
+
+
+def test_the_scale_says_its_ends():
+    svg = draw_scale(82e3)
+    assert "+82" in svg
+    assert f"{MINUS}82" in svg
+    assert "compression" in svg
+
+
+def test_the_missing_extra_is_named(monkeypatch):
+    for name in [name for name in sys.modules if name == "vgtsim.web" or name.startswith("vgtsim.web.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(MissingLibraryError, match=r"viser is missing; install it with: pip install 'vgtsim\[live\]'"):
+        import vgtsim.web  # noqa: F401

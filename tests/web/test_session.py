@@ -1,0 +1,209 @@
+"""A live session whole: its two processes, their addresses and ends, and a person at a browser without a screen."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from vgtsim.description import load_commands
+from vgtsim.errors import PageError
+
+pytest.importorskip("viser")
+
+from vgtsim.cli import main
+from vgtsim.web.session import require_port
+
+playwright = pytest.importorskip("playwright.sync_api")
+pytestmark = pytest.mark.long
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+QUIET = ("--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
+SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-component-update")
+PATIENCE = 120  # s: on a machine that does other things besides
+SIZE = {"width": 1280, "height": 720}
+PICTURE = (320, 0, 940, 720)  # the part of the page without panel and messages
+HANDLE = (265, 400)  # where the tool of the reference arm is on the page at the start, pixels
+ARROW = (269, 358)  # the head of the handle's red arrow
+
+
+def test_a_port_in_use_is_said_before_anything_starts(monkeypatch, capsys):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(PageError, match="Address already in use; choose another --port"):
+            require_port("127.0.0.1", port)
+        monkeypatch.setattr(sys, "argv", ["vgtsim", "live", "type_ii_reach", "--no-open", "--port", str(port)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+    assert ended.value.code == 2
+    assert f"127.0.0.1:{port}: Address already in use" in capsys.readouterr().err
+    require_port("127.0.0.1", port)
+
+
+def test_an_address_of_no_machine_is_said():
+    with pytest.raises(PageError, match=r"198\.51\.100\.7:8080"):
+        require_port("198.51.100.7", 8080)
+
+
+class Served:
+    """The verb in a process of its own."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        words = ["live", "type_ii_reach", "--no-open", "--port", "0", "--record", "--out", str(folder)]
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", "from vgtsim.cli import main; main()", *words], stdout=subprocess.PIPE, text=True
+        )
+        self.said = self.process.stdout.readline() + self.process.stdout.readline()
+        self.address = re.search(r"http://127\.0\.0\.1:\d+", self.said).group()
+
+    @property
+    def commands(self):
+        file = self.folder / "type_ii_reach_live_1.jsonl"
+        return load_commands(file) if file.stat().st_size else ()
+
+    def end(self):
+        self.process.send_signal(signal.SIGINT)
+        rest = self.process.communicate(timeout=PATIENCE)[0]
+        return self.process.returncode, rest
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    served = Served(tmp_path_factory.mktemp("live"))
+    yield served
+    if served.process.poll() is None:
+        served.process.kill()
+        served.process.communicate()
+
+
+class Person:
+    """Someone at the page."""
+
+    def __init__(self, page):
+        self.page = page
+
+    def read(self, name):
+        """A figure of the panel."""
+        return self.page.locator(f"tr:has(th:text-is('{name}')) td").inner_text()
+
+    @property
+    def time(self):
+        return float(self.read("time").split()[0])
+
+    def wait(self, condition):
+        until = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < until, self.page.inner_text("body")
+            self.page.wait_for_timeout(200)
+
+    def picture(self, file):
+        self.page.screenshot(path=file)
+        return np.asarray(Image.open(file).convert("RGB").crop(PICTURE), float)
+
+
+@pytest.fixture(scope="module")
+def person(served):
+    with playwright.sync_playwright() as work:
+        browser = work.chromium.launch(executable_path=BROWSER, args=[*QUIET, *SOFTWARE])
+        page = browser.new_page(viewport=SIZE)
+        page.goto(served.address)
+        person = Person(page)
+        person.wait(lambda: page.locator("th").count() > 0)
+        yield person
+        browser.close()
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no browser; on Debian: apt-get install chromium")
+class TestBrowser:
+    """One page after the other, in this order, at one session."""
+
+    def test_the_page_shows_the_tank_the_arm_and_its_figures(self, person, tmp_path):
+        first = person.time
+        person.wait(lambda: person.time > first)
+        assert person.read("clearance").startswith("0.504 m, payload to tank")
+        assert person.read("held by") == "nothing"
+        words = person.page.inner_text("body")
+        for text in ("compression", "tension, kN", "Goal", "Objective", "m1/actuator/1", "m5/actuator/3", "Start anew"):
+            assert text in words
+        person.wait(lambda: person.picture(tmp_path / "a.png").std() > 30)  # not an empty page
+        colours = person.picture(tmp_path / "a.png")
+        red, green, blue = np.moveaxis(colours, -1, 0)
+        assert np.sum((red > green + 60) & (red > blue + 60)) > 50  # members in compression
+        assert np.sum((blue > red + 40) & (blue > green)) > 50  # and in tension
+
+    def test_a_slider_moves_the_arm(self, person, served, tmp_path):
+        page, before = person.page, person.picture(tmp_path / "a.png")
+        box = page.locator("input[type=text], input[inputmode]").filter(visible=True)
+        values = [box.nth(k).input_value() for k in range(box.count())]
+        first = next(k for k, value in enumerate(values) if value.isdecimal())
+        wanted = int(values[first]) - 60
+        box.nth(first).fill(str(wanted))
+        box.nth(first).press("Enter")
+        person.wait(lambda: len(served.commands) > 0)
+        command = served.commands[-1]
+        assert command.target == "lengths"
+        assert command.lengths[0] == pytest.approx(wanted / 1e3)
+        clearance = person.read("clearance")
+        person.wait(lambda: person.read("clearance") != clearance)
+        begin = person.time
+        person.wait(lambda: person.time > begin + 6)
+        moved = np.abs(person.picture(tmp_path / "b.png") - before).max(axis=-1) > 40
+        assert moved.sum() > 500  # pixels of the arm: it is elsewhere
+        assert moved.mean() < 0.1  # and the tank is not
+
+    def test_the_handle_is_dragged_and_the_arm_follows(self, person, served):
+        page = person.page
+        page.get_by_role("button", name="Start anew").click()
+        person.wait(lambda: person.time < 2)
+        page.get_by_role("button", name="Record").click()
+        person.wait(lambda: person.read("record") != "off")
+        page.mouse.move(*ARROW)
+        page.wait_for_timeout(500)
+        page.mouse.down()
+        for k in range(1, 7):
+            page.mouse.move(ARROW[0] - 2 * k, ARROW[1] - 10 * k)
+            page.wait_for_timeout(200)
+        page.mouse.up()
+        file = served.folder / "type_ii_reach_live_2.jsonl"
+        person.wait(lambda: file.stat().st_size > 0)
+        goals = load_commands(file)
+        assert {item.target for item in goals} == {"goal"}
+        start = np.array([-10.617, 1.872, 2.954])
+        way = np.array(goals[-1].goal[:3]) - start
+        assert np.linalg.norm(way) > 0.3
+        person.wait(lambda: not person.read("clearance").startswith("0.504"))
+
+    def test_pause_and_play(self, person):
+        page = person.page
+        page.get_by_role("button", name="Pause").click()
+        person.wait(lambda: person.read("time").endswith("paused"))
+        stands = person.time
+        page.wait_for_timeout(1000)
+        assert person.time == stands
+        page.get_by_role("button", name="Play").click()
+        person.wait(lambda: person.time > stands)
+
+    def test_a_run_whose_browser_goes_away_waits_for_it(self, person):
+        page = person.page
+        address, gone = page.url, person.time
+        page.goto("about:blank")
+        page.wait_for_timeout(8000)
+        page.goto(address)
+        person.wait(lambda: page.locator("th").count() > 0)
+        assert person.time < gone + 5
+
+    def test_an_interrupted_session_ends_well_and_its_records_are_whole(self, person, served):
+        status, _ = served.end()
+        assert status == 0
+        assert served.commands[-1].target == "hold"

@@ -1,0 +1,66 @@
+"""The tool of a plant: it pushes on the arm, and the waste below it goes away."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.errors import CommandError
+from vgtsim.geometry import Diggings
+from vgtsim.graphics import mujoco
+from vgtsim.mjcf import lower_waste
+
+Array = NDArray[np.float64]
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+class Digger:
+    """A tool at a share of its full power, 0 to 1, and the heights of the waste that it leaves.
+
+    Attributes:
+        share: At the begin of the coming step; the `wanted` one is that at its end.
+        heights: Of the waste in the diggings, shape (P,), m.
+        removed: Volume removed so far, m³.
+    """
+
+    def __init__(self, model: mujoco.MjModel, diggings: Diggings) -> None:
+        """Begin with the waste as it is described."""
+        self._model, self._diggings = model, diggings
+        self.share = self.wanted = self.removed = 0.0
+        self.heights = diggings.start.copy()
+        lower_waste(model, diggings, self.heights)
+
+    @property
+    def force(self) -> Array:
+        """On the tool point in frame G, shape (3,), N."""
+        return self.share * self._diggings.tool.push * _UP
+
+    @property
+    def record(self) -> dict[str, float | Array]:
+        """Quantities of a record at the begin of a step, by name."""
+        own = {"tool_share": self.share, "tool_force": self.force, "removed": self.removed}
+        return own | {"bed": self.heights.copy()}
+
+    def command(self, share: float) -> None:
+        """Say which share of its power the tool has at the end of the next step.
+
+        Raises:
+            CommandError: It is no share.
+        """
+        if not 0 <= share <= 1:
+            raise CommandError("tool", f"{share:g}", "0 to 1, a share of its full power")
+        self.wanted = float(share)
+
+    def dig(self, point: Array, timestep: float) -> None:
+        """Remove what a step of some s at a tool point, shape (3,), m, removes."""
+        volume = self._diggings.rate * timestep * (self.share + self.wanted) / 2
+        self.share = self.wanted
+        if volume > 0 and (taken := self._diggings.dig(self.heights, point, volume)):
+            self.removed += taken
+            lower_waste(self._model, self._diggings, self.heights)
+
+
+def find_digger(model: mujoco.MjModel, diggings: Diggings | None) -> Digger | None:
+    """The digger of a site whose mission cuts waste."""
+    return None if diggings is None else Digger(model, diggings)

@@ -1,0 +1,204 @@
+"""The controls of a live arm beside its picture: what they show, and the letters that they post."""
+
+from __future__ import annotations
+
+import html
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from math import isnan
+from typing import Any
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from vgtsim.control import find_posture
+from vgtsim.description import OBJECTIVES
+from vgtsim.errors import VgtError
+from vgtsim.kinematics.vectors import quaternions_to
+from vgtsim.site import Site
+from vgtsim.web.letters import Button, Letter, LiveState, Wish
+from vgtsim.web.scale import draw_scale
+
+Array = NDArray[np.float64]
+
+_SCENE, _NOTHING = "as the scene", "nothing"  # choices of the objective beside its names
+_STRAIGHT, _POSTURE = "straight, at once", "to a posture, when let go"  # what the arm does with the place of the handle
+_TEXT_EVERY, _SLIDER_EVERY = 0.2, 0.5  # s between changes of texts, and of sliders that follow the arm
+_TOUCHED = 1.0  # s for which a slider that was moved is left where it is
+_MILLI = 1e3
+_HANDLE = 1.5  # m: size of the handle
+
+
+class Controls:
+    """Handle at the tool, buttons, menus, figures and a slider for each cylinder, in a viser server.
+
+    What is moved last is what the arm follows: the handle is a goal, the sliders are lengths.
+    """
+
+    def __init__(self, server: viser.ViserServer, site: Site, end: float, post: Callable[[Letter], None]) -> None:
+        """Add the controls; the colour scale ends at an axial force, N, and letters are posted as they arise."""
+        self._site, self._post, gui = site, post, server.gui
+        self._wish = Wish(target="hold", value=True)
+        self._lengths: Array | None = None  # that the sliders ask for, while the arm follows them
+        self._box = np.ceil(_MILLI * site.box.least), np.floor(_MILLI * site.box.greatest)
+        self._next = {"text": 0.0, "sliders": 0.0}
+        self._latest = np.asarray(site.chain.lengths(site.start))  # wanted lengths of the last state
+        self._state = gui.add_html("")
+        self._play = gui.add_button("Pause")
+        self._record = gui.add_button("Record")
+        self._add_button(gui, "Hold", lambda: self._want("hold", True))
+        self._add_button(gui, "Start anew", lambda: self._start_anew())
+        hint = "Straight by resolved rates, or by a posture that Newton's method finds."
+        self._method = gui.add_dropdown("Goal", (_STRAIGHT, _POSTURE), hint=hint)
+        choices = (_SCENE, _NOTHING, *OBJECTIVES)
+        self._objective = gui.add_dropdown("Objective", choices, hint="What the null space is used for.")
+        gui.add_html(draw_scale(end))
+        self._play.on_click(self._on_play)
+        self._record.on_click(self._on_record)
+        self._objective.on_update(self._on_choice)
+        with gui.add_folder("Cylinders, mm"):
+            self._sliders = [self._add_slider(gui, j) for j in range(len(site.truss.actuated))]
+        self._touched = np.zeros(len(self._sliders))
+        self._handle = server.scene.add_transform_controls("/handle", scale=_HANDLE, depth_test=False)
+        self._handle.on_update(self._on_handle)
+        self._held_by_hand, self._said = False, ""
+        self._solver, self._asked = ThreadPoolExecutor(1), 0
+        self._playing, self._recording = True, False
+        self._told: tuple[object, ...] = ()  # what is shown at once, and not with the next figures
+
+    def show(self, state: LiveState, gap: str, delay: float) -> None:
+        """Show a state, with the gap to the nearest thing in words, and the last delay, s."""
+        now, self._latest = time.monotonic(), state.lengths
+        if not self._held_by_hand and self._wish.target != "goal":
+            self._handle.position, self._handle.wxyz = state.target[:3], quaternions_to(state.target[None, 3:])[0]
+        told = state.playing, state.record, state.ended, state.said or self._said
+        if now >= self._next["text"] or told != self._told:
+            self._told = told
+            self._next["text"] = now + _TEXT_EVERY
+            self._state.content = describe(state, gap, delay, state.said or self._said)
+        if now >= self._next["sliders"] or not state.time:
+            self._next["sliders"] = now + _SLIDER_EVERY
+            self._move_sliders(state.lengths, now)
+        if state.playing != self._playing:
+            self._playing, self._play.label = state.playing, "Pause" if state.playing else "Play"
+        if bool(state.record) != self._recording:
+            self._recording, self._record.label = bool(state.record), "End the record" if state.record else "Record"
+
+    def _move_sliders(self, lengths: Array, now: float) -> None:
+        """Let sliders that nobody moves follow the arm, or stay at what they ask for."""
+        wanted = lengths if self._lengths is None else self._lengths
+        places = np.clip(np.round(_MILLI * wanted), *self._box).astype(int).tolist()
+        for slider, place, touched in zip(self._sliders, places, self._touched, strict=True):
+            if slider.value != place and now - touched > _TOUCHED:
+                slider.value = place
+
+    def _add_button(self, gui: viser.GuiApi, label: str, act: Callable[[], None]) -> None:
+        button = gui.add_button(label)
+
+        @button.on_click
+        async def _(_: Any) -> None:
+            act()
+
+    def _add_slider(self, gui: viser.GuiApi, j: int) -> viser.GuiSliderHandle[int]:
+        site, (low, high) = self._site, self._box
+        name = site.truss.member_names[site.truss.actuated[j]]
+        now = int(np.clip(round(_MILLI * float(site.chain.lengths(site.start)[j])), low[j], high[j]))
+        slider = gui.add_slider(name, int(low[j]), int(high[j]), 1, now)
+
+        @slider.on_update
+        async def _(event: Any) -> None:
+            if event.client is not None:
+                self._touched[j] = time.monotonic()
+                self._want_lengths()
+
+        return slider
+
+    def _want_lengths(self) -> None:
+        """Ask for the lengths of all sliders: those that were not touched are where the arm is."""
+        self._lengths = np.array([slider.value for slider in self._sliders]) / _MILLI
+        self._want("lengths", self._lengths)
+
+    async def _on_handle(self, event: viser.TransformControlsEvent) -> None:
+        if event.client is None:
+            return
+        self._held_by_hand = event.phase != "end"
+        w, x, y, z = np.asarray(event.target.wxyz, float).tolist()
+        along = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]  # the handle's z
+        goal = [*np.asarray(event.target.position, float).tolist(), *along]
+        if self._method.value == _STRAIGHT:
+            self._want("goal", goal)
+        elif event.phase == "end":
+            self._solve(goal)
+
+    def _solve(self, goal: list[float]) -> None:
+        """Look for a posture beside the page, which may take seconds, and ask for its lengths; a newer wish overtakes it."""
+        self._asked += 1
+        asked, lengths, objective = self._asked, self._latest, self._choose_objective()
+        self._said = "looking for a posture"
+
+        def find() -> None:
+            try:
+                near = self._site.chain.inputs_from_lengths(lengths, self._site.start)
+                posture = find_posture(self._site, goal, np.asarray(near), objective)
+            except VgtError as error:
+                self._said = str(error)
+                return
+            if asked == self._asked:
+                self._said, self._lengths = "", posture
+                self._want("lengths", posture)
+
+        self._solver.submit(find)
+
+    async def _on_choice(self, event: Any) -> None:
+        """Say again what was wanted, with the objective that is chosen now."""
+        if event.client is not None:
+            self._want(self._wish.target, self._wish.value)
+
+    async def _on_play(self, _: Any) -> None:
+        self._post(Button.PAUSE if self._playing else Button.PLAY)
+
+    async def _on_record(self, _: Any) -> None:
+        self._post(Button.END_RECORD if self._recording else Button.RECORD)
+
+    def _start_anew(self) -> None:
+        self._post(Button.ANEW)
+        self._lengths, self._wish = None, Wish(target="hold", value=True)
+
+    def _want(self, target: str, value: Any) -> None:
+        """Post a wish, with the objective that is chosen."""
+        if target != "lengths":
+            self._lengths = None
+        self._asked, self._said = self._asked + 1, ""
+        self._wish = Wish(target=target, value=value, objective=self._choose_objective(), arrived=time.monotonic())
+        self._post(self._wish)
+
+    def _choose_objective(self) -> tuple[str, ...]:
+        chosen = self._objective.value
+        return {_SCENE: self._site.task.motion.objective, _NOTHING: ()}.get(chosen, (chosen,))
+
+
+def describe(state: LiveState, gap: str, delay: float, said: str = "") -> str:
+    """The figures of a state as a table in HTML, with what is to be said to the person above it."""
+    rows = {
+        "time": f"{state.time:.1f} s{'' if state.playing else ', paused'}",
+        "clearance": gap,
+        "utilisation": f"{state.utilisation:.2f}, {state.member}",
+        "condition": f"{state.condition:.3g}",
+        "held by": ", ".join(state.held_by) or "nothing",
+        "loop": tell_speed(state.rate, delay),
+        "record": state.record or "off",
+    }
+    texts = [f"ended: {state.ended}"] * bool(state.ended) + [said] * bool(said)
+    words = "".join(f'<p role="status"><b>{html.escape(text)}</b></p>' for text in texts)
+    head = '<th style="white-space: nowrap; padding-right: 1em">'
+    cells = "".join(f"<tr>{head}{name}</th><td>{html.escape(text)}</td></tr>" for name, text in rows.items())
+    style = "font-size: 0.8em; text-align: left; width: 100%; padding: 0 1em; overflow-wrap: anywhere"
+    return f'<div style="{style}">{words}<table>{cells}</table></div>'
+
+
+def tell_speed(rate: float, delay: float) -> str:
+    """The rate of the loop, cycles a second, and the delay of the last command, s, as far as they are known."""
+    known = [f"{rate:.1f} cycles a second"] * (not isnan(rate))
+    return ", ".join([*known, *[f"{1e3 * delay:.0f} ms from command to page"] * (not isnan(delay))])

@@ -1,0 +1,227 @@
+"""A recorded run as one page: viser's own client with the run in it, which a browser opens from disk.
+
+Viser records what its server is told, with pauses between, and embeds the record in its client. The page adds what no scene
+holds: verdict, readings of the instant that is shown, and the scale of the colours.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from numpy.typing import NDArray
+from viser import ViserServer
+
+from vgtsim.output.colours import scale_end
+from vgtsim.output.html_tables import list_notices, summarise
+from vgtsim.output.quantities import MINUS
+from vgtsim.output.readings import READINGS, read_instant
+from vgtsim.output.staging import HTML
+from vgtsim.positioning import LeastGap
+from vgtsim.proximity import Proximity
+from vgtsim.replacing import replacing
+from vgtsim.runlog import RunLog
+from vgtsim.site import Site
+from vgtsim.stretch import LogSource, thin
+from vgtsim.verification import Report
+from vgtsim.web.display import Display, Sight
+from vgtsim.web.scale import draw_scale
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+LARGEST = 10_000_000  # bytes of a page: what still goes as an attachment
+_MOST = 1500  # frames: going back in time the client reads all of them again, some tenths of a second
+_FASTEST = 12.5  # frames a simulated second: half of what is recorded looks smooth
+_ROOM = 0.95  # of what is left for frames, as some pack less well than others
+_AFTER = 1.0  # s that the last frame stays before the client begins again
+_REACH = 3.0  # m within which the nearest thing is looked for
+_ASIDE = 0.16  # of the radius of the tank: so much to the right the eye looks, where the table covers the picture
+_STILL, _SHADE = 2e-4, 2e-3  # m, and part of the colour scale: a move that no picture shows
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What a page holds: frames shown, records of the run, and size of the file in bytes."""
+
+    frames: int
+    records: int
+    size: int
+
+
+def write_recording(site: Site, source: LogSource, report: Report, path: Path, largest: int = LARGEST) -> Recording:
+    """Write a run as one HTML file with a time slider, whole or not at all; frames are thinned until it is small enough.
+
+    Raises:
+        OSError: The file cannot be written.
+        ValueError: Not even the first and the last record fit in a page of the largest size, bytes.
+    """
+    run = _Run(site, thin(source), report, source.count, HTML if (path.parent / HTML).is_file() else "")
+    page, frames = run.write_page(int(min(run.log.count, _MOST, (run.log.time[-1] - run.log.time[0]) * _FASTEST + 2)))
+    if len(page) > largest:
+        least, few = run.write_page(2)
+        part = _ROOM * (largest - len(least)) / (len(page) - len(least))
+        page, frames = run.write_page(int(part * frames)) if part * frames > few else (least, few)
+    if len(page) > largest:
+        raise ValueError(f"a page of {frames} frames takes {len(page)} bytes; allowed: at most {largest}")
+    with replacing(path) as partial:
+        partial.write_bytes(page)
+    return Recording(frames, source.count, len(page))
+
+
+def choose_records(log: RunLog, axial: Array, count: int) -> Index:
+    """At most so many records, evenly over the run, first and last included; those that look like the one before are left out.
+
+    Axial forces have shape (T, M), N.
+    """
+    end, chosen = scale_end(axial), [0]
+    for record in np.unique(np.linspace(0, log.count - 1, count).round().astype(int)).tolist():
+        shown = chosen[-1]
+        still = np.abs(log.nodes[record] - log.nodes[shown]).max() < _STILL
+        alike = np.abs(axial[record] - axial[shown]).max() < _SHADE * end
+        told = log.goal[record] == log.goal[shown] and log.settled[record] == log.settled[shown]
+        if not (still and alike and told):
+            chosen.append(record)
+    return np.unique([*chosen, log.count - 1])
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A run with its thinned log, the number of records that it was thinned from, and the address of its report, if any."""
+
+    site: Site
+    log: RunLog
+    report: Report
+    records: int
+    address: str
+
+    @cached_property
+    def axial(self) -> Array:
+        """Axial forces, shape (T, M), N."""
+        return self.log.axial(self.site.truss.ends)
+
+    @cached_property
+    def end(self) -> float:
+        """End of the colour scale, N."""
+        return scale_end(self.axial)
+
+    def write_page(self, count: int) -> tuple[bytes, int]:
+        """The page with at most so many frames, and their number."""
+        log = self.log
+        chosen = choose_records(log, self.axial, count)
+        gaps = [self._find_gap(record) for record in chosen.tolist()]
+        page = self._record(chosen, gaps)
+        times = log.time[chosen] - log.time[0]
+        rows = [self._read(record, gap) for record, gap in zip(chosen.tolist(), gaps, strict=True)]
+        told = {"starts": times.round(4).tolist(), "times": log.time[chosen].round(4).tolist(), "rows": rows}
+        head, body = (
+            _load_pages()
+            .get_template(name)
+            .render(
+                title=self.site.task.title,
+                passed=self.report.passed,
+                verdict="PASSED" if self.report.passed else "FAILED",
+                summary=summarise(self.report),
+                notices=list_notices(log, self.report),
+                names=["time", *READINGS, "nearest"],
+                scale=draw_scale(self.end),
+                frames=len(chosen),
+                records=self.records,
+                report=HTML,
+                address=self.address,
+                readings=json.dumps(told, separators=(",", ":")).replace("<", "\\u003c"),
+            )
+            for name in ("head.html", "body.html")
+        )
+        page = re.sub(r"<title>.*?</title>", "", page, count=1, flags=re.DOTALL)
+        at, close = page.index("</head>"), page.rindex("</body>")
+        return (page[:at] + head + page[at:close] + body + page[close:]).encode(), len(chosen)
+
+    def _record(self, chosen: Index, gaps: list[LeastGap | None]) -> str:
+        """Viser's client with the frames of some records in it."""
+        log = self.log
+        with open_server() as server:
+            display = Display(server, self.site, self.end)
+            _aim(server, self.site, above=bool(self.log.height.any()))
+            record = server.get_scene_serializer()
+            pauses = np.append(np.diff(log.time[chosen]), _AFTER)
+            for k, gap, pause in zip(chosen.tolist(), gaps, pauses.tolist(), strict=True):
+                sight = Sight(
+                    nodes=log.nodes[k],
+                    axial=self.axial[k],
+                    height=float(log.height[k]),
+                    target=self._find_target(k),
+                    gap=gap and gap.ends,
+                    near=f"{gap.gap:.2f} m" if gap else "",
+                )
+                display.show(sight)
+                record.insert_sleep(pause)
+            return record.as_html()
+
+    def _find_gap(self, record: int) -> LeastGap | None:
+        """The nearest thing, the arm itself and the mast included; none while the mast is not at its working depth."""
+        if self.log.height[record]:
+            return None
+        points = np.concatenate([self.log.nodes[record], self.log.tool_position[record, None]])
+        return self.site.surroundings.unloaded.find_nearest(points, _REACH)
+
+    def _tell_nearest(self, record: int, gap: LeastGap | None) -> str:
+        """Distance and names of the nearest things; while the mast is moved, as checks measure it in the riser's bore."""
+        if gap:
+            return f"{gap.gap:.3f} m, {gap.bodies}".replace("-", MINUS)
+        if not self.log.height[record]:
+            return f"more than {_REACH:g} m"
+        found = self._proximity.apart(self.log.nodes[record, None], self.log.tool_position[record, None])
+        place = int(found.nearest[0])
+        part = self._proximity.name_around(int(found.body[0, place]))
+        return f"{found.distance[0, place]:.3f} m, {part} to {found.places[place]}".replace("-", MINUS)
+
+    @cached_property
+    def _proximity(self) -> Proximity:
+        return Proximity(self.site)
+
+    def _find_target(self, record: int) -> Array | None:
+        """Where the tool should be: an operator's target, or the end of the stage of the run."""
+        if self.log.target.size:
+            return self.log.target[record]
+        stage = int(self.log.goal[record])
+        pose = self.site.stage_poses[stage] if stage >= 0 else None
+        return pose if pose is not None and np.isfinite(pose).all() else None
+
+    def _read(self, record: int, gap: LeastGap | None) -> list[str]:
+        told = read_instant(self.site, self.log, self.report, record, self.axial[record])
+        return [*told, self._tell_nearest(record, gap)]
+
+
+def _aim(server: ViserServer, site: Site, *, above: bool) -> None:
+    """Look past the table at the right; from farther where the arm comes from above the ground."""
+    camera, radius, crown = server.initial_camera, site.tank.shell.inner_diameter / 2, site.tank.shell.crown
+    if above:
+        camera.position, camera.look_at = (0.7 * radius, -4.8 * radius, 2.2 * crown), (0.0, 0.0, 1.55 * crown)
+    aside = (1.9 if above else 1.0) * _ASIDE * radius
+    camera.position, camera.look_at = camera.position + [aside, 0, 0], camera.look_at + [aside, 0, 0]
+
+
+@contextmanager
+def open_server(port: int = 0, host: str = "127.0.0.1") -> Iterator[ViserServer]:
+    """A server of viser that says nothing on the terminal, on a free port unless one is given; it stops at the end."""
+    with redirect_stdout(io.StringIO()):
+        server = ViserServer(host=host, port=port, verbose=False)
+    try:
+        yield server
+    finally:
+        with redirect_stdout(io.StringIO()):
+            server.stop()
+
+
+@lru_cache(maxsize=1)
+def _load_pages() -> Environment:
+    return Environment(loader=PackageLoader("vgtsim.web", "pages"), autoescape=True, undefined=StrictUndefined)

@@ -1,0 +1,92 @@
+"""What stands still on a page: the tank cut open, its waste, equipment and risers with their names, goals, and the light."""
+
+from __future__ import annotations
+
+from math import sin
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from vgtsim.geometry import find_hulls, make_profile, obstacles, solids, tool_frame
+from vgtsim.output.things import name_things
+from vgtsim.site import Site
+from vgtsim.web.baking import add_baked
+
+if TYPE_CHECKING:
+    from viser import SceneApi, ViserServer
+
+Array = NDArray[np.float64]
+Anchor = Literal["bottom-left", "bottom-center"]
+
+_LINER, _CONCRETE, _SOIL, _RISER = (150, 158, 168), (206, 201, 190), (150, 118, 86), (140, 152, 168)
+_WASTE, _EQUIPMENT, _GOAL = (134, 132, 74), (232, 186, 52), (40, 190, 96)
+NAME = 0.8  # size of names, of the usual size of text
+_BALL, _STEM = 0.10, (0.025, 0.6)  # m: a goal's ball, and radius and length of the rod along its direction
+_SIDES, _FEW = 24, 8  # of round things, and of thin ones
+_FLOOR, _WALL = ("dish",), ("knuckle", "wall")
+_FIELD = np.radians(38)  # of view, upright
+
+
+def add_scenery(server: ViserServer, site: Site) -> None:
+    """Add light, the back half of the tank with all that is in it, and the goals of a site; look at it from the open side."""
+    radius, crown = site.tank.shell.inner_diameter / 2, site.tank.shell.crown
+    camera, scene = server.initial_camera, server.scene
+    camera.position, camera.look_at = (0.0, -2.35 * radius, 0.9 * crown), (0.0, 0.0, 0.52 * crown)
+    camera.fov = _FIELD
+    scene.set_up_direction("+z")
+    # an environment map costs four fifths of the time of drawing without a graphics card; without any light steel is black
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 145, 140), intensity=2.2)
+    scene.add_light_directional("/light/lamp", intensity=1.6, position=(-radius, -2 * radius, 3 * crown))
+    _add_tank(scene, site)
+    _name(scene, site)
+    for goal in site.task.motion.goals:
+        mark, matrix = make_mark(), np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = tool_frame(goal.direction), goal.position
+        add_baked(scene, f"/goals/{goal.name}", [(mark.apply_transform(matrix), _GOAL)])
+        add_name(scene, f"/names/{goal.name}", goal.name, np.array(goal.position) + [0, 0, _BALL])
+
+
+def _add_tank(scene: SceneApi, site: Site) -> None:
+    tank, profile, around = site.tank, make_profile(site.tank.shell), obstacles(site.tank)
+    shell = [(solids.make_liner(tank, profile, front, _FLOOR), _LINER) for front in (False, True)]
+    shell += [(solids.make_concrete(tank, profile, front, _FLOOR), _CONCRETE) for front in (False, True)]
+    shell += [(solids.make_liner(tank, profile, False, _WALL), _LINER)]
+    shell += [(solids.make_concrete(tank, profile, False, _WALL), _CONCRETE)]
+    shell += [(solids.make_dome(tank, profile, False), _CONCRETE)]
+    risers = [solids.make_riser(tank, profile, riser) for riser in tank.risers if sin(riser.azimuth) >= 0]
+    add_baked(scene, "/tank/shell", shell)
+    add_baked(scene, "/tank/soil", [(solids.make_soil(tank, profile, False), _SOIL)])
+    pipes = [solids.make_arm_riser(tank, profile, False), *risers]
+    add_baked(scene, "/tank/risers", [(pipe, _RISER) for pipe in pipes])
+    if tank.waste.level:
+        add_baked(scene, "/tank/waste", [(solids.make_waste(tank, profile), _WASTE)])
+    for name, axis, radius in zip(around.names, around.axes, around.radii, strict=False):
+        pipe = trimesh.creation.cylinder(float(radius), segment=axis, sections=_SIDES)
+        add_baked(scene, f"/tank/{name}", [(pipe, _EQUIPMENT)])
+    for item in tank.solids:
+        parts = [trimesh.convex.convex_hull(hull) for hull in find_hulls(item, profile)]
+        add_baked(scene, f"/tank/{item.name}", [(part, _EQUIPMENT) for part in parts])
+
+
+def _name(scene: SceneApi, site: Site) -> None:
+    """Write the names of waste, equipment and the arm's riser beside them."""
+    riser = site.tank.arm_riser
+    top = np.array([riser.place[0] + riser.bore / 2 + riser.wall, riser.place[1], site.tank.grade + riser.above_grade])
+    for name, place in (name_things(site) | {riser.name.replace("_", " "): top}).items():
+        add_name(scene, f"/names/{name.replace(' ', '_')}", name, place, "bottom-left")
+
+
+def add_name(scene: SceneApi, name: str, text: str, place: Array, anchor: Anchor = "bottom-center") -> None:
+    """Write a text at a place, shape (3,), m."""
+    scene.add_label(name, text, position=place, font_screen_scale=NAME, anchor=anchor)
+
+
+def make_mark(size: float = 1.0) -> trimesh.Trimesh:
+    """The mark of a goal of the tool, some times the usual size: a ball at the origin and a rod along z, the tool's direction."""
+    rod = trimesh.creation.cylinder(_STEM[0], height=_STEM[1], sections=_FEW)
+    mark = trimesh.creation.icosphere(2, radius=_BALL) + rod.apply_translation([0, 0, _STEM[1] / 2])
+    return mark.apply_scale(size)

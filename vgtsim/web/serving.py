@@ -1,0 +1,79 @@
+"""The process of the page: a viser server that shows the states of a live arm and posts what a person does."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import signal
+import threading
+import time
+from math import nan
+from multiprocessing.connection import Connection
+from typing import Any
+
+import viser
+
+from vgtsim.description import Scene
+from vgtsim.output.colours import scale_end
+from vgtsim.site import Site
+from vgtsim.statics import solve_members
+from vgtsim.web.controls import Controls
+from vgtsim.web.display import Display, Sight
+from vgtsim.web.letters import Letter, LiveState, Pages, Served, Shown
+
+_SCALE = 1.25  # of the greatest force at the start, where the colours end
+_REACH = 3.0  # m within which the nearest thing is looked for
+
+
+def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int) -> None:
+    """Serve a page until the other end of the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, which closes the pipe
+    with contextlib.redirect_stdout(io.StringIO()):  # of viser
+        page = Page(pipe, Site(scene), host, port)
+        with contextlib.suppress(EOFError, OSError):
+            while True:
+                page.show(pipe.recv())
+        page.server.stop()
+
+
+class Page:
+    """Display and controls in one server, at the page's end of the pipe."""
+
+    def __init__(self, pipe: Connection[Any, Any], site: Site, host: str, port: int) -> None:
+        """Begin to serve."""
+        self._pipe, self._site, self._lock, self._delay = pipe, site, threading.Lock(), nan
+        self.server = viser.ViserServer(host, port, label=f"vgtsim: {site.task.name}", verbose=False)
+        end = scale_end(_SCALE * solve_members(site.load_model, site.chain.nodes(site.start)).near_axial)
+        with self.server.atomic():
+            self._display = Display(self.server, site, end)
+            self._controls = Controls(self.server, site, end, self.post)
+        self.server.on_client_connect(lambda _: self._count())
+        self.server.on_client_disconnect(lambda _: self._count())
+        self.post(Served(self.server.get_port()))
+        self._count()
+
+    def post(self, letter: Letter) -> None:
+        """Post a letter, from any thread; after the loop has ended nobody reads it."""
+        with self._lock, contextlib.suppress(OSError):
+            self._pipe.send(letter)
+
+    def show(self, state: LiveState) -> None:
+        """Show a state, and say so."""
+        near = self._site.surroundings.unloaded.find_nearest(state.points, _REACH)
+        words = f"{near.gap:.3f} m, {near.bodies}" if near else f"more than {_REACH:g} m"
+        sight = Sight(
+            nodes=state.nodes,
+            axial=state.axial,
+            target=state.target,
+            gap=near.ends if near else None,
+            near=f"{near.gap:.2f} m" if near else "",
+        )
+        self._display.show(sight)
+        self._controls.show(state, words, self._delay)
+        self.server.flush()
+        delay = time.monotonic() - state.arrived if state.arrived else nan
+        self._delay = delay if state.arrived else self._delay
+        self.post(Shown(delay, time.process_time()))
+
+    def _count(self) -> None:
+        self.post(Pages(len(self.server.get_clients())))
