@@ -47,7 +47,7 @@ from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
 from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study, Work
-from vgtsim.description.tank import Equipment, Guide, Riser, Shell, Tank
+from vgtsim.description.tank import Box, Equipment, Guide, MeshThing, Riser, Shell, Tank, Thing
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 
 __all__ = [
@@ -62,6 +62,7 @@ __all__ = [
     "Axis",
     "Bend",
     "Block",
+    "Box",
     "CameraName",
     "Catalogue",
     "Cut",
@@ -82,6 +83,7 @@ __all__ = [
     "Manipulator",
     "Mast",
     "Material",
+    "MeshThing",
     "Method",
     "Module",
     "Octahedral",
@@ -107,6 +109,7 @@ __all__ = [
     "Study",
     "Tank",
     "Tetrahedral",
+    "Thing",
     "ToolPath",
     "Tube",
     "TubeSize",

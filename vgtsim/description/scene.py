@@ -56,10 +56,11 @@ class Mast(Pipe):
     """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
 
     `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent. Without a `feed` the mast is
-    held at its working depth.
+    held at its working depth. `riser` names the riser of the tank that the mast stands in; absent, it is the tank's `arm_riser`.
     """
 
     pivot_depth: Size
+    riser: Name | None = None
     density: Density = 7850.0  # structural steel
     riser_spare: Size | None = None
     feed: Feed | None = None
@@ -267,7 +268,7 @@ class Scene:
             raise self.error("motion.start", f"{len(start)} module shapes", allowed)
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
-        places = ("shell", "riser", "waste", *(item.name for item in tank.equipment))
+        places = ("shell", "riser", "waste", *(item.name for item in tank.things))
         for index, contact in enumerate(self.task.contacts):
             if contact.place not in places:
                 raise self.error(

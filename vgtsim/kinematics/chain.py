@@ -288,8 +288,8 @@ def _shaped(rows: Array, batch: tuple[int, ...]) -> Array:
     return rows.reshape(*batch, *rows.shape[1:])
 
 
-def hanging_mount(height: float) -> Array:
-    """Mount T_G_B1, shape (4, 4), of an arm on the tank axis with its base face at a height in G, m; Z of B_1 points down."""
+def hanging_mount(height: float, place: tuple[float, float] = (0.0, 0.0)) -> Array:
+    """Mount T_G_B1, shape (4, 4), of an arm with its base face at a height and an x and y in G, m; Z of B_1 points down."""
     mount = np.diag([1.0, -1.0, -1.0, 1.0])  # a half turn about X: Z of B_1 points down
-    mount[2, 3] = height
+    mount[:3, 3] = *place, height
     return mount

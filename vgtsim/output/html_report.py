@@ -26,7 +26,7 @@ from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import Report, find_riser_reaction
+from vgtsim.verification import Report, describe_removed, find_riser_reaction
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,9 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
         ("riser", "Load on the riser", riser, (), lambda: runs.plot_reaction(site, log, carried)),
         ("closure", "Closure", gap, ("closure",), lambda: runs.plot_closure(site, log, report)),
     )
+    if log.removed.size:
+        waste = f"{describe_removed(site, log)}. Below: the force of the waste on the tool, upward."
+        rows = (*rows[:2], ("waste", "Waste removed", waste, (), lambda: runs.plot_waste(site, log)), *rows[2:])
     return [ReportPlot(*row) for row in rows]
 
 

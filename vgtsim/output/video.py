@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.output.colours import scale_end
-from vgtsim.output.overlay import Mark, Overlay, draw_overlay, make_overlay
+from vgtsim.output.overlay import LABELS, Mark, Overlay, draw_overlay, make_overlay
 from vgtsim.output.readings import read_instant
 from vgtsim.output.replay import camera_at, frame_times, interpolate
 from vgtsim.output.stage import Picture, Stage, compile_view
@@ -75,11 +75,16 @@ class _Instant:
     camera: str
     nodes: Array
     axial: Array
+    heights: Array | None = None
 
     def repeats(self, other: _Instant, end: float) -> bool:
         """Whether the picture of another instant is this one's too; the colour scale ends at this force, N."""
         still = np.abs(self.nodes - other.nodes).max() < _STILL
-        return self.camera == other.camera and still and np.abs(self.axial - other.axial).max() < _SHADE * end
+        pair = self.heights, other.heights
+        dug = pair[0] is not None and pair[1] is not None and bool((pair[0] != pair[1]).any())
+        return (
+            self.camera == other.camera and still and not dug and np.abs(self.axial - other.axial).max() < _SHADE * end
+        )
 
 
 def draw_frames(
@@ -96,9 +101,16 @@ def draw_frames(
     end = scale_end(axial)
     things = name_things(site)
     goals = [goal.name for goal in site.task.motion.goals]
-    overlay = make_overlay(*size, site.task.title, end, goals, things)
+    overlay = make_overlay(*size, site.task.title, end, goals, things, _list_labels(site))
     instants = (
-        _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)
+        _Instant(
+            time=float(time),
+            record=record,
+            camera=camera_at(cuts, float(time)),
+            nodes=nodes,
+            axial=forces,
+            heights=log.bed[record] if log.bed.size else None,
+        )
         for time in times
         for record, nodes, forces in [interpolate(log, axial, float(time))]
     )
@@ -125,10 +137,10 @@ def _share(
     """Give the stages instants to draw, in turns; an instant that repeats the one drawn last shares its picture."""
     turns = cycle(stages)
     shown = next(instants)
-    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial)
+    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial, shown.heights)
     for now in chain([shown], instants):
         if not now.repeats(shown, end):
-            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial)
+            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial, now.heights)
         yield now, drawing
 
 
@@ -148,7 +160,21 @@ def _label(
     marks = tuple(Mark(text=name, column=x, row=y, active=name == sought) for name, (x, y) in named)
     speed = site.task.video.speed
     time = f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else "")
-    return draw_overlay(overlay, picture, (time, *read_instant(site, log, report, now.record, now.axial)), marks)
+    texts = (time, *read_instant(site, log, report, now.record, now.axial), *_tell_removed(site, log, now.record))
+    return draw_overlay(overlay, picture, texts, marks)
+
+
+def _list_labels(site: Site) -> tuple[str, ...]:
+    """Labels of the texts: that of the removed waste only where some is cut."""
+    return LABELS if site.diggings is None else (*LABELS, "waste removed")
+
+
+def _tell_removed(site: Site, log: RunLog, record: int) -> tuple[str, ...]:
+    """Removed waste in litres, and its mass; nothing where none is cut."""
+    if site.diggings is None:
+        return ()
+    volume = float(log.removed[record]) if log.removed.size else 0.0
+    return (f"{1e3 * volume:.1f} l, {volume * site.tank.waste.density:.0f} kg",)
 
 
 @contextmanager

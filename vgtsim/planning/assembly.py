@@ -104,7 +104,7 @@ def plan_assembly(site: Site, way: Insertion) -> tuple[AssemblyStage, ...]:
         end = clamp if a else pivot + float(way.feed(1.0))
         stage = AssemblyStage(
             units=count - a,
-            chain=Chain(cut_arm(site.arm, first), hanging_mount(end)),
+            chain=Chain(cut_arm(site.arm, first), hanging_mount(end, site.tank.arm_riser.place)),
             columns=np.flatnonzero(layout.owner >= a),
             begin=clamp + float(lengths[a]) + (planar.tool_offset if a == count - 1 else 0.0),
             end=end,

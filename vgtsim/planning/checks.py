@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
-from vgtsim.geometry import enclosure_distance, segment_distance
+from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.planning.collisions import list_collisions, tell_collisions
@@ -129,8 +129,7 @@ def _find_goal_faults(site: Site) -> Iterator[VgtError]:
         gaps["the waste"] = float(
             point[2] - places.waste_level if places.bed is None else places.bed.distance(point)[0]
         )
-        for name, axis, thick in zip(places.names, places.axes, places.radii, strict=True):
-            gaps[name] = float(segment_distance(point, point, axis[0], axis[1])[0] - thick)
+        gaps |= zip(places.names, places.distances(point, point).tolist(), strict=True)
         place = min(gaps, key=lambda name: gaps[name])
         if gaps[place] < radius + wanted:
             side = "inside" if gaps[place] < 0 else f"{gaps[place]:.3f} m from"

@@ -135,7 +135,7 @@ def make_guide(site: Site, directrix: LeadCurve, azimuth: float, last: float = 0
         DescriptionError: The arm does not stay in a plane.
     """
     planar = PlanarArm(site.chain, azimuth)
-    rim = site.surroundings.profile.rim(site.tank.arm_riser.bore / 2)
+    rim = site.surroundings.profile.rim(site.tank.arm_riser.bore / 2, site.tank.arm_riser.radius)
     stowed = site.chain.lengths(site.chain.stowed)
     return Follower(
         planar=planar,

@@ -143,7 +143,7 @@ class _Plan:
         motion = self.site.task.motion
         position, direction = self.site.chain.tool(self.here)
         path = ToolPath(
-            name="the raster",
+            name="raster",
             start=tuple(position.tolist()),
             direction=tuple(direction.tolist()),
             tolerance=step.tolerance,

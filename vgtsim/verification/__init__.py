@@ -1,6 +1,7 @@
 """Verdicts on a run, independent of MuJoCo."""
 
 from vgtsim.verification.checks import CHECK_NAMES, MEASURES
+from vgtsim.verification.cutting import describe_removed
 from vgtsim.verification.evidence import Evidence, find_riser_reaction
 from vgtsim.verification.instant import Instant, find_instant
 from vgtsim.verification.report import Check, Report
@@ -15,6 +16,7 @@ __all__ = [
     "Hold",
     "Instant",
     "Report",
+    "describe_removed",
     "find_holds",
     "find_instant",
     "find_riser_reaction",

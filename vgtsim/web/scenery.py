@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from vgtsim.geometry import make_profile, obstacles, solids, tool_frame
+from vgtsim.geometry import find_hulls, make_profile, obstacles, solids, tool_frame
 from vgtsim.output.things import name_things
 from vgtsim.site import Site
 from vgtsim.web.baking import add_baked
@@ -64,15 +64,18 @@ def _add_tank(scene: SceneApi, site: Site) -> None:
     add_baked(scene, "/tank/risers", [(pipe, _RISER) for pipe in pipes])
     if tank.waste.level:
         add_baked(scene, "/tank/waste", [(solids.make_waste(tank, profile), _WASTE)])
-    for name, axis, radius in zip(around.names, around.axes, around.radii, strict=True):
+    for name, axis, radius in zip(around.names, around.axes, around.radii, strict=False):
         pipe = trimesh.creation.cylinder(float(radius), segment=axis, sections=_SIDES)
         add_baked(scene, f"/tank/{name}", [(pipe, _EQUIPMENT)])
+    for item in tank.solids:
+        parts = [trimesh.convex.convex_hull(hull) for hull in find_hulls(item, profile)]
+        add_baked(scene, f"/tank/{item.name}", [(part, _EQUIPMENT) for part in parts])
 
 
 def _name(scene: SceneApi, site: Site) -> None:
     """Write the names of waste, equipment and the arm's riser beside them."""
     riser = site.tank.arm_riser
-    top = np.array([riser.bore / 2 + riser.wall, 0.0, site.tank.grade + riser.above_grade])
+    top = np.array([riser.place[0] + riser.bore / 2 + riser.wall, riser.place[1], site.tank.grade + riser.above_grade])
     for name, place in (name_things(site) | {riser.name.replace("_", " "): top}).items():
         add_name(scene, f"/names/{name.replace(' ', '_')}", name, place, "bottom-left")
 
