@@ -133,6 +133,11 @@ class Site:
         return bounds
 
     @property
+    def yields(self) -> bool:
+        """Whether the arm gives way where it touches something: by its drives or its members."""
+        return self.task.simulation.drive != "rigid" or self.task.simulation.members == "elastic"
+
+    @property
     def safety_factor(self) -> float:
         """Omega of AISC 360 that members are held to."""
         return self.task.limits.safety_factor
