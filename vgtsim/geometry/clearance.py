@@ -97,7 +97,7 @@ def obstacles(tank: Tank) -> Obstacles:
 def make_walls(tank: Tank, profile: Profile, around: Obstacles) -> gaps.Walls:
     """The tank, its obstacles and its waste, for compiled functions."""
     bed = around.bed
-    heights, ground = (np.empty((0, 0)), np.zeros(4)) if bed is None else (bed.heights, bed.ground)
+    heights, ground = (np.empty((0, 0)), np.zeros(5)) if bed is None else (bed.heights, bed.ground)
     figures = profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii)
     return *figures, around.waste_level, heights, ground, around.solids
 
@@ -111,14 +111,15 @@ def arm_clearance(
     profile: Profile,
     around: Obstacles,
     payload: tuple[ArrayLike, float] | None = None,
+    together: bool = False,
 ) -> Clearance:
     """Least distance of an arm, nodes in frame G of shape (..., N, 3), m, from everything in the tank.
 
     Members, ends of shape (M, 2) and radii of shape (M,), m, are capsules. Nodes, of one radius or of shape (N,), m, and
     payload, a tool point of shape (..., 3) and a radius, m, are balls. The tank is convex, so a member is nearest to the
     shell at one of its ends; only members that begin or end where the riser's mouth is nearest are searched along their
-    length. Cylinders are rounded at their ends by their
-    radius, which makes the result a lower bound there.
+    length. Cylinders are rounded at their ends by their radius, which makes the result a lower bound there.
+    If only the least distance of the whole batch counts, `together`, others may be given as infinite or too great.
     """
     nodes = np.asarray(nodes, float)
     batch, balls, ball_radii = nodes.shape[:-2], nodes, np.full(nodes.shape[-2], hub_radius)
@@ -131,7 +132,7 @@ def arm_clearance(
     body = np.empty((len(flat), len(places)), np.intp)
     thick = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
     walls = make_walls(tank, profile, around)
-    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body)
+    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body, together)
     return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
 
 

@@ -16,7 +16,7 @@ from vgtsim.geometry.blocks import Blocks, to_block
 from vgtsim.geometry.pairs import MemberPairs
 from vgtsim.geometry.segments import TOUCHING, find_between
 from vgtsim.geometry.side_mouth import enclose_aside, find_rim, hypot
-from vgtsim.geometry.surface import along_surface, find_height, to_surface
+from vgtsim.geometry.surface import along_surface, find_height, is_above, to_surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -134,13 +134,28 @@ def measure_segments(a0: Array, a1: Array, b0: Array, b1: Array, found: Array) -
 
 
 @compiled
-def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Array, body: Index) -> None:
+def is_beside_line(ball: Array, low: Array, high: Array, room: float) -> bool:
+    """Whether a ball's middle is farther than `room` from the line through two points; of an upright line by x and y alone."""
+    x, y = ball[0] - low[0], ball[1] - low[1]
+    if low[0] == high[0] and low[1] == high[1]:
+        return x * x + y * y >= room * room
+    u, v, w, z = high[0] - low[0], high[1] - low[1], high[2] - low[2], ball[2] - low[2]
+    p, q, r = y * w - z * v, z * u - x * w, x * v - y * u
+    return p * p + q * q + r * r >= room * room * (u * u + v * v + w * w)
+
+
+@compiled
+def measure_arm(
+    tank: Walls, balls: Array, ends: Index, radii: Array, least: Array, body: Index, together: bool = False
+) -> None:
     """Least distances, shape (B, P), and bodies, see `arm_clearance`; P are shell, riser, obstacles and waste.
 
     Balls are nodes and payload, shape (B, N, 3); members have two of them, shape (M, 2). Radii are of members and then of
-    balls, shape (M + N,).
+    balls, shape (M + N,). If only the least of all configurations counts, what cannot be it is left out: it is infinite or more
+    than it is.
     """
     curve, mouth, axes, thick, level, bed, ground, blocks = tank
+    bound, middle = np.inf, np.empty(3)  # what is not less than the bound need not be measured
     lead, high, count, places = np.empty(3), np.empty(balls.shape[1]), len(ends), least.shape[1]
     depth, at_mouth = np.empty(balls.shape[1]), np.empty(balls.shape[1], np.bool_)
     for i in range(len(balls)):
@@ -149,17 +164,24 @@ def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Arr
         for c in range(len(points)):
             depth[c], nearest = enclose(curve, mouth, points[c, 0], points[c, 1], points[c, 2])
             at_mouth[c] = nearest < 0
-        most = _look_down(bed, ground, points, radii[count:], high) if len(bed) else np.inf
+        most = _look_down(bed, ground, points, radii[count:], bound, high) if len(bed) else np.inf
         for m in range(len(radii)):
             a, b = (ends[m, 0], ends[m, 1]) if m < count else (m - count, m - count)
             for c in (a, b):
                 _offer(least[i], body[i], 1 if at_mouth[c] else 0, depth[c] - radii[m], m)
+            for axis in range(3):
+                middle[axis] = (points[a, axis] + points[b, axis]) / 2
+            half = _apart(points[a], points[b]) / 2
             for k in range(len(axes)):
+                # a ball about a member that is beside the whole line of the axis is that far from the cylinder
+                room = min(least[i, 2 + k], bound) + TOUCHING + thick[k] + radii[m] + half
+                if room > 0 and is_beside_line(middle, axes[k, 0], axes[k, 1], room):
+                    continue
                 gap = find_between(points[a], points[b], axes[k, 0], axes[k, 1])[0] - thick[k] - radii[m]
                 _offer(least[i], body[i], 2 + k, gap, m)
             for k in range(len(blocks.owner)):
                 place = 2 + len(axes) + blocks.owner[k]
-                limit = least[i, place] + radii[m] + TOUCHING
+                limit = min(least[i, place], bound) + radii[m] + TOUCHING
                 gap = to_block(blocks, k, points[a], points[b], limit, lead)[0] - radii[m]
                 _offer(least[i], body[i], place, gap, m)
             low = min(points[a, 2], points[b, 2])
@@ -167,24 +189,29 @@ def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Arr
                 _offer(least[i], body[i], places - 1, low - level - radii[m], m)
                 continue
             limit = min(most, least[i, places - 1]) + radii[m] + TOUCHING
-            if low - ground[2] <= limit and (high[a] + high[b] - _apart(points[a], points[b])) / 2 <= limit:
+            if low - ground[2] > limit or (high[a] + high[b] - _apart(points[a], points[b])) / 2 > limit:
+                continue
+            if not is_above(bed, ground, points[a], points[b], limit):
                 gap = along_surface(bed, ground, points[a], points[b], limit, lead)[0] - radii[m]
                 _offer(least[i], body[i], places - 1, gap, m)
         _search_mouth(curve, mouth, points, ends, radii, depth, at_mouth, least[i], body[i])
+        if together:
+            bound = min(bound, least[i].min())
 
 
 @compiled
-def _look_down(bed: Array, ground: Array, balls: Array, radii: Array, high: Array) -> float:
+def _look_down(bed: Array, ground: Array, balls: Array, radii: Array, bound: float, high: Array) -> float:
     """Distances of balls' middles from uneven waste, those far above it at the least, and a bound of the arm's gap from it."""
-    most = np.inf
+    most = bound
     for c in range(len(balls)):
         over = balls[c, 2] - find_height(bed, ground, balls[c, 0], balls[c, 1])
         most = min(most, max(over, 0.0) - radii[c])
     lead, thickest = np.empty(3), radii.max()
     for c in range(len(balls)):
         high[c] = balls[c, 2] - ground[2]
-        if high[c] - thickest <= most:
-            high[c] = to_surface(bed, ground, balls[c], lead)
+        limit = most + thickest + TOUCHING
+        if high[c] <= limit:
+            high[c] = max(high[c], min(to_surface(bed, ground, balls[c], limit, lead), limit))
             most = min(most, high[c] - radii[c])
     return most
 

@@ -20,6 +20,7 @@ from vgtsim.geometry.gaps import (
     Walls,
     are_beside,
     enclose,
+    is_beside_line,
     lead_inward,
     wrap_members,
     wrap_modules,
@@ -27,7 +28,7 @@ from vgtsim.geometry.gaps import (
 from vgtsim.geometry.pairs import MemberPairs
 from vgtsim.geometry.segments import TOUCHING, find_between
 from vgtsim.geometry.side_mouth import hypot
-from vgtsim.geometry.surface import along_surface, to_surface
+from vgtsim.geometry.surface import along_surface, is_above, to_surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -84,8 +85,9 @@ def find_near(
             gap = at[c, 2] - (ground[2] if len(bed) else level) - point_radii[c]
             high[c] = at[c, 2] - ground[2]  # of uneven waste at the least
             if len(bed) and gap < reach:
-                high[c] = to_surface(bed, ground, at[c], lead)
-                gap = high[c] - point_radii[c]
+                away = to_surface(bed, ground, at[c], reach + point_radii[c], lead)
+                high[c] = max(high[c], min(away, reach + point_radii[c]))
+                gap = away - point_radii[c]
             if gap < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap, -1, 0.0
@@ -100,7 +102,7 @@ def find_near(
             low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * hulls[m, 3]) / 2 + radii[
                 m
             ]  # a hull is half as long as its member
-            if ends[m, 1] < 3 or low - radii[m] >= reach or min(a[2], b[2]) - ground[2] - radii[m] >= reach:
+            if ends[m, 1] < 3 or low - radii[m] >= reach or is_above(bed, ground, a, b, reach + radii[m]):
                 continue
             gap, s = along_surface(bed, ground, a, b, reach + radii[m], lead)
             if gap - radii[m] < reach:
@@ -116,7 +118,7 @@ def find_near(
                 return count
             for m in range(capsules):
                 # a ball about a member that is beside the whole line of the axis is beside the obstacle
-                if not meets[k, m] or _is_beside(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
+                if not meets[k, m] or is_beside_line(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
                     continue
                 a, b = at[ends[m, 0]], at[ends[m, 1]]
                 away, s, t = find_between(a, b, axes[k, 0], axes[k, 1])
@@ -163,17 +165,6 @@ def find_near(
             if brief and count:
                 return count
     return count
-
-
-@compiled
-def _is_beside(ball: Array, low: Array, high: Array, room: float) -> bool:
-    """Whether a ball's middle is farther than `room` from the line through two points; of an upright line by x and y alone."""
-    x, y = ball[0] - low[0], ball[1] - low[1]
-    if low[0] == high[0] and low[1] == high[1]:
-        return x * x + y * y >= room * room
-    u, v, w, z = high[0] - low[0], high[1] - low[1], high[2] - low[2], ball[2] - low[2]
-    p, q, r = y * w - z * v, z * u - x * w, x * v - y * u
-    return p * p + q * q + r * r >= room * room * (u * u + v * v + w * w)
 
 
 @compiled

@@ -236,10 +236,11 @@ class Surroundings:
         change = sag(self.chain.nodes(near)) - sag(self.chain.nodes(q))[:, None]
         return np.moveaxis(change / _STEP, 1, -1)
 
-    def clearance(self, q: Array) -> tuple[Array, list[str]]:
+    def clearance(self, q: Array, together: bool = False) -> tuple[Array, list[str]]:
         """Least clearance, shape (W,), m, of inputs of shape (W, n), and the names of the nearest bodies.
 
-        It counts the distance from everything and of the arm from itself.
+        It counts the distance from everything and of the arm from itself. If only the least of all counts, `together`, others
+        may be given too great.
         """
         capsules, points = self.capsules, self.points(q)
         members = len(self.chain.truss.members)
@@ -252,6 +253,7 @@ class Surroundings:
             self.profile,
             self.obstacles,
             (points[:, -1], self.payload_radius),
+            together,
         )
         own, _ = nearest_pair(capsules.judged_pairs, points)
         columns = np.concatenate([around.distance, own[:, None], self._from_mast(points)[:, None]], axis=1)
