@@ -26,5 +26,5 @@ for action in actions:
 print(f"observations of both tiers differ by {np.abs(there - observation).max():.4f}, expected {0:.4f}")
 
 plant = exact.get_wrapper_attr("tier").plant
-posture = vgtsim.forward_kinematics(arm.site, arm.tier.inputs)
+posture = vgtsim.forward_kinematics(arm.site, arm.tier.state.q[0])
 print(f"tool in the plant at z = {plant.state.tool_position[2]:.4f} m, expected {posture.tool[2]:.4f} m")

@@ -65,3 +65,17 @@ def test_the_tool_follows_a_path_with_its_hose():
     task = site.task.model_copy(update={"mission": (step.model_copy(update={"path": deeper}),)})
     report = vgtsim.verify(Site(replace(site.scene, task=task)), log)
     assert "tool to its path" in [check.quantity for check in report.checks if not check.passed]
+
+
+@pytest.mark.slow
+def test_a_heel_is_cut():
+    site = vgtsim.load("type_ii_heel")
+    plan = vgtsim.plan(site)
+    log = vgtsim.run(site, plan)
+    report = vgtsim.verify(site, log, plan)
+    assert [check.quantity for check in report.checks if not check.passed] == []
+    ground, (x, y) = site.diggings, np.mean(site.task.patches[0].corners, axis=0)
+    layer = ground.start - log.bed[-1]
+    under = np.linalg.norm(ground.places - [x, y], axis=1) < ground.bed.spacing
+    assert layer[under] == pytest.approx(site.task.mission[-2].depth, abs=1e-3)  # the middle is cut to the bottom
+    assert log.removed[-1] <= ground.rate * (log.tool_share > 0).sum() / site.task.simulation.log_rate

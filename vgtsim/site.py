@@ -103,7 +103,7 @@ class Site:
     @cached_property
     def chain(self) -> Chain:
         """Kinematics of the arm, which hangs from the scene's pivot."""
-        return Chain(self.arm, hanging_mount(self.scene.pivot_height))
+        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place))
 
     @property
     def gravity(self) -> float:
@@ -131,6 +131,11 @@ class Site:
             held = self.held_model if simulation.drive == "servo" else self.elastic_model
             bounds["damping"] = 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
         return bounds
+
+    @property
+    def yields(self) -> bool:
+        """Whether the arm gives way where it touches something: by its drives or its members."""
+        return self.task.simulation.drive != "rigid" or self.task.simulation.members == "elastic"
 
     @property
     def safety_factor(self) -> float:

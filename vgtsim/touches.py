@@ -66,7 +66,7 @@ class Parts:
         name = geom.removeprefix(_TANK).split("/")[0]
         if name == self.site.tank.arm_riser.name:
             return RISER
-        return name if name in (WASTE, *(item.name for item in self.site.tank.equipment)) else SHELL
+        return name if name in (WASTE, *(item.name for item in self.site.tank.things)) else SHELL
 
     def split(self, pair: Sequence[str]) -> tuple[str, str]:
         """The geom of the arm and the other one of a pair; of two of the arm, the second one first."""

@@ -7,11 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 from hands import STEP, Echo, Hand, Ride
+from playing import bend
 
 from vgtsim.control import Controller
-from vgtsim.description import Bend, Operator, load_manipulator
+from vgtsim.control.arm_now import ArmNow
+from vgtsim.control.nearness import GapWatch
+from vgtsim.description import AllowedContact, Bend, Operator, load_manipulator
 from vgtsim.errors import CommandError, DescriptionError, ReachError, StoppedError
-from vgtsim.site import Site
+from vgtsim.site import Site, load_site
 from vgtsim.statics import find_use, motion_from_log, solve_members
 
 pytestmark = pytest.mark.long
@@ -207,6 +210,38 @@ def test_a_contact_holds_the_arm_until_it_is_released(site):
     report = ride.go(1.0, twist=[0, 0, 0.1, 0, 0, 0])
     assert report.held_by == ()
     assert np.abs(ride.accelerations[-45:]).max() <= site.task.motion.acceleration * (1 + 1e-6)
+
+
+def test_what_may_touch_comes_together_slowly_and_does_not_hold():
+    """The tool of an arm with servos is 5 cm over the waste, half the clearance; other gaps close as without the rule."""
+    scene = load_site("arm9_nullspace").scene
+    q = bend(scene, [0.7, 0.4, -0.3], [0.0, 0.0, 0.0])
+    level = float(Site(scene).chain.tool(q)[0][2]) - scene.task.payload.radius - 0.05
+    tank = scene.tank.model_copy(update={"waste": scene.tank.waste.model_copy(update={"level": level})})
+    found = {}
+    for drive, rules in (("servo", (AllowedContact(part="tool", place="waste"),)), ("servo", ()), ("rigid", None)):
+        simulation = scene.task.simulation.model_copy(update={"drive": drive})
+        rules = (AllowedContact(part="tool", place="waste"),) if rules is None else rules
+        task = scene.task.model_copy(update={"simulation": simulation, "contacts": rules})
+        site = Site(dataclasses.replace(scene, task=task, tank=tank))
+        watch, arm = GapWatch(site=site), ArmNow(site.chain, site.chain.state(q[None]))
+        least = watch.bound(arm, np.full(9, 0.1), STEP)[1]
+        found[drive, bool(rules)] = dict(zip(map(watch.name, range(len(least))), least.tolist(), strict=True)), site
+    slow, never, rigid = (found[key][0] for key in (("servo", True), ("servo", False), ("rigid", True)))
+    assert slow["payload to waste"] == -0.02
+    assert never["payload to waste"] == rigid["payload to waste"] == 0
+    tool = {name for name in slow if name.endswith("to waste") and name.startswith(("payload", "s3/top"))}
+    assert len(slow) > len(tool)
+    assert {name: slow[name] for name in slow if name not in tool} == {n: never[n] for n in never if n not in tool}
+    site = found["servo", True][1]
+    controller, now = Controller(site, STEP), site.chain.lengths(q)
+    controller.start(now, q)
+    controller.command(twist=[-0.05, 0, 0, 0, 0, 0])
+    for _ in range(10):
+        now = controller.step(Echo(now, now, contacts=((1.0, "payload", "tank/waste", -1e-4),)))
+    assert np.abs(controller.report.rates).max() > 0
+    assert np.array_equal(controller.step(Echo(now, now, contacts=((1.0, "m1/batten/1", "tank/waste", -1e-4),))), now)
+    assert controller.report.held_by == ("contact of m1/batten/1 with tank/waste",)
 
 
 def test_a_plant_that_has_stopped_is_not_commanded(site):

@@ -88,7 +88,7 @@ def test_both_tiers_say_the_same_while_nothing_touches(members):
         one, other = fast.step(action), exact.step(action)
         assert one[0] == pytest.approx(other[0], abs=TIERS_AGREE)
         assert one[1] == pytest.approx(other[1], abs=TIERS_AGREE)
-    assert fast.tier.inputs == pytest.approx(exact.tier.inputs, abs=1e-6)
+    assert fast.tier.state.q[0] == pytest.approx(exact.tier.state.q[0], abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -132,10 +132,10 @@ def test_a_touch_ends_an_episode_with_its_fault():
     reward, done, told, steps = 0.0, False, {}, 0
     action = np.random.default_rng(3).uniform(-1, 1, 9).astype(np.float32).round()
     while not done and steps < 50:
-        assert env.site.surroundings.unloaded.least(env.tier.inputs)[0] > 0
+        assert env.site.surroundings.unloaded.least(env.tier.state.q[0])[0] > 0
         _, reward, done, _, told = env.step(action)
         steps += 1
-    assert env.site.surroundings.unloaded.least(env.tier.inputs)[0] <= 0
+    assert env.site.surroundings.unloaded.least(env.tier.state.q[0])[0] <= 0
     assert told["fault"] == "the arm touches something"
     assert reward == pytest.approx(FAULT, abs=1.0)
 

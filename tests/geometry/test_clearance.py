@@ -7,10 +7,12 @@ import pytest
 from scipy.optimize import minimize
 
 from vgtsim.description import load_manipulator, load_tank
+from vgtsim.description.tank import Roughness
 from vgtsim.geometry.clearance import arm_clearance, obstacles, self_clearance
 from vgtsim.geometry.distance import enclosure_distance, interior_distance, segment_distance
 from vgtsim.geometry.profile import make_profile
-from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics import Chain, bend_all, hanging_mount
+from vgtsim.positioning import Surroundings
 
 ROOT = Path(__file__).parents[2]
 TANK = load_tank(ROOT / "scenes/tanks/type_ii.toml")
@@ -289,3 +291,20 @@ def test_obstacles_cannot_be_changed():
         AROUND.axes[0, 0, 0] = 1.0
     with pytest.raises(FrozenInstanceError):
         AROUND.waste_level = 1.0
+
+
+def test_the_least_of_a_batch_is_the_same_when_only_it_counts(hanging_arm, type_ii):
+    """Over mounds, with poses in them and clear of them; each pose alone cannot profit from the ones before it."""
+    rough = Roughness(seed=1, count=25, height=1.0, foot=2.5)
+    waste = type_ii.waste.model_copy(update={"level": 0.5, "roughness": rough})
+    around = Surroundings(hanging_arm, type_ii.model_copy(update={"waste": waste}), 0.15, 0.4572)
+    rng = np.random.default_rng(0)
+    q = bend_all(hanging_arm, rng.uniform(-0.1, 0.7, (40, 5)), rng.uniform(-3, 3, (40, 1)))
+    q = q[hanging_arm.state(q).assembles]
+    alone = [around.least(row) for row in q]
+    for some in (slice(None), slice(None, None, -1)):
+        distance, names = around.clearance(q[some], together=True)
+        k = int(np.argmin(distance))
+        assert (distance[k], names[k]) == min(alone)
+    for row, (gap, _) in zip(q, alone, strict=True):
+        assert around.clear(hanging_arm.state(row[None]), gap - 1e-9)[0] or gap < -0.5

@@ -227,3 +227,28 @@ def test_drawn_curves_are_followed_near_the_bound():
     assert all(trial.way is not None for trial in trials)
     for trial in trials:
         assert trial.way.chord < trial.way.bound <= trial.way.deviation <= FOLLOWED * trial.way.bound
+
+
+@pytest.fixture(scope="module")
+def aside(small):
+    """The same arm in a riser 2.5 m beside the axis."""
+    riser = small.tank.arm_riser.model_copy(update={"radius": 2.5, "azimuth": 1.0})
+    return vgtsim.Site(replace(small.scene, tank=small.tank.model_copy(update={"arm_riser": riser, "equipment": ()})))
+
+
+def test_a_riser_beside_the_axis_holds_the_stowed_arm_as_one_on_it_does(small, aside):
+    """Deep in the bore the tank is out of reach: the least distance from the bore is that of the riser's fit."""
+    lift = np.array([start_feed(small, PlanarArm(small.chain, 0.0))])
+    gaps = [Entry(site).gaps(site.chain.stowed[None], lift).bore for site in (small, aside)]
+    np.testing.assert_allclose(gaps[1], gaps[0], atol=1e-9)
+    assert gaps[1].min() == pytest.approx(riser_fit(aside.chain, aside.tank.arm_riser.bore).spare, abs=1e-9)
+
+
+def test_an_arm_comes_in_beside_the_axis(aside):
+    way = follow_directrix(aside, CURVE, AZIMUTH, followed=FOLLOWED)
+    feed, q = way.feed(np.linspace(0, 1, 301)), way.spline(np.linspace(0, 1, 301))
+    gaps = Entry(aside).gaps(q, feed).least()
+    assert gaps["riser"] > 0.9 * asked_spare(aside) * BORE
+    assert min(gap for place, gap in gaps.items() if place != "riser") > 0.8 * aside.clearance
+    line = axis_of(aside.chain, aside.chain.nodes(q[-1]))
+    np.testing.assert_allclose(line[0, :2], aside.tank.arm_riser.place, atol=1e-9)

@@ -8,8 +8,11 @@ from digging import TOOL, over_waste, sweep
 from playing import bend
 
 from vgtsim.errors import CommandError
+from vgtsim.logbook import open_log
 from vgtsim.planning.cutting import foresee_waste
 from vgtsim.plant import Plant, run
+from vgtsim.plant.tour import begin_log, record
+from vgtsim.runlog import CUTTING
 from vgtsim.site import Site
 from vgtsim.statics import solve_members, tool_forces
 
@@ -82,3 +85,19 @@ def test_arm_that_cuts_nothing_has_no_tool_to_command(reach_scene):
     with pytest.raises(CommandError, match="no step of the scene's mission cuts"):
         plant.command(tool=0.5)
     assert not plant.log.bed.size
+
+
+def test_log_on_disk_goes_on_bit_for_bit_after_a_kill(reach_scene, tmp_path):
+    site = Site(over_waste(reach_scene, members="sections"))
+    program = sweep(site)
+    record(site, program, begin_log(site, program, tmp_path))
+    whole = open_log(tmp_path)
+    first = whole.read(0, whole.count)
+    for name in ("_end.json", "000001.parquet"):
+        (tmp_path / name).unlink()
+    record(site, program, begin_log(site, program, tmp_path, resume=True))
+    again = open_log(tmp_path).read(0, whole.count)
+    memory = run(site, program)
+    for name in CUTTING:
+        assert getattr(first, name).tobytes() == getattr(again, name).tobytes() == getattr(memory, name).tobytes()
+    assert len(list(tmp_path.glob("0*.parquet"))) == 2

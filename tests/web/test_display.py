@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vgtsim
-from vgtsim.description import load_manipulator
+from vgtsim.description import load_manipulator, load_tank
 from vgtsim.errors import MissingLibraryError
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.output.colours import force_colours
@@ -21,9 +21,12 @@ viser = pytest.importorskip("viser")
 from vgtsim.web.display import Display, Sight  # noqa: E402
 from vgtsim.web.parts import make_bars, place_points  # noqa: E402
 from vgtsim.web.scale import draw_scale  # noqa: E402
+from vgtsim.web.scenery import add_tank  # noqa: E402
 
 MODELS = Path(__file__).parents[2] / "models"
 ARMS = [path.stem for path in sorted(MODELS.glob("*/*.toml"))]
+SCENES = Path(__file__).parents[2] / "scenes/tanks"
+TANKS = [path.stem for path in sorted(SCENES.glob("*.toml"))]
 END = 80e3  # N
 MOST = 0.010  # s of processor time that an update may take
 TIGHT = 1e-9  # m
@@ -134,3 +137,13 @@ def test_the_missing_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "viser", None)
     with pytest.raises(MissingLibraryError, match=r"viser is missing; install it with: pip install 'vgtsim\[live\]'"):
         import vgtsim.web  # noqa: F401
+
+
+@pytest.mark.parametrize("name", TANKS)
+def test_every_thing_in_a_shipped_tank_is_drawn(name):
+    tank = load_tank(SCENES / f"{name}.toml")
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    add_tank(server.scene, tank)
+    wanted = [item.name for item in (*tank.standing, *tank.solids)] + ["shell", "risers", "rings"]
+    assert all(server.scene.get_handle_by_name(f"/tank/{thing}") is not None for thing in wanted)
+    server.stop()

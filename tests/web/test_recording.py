@@ -15,6 +15,7 @@ pytest.importorskip("viser")
 
 from vgtsim.cli import app
 from vgtsim.logbook import save_log
+from vgtsim.output.quantities import MINUS
 from vgtsim.output.readings import read_instant
 from vgtsim.proximity import Proximity
 from vgtsim.web import write_recording
@@ -95,11 +96,29 @@ def test_the_nearest_thing_is_told_as_it_is(page, site, log):
     rows, _ = read_rows(page[1])
     records = np.searchsorted(log.time, np.array(rows["times"]) - 1e-3)
     least = Proximity(site).apart(log.nodes[records], log.tool_position[records]).least
-    told = [row[4].split(" m, ") for row in rows["rows"]]
+    told = [row[4].replace(MINUS, "-").split(" m, ") for row in rows["rows"]]
     by_mast = [thing.endswith("mast") for _, thing in told]
     assert 0 < sum(by_mast) < len(told) / 2
     for (gap, _), wanted, mast in zip(told, least.tolist(), by_mast, strict=True):
         assert float(gap) <= wanted + 5e-4 if mast else float(gap) == pytest.approx(wanted, abs=BARREL)
+
+
+def test_while_the_mast_is_moved_distances_are_those_of_the_checks(site, log, report, tmp_path):
+    """The surroundings of plans hold the mast where the scene says."""
+    height = np.where(np.arange(log.count) < 5, 0.5, 0.0)
+    nodes = log.nodes + height[:, None, None] * [0, 0, 1]
+    tool = log.tool_position + height[:, None] * [0, 0, 1]
+    moved = dataclasses.replace(log, nodes=nodes, tool_position=tool, feed=height).read(0, 10)
+    moved = dataclasses.replace(moved, feed_commanded=height[:10], feed_force=np.zeros(10))
+    write_recording(site, moved, report, tmp_path / "fed.html")
+    rows, _ = read_rows(tmp_path / "fed.html")
+    records = np.searchsorted(moved.time, np.array(rows["times"]) - 1e-3)
+    least = Proximity(site).apart(moved.nodes, moved.tool_position).least
+    lifted = [(row[4], least[record]) for row, record in zip(rows["rows"], records, strict=True) if height[record]]
+    assert len(lifted) > 2
+    for told, wanted in lifted:
+        assert told.startswith(f"{wanted:.3f} m, ".replace("-", MINUS))
+        assert " to " in told
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -22,17 +21,14 @@ pytest.importorskip("viser")
 from vgtsim.cli import main
 from vgtsim.web.session import require_port
 
-playwright = pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.long
 
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-QUIET = ("--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
-SOFTWARE = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-component-update")
 PATIENCE = 120  # s: on a machine that does other things besides
 SIZE = {"width": 1280, "height": 720}
 PICTURE = (320, 0, 940, 720)  # the part of the page without panel and messages
-HANDLE = (265, 400)  # where the tool of the reference arm is on the page at the start, pixels
-ARROW = (269, 358)  # the head of the handle's red arrow
+
+
+MESSAGE, HEAD = 160, 7  # pixels: height of the browser's message, and from the tip of an arrow into its head
 
 
 def test_a_port_in_use_is_said_before_anything_starts(monkeypatch, capsys):
@@ -107,24 +103,29 @@ class Person:
             assert time.monotonic() < until, self.page.inner_text("body")
             self.page.wait_for_timeout(200)
 
+    def find_arrow(self, file):
+        """The head of the handle's red arrow, which points up and is at the left of the page, pixels."""
+        self.page.screenshot(path=file)
+        red, green, blue = np.moveaxis(np.asarray(Image.open(file).convert("RGB"), int)[MESSAGE:, : PICTURE[0]], -1, 0)
+        rows, columns = np.nonzero((red > 200) & (green < 90) & (blue < 140))
+        top = int(np.argmin(rows))
+        return int(columns[top]), int(rows[top]) + MESSAGE + HEAD
+
     def picture(self, file):
         self.page.screenshot(path=file)
         return np.asarray(Image.open(file).convert("RGB").crop(PICTURE), float)
 
 
 @pytest.fixture(scope="module")
-def person(served):
-    with playwright.sync_playwright() as work:
-        browser = work.chromium.launch(executable_path=BROWSER, args=[*QUIET, *SOFTWARE])
-        page = browser.new_page(viewport=SIZE)
-        page.goto(served.address)
-        person = Person(page)
-        person.wait(lambda: page.locator("th").count() > 0)
-        yield person
-        browser.close()
+def person(served, browser):
+    page = browser.new_page(viewport=SIZE)
+    page.goto(served.address)
+    person = Person(page)
+    person.wait(lambda: page.locator("th").count() > 0)
+    yield person
+    page.close()
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no browser; on Debian: apt-get install chromium")
 class TestBrowser:
     """One page after the other, in this order, at one session."""
 
@@ -162,26 +163,25 @@ class TestBrowser:
         assert moved.sum() > 500  # pixels of the arm: it is elsewhere
         assert moved.mean() < 0.1  # and the tank is not
 
-    def test_the_handle_is_dragged_and_the_arm_follows(self, person, served):
+    def test_the_handle_is_dragged_and_the_arm_follows(self, person, served, tmp_path):
         page = person.page
         page.get_by_role("button", name="Start anew").click()
         person.wait(lambda: person.time < 2)
         page.get_by_role("button", name="Record").click()
         person.wait(lambda: person.read("record") != "off")
-        page.mouse.move(*ARROW)
+        x, y = person.find_arrow(tmp_path / "a.png")
+        page.mouse.move(x, y)
         page.wait_for_timeout(500)
         page.mouse.down()
         for k in range(1, 7):
-            page.mouse.move(ARROW[0] - 2 * k, ARROW[1] - 10 * k)
+            page.mouse.move(x - 2 * k, y - 10 * k)
             page.wait_for_timeout(200)
         page.mouse.up()
         file = served.folder / "type_ii_reach_live_2.jsonl"
-        person.wait(lambda: file.stat().st_size > 0)
-        goals = load_commands(file)
-        assert {item.target for item in goals} == {"goal"}
         start = np.array([-10.617, 1.872, 2.954])
-        way = np.array(goals[-1].goal[:3]) - start
-        assert np.linalg.norm(way) > 0.3
+        person.wait(lambda: file.stat().st_size > 0)
+        person.wait(lambda: np.linalg.norm(np.array(load_commands(file)[-1].goal[:3]) - start) > 0.3)
+        assert {item.target for item in load_commands(file)} == {"goal"}
         person.wait(lambda: not person.read("clearance").startswith("0.504"))
 
     def test_pause_and_play(self, person):

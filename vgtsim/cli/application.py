@@ -73,11 +73,19 @@ def list_files(*files: Path) -> None:
 
 
 def open_run(folder: Path) -> tuple[Path, Scene, LogBook]:
-    """Folder with the results of a run, the scene of its log, and the log."""
+    """Folder with the results of a run, the scene of its log, and the log.
+
+    Raises:
+        DescriptionError: There is no log, or one for each phase of a mission.
+    """
+    from vgtsim.errors import DescriptionError
     from vgtsim.logbook import open_log
-    from vgtsim.output import LOG, find_results
+    from vgtsim.output import LOG, find_results, list_runs
 
     place = find_results(folder)
+    if (runs := list_runs(place)) != [place]:
+        allowed = f"the folder of one of them, {runs[0]} to {runs[-1]}"
+        raise DescriptionError(place, "", f"a mission in {len(runs)} phases", allowed)
     log = open_log(place / LOG)
     if log.stopped:
         ERR.print(f"the log is not that of a whole run: {plain(log.stopped)}")

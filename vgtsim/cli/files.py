@@ -95,4 +95,4 @@ def _inspect_tank(file: Path) -> tuple[list[VgtError], str]:
     tank = load_tank(file)
     volume = make_profile(tank.shell).volume()
     text = f"{tank.name}: {tank.shell.inner_diameter:.2f} m across, {tank.shell.crown:.2f} m high, {volume:.0f} m³; "
-    return [], f"{text}{len(tank.standing)} pieces of equipment, a riser with a bore of {tank.arm_riser.bore:.3f} m"
+    return [], f"{text}{len(tank.things)} pieces of equipment, a riser with a bore of {tank.arm_riser.bore:.3f} m"

@@ -86,6 +86,7 @@ def scene(
         str | None, typer.Option(help="File of a tank, or name of a shipped one [default: type_ii].")
     ] = None,
     payload: Annotated[str | None, typer.Option(help="Load at the tool [default: 1000 lb].")] = None,
+    riser: Annotated[str | None, typer.Option(help="Riser of the tank to hang in [default: the arm's own].")] = None,
     pivot_depth: Annotated[str, typer.Option(help="Of the arm's base face below the tank's crown.")] = "1.75 m",
     goals: Annotated[int, typer.Option(min=1, max=16, help="Goals to look for.")] = 4,
     force: Force = False,
@@ -98,7 +99,8 @@ def scene(
     name = _prepare(file, force)
     arm, tank = _ask("Arm", arm, "arm15"), _ask("Tank", tank, "type_ii")
     load = _quantity("--payload", _ask("Payload", payload, "1000 lb"), "kg")
-    drafted, tables = _draft_scene(file, name, (arm, tank), load, _quantity("--pivot-depth", pivot_depth, "m"))
+    depth = _quantity("--pivot-depth", pivot_depth, "m")
+    drafted, tables = _draft_scene(file, name, (arm, tank), load, depth, riser)
     with ERR.status("looking for goals"):
         chosen = choose_goals(Site(drafted), goals)
         if not chosen:
@@ -125,7 +127,7 @@ def scene(
 
 
 def _draft_scene(
-    file: Path, name: str, parts: tuple[str, str], payload: float, pivot_depth: float
+    file: Path, name: str, parts: tuple[str, str], payload: float, pivot_depth: float, riser: str | None
 ) -> tuple[Scene, list[dict[str, Any]]]:
     """A scene with all places to try as goals, and their tables."""
     from math import floor
@@ -134,15 +136,22 @@ def _draft_scene(
 
     from vgtsim.constants import PAYLOAD_RADIUS
     from vgtsim.description import Scene, SceneFile, load_manipulator, load_tank
+    from vgtsim.errors import DescriptionError
     from vgtsim.kinematics import Chain, hanging_mount
     from vgtsim.planning.checks import RISER_SPARE, riser_fit
     from vgtsim.planning.drafting import list_goals
 
-    arm, tank = load_manipulator(parts[0]), load_tank(parts[1])
+    arm = load_manipulator(parts[0])
+    try:
+        tank = load_tank(parts[1]).enter_by(riser)
+    except ValueError as error:
+        raise DescriptionError(None, "--riser", repr(riser), str(error)) from None
     chain, bore = Chain(arm, hanging_mount(0.0)), tank.arm_riser.bore
     reach = float(np.linalg.norm(chain.tool(chain.straight)[0]))
     tables = list_goals(tank, tank.shell.crown - pivot_depth, reach)
     mast: dict[str, Any] = {"pivot_depth": pivot_depth, "outer_diameter": round(6 / 7 * bore, 4), "wall": 0.0127}
+    if riser:
+        mast["riser"] = riser
     if arm.stowed is not None or not arm.stowable:
         spare = riser_fit(chain, bore).spare
         if 1e-3 < spare < RISER_SPARE:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -26,9 +26,12 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from vgtsim.logbook import LogWriter
+    from vgtsim.description import Scene
+    from vgtsim.logbook import LogBook, LogWriter
+    from vgtsim.planning import Tour
     from vgtsim.site import Site
     from vgtsim.stretch import LogSource
+    from vgtsim.verification import Report
     from vgtsim.verification.evidence import PlannedTour
 
 
@@ -44,26 +47,63 @@ def run(
     The results of an earlier run stay there until the new ones are whole. Of a run that is interrupted the log is kept, and
     `--resume` ends it with the same log.
     """
-    from vgtsim.logbook import open_log
-    from vgtsim.mjcf import write_scene_files
-    from vgtsim.output import LOG, stage_results, write_verdict
-    from vgtsim.site import load_site
-    from vgtsim.verification import verify as judge
+    from vgtsim.output import stage_results, write_mission, write_verdict
+    from vgtsim.verification import PhaseRun, join_phases
 
-    site = load_site(scene_name)
-    folder = out or Path("out") / site.task.name
-    programme = _prepare(site)
+    sites = _list_sites(scene_name)
+    folder = out or Path("out") / sites[0].task.name
+    programmes = _prepare(sites)
     with stage_results(folder, resume=resume) as stage:
-        write_scene_files(site, programme.pose, stage)
-        writer = programme.begin(stage / LOG, resume)
-        if not writer.ended:
-            programme.record(writer)
-        log = open_log(stage / LOG)
-        with ERR.status("verifying"):
-            report = judge(site, log, programme.plan(log))
-        missing = write_verdict(site, log, report, stage, video=video)
+        runs = []
+        for site, programme, place in zip(sites, programmes, _place_runs(sites, stage), strict=True):
+            log, report = _play(site, programme, place, resume=resume)
+            runs.append(PhaseRun(site, log, report))
+            if len(sites) > 1:
+                write_verdict(site, log, report, place)
+            if log.stopped:
+                break
+        if len(sites) == 1:
+            report = runs[0].report
+            missing = write_verdict(sites[0], runs[0].log, report, stage, video=video)
+        else:
+            report = join_phases(runs)
+            missing = write_mission(runs, report, stage, video=video)
     show_report(report, folder)
     finish(report.passed, missing)
+
+
+def _list_sites(scene_name: Path) -> list[Site]:
+    """Sites of a scene: one, or one for each phase of a mission in phases."""
+    from vgtsim.description import list_phases
+    from vgtsim.site import Site, load_site
+
+    return [Site(scene) for scene in list_phases(load_site(scene_name).scene)]
+
+
+def _place_runs(sites: Sequence[Site], folder: Path) -> list[Path]:
+    """Folders for the phases of a mission, or the one for a run without phases."""
+    from vgtsim.output import PHASES
+
+    if len(sites) == 1:
+        return [folder]
+    return [folder / PHASES / str(number) for number in range(1, len(sites) + 1)]
+
+
+def _play(site: Site, programme: _Programme, folder: Path, *, resume: bool) -> tuple[LogBook, Report]:
+    """Simulate a programme and judge its log, both in a folder."""
+    from vgtsim.logbook import open_log
+    from vgtsim.mjcf import write_scene_files
+    from vgtsim.output import LOG
+    from vgtsim.verification import verify as judge
+
+    folder.mkdir(parents=True, exist_ok=True)
+    write_scene_files(site, programme.pose, folder)
+    writer = programme.begin(folder / LOG, resume)
+    if not writer.ended:
+        programme.record(writer)
+    log = open_log(folder / LOG)
+    with ERR.status("verifying"):
+        return log, judge(site, log, programme.plan(log))
 
 
 @dataclass(frozen=True)
@@ -76,22 +116,29 @@ class _Programme:
     plan: Callable[[LogSource], PlannedTour]
 
 
-def _prepare(site: Site) -> _Programme:
-    """Plan the tour of a site, or take the record of its operator."""
+def _prepare(sites: Sequence[Site]) -> list[_Programme]:
+    """Plan the tour of a site, or those of a mission's phases, or take the record of an operator."""
     from vgtsim.control import check_operation, rehearse
-    from vgtsim.planning import plan_site
-    from vgtsim.plant import begin_log, begin_operation, record, record_operation
+    from vgtsim.planning import plan_phases
+    from vgtsim.plant import begin_operation, record_operation
 
+    site = sites[0]
     if site.task.operator is not None:
         check_operation(site)
-        return _Programme(
+        programme = _Programme(
             pose=site.start,
             begin=lambda folder, resume: begin_operation(site, folder, resume=resume),
             record=lambda writer: record_operation(site, writer),
             plan=lambda log: rehearse(site, log),
         )
+        return [programme]
     with ERR.status("planning the tour"):
-        tour = plan_site(site)
+        return [_programme(site, tour) for site, tour in zip(sites, plan_phases(sites), strict=True)]
+
+
+def _programme(site: Site, tour: Tour) -> _Programme:
+    from vgtsim.plant import begin_log, record
+
     return _Programme(
         pose=tour.legs[0].q,
         begin=lambda folder, resume: begin_log(site, tour, folder, resume=resume),
@@ -133,26 +180,47 @@ def verify(
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write report.pdf; needs vgtsim[pdf].")] = False,
 ) -> None:
     """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
-    from vgtsim.description import find_original
-    from vgtsim.geometry import place_goals
-    from vgtsim.output import prepare_folder, write_pdf, write_reports
+    from vgtsim.output import find_results, list_runs, prepare_folder, write_mission, write_pdf, write_reports
     from vgtsim.site import Site
+    from vgtsim.verification import PhaseRun, join_phases
     from vgtsim.verification import verify as judge
 
-    place, copy, log = open_run(folder)
-    scene, notes = find_original(copy, place_goals)
+    root = find_results(folder)
+    loaded = [open_run(path) for path in list_runs(root)]
+    found = [_choose_scene(copy) for _, copy, _ in loaded]
+    sites = [Site(scene) for scene, _ in found]
+    phase = sites[0].task.phase
+    lacking = phase is not None and len(sites) < phase.count
+    more = ("the commands are held against the plan only with all phases of the mission",) if lacking and plan else ()
+    programmes = _prepare(sites) if plan and not lacking else None
+    runs = []
+    for index, ((place, _, log), site, (_, notes)) in enumerate(zip(loaded, sites, found, strict=True)):
+        with ERR.status("verifying"):
+            report = judge(site, log, programmes[index].plan(log) if programmes else None, (*notes, *more))
+        write_reports(site, log, report, prepare_folder(place))
+        runs.append(PhaseRun(site, log, report))
+    report, missing = runs[0].report, None
+    if loaded[0][0] != root:
+        report = join_phases(runs)
+        missing = write_mission(runs, report, root)
+    elif pdf:
+        missing = write_pdf(sites[0], runs[0].log, report, root)
+    show_report(report, root)
+    finish(report.passed, missing)
+
+
+def _choose_scene(copy: Scene) -> tuple[Scene, tuple[str, ...]]:
+    """The scene that a log is judged by, of its file or else its own copy, with notes on how they differ."""
+    from vgtsim.description import find_original, pick_phase
+    from vgtsim.geometry import place_goals
+    from vgtsim.site import Site
+
+    scene, notes = find_original(copy, lambda whole: pick_phase(place_goals(whole), copy))
     site, held = Site(scene), Site(copy)
     if site.truss.member_names != held.truss.member_names or len(site.task.stages) != len(held.task.stages):
-        notes += (
-            "the arm or the goals of the scene's file are others now: limits and description are those of the log",
-        )
-        site = held
-    with ERR.status("verifying"):
-        report = judge(site, log, _prepare(site).plan(log) if plan else None, notes)
-    write_reports(site, log, report, prepare_folder(place))
-    missing = write_pdf(site, log, report, place) if pdf else None
-    show_report(report, place)
-    finish(report.passed, missing)
+        changed = "the arm or the goals of the scene's file are others now: limits and description are those of the log"
+        return copy, (*notes, changed)
+    return scene, notes
 
 
 @app.command(epilog="Example: vgtsim render out/type_ii_reach --camera tool")
@@ -161,13 +229,17 @@ def render(
     camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
 ) -> None:
     """Film the log of a run."""
-    from vgtsim.output import film
+    from vgtsim.output import film_phases, find_results, list_runs
     from vgtsim.site import Site
+    from vgtsim.verification import PhaseRun
     from vgtsim.verification import verify as judge
 
-    place, scene, log = open_run(folder)
-    site = Site(scene)
-    list_files(film(site, log, judge(site, log), place, camera))
+    place, runs = find_results(folder), []
+    for path in list_runs(place):
+        _, scene, log = open_run(path)
+        site = Site(scene)
+        runs.append(PhaseRun(site, log, judge(site, log)))
+    list_files(film_phases(runs, place, camera))
 
 
 @app.command(epilog="Example: vgtsim export out/type_ii_reach --time 12.5")

@@ -25,6 +25,7 @@ from vgtsim.description import Operator
 from vgtsim.errors import CommandError, StoppedError
 from vgtsim.kinematics import State
 from vgtsim.site import Site
+from vgtsim.touches import Parts
 
 Array = NDArray[np.float64]
 
@@ -67,7 +68,7 @@ class Controller:
         self._limits = CylinderLimits(site, self._how.acceleration)
         self._nearness, self._strength = GapWatch(site=site), UseWatch(site=site)
         self._preference = Preference(site, site.task.motion.objective)
-        self._feedback = Feedback(site.chain)
+        self._feedback, self._parts = Feedback(site.chain), Parts(site)
         self._wanted: ToolTarget | LengthTarget | None = None
         self._arm: ArmNow | None = None
         self._rates = np.zeros(len(site.truss.actuated))
@@ -154,14 +155,18 @@ class Controller:
     def step(self, state: Measured) -> Array:
         """Lengths that the plant is to have at the end of its next step, shape (J,), m, from its state now.
 
-        After a contact, or where the plant has stopped, the last lengths are held.
+        After a contact that the scene does not allow, or where the plant has stopped, the last lengths are held.
         """
         if self._arm is None:
             self.start(state.commanded)
         assert self._arm is not None
         if state.contacts or state.stopped:
-            touched = [f"contact of {first} with {second}" for _, first, second, *_ in state.contacts]
-            self._held = tuple([state.stopped] if state.stopped else touched[:1])
+            touched = [
+                f"contact of {first} with {second}"
+                for _, first, second, *_ in state.contacts
+                if not (self.site.yields and self._parts.find_rule((first, second)))
+            ]
+            self._held = tuple([state.stopped] if state.stopped else touched[:1]) or self._held
         self._feedback.look(self._arm.state, state.commanded, state.lengths)
         if self._held:
             self._rates = np.zeros_like(self._rates)

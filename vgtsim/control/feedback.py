@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.kinematics import Chain, State
 
 Array = NDArray[np.float64]
@@ -48,10 +49,19 @@ class Feedback:
 
     def trim(self, rate: Array, moving: bool, timestep: float) -> Array:
         """What is to be added to the wanted lengths for a step, s, shape (J,), m; rates are the greatest, m/s."""
-        share = -np.expm1(-timestep / _FILTER)
-        self._filtered += share * (self._error - self._filtered)
-        off = np.where(np.abs(self._filtered) > _SMALL, self._filtered, 0.0)
-        if off.any() or moving:
-            change = np.clip(_GAIN * off, -0.1 * rate, 0.1 * rate)  # a tenth: the wish has the rest
-            self._trim = np.clip(self._trim + timestep * change, -_MOST, _MOST)
+        _advance(self._error, rate, moving, timestep, self._filtered, self._trim)
         return self._trim
+
+
+@compiled
+def _advance(error: Array, rate: Array, moving: bool, timestep: float, filtered: Array, trim: Array) -> None:
+    """Filter the error, and move the trim while the arm moves or something is off; both in place."""
+    share, off = -np.expm1(-timestep / _FILTER), False
+    for j in range(len(error)):
+        filtered[j] += share * (error[j] - filtered[j])
+        off = off or abs(filtered[j]) > _SMALL
+    if off or moving:
+        for j in range(len(error)):
+            change = _GAIN * filtered[j] if abs(filtered[j]) > _SMALL else 0.0
+            change = min(max(change, -0.1 * rate[j]), 0.1 * rate[j])  # a tenth: the wish has the rest
+            trim[j] = min(max(trim[j] + timestep * change, -_MOST), _MOST)

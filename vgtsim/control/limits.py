@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.planning.timing import make_limits
 from vgtsim.site import Site
 
@@ -21,14 +22,44 @@ _SPARE = 0.995  # of the scene's acceleration: what rounding and drives leave of
 _LEAST = 0.05  # part of the scene's acceleration that a cylinder always has
 
 
-def allow(distance: Array, acceleration: Array | float, timestep: float) -> Array:
-    """Greatest speeds towards limits at distances, m, that can be stopped before them; negative beyond them, to come back.
+@compiled
+def allow(distance: float, acceleration: float, timestep: float) -> float:
+    """Greatest speed towards a limit at a distance, m, that can be stopped before it; negative beyond it, to come back.
 
     It is a parabola of braking with its last part replaced by a decay, so that the arm comes to rest without a jerk.
     """
-    a, d = acceleration, np.maximum(distance, 0.0)
-    braked = np.sqrt((a * timestep) ** 2 + 2 * a * d) - a * timestep
-    return np.where(distance > 0, np.minimum(braked, _SOFT * d), _SOFT * distance)
+    if not distance > 0:
+        return _SOFT * distance
+    change = acceleration * timestep
+    return min(np.sqrt(change * change + 2 * acceleration * distance) - change, _SOFT * distance)
+
+
+@compiled
+def _fill_bounds(
+    lengths: Array, last: Array, most: Array, fixed: Array, timestep: float, bounds: Array, kinds: Index
+) -> None:
+    """See `CylinderLimits.bound_rates`; `fixed` are greatest rates and ends of the strokes, shape (3, J)."""
+    for j in range(len(lengths)):
+        rate, change, brake = fixed[0, j], most[j] * timestep, _BRAKE * most[j]
+        low = (-rate, last[j] - change, -allow(lengths[j] - fixed[1, j], brake, timestep))
+        high = (rate, last[j] + change, allow(fixed[2, j] - lengths[j], brake, timestep))
+        for kind in range(3):
+            if kind == 0 or low[kind] > bounds[0, j]:
+                bounds[0, j], kinds[0, j] = low[kind], kind
+            if kind == 0 or high[kind] < bounds[1, j]:
+                bounds[1, j], kinds[1, j] = high[kind], kind
+        if bounds[0, j] > bounds[1, j]:  # what cannot be kept without a jump is approached as the acceleration allows
+            least, greatest = min(bounds[0, j], high[ACCELERATION]), max(bounds[1, j], low[ACCELERATION])
+            if least > greatest:
+                least = greatest = (least + greatest) / 2
+            bounds[0, j], bounds[1, j] = least, greatest
+
+
+@compiled
+def _fill_accelerations(jacobian: Array, tool: float, most: float, found: Array) -> None:
+    for j in range(len(found)):
+        lever = np.sqrt(jacobian[0, j] ** 2 + jacobian[1, j] ** 2 + jacobian[2, j] ** 2)
+        found[j] = min(max(tool / max(lever, 1e-9), _LEAST * most), most)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,22 +82,22 @@ class CylinderLimits:
 
     def bound_accelerations(self, jacobian: Array) -> Array:
         """Greatest accelerations, shape (J,), m/s²: the scene's, or what gives the tool its own; the Jacobian is (6, J)."""
-        most = _SPARE * self.site.task.motion.acceleration
-        lever = np.sqrt(np.einsum("ij,ij->j", jacobian[:3], jacobian[:3]))
-        return np.clip(self.tool_acceleration / np.maximum(lever, 1e-9), _LEAST * most, most)
+        found = np.empty(jacobian.shape[1])
+        _fill_accelerations(
+            by_rows(jacobian), self.tool_acceleration, _SPARE * self.site.task.motion.acceleration, found
+        )
+        return found
 
     def bound_rates(self, lengths: Array, last: Array, most: Array, timestep: float) -> tuple[Array, Array, Index]:
         """Least and greatest speeds in the coming step, shape (J,), m/s, and which limit each of them is, shape (2, J).
 
         Given are lengths, m, the speeds of the last step, m/s, and greatest accelerations, m/s², all of shape (J,).
         """
-        box, change = self.site.box, most * timestep
-        ends = allow(np.stack([lengths - box.least, box.greatest - lengths]), _BRAKE * most, timestep)
-        down = np.stack([-self.rate, last - change, -ends[0]])
-        up = np.stack([self.rate, last + change, ends[1]])
-        low, high = down.max(axis=0), up.min(axis=0)
-        if (low > high).any():  # what cannot be kept without a jump is approached as fast as the acceleration allows
-            low, high = np.minimum(low, up[ACCELERATION]), np.maximum(high, down[ACCELERATION])
-            middle, crossed = (low + high) / 2, low > high
-            low, high = np.where(crossed, middle, low), np.where(crossed, middle, high)
-        return low, high, np.stack([down.argmax(axis=0), up.argmin(axis=0)])
+        bounds, kinds = np.empty((2, len(lengths))), np.empty((2, len(lengths)), np.intp)
+        _fill_bounds(by_rows(lengths), last, most, self._fixed, timestep, bounds, kinds)
+        return bounds[0], bounds[1], kinds
+
+    @cached_property
+    def _fixed(self) -> Array:
+        """Greatest rates and ends of the strokes, shape (3, J)."""
+        return np.stack([self.rate, self.site.box.least, self.site.box.greatest])

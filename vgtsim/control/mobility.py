@@ -27,6 +27,8 @@ class Mobility:
 
         The task rows are parts of the tool's twist, shape (m, 6).
         """
+        if not len(self.lost):
+            return wish, ()
         share = self.lost @ wish
         size = float(np.linalg.norm(wish))
         asked = [self.lost[k] @ rows for k in np.flatnonzero(np.abs(share) > _ASKED * size)] if size > 0 else []
@@ -38,7 +40,7 @@ def find_mobility(task: Array) -> Mobility:
 
     Source: section 6.2.1: past a condition number of 1e5 the smallest singular values are given up.
     """
-    U, values, _ = np.linalg.svd(task, full_matrices=True)
+    U, values, _ = np.linalg.svd(task, full_matrices=len(task) > task.shape[1])
     whole = np.zeros(len(task))
     whole[: len(values)] = values
     condition = float(whole[0] / whole[-1]) if whole[-1] > 0 else np.inf

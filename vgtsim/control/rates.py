@@ -18,6 +18,8 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
+
 Array = NDArray[np.float64]
 
 _TASK = 1e7  # W in units of the task's speed: a rate in full costs 1
@@ -53,22 +55,15 @@ def solve_rates(
     least: Array,
 ) -> Rates:
     """Solve the programme: task (m, J), wish and back (m,), liked and full rates and bounds (J,), rows (R, J), least (R,)."""
-    count = len(full)
-    A, v, b = task * (full / _SPEED), wish / _SPEED, back / _SPEED
-    size = _TASK * float(v @ v)
-    H = np.empty((count + 1, count + 1))
-    H[:count, :count] = _TASK * (A.T @ A)
-    H[:count, :count].flat[:: count + 1] += 1.0
-    H[count, :count] = H[:count, count] = -_TASK * (v @ A)
-    H[count, count] = (1 + _PART) * size + 1e-9
-    f = np.append(-liked / full - _TASK * (b @ A), _TASK * float(v @ b) - _PART * size)
-    C = np.zeros((len(rows), count + 1))
-    C[:, :count] = rows * (full / _SPEED)
-    lower = np.concatenate([low / full, [0.0], least / _SPEED])
-    upper = np.concatenate([high / full, [1.0], np.full(len(rows), 1e30)])
-    sense = np.full(len(lower), _BOUND, dtype=np.int32)
+    count, held = len(full), len(rows)
+    size = _TASK * float(wish @ wish) / _SPEED**2
+    H, f, C = np.empty((count + 1, count + 1)), np.empty(count + 1), np.empty((held, count + 1))
+    bounds = np.empty((2, count + 1 + held))
+    A = np.empty(task.shape)
+    _fill_programme(by_rows(task), wish, back, liked, full, low, high, rows, least, A, H, f, C, bounds)
+    sense = np.full(count + 1 + held, _BOUND, dtype=np.int32)
     sense[count + 1 :] = _SOFT
-    z, _, flag, info = daqp.solve(H, f, C, upper, lower, sense)
+    z, _, flag, info = daqp.solve(H, f, C, bounds[1], bounds[0], sense)
     if flag < 1:  # not seen; the arm then slows as it can
         return Rates(np.clip(0.0, low, high), 0.0, np.zeros(count), np.zeros(len(rows)))
     force = np.asarray(info["lam"])
@@ -76,3 +71,50 @@ def solve_rates(
     rates = np.clip(np.asarray(z[:count]) * full, low, high)
     done = float(wish @ (task @ rates - back)) / float(wish @ wish) if size > 0 else 1.0
     return Rates(rates, min(max(done, 0.0), 1.0), signs[:count], signs[count + 1 :])
+
+
+@compiled
+def _fill_programme(
+    task: Array,
+    wish: Array,
+    back: Array,
+    liked: Array,
+    full: Array,
+    low: Array,
+    high: Array,
+    rows: Array,
+    least: Array,
+    A: Array,
+    H: Array,
+    f: Array,
+    C: Array,
+    bounds: Array,
+) -> None:
+    """Matrix, slope, rows and bounds of the programme for daqp; rates in parts of the full ones, and then the part done."""
+    count, size, turn = len(full), 0.0, 0.0
+    for i in range(len(task)):
+        size += (wish[i] / _SPEED) ** 2
+        turn += wish[i] * back[i] / _SPEED**2
+        for j in range(count):
+            A[i, j] = task[i, j] * full[j] / _SPEED
+    for j in range(count):
+        for k in range(j + 1):
+            total = 0.0
+            for i in range(len(task)):
+                total += A[i, j] * A[i, k]
+            H[j, k] = H[k, j] = _TASK * total + (1.0 if j == k else 0.0)
+        along = across = 0.0
+        for i in range(len(task)):
+            along += wish[i] / _SPEED * A[i, j]
+            across += back[i] / _SPEED * A[i, j]
+        H[count, j] = H[j, count] = -_TASK * along
+        f[j] = -liked[j] / full[j] - _TASK * across
+        bounds[0, j], bounds[1, j] = low[j] / full[j], high[j] / full[j]
+    H[count, count] = (1 + _PART) * _TASK * size + 1e-9
+    f[count] = _TASK * turn - _PART * _TASK * size
+    bounds[0, count], bounds[1, count] = 0.0, 1.0
+    for r in range(len(rows)):
+        for j in range(count):
+            C[r, j] = rows[r, j] * full[j] / _SPEED
+        C[r, count] = 0.0
+        bounds[0, count + 1 + r], bounds[1, count + 1 + r] = least[r] / _SPEED, 1e30

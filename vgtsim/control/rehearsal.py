@@ -26,6 +26,7 @@ class RehearsedLeg:
     lengths: Array
     goal: int = -1
     feed: None = None
+    leader: None = None
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ def rehearse(site: Site, log: LogSource, commands: Sequence[OperatorCommand] | N
                 apply(controller, waiting.pop())
             ended = ended or bool(part.settled[k])
             touched = np.abs(part.contact_time - now) < step / 2
-            pairs = [(now, str(a), str(b), 0.0) for a, b in part.contact_pair[touched][:1]]
+            pairs = [(now, str(a), str(b), 0.0) for a, b in part.contact_pair[touched]]
             seen = _Seen(commanded=found[-1], lengths=part.actual[k], contacts=tuple(pairs))
             found.append(found[-1] if ended else controller.step(seen))
     return Rehearsal((RehearsedLeg(np.array(found)),), step, digest_commands(record))

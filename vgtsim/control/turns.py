@@ -6,17 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.kinematics.vectors import cross_into
 
 Array = NDArray[np.float64]
 
 _NOWHERE = 1e-12  # rad: a smaller turn is none
-
-
-@compiled
-def _cross(a: Array, b: Array, out: Array) -> None:
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
 
 
 @compiled
@@ -32,7 +26,7 @@ def _find_across(direction: Array, out: Array) -> None:
         if np.rint(1e9 * abs(direction[k])) < np.rint(1e9 * abs(direction[least])):
             least = k
     axis[least] = 1.0
-    _cross(direction, axis, out)
+    cross_into(direction, axis, out)
     out /= _size(out)
 
 
@@ -40,7 +34,7 @@ def _find_across(direction: Array, out: Array) -> None:
 def find_turn(first: Array, second: Array) -> Array:
     """Turn from one unit direction to another about the axis across both, a vector of shape (3,), rad."""
     axis = np.empty(3)
-    _cross(first, second, axis)
+    cross_into(first, second, axis)
     size = _size(axis)
     angle = np.arctan2(size, first[0] * second[0] + first[1] * second[1] + first[2] * second[2])
     if size < _NOWHERE:
@@ -58,7 +52,7 @@ def turn(direction: Array, by: Array) -> Array:
     if angle < _NOWHERE:
         return direction.copy()
     axis, across = by / angle, np.empty(3)
-    _cross(axis, direction, across)
+    cross_into(axis, direction, across)
     along = axis[0] * direction[0] + axis[1] * direction[1] + axis[2] * direction[2]
     moved = np.cos(angle) * direction + np.sin(angle) * across + (1 - np.cos(angle)) * along * axis
     return moved / _size(moved)
@@ -72,5 +66,5 @@ def split_twist(direction: Array) -> Array:
         rows[k, k] = 1.0
         rows[5, 3 + k] = direction[k]
     _find_across(direction, rows[3, 3:])
-    _cross(direction, rows[3, 3:], rows[4, 3:])
+    cross_into(direction, rows[3, 3:], rows[4, 3:])
     return rows

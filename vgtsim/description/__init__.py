@@ -41,13 +41,14 @@ from vgtsim.description.operator import (
     write_command,
 )
 from vgtsim.description.original import find_original
+from vgtsim.description.phases import begins_anew, cut_arm, list_phases, pick_phase
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
-from vgtsim.description.scene import AllowedContact, Feed, LoadCase, Mast, Payload, Scene, SceneFile, Simulation
+from vgtsim.description.scene import AllowedContact, Feed, LoadCase, Mast, Payload, Phase, Scene, SceneFile, Simulation
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
 from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study, Work
-from vgtsim.description.tank import Equipment, Guide, Riser, Shell, Tank
+from vgtsim.description.tank import Box, Clamp, Equipment, Guide, MeshThing, Riser, Shell, Tank, Thing
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 
 __all__ = [
@@ -62,8 +63,10 @@ __all__ = [
     "Axis",
     "Bend",
     "Block",
+    "Box",
     "CameraName",
     "Catalogue",
+    "Clamp",
     "Cut",
     "CutStep",
     "CuttingTool",
@@ -82,6 +85,7 @@ __all__ = [
     "Manipulator",
     "Mast",
     "Material",
+    "MeshThing",
     "Method",
     "Module",
     "Octahedral",
@@ -89,6 +93,7 @@ __all__ = [
     "OperatorCommand",
     "Patch",
     "Payload",
+    "Phase",
     "Prism",
     "RasterPiece",
     "RepeatedCapacity",
@@ -107,14 +112,17 @@ __all__ = [
     "Study",
     "Tank",
     "Tetrahedral",
+    "Thing",
     "ToolPath",
     "Tube",
     "TubeSize",
     "Video",
     "Work",
+    "begins_anew",
     "change_entries",
     "choose_coupling",
     "closest",
+    "cut_arm",
     "digest_commands",
     "digest_scene",
     "dump_scene",
@@ -123,6 +131,7 @@ __all__ = [
     "is_scene",
     "joint_offset",
     "list_faults",
+    "list_phases",
     "list_shipped",
     "load_catalogue",
     "load_commands",
@@ -133,6 +142,7 @@ __all__ = [
     "load_tool_path",
     "locate",
     "parse_scene",
+    "pick_phase",
     "split_objective",
     "tell_file",
     "write_command",

@@ -12,7 +12,8 @@ from vgtsim.description.files import (
     load_description,
     load_scene,
     load_study,
-    read_scene,
+    load_tank,
+    read_tables,
     take_provenance,
     translate_all,
 )
@@ -42,7 +43,8 @@ def list_faults(file: Path, kind: str) -> list[DescriptionError]:
     faults = list(_list_all(file, kind))
     if not faults:
         try:
-            {"scene": load_scene, "study": load_study}.get(kind, lambda path: load_description(path, ROOTS[kind]))(file)
+            whole = {"scene": load_scene, "study": load_study, "tank": load_tank}
+            whole.get(kind, lambda path: load_description(path, ROOTS[kind]))(file)
         except DescriptionError as error:
             faults.append(error)
     return faults
@@ -50,7 +52,7 @@ def list_faults(file: Path, kind: str) -> list[DescriptionError]:
 
 def _list_all(file: Path, kind: str) -> Iterator[DescriptionError]:
     try:
-        data = read_scene(file) if kind == "scene" else read_toml(file)
+        data = read_tables(file, kind) if kind in ("scene", "tank") else read_toml(file)
         plain = take_provenance(data, ROOTS[kind], file)
     except DescriptionError as error:
         yield error

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from pydantic import ValidationError
 
 from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.kinds import ROOTS, USES, articled, tell_kind
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.mesh_file import list_meshes, split_meshes
 from vgtsim.description.modules import KINDS
 from vgtsim.description.motion import BENDS, POSTURE, WORD
 from vgtsim.description.operator import OperatorCommand, load_commands
@@ -28,7 +29,7 @@ from vgtsim.units import to_base
 
 _Model = TypeVar("_Model", bound=Description)
 
-_BASES = 16  # files that a scene may stand on, one over the other
+_BASES = 16  # files that a scene or a tank may stand on, one over the other
 _CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES, BENDS, POSTURE, WORD}  # a union adds the choice to the path of an error
 _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
@@ -39,8 +40,18 @@ def load_manipulator(arm: str | Path) -> Manipulator:
 
 
 def load_tank(tank: str | Path) -> Tank:
-    """Read a tank: the path of its TOML file, or the name of a shipped one. Errors are those of `load_description`."""
-    return load_description(find_file(tank, "tank"), Tank)
+    """Read a tank: the path of its TOML file, or the name of a shipped one.
+
+    A tank may name another as its `base`. It then holds the entries that differ, table by table; a list is one entry.
+
+    Raises:
+        DescriptionError: A file is missing, is not TOML, or describes no tank; or a mesh cannot be read.
+    """
+    return _read_tank(find_file(tank, "tank"))
+
+
+def _read_tank(file: Path) -> Tank:
+    return split_meshes(_validate(file, Tank, read_tables(file, "tank")), file)
 
 
 def load_tool_path(path: str | Path) -> ToolPath:
@@ -58,9 +69,15 @@ def load_scene(scene: str | Path) -> Scene:
         DescriptionError: One of the files is missing, is not TOML, or is inconsistent.
     """
     file = find_file(scene, "scene")
-    task = _validate(file, SceneFile, read_scene(file))
+    task = _validate(file, SceneFile, read_tables(file))
+    if task.phase is not None:
+        raise DescriptionError(file, "phase", "a table", "no such table: the program makes the phases of a mission")
     manipulator = load_description(find_file(task.manipulator, "arm", beside=file.parent), Manipulator)
-    tank = load_description(find_file(task.tank, "tank", beside=file.parent), Tank)
+    tank = _read_tank(find_file(task.tank, "tank", beside=file.parent))
+    try:
+        tank = tank.enter_by(task.mast.riser)
+    except ValueError as error:
+        raise DescriptionError(file, "mast.riser", repr(task.mast.riser), str(error)) from None
     record = task.operator and task.operator.record
     commands = load_commands(file.parent / record) if record else ()
     return Scene(task=task, manipulator=manipulator, tank=tank, file=file, commands=commands)
@@ -118,11 +135,12 @@ def is_scene(path: str | Path) -> bool:
     Raises:
         DescriptionError: The file is missing or is not TOML.
     """
-    return not {"manipulator", "base"}.isdisjoint(read_toml(Path(path)))
+    data = read_toml(Path(path))
+    return "manipulator" in data or ("base" in data and tell_kind(data) == "scene")
 
 
-def read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
-    """Read the tables of a scene over those of its base; `above` are the files that led here."""
+def read_tables(file: Path, kind: Literal["scene", "tank"] = "scene", above: tuple[Path, ...] = ()) -> dict[str, Any]:
+    """Read the tables of a scene or a tank over those of its base; `above` are the files that led here."""
     data = read_toml(file)
     _read_start(file, data)
     _read_paths(file, data)
@@ -130,18 +148,20 @@ def read_scene(file: Path, above: tuple[Path, ...] = ()) -> dict[str, Any]:
     if base is None:
         return data
     if not isinstance(base, str):
-        raise DescriptionError(file, "base", _short(base), "the path of a scene's file")
-    path = find_file(base, "scene", beside=file.parent)
+        raise DescriptionError(file, "base", _short(base), f"the path of a {kind}'s file")
+    path = find_file(base, kind, beside=file.parent)
     above = (*above, Path(os.path.realpath(file)))
     if Path(os.path.realpath(path)) in above:
-        raise DescriptionError(file, "base", base, "a scene that does not lead back here")
+        raise DescriptionError(file, "base", base, f"a {kind} that does not lead back here")
     if len(above) > _BASES:
-        raise DescriptionError(file, "base", f"scenes over scenes, {len(above)} of them", f"at most {_BASES}")
-    under = read_scene(path, above)
-    kinds: dict[str, Kind] = {"manipulator": "arm", "tank": "tank"}
-    for name, kind in kinds.items():
+        raise DescriptionError(file, "base", f"{kind}s over {kind}s, {len(above)} of them", f"at most {_BASES}")
+    under = read_tables(path, kind, above)
+    named: dict[str, Kind] = {"manipulator": "arm", "tank": "tank"} if kind == "scene" else {}
+    for name, other in named.items():
         if isinstance(under.get(name), str):
-            under[name] = os.path.relpath(find_file(under[name], kind, beside=path.parent), file.parent)
+            under[name] = os.path.relpath(find_file(under[name], other, beside=path.parent), file.parent)
+    for mesh in list_meshes(under) if kind == "tank" else ():
+        mesh["file"] = os.path.relpath(path.parent / mesh["file"], file.parent)
     return _overlay(under, data)
 
 

@@ -32,9 +32,9 @@ _COMMON = {"name", "title"}  # keys that every kind has
 def tell_kind(data: Iterable[Any]) -> str | None:
     """Kind of a file by the keys of its tables; nothing where no kind has most of them."""
     keys = set(data) - _COMMON
-    if "base" in keys:
-        return "scene"
     counts = {kind: len(keys & set(root.model_fields)) for kind, root in ROOTS.items()}
+    if "base" in keys:  # of those that may have one
+        return "tank" if counts["tank"] > counts["scene"] else "scene"
     first, second = sorted(counts, key=lambda kind: -counts[kind])[:2]
     return first if counts[first] > counts[second] and 2 * counts[first] > len(keys) else None
 

@@ -19,9 +19,26 @@ class InsertStep(Description):
 
     Attributes:
         do: Always `insert`.
+        modules: Active modules of a shorter arm, counted from the tool; absent for the whole arm.
     """
 
     do: Literal["insert"]
+    modules: int | None = Field(default=None, ge=1, le=100)
+
+
+class AddStep(Description):
+    """An active module, with the static sections below it, is set on the arm above ground, and all is lowered by its length.
+
+    The first one is that of the tool. The part below stands in the tank's clamp meanwhile; after the last one the arm goes
+    down to its working depth. The arm leaves the tank as it came, module by module.
+
+    Attributes:
+        do: Always `add_module`.
+        time: How long the part below stands in the clamp while the module is set on, or taken off.
+    """
+
+    do: Literal["add_module"]
+    time: Wait
 
 
 class MoveStep(Description):
@@ -119,7 +136,8 @@ class WithdrawStep(Description):
 
 
 MissionStep = Annotated[
-    InsertStep | MoveStep | RasterStep | CutStep | FollowStep | HoldStep | WithdrawStep, Field(discriminator="do")
+    InsertStep | AddStep | MoveStep | RasterStep | CutStep | FollowStep | HoldStep | WithdrawStep,
+    Field(discriminator="do"),
 ]
 
 
@@ -138,25 +156,35 @@ class RunStage:
 
 def begins_inside(steps: Sequence[MissionStep]) -> bool:
     """Whether the arm of a mission hangs in the tank from the beginning: no step brings it in or out."""
-    return not any(isinstance(step, InsertStep | WithdrawStep) for step in steps)
+    return not any(isinstance(step, InsertStep | AddStep | WithdrawStep) for step in steps)
 
 
 def find_disorder(
-    steps: Sequence[MissionStep], goals: Sequence[str], *, fed: bool = True
+    steps: Sequence[MissionStep], goals: Sequence[str], modules: int, *, fed: bool = True
 ) -> tuple[int, str, str] | None:
     """First step that cannot be carried out after those before it: its index, what it is and what is allowed; None without.
 
-    An arm whose mast is not fed hangs in the tank if no step brings it in or out.
+    The whole arm has a number of active modules. One whose mast is not fed hangs in the tank if no step brings it in or out.
     """
-    inside, posed = begins_inside(steps) and not fed, False
+    there, growing, posed = 0 if fed or not begins_inside(steps) else modules, False, False
     for index, step in enumerate(steps):
         if isinstance(step, InsertStep):
-            if inside:
+            if there:
                 return index, "insert while the arm is in the tank", "withdraw first"
-            inside, posed = True, False
+            if (step.modules or 0) > modules:
+                return index, f"insert of {step.modules} modules", f"at most {modules}, those of the whole arm"
+            there, posed = step.modules or modules, False
             continue
-        if not inside:
-            return index, f"{step.do} while the arm is above the riser", "insert first"
+        if isinstance(step, AddStep):
+            if there and not growing:
+                return index, f"add_module to an arm of {there} modules that is at work", "withdraw first"
+            if there == modules:
+                return index, f"add_module to the whole arm, which has {modules}", f"at most {modules} of them"
+            there, growing, posed = there + 1, True, False
+            continue
+        if not there:
+            return index, f"{step.do} while the arm is above the riser", "insert or add_module first"
+        growing = False
         if isinstance(step, MoveStep):
             if step.goal not in goals:
                 return index, f"move to {step.goal!r}", f"a goal of the scene: {', '.join(goals)}"
@@ -168,5 +196,5 @@ def find_disorder(
                 allowed = "move to a goal first: the rows begin there, or near it"
                 return index, f"{step.do} from where the insertion ends", allowed
         elif isinstance(step, WithdrawStep):
-            inside = False
+            there = 0
     return None

@@ -33,7 +33,14 @@ FILES: dict[str, type[Description]] = {
     "study": StudyFile,
 }
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
-_BASE = "A scene that this one differs from, by path or shipped name; this file then holds only what differs."
+_BASED = {  # kinds of file that may stand on another of the kind, and an example
+    kind: (
+        f"A {kind} that this one differs from, by path or shipped name; this file then holds only what differs.",
+        name,
+    )
+    for kind, name in (("scene", "type_ii_reach"), ("tank", "type_ii"))
+}
+_BY_TABLE = ("inner_diameter", "knuckle_radius", "wall_top", "haunch_radius", "dish_depth")
 _COMMON = {  # meanings of keys whose name says nearly all; a table's own text goes first
     "name": "Name: letters, digits and underscores, a letter first.",
     "title": "One line for people.",
@@ -127,13 +134,17 @@ def write_schema(kind: str) -> str:
     for name, table in tables.items():
         if name in models:
             _describe(table, models[name])
-    if kind == "scene":
-        whole["properties"]["base"] = {"type": "string", "description": _BASE}
+    if kind in _BASED:
+        whole["properties"]["base"] = {"type": "string", "description": _BASED[kind][0]}
         needed = {key: tables[part["$ref"].split("/")[-1]].pop("required", []) for key, part in _tables_of(whole)}
         demand = {
             "required": whole.pop("required"),
             "properties": {key: {"required": keys} for key, keys in needed.items()},
         }
+        if kind == "tank":  # a table of the profile takes the place of some figures
+            shell = demand["properties"]["shell"]
+            shell["required"] = [key for key in shell["required"] if key not in _BY_TABLE]
+            shell["anyOf"] = [{"required": ["profile"]}, {"required": list(_BY_TABLE)}]
         whole |= {"if": {"not": {"required": ["base"]}}, "then": demand}
     if kind == "study":
         _open_axes(tables)
@@ -206,8 +217,9 @@ def write_reference() -> str:
             lines += ["| key | type | default | meaning | example |", "|---|---|---|---|---|"]
             fields = {key: field for key, field in model.model_fields.items() if key != "provenance"}
             lines += [_row(model, key, field, examples) for key, field in fields.items()]
-            if model is SceneFile:
-                lines.append(f'| `base` | text | none | {_BASE} | `"type_ii_reach"` |')
+            if kind in _BASED and model is root:
+                meaning, example = _BASED[kind]
+                lines.append(f'| `base` | text | none | {meaning} | `"{example}"` |')
             lines.append("")
     return "\n".join(lines)
 

@@ -26,7 +26,7 @@ from vgtsim.description.figures import (
 )
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.mission import CutStep, FollowStep, MissionStep, MoveStep, RunStage, find_disorder
+from vgtsim.description.mission import AddStep, CutStep, FollowStep, MissionStep, MoveStep, RunStage, find_disorder
 from vgtsim.description.motion import Motion
 from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import choose_coupling
@@ -56,10 +56,11 @@ class Mast(Pipe):
     """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
 
     `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent. Without a `feed` the mast is
-    held at its working depth.
+    held at its working depth. `riser` names the riser of the tank that the mast stands in; absent, it is the tank's `arm_riser`.
     """
 
     pivot_depth: Size
+    riser: Name | None = None
     density: Density = 7850.0  # structural steel
     riser_spare: Size | None = None
     feed: Feed | None = None
@@ -165,6 +166,19 @@ class AllowedContact(Description):
     force: Force | None = Field(default=None, gt=0)
 
 
+class Phase(Description):
+    """A part of a mission in which the arm keeps its length; the program writes it into the scene of that part's log.
+
+    Attributes:
+        number: From 1, of `count` phases.
+        stands: Whether the arm stands in the clamp, at the end or at the beginning.
+    """
+
+    number: int = Field(ge=1)
+    count: int = Field(ge=1)
+    stands: bool
+
+
 class SceneFile(Description):
     """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
 
@@ -174,7 +188,7 @@ class SceneFile(Description):
     `operator` is for an
     arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
     run. `conveyance` is the line through the truss; absent where there is none. `tool` removes waste from
-    the `patches` that steps of the mission name.
+    the `patches` that steps of the mission name. `phase` is absent in a scene of a user.
     """
 
     name: Name
@@ -190,6 +204,7 @@ class SceneFile(Description):
     operator: Operator | None = None
     loads: tuple[LoadCase, ...] = Field(default=(), max_length=100)
     mission: tuple[MissionStep, ...] = Field(default=(), max_length=1000)
+    phase: Phase | None = None
     tool: CuttingTool | None = None
     patches: tuple[Patch, ...] = Field(default=(), max_length=100)
     contacts: tuple[AllowedContact, ...] = Field(default=(), max_length=100)
@@ -245,11 +260,8 @@ class Scene:
             DescriptionError: The pivot is outside the tank, the mast is too thick, or the start does not fit the arm.
         """
         mast, tank, arm = self.task.mast, self.tank, self.manipulator
-        wrong = find_disorder(
-            self.task.mission, [goal.name for goal in self.task.motion.goals], fed=self.task.mast.feed is not None
-        )
-        if wrong is not None:
-            raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
+        if self.task.phase is None:
+            self._check_mission()
         self._check_cuts()
         if not 0 < self.pivot_height < tank.shell.crown:
             found = f"{mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m"
@@ -267,12 +279,22 @@ class Scene:
             raise self.error("motion.start", f"{len(start)} module shapes", allowed)
         if self.task.motion.method is Method.COUPLED:
             self.coupled_modules()
-        places = ("shell", "riser", "waste", *(item.name for item in tank.equipment))
+        places = ("shell", "riser", "waste", *(item.name for item in tank.things))
         for index, contact in enumerate(self.task.contacts):
             if contact.place not in places:
                 raise self.error(
                     f"contacts.{index}.place", f"unknown place {contact.place!r}", closest(contact.place, places)[2:]
                 )
+
+    def _check_mission(self) -> None:
+        """Refuse steps that cannot be carried out one after the other, and modules that are added without a clamp."""
+        task, goals = self.task, [goal.name for goal in self.task.motion.goals]
+        wrong = find_disorder(task.mission, goals, len(self.manipulator.active), fed=task.mast.feed is not None)
+        if wrong is not None:
+            raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
+        if self.tank.clamp is None and any(isinstance(step, AddStep) for step in task.mission):
+            allowed = "a table [clamp] in the tank's file: it holds the arm while a module is added"
+            raise self.error("tank.clamp", "nothing", allowed)
 
     def _check_cuts(self) -> None:
         """Refuse a step that cuts without a tool, without waste that can be cut, or nowhere."""

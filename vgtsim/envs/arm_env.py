@@ -193,7 +193,7 @@ class ArmEnv(gymnasium.Env[Row, Row]):
         return way
 
     def _observe(self) -> Row:
-        goal, (position, direction) = self.goal, self.site.chain.tool(self.tier.inputs)
+        goal, (position, direction) = self.goal, (item[0] for item in self.tier.state.tool)
         lift = np.array([0.0, 0.0, self.tier.feed])
         within = (2 * self.place - self.low - self.high) / (self.high - self.low)
         parts = within, self.rates / self.rated, (position + lift) / self._scale, direction
@@ -207,13 +207,13 @@ class ArmEnv(gymnasium.Env[Row, Row]):
     def _draw(self) -> Picture:
         if self._picture is None:
             self._picture = Picture(self.site)
-            if hasattr(self.tier, "inputs"):
-                self._picture.show(self.tier.inputs, self.tier.feed, self.goal)
+            if hasattr(self.tier, "state"):
+                self._picture.show(self.tier.state.q[0], self.tier.feed, self.goal)
         return self._picture
 
     def _show(self) -> None:
         if self._picture is not None or self.render_mode == "human":
-            self._draw().show(self.tier.inputs, self.tier.feed, self.goal)
+            self._draw().show(self.tier.state.q[0], self.tier.feed, self.goal)
             if self.render_mode == "human":
                 self._draw().render("human")
 

@@ -35,14 +35,14 @@ def steer(env: ArmEnv) -> NDArray[np.float32]:
 
 def _reach(env: ArmEnv) -> Array:
     """Rates of the cylinders, m/s, for a tool that goes straight to the goal."""
-    chain, q, goal = env.site.chain, env.tier.inputs, env.goal
-    position, direction = chain.tool(q)
-    J = chain.jacobian(q)
+    state, goal = env.tier.state, env.goal
+    position, direction = (item[0] for item in state.tool)
+    J = state.tool_jacobian[0]
     v = _limit(_GAIN * (goal.position - position), _SPEED)
     w = _limit(_GAIN * np.cross(direction, goal.direction), _TURN)
     across = np.eye(3) - np.outer(direction, direction)  # the spin about the tool is free
     rows = np.concatenate([J[:3], across @ J[3:]])
-    by_length = rows @ chain.input_rates(q)
+    by_length = rows @ env.site.chain.input_rates(state)[0]
     square = by_length @ by_length.T + _DAMPING**2 * np.eye(6)
     return by_length.T @ np.linalg.solve(square, np.concatenate([v, w]))
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, SingularityError, VgtError
+from vgtsim.kinematics import State
 from vgtsim.mjcf.keyframes import withdrawn_poses
 from vgtsim.planning.entry import Entry
 from vgtsim.site import Site
@@ -32,9 +33,9 @@ class ToolAim:
 
 
 class Stand(Protocol):
-    """How an arm stands: inputs, shape (n,), and feed, m."""
+    """How an arm stands: its kinematics, a state of one row, and feed, m."""
 
-    inputs: Array
+    state: State
     feed: float
 
 
@@ -66,16 +67,16 @@ class Task(Protocol):
         ...
 
 
-def _reach(site: Site, inputs: Array, goal: ToolAim) -> tuple[float, float]:
+def _reach(state: State, goal: ToolAim) -> tuple[float, float]:
     """Distance, m, and angle, rad, of the tool from a goal at the working depth."""
-    position, direction = site.chain.tool(inputs)
+    position, direction = (item[0] for item in state.tool)
     turned = np.arctan2(np.linalg.norm(np.cross(direction, goal.direction)), direction @ goal.direction)
     return float(np.linalg.norm(position - goal.position)), float(turned)
 
 
-def _near(site: Site, inputs: Array) -> float:
+def _near(site: Site, state: State) -> float:
     """Distance from everything at the working depth, by the compiled kernel of the planner."""
-    gaps = site.surroundings.unloaded.rows(inputs[None], SEEN, slopes=False).gap
+    gaps = site.surroundings.unloaded.rows(state, SEEN, slopes=False).gap
     return float(gaps.min(initial=SEEN))
 
 
@@ -105,24 +106,24 @@ class Reach:
                 q = chain.inputs_from_lengths(lengths, start)
             except (AssemblyError, SingularityError):
                 continue
-            if _near(self.site, q) > self.site.clearance:
+            if _near(self.site, chain.state(q[None])) > self.site.clearance:
                 self.goal = ToolAim(*chain.tool(q))
                 return start, 0.0
         raise VgtError(f"{_TRIES} goals were drawn and none is clear; spread: found {self.spread:g}; allowed: less")
 
     def measure(self, arm: Stand) -> float:
         """See `Task.measure`: distance, and 0.3 m for a radian."""
-        distance, angle = _reach(self.site, arm.inputs, self.goal)
+        distance, angle = _reach(arm.state, self.goal)
         return distance + _TURN * angle
 
     def advance(self, arm: Stand) -> bool:
         """See `Task.advance`."""
-        distance, angle = _reach(self.site, arm.inputs, self.goal)
+        distance, angle = _reach(arm.state, self.goal)
         return distance < self.close and angle < self.aligned
 
     def clearance(self, arm: Stand) -> float:
         """See `Task.clearance`."""
-        return _near(self.site, arm.inputs)
+        return _near(self.site, arm.state)
 
 
 @dataclass
@@ -162,19 +163,19 @@ class Raster:
 
     def measure(self, arm: Stand) -> float:
         """See `Task.measure`: the way that is left, and 0.3 m for a radian."""
-        distance, angle = _reach(self.site, arm.inputs, self.goal)
+        distance, angle = _reach(arm.state, self.goal)
         return distance + _TURN * angle + float(self._after[min(self.done, len(self._points) - 1)])
 
     def advance(self, arm: Stand) -> bool:
         """See `Task.advance`."""
-        distance, _ = _reach(self.site, arm.inputs, self.goal)
+        distance, _ = _reach(arm.state, self.goal)
         if self.done < len(self._points) and distance < self.close:
             self.done += 1
         return self.done == len(self._points)
 
     def clearance(self, arm: Stand) -> float:
         """See `Task.clearance`."""
-        return _near(self.site, arm.inputs)
+        return _near(self.site, arm.state)
 
 
 @dataclass
@@ -218,5 +219,5 @@ class Entrance:
 
     def clearance(self, arm: Stand) -> float:
         """See `Task.clearance`: with cylinders by their real shape, the riser's bore and rim included."""
-        gaps = self._entry.gaps(arm.inputs[None], np.array([arm.feed]))
+        gaps = self._entry.gaps(arm.state.q, np.array([arm.feed]))
         return min(*gaps.least().values(), SEEN)

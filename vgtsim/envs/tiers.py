@@ -7,20 +7,18 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import AssemblyError, DivergenceError, SingularityError, SingularPoseError, StoppedError
-from vgtsim.kinematics import Chain
+from vgtsim.errors import AssemblyError, DivergenceError, SingularityError, StoppedError
+from vgtsim.kinematics import Chain, State
 from vgtsim.plant import Plant
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
-_CLOSE, _ITERATIONS = 1e-9, 8  # m, and Newton's steps to it: three from half a second before
-
 
 class Tier(Protocol):
-    """An arm with its inputs, shape (n,), its lengths, shape (J,), m, and the feed of its mast, m."""
+    """An arm with its kinematics, a state of one row, its lengths, shape (J,), m, and the feed of its mast, m."""
 
-    inputs: Array
+    state: State
     lengths: Array
     feed: float
 
@@ -41,13 +39,14 @@ class FastTier:
 
     def reset(self, inputs: Array, feed: float) -> None:
         """See `Tier.reset`."""
-        self.inputs, self.lengths, self.feed = inputs, self._chain.lengths(inputs), feed
+        self.state, self.feed = self._chain.state(inputs[None]), feed
+        self.lengths = self.state.lengths[0]
 
     def move(self, lengths: Array, feed: Array) -> str:
         """See `Tier.move`: the last lengths count."""
         try:
-            self.inputs = follow(self._chain, lengths[-1], self.inputs)
-        except (AssemblyError, SingularityError, SingularPoseError) as error:
+            self.state = follow(self._chain, lengths[-1], self.state)
+        except (AssemblyError, SingularityError) as error:
             return f"no posture has these lengths: {error}"
         self.lengths, self.feed = lengths[-1], float(feed[-1])
         return ""
@@ -63,7 +62,7 @@ class ExactTier:
     def reset(self, inputs: Array, feed: float) -> None:
         """See `Tier.reset`."""
         state = self.plant.reset(inputs=inputs, feed=feed)
-        self.inputs, self.lengths, self.feed = inputs, state.lengths, state.feed
+        self.state, self.lengths, self.feed = self._chain.state(inputs[None]), state.lengths, state.feed
 
     def move(self, lengths: Array, feed: Array) -> str:
         """See `Tier.move`: the last state counts."""
@@ -73,28 +72,18 @@ class ExactTier:
                 plant.command(row, feed=float(height))
                 plant.step()
             state = plant.state
-            self.inputs = follow(self._chain, state.lengths, self.inputs)
-        except (AssemblyError, DivergenceError, SingularityError, SingularPoseError, StoppedError) as error:
+            self.state = follow(self._chain, state.lengths, self.state)
+        except (AssemblyError, DivergenceError, SingularityError, StoppedError) as error:
             return str(error)
         self.lengths, self.feed = state.lengths, state.feed
         return ""
 
 
-def follow(chain: Chain, lengths: Array, start: Array) -> Array:
-    """Inputs of lengths, shape (J,), m, near those of a start, shape (n,): Newton, or the way with proof where that fails.
+def follow(chain: Chain, lengths: Array, near: State) -> State:
+    """State of lengths, shape (J,), m, from one near by: Newton, or the way with proof where that fails.
 
     Raises:
         AssemblyError: A module does not assemble.
         SingularityError: A module would have to pass a singularity on the way.
-        SingularPoseError: A module is singular.
     """
-    q = start
-    for _ in range(_ITERATIONS):
-        try:
-            off = lengths - chain.lengths(q)
-            if np.abs(off).max() < _CLOSE:
-                return q
-            q = q + chain.input_rates(q) @ off
-        except AssemblyError:
-            break
-    return np.asarray(chain.inputs_from_lengths(lengths, start))
+    return chain.follow(lengths, near) or chain.state(chain.inputs_from_lengths(lengths, near.q[0])[None])

@@ -20,8 +20,9 @@ from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.places import place_goals, tool_frame
-from vgtsim.geometry.profile import Profile, make_profile
+from vgtsim.geometry.profile import Profile, make_profile, ring_radii
 from vgtsim.geometry.stretches import Stretch, find_nearest, make_stretches
+from vgtsim.geometry.things import cylinder_axis, find_footprint, find_hulls, find_span
 
 __all__ = [
     "RISER",
@@ -38,9 +39,13 @@ __all__ = [
     "Walls",
     "arm_clearance",
     "carry",
+    "cylinder_axis",
     "enclosure_distance",
+    "find_footprint",
+    "find_hulls",
     "find_near",
     "find_nearest",
+    "find_span",
     "flag_clear",
     "make_bed",
     "make_diggings",
@@ -52,6 +57,7 @@ __all__ = [
     "obstacles",
     "pair_members",
     "place_goals",
+    "ring_radii",
     "segment_distance",
     "self_clearance",
     "tool_frame",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.description.tank import Tank
 from vgtsim.geometry import gaps
 from vgtsim.geometry.bed import Bed, make_bed
-from vgtsim.geometry.distance import find_mouth
+from vgtsim.geometry.blocks import Blocks, make_blocks, to_block
+from vgtsim.geometry.distance import find_mouth, segment_distance
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.profile import Profile, make_profile
+from vgtsim.geometry.things import cylinder_axis, find_hulls
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -22,9 +24,10 @@ SHELL, RISER, WASTE = "shell", "riser", "waste"
 
 @dataclass(frozen=True)
 class Obstacles:
-    """K cylinders in the tank, the height of the waste, m, and its bed where it is not level.
+    """K cylinders in the tank, then solids, the height of the waste, m, and its bed where it is not level.
 
-    Axes in frame G, lower ends first, have shape (K, 2, 3), m; radii have shape (K,), m.
+    Axes in frame G, lower ends first, have shape (K, 2, 3), m; radii have shape (K,), m. `names` are of the cylinders and then
+    of the solids' owners.
     """
 
     names: tuple[str, ...]
@@ -32,6 +35,7 @@ class Obstacles:
     radii: Array
     waste_level: float
     bed: Bed | None = None
+    solids: Blocks = field(default_factory=lambda: make_blocks(()))
 
     def __post_init__(self) -> None:
         """Copy the arrays and make them read-only."""
@@ -39,6 +43,17 @@ class Obstacles:
             frozen = np.array(getattr(self, name), float)
             frozen.flags.writeable = False
             object.__setattr__(self, name, frozen)
+
+    def distances(self, a: ArrayLike, b: ArrayLike) -> Array:
+        """Distance of segments, ends of shape (R, 3) or (3,), m, from each of `names`, the least of all, shape (P,), m."""
+        first, last = (np.array(np.atleast_2d(np.asarray(end, float)), order="C") for end in (a, b))
+        away = segment_distance(first[:, None], last[:, None], self.axes[:, 0], self.axes[:, 1])[0] - self.radii
+        least, slope = np.full(len(self.names), np.inf), np.empty(3)
+        least[: len(self.radii)] = away.min(axis=0)
+        for k, owner in enumerate(self.solids.owner + len(self.radii)):
+            gaps = [to_block(self.solids, k, *ends, np.inf, slope)[0] for ends in zip(first, last, strict=True)]
+            least[owner] = min(least[owner], *gaps)
+        return least
 
 
 @dataclass(frozen=True)
@@ -65,25 +80,26 @@ class Clearance:
 
 
 def obstacles(tank: Tank) -> Obstacles:
-    """Equipment and waste of a tank; equipment without a top ends at the dome above its axis."""
+    """Equipment and waste of a tank; equipment without a top ends at the dome above it, without a bottom on the floor."""
     profile = make_profile(tank.shell)
-    axes = []
-    for item in tank.standing:
-        x, y = item.radius * np.cos(item.azimuth), item.radius * np.sin(item.azimuth)
-        top = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
-        axes.append([[x, y, item.bottom], [x, y, top]])
-    names, radii = tuple(item.name for item in tank.standing), [item.diameter / 2 for item in tank.standing]
+    axes = [cylinder_axis(item, profile) for item in tank.standing]
+    hulls = [(owner, hull) for owner, item in enumerate(tank.solids) for hull in find_hulls(item, profile)]
     return Obstacles(
-        names, np.reshape(np.array(axes, float), (-1, 2, 3)), np.array(radii, float), tank.waste.level, make_bed(tank)
+        names=tuple(item.name for item in tank.things),
+        axes=np.reshape(np.array(axes, float), (-1, 2, 3)),
+        radii=np.array([item.diameter / 2 for item in tank.standing], float),
+        waste_level=tank.waste.level,
+        bed=make_bed(tank),
+        solids=make_blocks(hulls),
     )
 
 
 def make_walls(tank: Tank, profile: Profile, around: Obstacles) -> gaps.Walls:
     """The tank, its obstacles and its waste, for compiled functions."""
     bed = around.bed
-    heights, ground = (np.empty((0, 0)), np.zeros(4)) if bed is None else (bed.heights, bed.ground)
+    heights, ground = (np.empty((0, 0)), np.zeros(5)) if bed is None else (bed.heights, bed.ground)
     figures = profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii)
-    return *figures, around.waste_level, heights, ground
+    return *figures, around.waste_level, heights, ground, around.solids
 
 
 def arm_clearance(
@@ -95,13 +111,15 @@ def arm_clearance(
     profile: Profile,
     around: Obstacles,
     payload: tuple[ArrayLike, float] | None = None,
+    together: bool = False,
 ) -> Clearance:
     """Least distance of an arm, nodes in frame G of shape (..., N, 3), m, from everything in the tank.
 
     Members, ends of shape (M, 2) and radii of shape (M,), m, are capsules. Nodes, of one radius or of shape (N,), m, and
     payload, a tool point of shape (..., 3) and a radius, m, are balls. The tank is convex, so a member is nearest to the
     shell at one of its ends; only members that begin or end where the riser's mouth is nearest are searched along their
-    length. Equipment is rounded at its ends by its radius, which makes the result a lower bound there.
+    length. Cylinders are rounded at their ends by their radius, which makes the result a lower bound there.
+    If only the least distance of the whole batch counts, `together`, others may be given as infinite or too great.
     """
     nodes = np.asarray(nodes, float)
     batch, balls, ball_radii = nodes.shape[:-2], nodes, np.full(nodes.shape[-2], hub_radius)
@@ -114,7 +132,7 @@ def arm_clearance(
     body = np.empty((len(flat), len(places)), np.intp)
     thick = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
     walls = make_walls(tank, profile, around)
-    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body)
+    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body, together)
     return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
 
 

@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.tank import Tank
+from vgtsim.errors import DescriptionError
 from vgtsim.geometry import gaps
 from vgtsim.geometry.profile import Profile
 
 Array = NDArray[np.float64]
 
-_CLOSED = np.array([0.0, np.inf, 0.0])  # a mouth that no point is below or above
+_CLOSED = np.array([0.0, np.inf, 0.0, 0.0, 0.0, 1.0])  # a mouth that no point is below or above
 
 
 def interior_distance(profile: Profile, points: ArrayLike) -> tuple[Array, Array]:
@@ -30,14 +31,27 @@ def enclosure_distance(tank: Tank, profile: Profile, points: ArrayLike) -> tuple
     Points are in frame G, shape (..., 3), m. The bore is a cylinder from the rim, where it meets the dome, upward
     without end: equipment on the riser's flange is not described. The distance is exact inside, and outside tank and
     bore both.
+
+    Raises:
+        DescriptionError: The arm's riser does not stand on the dome.
     """
     return _measure(profile, find_mouth(tank, profile), points)
 
 
 def find_mouth(tank: Tank, profile: Profile) -> Array:
-    """Radius of the arm riser's bore, height of its rim on the dome and height of the dome's centre, shape (3,), m."""
-    bore = tank.arm_riser.bore / 2
-    return np.array([bore, profile.rim(bore), profile.pieces[-1].centre[1]])
+    """The arm riser's mouth on the dome, shape (6,), m, see `gaps`.
+
+    Raises:
+        DescriptionError: The riser does not stand on the dome: it meets its edge or the haunch.
+    """
+    riser, dome = tank.arm_riser, profile.pieces[-1]
+    bore, edge = riser.bore / 2, dome.start[0]
+    if riser.radius + bore > edge:
+        found = f"{riser.radius:.4g} m, a bore that comes {riser.radius + bore:.4g} m from the tank's axis"
+        raise DescriptionError(
+            None, f"{riser.name}.radius", found, f"at most {edge - bore:.4g} m: the arm's riser stands on the dome"
+        )
+    return np.array([bore, profile.rim(bore, riser.radius), dome.centre[1], *riser.place, dome.radius])
 
 
 def _measure(profile: Profile, mouth: Array, points: ArrayLike) -> tuple[Array, Array]:

@@ -1,9 +1,9 @@
 """Distances, compiled: to the tank's inner surface, between segments, and of an arm from all that it must keep clear of.
 
-All positions are in frame G, m. A curve is the tank's profile as `Profile.figures`; a mouth is (bore, rim, dome): radius and
-height of the circle where the arm riser's bore meets the dome, and the height of the dome's centre. `Walls` are curve, mouth,
-axes of K obstacles, shape (K, 2, 3), their radii, the level of the waste, and its bed and ground, see `surface`; a bed of no
-heights is level.
+All positions are in frame G, m. A curve is the tank's profile as `Profile.figures`; a mouth is (bore, rim, dome, x, y, cap):
+radius and lowest height of the curve where the arm riser's bore meets the dome, the height of the dome's centre, the place of
+the riser's axis and the radius of the dome. `Walls` are curve, mouth, axes of K obstacles, shape (K, 2, 3), their radii, the
+level of the waste, its bed and ground, see `surface`, and solids, see `blocks`; a bed of no heights is level.
 """
 
 from __future__ import annotations
@@ -12,27 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.blocks import Blocks, to_block
 from vgtsim.geometry.pairs import MemberPairs
-from vgtsim.geometry.surface import along_surface, find_height, to_surface
+from vgtsim.geometry.segments import TOUCHING, find_between
+from vgtsim.geometry.side_mouth import enclose_aside, find_rim, hypot
+from vgtsim.geometry.surface import along_surface, find_height, is_above, to_surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
-Walls = tuple[Array, Array, Array, Array, float, Array, Array]
+Walls = tuple[Array, Array, Array, Array, float, Array, Array, Blocks]
 
-TANK, WASTE, PILLAR, OWN, BED = range(
-    5
-)  # what a point or member is near; a bed is uneven waste, which a member is near
+# what a point or member is near; a bed is uneven waste, which a member is near
+TANK, WASTE, PILLAR, OWN, BED, SOLID = range(6)
 
 _SECTOR_SLACK = 1e-9  # m; a point on the border of two sectors must not fall between them; the error is its square
-TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
 _SAMPLES, _CUTS = 17, 3  # the place of least distance is then known within 1/1024 of the member's length
-
-
-@compiled
-def hypot(x: float, y: float) -> float:
-    """Size of a pair, quicker than the library's, which cares for very great and small numbers."""
-    return np.sqrt(x * x + y * y)
 
 
 @compiled
@@ -49,9 +44,12 @@ def _to_piece(curve: Array, k: int, rho: float, z: float) -> float:
 
 
 @compiled
-def enclose(curve: Array, mouth: Array, rho: float, z: float) -> tuple[float, int]:
+def enclose(curve: Array, mouth: Array, x: float, y: float, z: float) -> tuple[float, int]:
     """Signed distance, and what is nearest: a piece, or the rim (-1) or the bore (-2) of the riser."""
     bore, rim, dome = mouth[0], mouth[1], mouth[2]
+    rho = hypot(x, y)
+    if mouth[3] != 0 or mouth[4] != 0:
+        return _enclose_beside(curve, mouth, x, y, z)
     closed, others, nearest, last = np.inf, np.inf, 0, len(curve) - 1
     # below the rim, points whose foot on the dome would fall into the opening
     below = z < rim and rho * (rim - dome) < bore * (z - dome)
@@ -71,11 +69,38 @@ def enclose(curve: Array, mouth: Array, rho: float, z: float) -> tuple[float, in
 
 
 @compiled
+def _enclose_beside(curve: Array, mouth: Array, x: float, y: float, z: float) -> tuple[float, int]:
+    """As `enclose`, of a riser that stands beside the tank's axis."""
+    rho, last = hypot(x, y), len(curve) - 1
+    closed, others, nearest, first = np.inf, np.inf, 0, 0
+    for k in range(len(curve)):
+        away = _to_piece(curve, k, rho, z)
+        if away < closed:
+            closed, first = away, k
+        if k != last and away < others:
+            others, nearest = away, k
+    reach, place = enclose_aside(mouth, x, y, z, closed)
+    if place == -2 or (place == -1 and reach < others):
+        return reach, place
+    return (others, nearest) if place == -1 else (closed, first)
+
+
+@compiled
 def lead_inward(
     curve: Array, mouth: Array, point: Array, rho: float, distance: float, nearest: int, inward: Array
 ) -> None:
     """Gradient of `enclose`: the unit direction from the nearest point; outward is along x on the axis."""
     z = point[2]
+    if nearest < 0 and (mouth[3] != 0 or mouth[4] != 0):
+        if nearest == -1:
+            find_rim(mouth, point[0], point[1], z, inward)
+            for k in range(3):
+                inward[k] = (point[k] - inward[k]) / (distance or 1.0)
+            return
+        u, v = mouth[3] - point[0], mouth[4] - point[1]
+        away = hypot(u, v) or 1.0
+        inward[0], inward[1], inward[2] = u / away, v / away, 0.0
+        return
     if nearest == -2:
         lead_r, lead_z = -1.0, 0.0
     elif nearest == -1:
@@ -97,29 +122,8 @@ def measure_enclosure(curve: Array, mouth: Array, points: Array, distance: Array
     """Signed distance of points, shape (R, 3), and its gradient, shape (R, 3)."""
     for i in range(len(points)):
         rho = hypot(points[i, 0], points[i, 1])
-        distance[i], nearest = enclose(curve, mouth, rho, points[i, 2])
+        distance[i], nearest = enclose(curve, mouth, points[i, 0], points[i, 1], points[i, 2])
         lead_inward(curve, mouth, points[i], rho, distance[i], nearest, inward[i])
-
-
-@compiled
-def find_between(a0: Array, a1: Array, b0: Array, b1: Array) -> tuple[float, float, float]:
-    """Least distance between two segments, and where on each, see `segment_distance`."""
-    ux, uy, uz = a1[0] - a0[0], a1[1] - a0[1], a1[2] - a0[2]
-    vx, vy, vz = b1[0] - b0[0], b1[1] - b0[1], b1[2] - b0[2]
-    wx, wy, wz = a0[0] - b0[0], a0[1] - b0[1], a0[2] - b0[2]
-    uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
-    uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
-    s = _share(uv * vw - vv * uw, uu * vv - uv * uv)
-    t = _share(uv * s + vw, vv)
-    s = _share(uv * t - uw, uu)
-    x, y, z = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
-    return np.sqrt(x * x + y * y + z * z), s, t
-
-
-@compiled
-def _share(numerator: float, denominator: float) -> float:
-    """Quotient clipped to [0, 1]; zero where the denominator vanishes."""
-    return min(max(numerator / denominator, 0.0), 1.0) if denominator > 0 else 0.0
 
 
 @compiled
@@ -130,52 +134,84 @@ def measure_segments(a0: Array, a1: Array, b0: Array, b1: Array, found: Array) -
 
 
 @compiled
-def measure_arm(tank: Walls, balls: Array, ends: Index, radii: Array, least: Array, body: Index) -> None:
+def is_beside_line(ball: Array, low: Array, high: Array, room: float) -> bool:
+    """Whether a ball's middle is farther than `room` from the line through two points; of an upright line by x and y alone."""
+    x, y = ball[0] - low[0], ball[1] - low[1]
+    if low[0] == high[0] and low[1] == high[1]:
+        return x * x + y * y >= room * room
+    u, v, w, z = high[0] - low[0], high[1] - low[1], high[2] - low[2], ball[2] - low[2]
+    p, q, r = y * w - z * v, z * u - x * w, x * v - y * u
+    return p * p + q * q + r * r >= room * room * (u * u + v * v + w * w)
+
+
+@compiled
+def measure_arm(
+    tank: Walls, balls: Array, ends: Index, radii: Array, least: Array, body: Index, together: bool = False
+) -> None:
     """Least distances, shape (B, P), and bodies, see `arm_clearance`; P are shell, riser, obstacles and waste.
 
     Balls are nodes and payload, shape (B, N, 3); members have two of them, shape (M, 2). Radii are of members and then of
-    balls, shape (M + N,).
+    balls, shape (M + N,). If only the least of all configurations counts, what cannot be it is left out: it is infinite or more
+    than it is.
     """
-    curve, mouth, axes, thick, level, bed, ground = tank
+    curve, mouth, axes, thick, level, bed, ground, blocks = tank
+    bound, middle = np.inf, np.empty(3)  # what is not less than the bound need not be measured
     lead, high, count, places = np.empty(3), np.empty(balls.shape[1]), len(ends), least.shape[1]
     depth, at_mouth = np.empty(balls.shape[1]), np.empty(balls.shape[1], np.bool_)
     for i in range(len(balls)):
         points = balls[i]
         least[i], body[i] = np.inf, 0
         for c in range(len(points)):
-            depth[c], nearest = enclose(curve, mouth, hypot(points[c, 0], points[c, 1]), points[c, 2])
+            depth[c], nearest = enclose(curve, mouth, points[c, 0], points[c, 1], points[c, 2])
             at_mouth[c] = nearest < 0
-        most = _look_down(bed, ground, points, radii[count:], high) if len(bed) else np.inf
+        most = _look_down(bed, ground, points, radii[count:], bound, high) if len(bed) else np.inf
         for m in range(len(radii)):
             a, b = (ends[m, 0], ends[m, 1]) if m < count else (m - count, m - count)
             for c in (a, b):
                 _offer(least[i], body[i], 1 if at_mouth[c] else 0, depth[c] - radii[m], m)
+            for axis in range(3):
+                middle[axis] = (points[a, axis] + points[b, axis]) / 2
+            half = _apart(points[a], points[b]) / 2
             for k in range(len(axes)):
+                # a ball about a member that is beside the whole line of the axis is that far from the cylinder
+                room = min(least[i, 2 + k], bound) + TOUCHING + thick[k] + radii[m] + half
+                if room > 0 and is_beside_line(middle, axes[k, 0], axes[k, 1], room):
+                    continue
                 gap = find_between(points[a], points[b], axes[k, 0], axes[k, 1])[0] - thick[k] - radii[m]
                 _offer(least[i], body[i], 2 + k, gap, m)
+            for k in range(len(blocks.owner)):
+                place = 2 + len(axes) + blocks.owner[k]
+                limit = min(least[i, place], bound) + radii[m] + TOUCHING
+                gap = to_block(blocks, k, points[a], points[b], limit, lead)[0] - radii[m]
+                _offer(least[i], body[i], place, gap, m)
             low = min(points[a, 2], points[b, 2])
             if not len(bed):
                 _offer(least[i], body[i], places - 1, low - level - radii[m], m)
                 continue
             limit = min(most, least[i, places - 1]) + radii[m] + TOUCHING
-            if low - ground[2] <= limit and (high[a] + high[b] - _apart(points[a], points[b])) / 2 <= limit:
+            if low - ground[2] > limit or (high[a] + high[b] - _apart(points[a], points[b])) / 2 > limit:
+                continue
+            if not is_above(bed, ground, points[a], points[b], limit):
                 gap = along_surface(bed, ground, points[a], points[b], limit, lead)[0] - radii[m]
                 _offer(least[i], body[i], places - 1, gap, m)
         _search_mouth(curve, mouth, points, ends, radii, depth, at_mouth, least[i], body[i])
+        if together:
+            bound = min(bound, least[i].min())
 
 
 @compiled
-def _look_down(bed: Array, ground: Array, balls: Array, radii: Array, high: Array) -> float:
+def _look_down(bed: Array, ground: Array, balls: Array, radii: Array, bound: float, high: Array) -> float:
     """Distances of balls' middles from uneven waste, those far above it at the least, and a bound of the arm's gap from it."""
-    most = np.inf
+    most = bound
     for c in range(len(balls)):
         over = balls[c, 2] - find_height(bed, ground, balls[c, 0], balls[c, 1])
         most = min(most, max(over, 0.0) - radii[c])
     lead, thickest = np.empty(3), radii.max()
     for c in range(len(balls)):
         high[c] = balls[c, 2] - ground[2]
-        if high[c] - thickest <= most:
-            high[c] = to_surface(bed, ground, balls[c], lead)
+        limit = most + thickest + TOUCHING
+        if high[c] <= limit:
+            high[c] = max(high[c], min(to_surface(bed, ground, balls[c], limit, lead), limit))
             most = min(most, high[c] - radii[c])
     return most
 
@@ -207,7 +243,7 @@ def _search_mouth(
     some = np.flatnonzero(at_mouth[ends[:, 0]] | at_mouth[ends[:, 1]])
     for j in range(len(some)):  # a member that can come nearer to neither than another one is already needs no search
         a, b = points[ends[some[j], 0]], points[ends[some[j], 1]]
-        middle = enclose(curve, mouth, hypot(a[0] + b[0], a[1] + b[1]) / 2, (a[2] + b[2]) / 2)[0]
+        middle = enclose(curve, mouth, (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2)[0]
         end = min(depths[ends[some[j], 0]], depths[ends[some[j], 1]])
         if (end + middle - _apart(a, b) / 2) / 2 - radii[some[j]] >= max(least[0], least[1]):
             some[j] = -1
@@ -227,7 +263,7 @@ def _search_mouth(
             for k in range(_SAMPLES):
                 t = low[j] + step * k
                 x, y, z = a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])
-                depth[k], nearest = enclose(curve, mouth, hypot(x, y), z)
+                depth[k], nearest = enclose(curve, mouth, x, y, z)
                 mark[k] = nearest < 0
                 if depth[k] < depth[best]:
                     best = k

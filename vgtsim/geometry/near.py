@@ -9,24 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.blocks import to_block
 from vgtsim.geometry.gaps import (
     BED,
     OWN,
     PILLAR,
+    SOLID,
     TANK,
-    TOUCHING,
     WASTE,
     Walls,
     are_beside,
     enclose,
-    find_between,
-    hypot,
+    is_beside_line,
     lead_inward,
     wrap_members,
     wrap_modules,
 )
 from vgtsim.geometry.pairs import MemberPairs
-from vgtsim.geometry.surface import along_surface, to_surface
+from vgtsim.geometry.segments import TOUCHING, find_between
+from vgtsim.geometry.side_mouth import hypot
+from vgtsim.geometry.surface import along_surface, is_above, to_surface
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -53,7 +55,7 @@ def find_near(
     Where no room is given for any, it ends soon after the first.
 
     Args:
-        meets: Which members may meet which obstacle, shape (K, M); obstacles stand upright. The last member is the payload.
+        meets: Which members may meet which obstacle, shape (K, M); obstacles are cylinders. The last member is the payload.
         point_radii: Of a ball about each point, shape (N + 1,).
         points: Shape (W, N + 1, 3); the first three do not move.
         payload: Whether the payload's distance from all but the arm counts.
@@ -61,7 +63,7 @@ def find_near(
         bodies: Of each pair, shape (R, 3): its kind, such as `TANK`, then a point or member, then what it is near.
         held: Points on which the gap depends, shape (R, 4), -1 for none, and its slopes by them, shape (R, 4, 3).
     """
-    curve, mouth, axes, thick, level, bed, ground = tank
+    curve, mouth, axes, thick, level, bed, ground, blocks = tank
     lead, high = np.empty(3), np.empty(points.shape[1])
     ends, radii, corners, bulk, modules, members, begin = pairs
     balls, hulls, count = np.empty((len(corners), 4)), np.empty((len(ends), 4)), 0
@@ -71,7 +73,7 @@ def find_near(
         wrap_members(ends, radii, at, hulls)
         for c in range(fixed):
             rho = hypot(at[c, 0], at[c, 1])
-            gap, nearest = enclose(curve, mouth, rho, at[c, 2])
+            gap, nearest = enclose(curve, mouth, at[c, 0], at[c, 1], at[c, 2])
             if c >= 3 and gap - point_radii[c] < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap - point_radii[c], -1, 0.0
@@ -83,8 +85,9 @@ def find_near(
             gap = at[c, 2] - (ground[2] if len(bed) else level) - point_radii[c]
             high[c] = at[c, 2] - ground[2]  # of uneven waste at the least
             if len(bed) and gap < reach:
-                high[c] = to_surface(bed, ground, at[c], lead)
-                gap = high[c] - point_radii[c]
+                away = to_surface(bed, ground, at[c], reach + point_radii[c], lead)
+                high[c] = max(high[c], min(away, reach + point_radii[c]))
+                gap = away - point_radii[c]
             if gap < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap, -1, 0.0
@@ -99,7 +102,7 @@ def find_near(
             low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * hulls[m, 3]) / 2 + radii[
                 m
             ]  # a hull is half as long as its member
-            if ends[m, 1] < 3 or low - radii[m] >= reach or min(a[2], b[2]) - ground[2] - radii[m] >= reach:
+            if ends[m, 1] < 3 or low - radii[m] >= reach or is_above(bed, ground, a, b, reach + radii[m]):
                 continue
             gap, s = along_surface(bed, ground, a, b, reach + radii[m], lead)
             if gap - radii[m] < reach:
@@ -114,9 +117,8 @@ def find_near(
             if brief and count:
                 return count
             for m in range(capsules):
-                # a ball about a member that is beside the whole upright line is beside the obstacle
-                room, x, y = hulls[m, 3] + thick[k] + reach, hulls[m, 0] - axes[k, 0, 0], hulls[m, 1] - axes[k, 0, 1]
-                if not meets[k, m] or x * x + y * y >= room * room:
+                # a ball about a member that is beside the whole line of the axis is beside the obstacle
+                if not meets[k, m] or is_beside_line(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
                     continue
                 a, b = at[ends[m, 0]], at[ends[m, 1]]
                 away, s, t = find_between(a, b, axes[k, 0], axes[k, 1])
@@ -126,6 +128,22 @@ def find_near(
                         bodies[count, 0], bodies[count, 1], bodies[count, 2] = PILLAR, m, k
                         held[count, :2], held[count, 2:] = ends[m], -1
                         _lead_apart(a, b, axes[k, 0], axes[k, 1], away, s, t, slopes[count])
+                    count += 1
+        for k in range(len(blocks.owner)):
+            if brief and count:
+                return count
+            for m in range(capsules):
+                if ends[m, 1] < 3:
+                    continue
+                a, b = at[ends[m, 0]], at[ends[m, 1]]
+                away, s = to_block(blocks, k, a, b, reach + radii[m], lead)
+                if away - radii[m] < reach:
+                    if count < len(gaps):
+                        config[count], gaps[count] = i, away - radii[m]
+                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = SOLID, m, blocks.owner[k]
+                        held[count, :2], held[count, 2:], slopes[count] = ends[m], -1, 0.0
+                        for axis in range(3):
+                            slopes[count, 0, axis], slopes[count, 1, axis] = (1 - s) * lead[axis], s * lead[axis]
                     count += 1
         wrap_modules(corners, bulk, at, balls)
         for q in range(modules.shape[1]):

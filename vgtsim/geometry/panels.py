@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry.profile import Piece, Profile
+from vgtsim.geometry.piece import Piece
+from vgtsim.geometry.profile import Profile
 
 Array = NDArray[np.float64]
 
@@ -64,14 +65,14 @@ class _Tangent:
 
 
 def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> tuple[Panel, ...]:
-    """Enclose the tank, open at the arm riser, and the riser's bore up to its flange, from the floor to the riser.
+    """Enclose the tank, open at an arm riser on its axis, and the riser's bore up to its flange, from the floor to the riser.
 
-    The boxes stand back from the surface by at most about twice the tolerance, m.
+    With a bore of 0 the tank is closed. The boxes stand back from the surface by at most about twice the tolerance, m.
     """
     bore = tank.arm_riser.bore / 2
     *below, dome = profile.pieces
-    pieces = [(piece, tolerance) for piece in below]
-    pieces += zip(_split_dome(dome, bore), (tolerance, min(tolerance, FINE)), strict=True)
+    pieces = [(piece, tolerance) for piece in (below if bore else profile.pieces)]
+    pieces += [] if not bore else zip(_split_dome(dome, bore), (tolerance, min(tolerance, FINE)), strict=True)
     tangents = [line for piece, spare in pieces for line in _tangents(piece, spare)]
     corners = [_meet(a, b) for a, b in pairwise(tangents)]
     panels = [_slab(tangents[0], corners[0])]
@@ -86,11 +87,11 @@ def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> t
         turn = line.heading - tangents[index - 1].heading
         if index < len(corners):
             turn = max(turn, tangents[index + 1].heading - line.heading)
-        sectors = _sectors(max(start[0], stop[0]) * sin(line.heading), tolerance)
+        sectors = count_sectors(max(start[0], stop[0]) * sin(line.heading), tolerance)
         if line.name == RIM:
-            sectors = _sectors(bore, min(tolerance, FINE))  # their edges are the rim
+            sectors = count_sectors(bore, min(tolerance, FINE))  # their edges are the rim
         panels += _ring(line, (start, stop), turn, bore, sectors, f"{line.name}/{number}")
-    return (*panels, *_bore(tank, profile, min(tolerance, FINE)))
+    return (*panels, *_bore(tank, profile, min(tolerance, FINE))) if bore else tuple(panels)
 
 
 def _split_dome(dome: Piece, bore: float) -> tuple[Piece, Piece]:
@@ -111,7 +112,9 @@ def _tangents(piece: Piece, tolerance: float) -> list[_Tangent]:
     steps = 1
     if piece.turn:
         steps = max(1, ceil(piece.turn / (2 * acos(piece.radius / (piece.radius + tolerance)))))
-    first, last = (1, steps - 1) if piece.name in ("knuckle", "haunch") else (0, steps if piece.turn else 0)
+    first, last = (
+        (1, steps - 1) if piece.turn and piece.name in ("knuckle", "haunch") else (0, steps if piece.turn else 0)
+    )
     first = 1 if piece.name == RIM else first
     parts = [i / steps for i in range(first, last + 1)]
     return [_Tangent(piece.name, piece.at(piece.length * part), piece.heading + piece.turn * part) for part in parts]
@@ -133,7 +136,7 @@ def _slab(line: _Tangent, corner: Array) -> Panel:
     return Panel(f"{line.name}/0/0", centre, np.eye(3), half)
 
 
-def _sectors(radius: float, tolerance: float) -> int:
+def count_sectors(radius: float, tolerance: float) -> int:
     """Number of sides of the polygon about a circle that stands back by the tolerance at its corners."""
     return max(8, ceil(pi / acos(radius / (radius + tolerance)))) if radius > 0 else 8
 
@@ -162,7 +165,7 @@ def _bore(tank: Tank, profile: Profile, tolerance: float) -> list[Panel]:
     radius = riser.bore / 2
     rim = float(profile.ceiling_at(radius))
     top = tank.grade + riser.above_grade
-    sectors = _sectors(radius, tolerance)
+    sectors = count_sectors(radius, tolerance)
     line = _Tangent(riser.name, np.array([radius, rim]), pi / 2)
     middle = np.array([radius + DEPTH / 2, (rim + top) / 2])
     half = np.array([(top - rim) / 2, (radius + DEPTH) * tan(pi / sectors), DEPTH / 2])

@@ -8,11 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description import Equipment, Goal, Scene, Tank, closest
+from vgtsim.description import Equipment, Goal, Scene, Tank, Thing, closest
 from vgtsim.description.motion import GoalPlace
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry.bed import make_bed
+from vgtsim.geometry.distance import segment_distance
 from vgtsim.geometry.profile import make_profile
+from vgtsim.geometry.things import cylinder_axis, find_footprint
 
 Array = NDArray[np.float64]
 
@@ -22,6 +24,7 @@ _BESIDE, _AFTER = ("height", "distance"), ("offset",)
 _FREE = {"place", "elevation", "heading"}
 _DOWN = np.radians(-30.0)  # elevation of a tool over waste: what arms that hang from above reach far out
 
+_CLOSE = 1e-9  # m: of a place beside a thing
 _UPRIGHT = 1 - 1e-9  # size of a direction's z from which it has no vertical plane
 
 
@@ -69,7 +72,7 @@ def _place(goal: Goal, tank: Tank, before: Mapping[str, Goal]) -> Goal:
     at = goal.at
     if at is None:
         return goal
-    standing = {item.name: item for item in tank.standing}
+    standing = {item.name: item for item in tank.things}
     if at.place in _NEEDS:
         pose = _at_wall(at, tank) if at.place == WALL else _over_waste(at, tank)
     elif at.place in standing:
@@ -120,13 +123,39 @@ def _over_waste(at: GoalPlace, tank: Tank) -> _Pose:
     return _Pose(point, heading, _DOWN)
 
 
-def _beside(at: GoalPlace, item: Equipment, tank: Tank) -> _Pose:
+def _beside(at: GoalPlace, item: Thing, tank: Tank) -> _Pose:
     _require(at, _BESIDE, ("azimuth",))
     height, distance = (float(getattr(at, name)) for name in _BESIDE)
+    profile = make_profile(tank.shell)
     axis = _cylindrical(item.radius, item.azimuth, height)
+    if isinstance(item, Equipment):
+        low, high = cylinder_axis(item, profile)
+        axis[:2] = low[:2] + (high - low)[:2] * np.clip((height - low[2]) / (high - low)[2], 0.0, 1.0)
     back = _mast(tank) - axis
     side = float(np.arctan2(back[1], back[0])) if at.azimuth is None else at.azimuth
-    return _Pose(axis + _cylindrical(item.diameter / 2 + distance, side, 0.0), side + np.pi, 0.0)
+    if isinstance(item, Equipment):
+        away = item.diameter / 2 + distance
+    else:
+        away = _leave(find_footprint(item, profile) - axis[:2], side, distance)
+    return _Pose(axis + _cylindrical(away, side, 0.0), side + np.pi, 0.0)
+
+
+def _leave(corners: Array, side: float, distance: float) -> float:
+    """How far along an azimuth from the origin a point is at a distance from a convex outline, shape (K, 2), m."""
+    ahead, low, high = (
+        np.array([np.cos(side), np.sin(side)]),
+        0.0,
+        float(np.linalg.norm(corners, axis=1).max()) + distance,
+    )
+    ends, across = np.roll(corners, -1, axis=0), np.roll(corners, -1, axis=0) - corners
+    while high - low > _CLOSE:
+        point = (low + high) / 2 * ahead
+        out = (across[:, 1] * (point - corners)[:, 0] - across[:, 0] * (point - corners)[:, 1]).max() > 0
+        near = segment_distance(
+            *(np.append(p, np.zeros((len(p), 1)), axis=1) for p in (point[None], point[None], corners, ends))
+        )
+        low, high = (low, (low + high) / 2) if out and near[0].min() > distance else ((low + high) / 2, high)
+    return high
 
 
 def _after(at: GoalPlace, goal: Goal) -> _Pose:
@@ -138,7 +167,7 @@ def _after(at: GoalPlace, goal: Goal) -> _Pose:
 
 def _mast(tank: Tank) -> Array:
     """A point of the axis of the arm's riser, shape (3,), m."""
-    return _cylindrical(tank.arm_riser.radius, tank.arm_riser.azimuth, 0.0)
+    return np.array([*tank.arm_riser.place, 0.0])
 
 
 def _cylindrical(radius: float, azimuth: float, height: float) -> Array:

@@ -9,60 +9,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import acos, atan, ceil, cos, inf, pi, sin
+from math import acos, atan, ceil, cos, inf, pi, sin, tan
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.tank import Shell
+from vgtsim.description.tank import Shell, Tank
+from vgtsim.geometry.piece import Piece
+from vgtsim.geometry.profile_table import lay_table
 
 Array = NDArray[np.float64]
 
-
-@dataclass(frozen=True)
-class Piece:
-    """An arc, or a straight line, of the profile, from its first point (r, z), m, the tangent point with the piece before.
-
-    The heading there is from the r axis towards z, rad; the turn is to the left, rad; the length is in m.
-    """
-
-    name: str
-    start: tuple[float, float]
-    heading: float
-    turn: float
-    length: float
-
-    @property
-    def curvature(self) -> float:
-        """1/m; the interior lies to the left."""
-        return self.turn / self.length
-
-    @property
-    def radius(self) -> float:
-        """m; infinite for a straight piece."""
-        return self.length / self.turn if self.turn else inf
-
-    @property
-    def centre(self) -> tuple[float, float]:
-        """Centre (r, z) of the arc, m; at infinity for a straight piece."""
-        if not self.turn:
-            upright = sin(self.heading) > 0.5
-            return (-inf if upright else self.start[0], inf if cos(self.heading) > 0.5 else self.start[1])
-        return (self.start[0] - self.radius * sin(self.heading), self.start[1] + self.radius * cos(self.heading))
-
-    @property
-    def end(self) -> tuple[float, float]:
-        """Its last point (r, z), m; the tangent point with the piece after."""
-        r, z = self.at(self.length)
-        return (float(r), float(z))
-
-    def at(self, distance: ArrayLike) -> Array:
-        """Points (r, z), shape (..., 2), m, at arc lengths from the start of the piece, shape (...), m."""
-        s = np.asarray(distance, float)
-        half = self.curvature * s / 2
-        chord = s * np.sinc(half / pi)
-        r, z = self.start[0] + chord * np.cos(self.heading + half), self.start[1] + chord * np.sin(self.heading + half)
-        return np.stack([r, z], -1)
+_RINGS, _MOST_RINGS = (1.0, 2.0, 5.0), 6  # m between rings, and how many are not too many
+_UPRIGHT = 1e-9  # rad: nearer to upright than this a line is upright
 
 
 @dataclass(frozen=True)
@@ -70,12 +29,12 @@ class Profile:
     """The whole curve: dish, knuckle, wall, haunch, dome, from the lowest point to the crown."""
 
     pieces: tuple[Piece, ...]
-    _rims: dict[float, float] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _rims: dict[tuple[float, float], float] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def inner_radius(self) -> float:
         """Radius of the wall, m."""
-        return self.piece("wall").start[0]
+        return max(piece.start[0] for piece in self.pieces)
 
     @property
     def crown(self) -> float:
@@ -86,11 +45,11 @@ class Profile:
         """The piece of that name."""
         return next(piece for piece in self.pieces if piece.name == name)
 
-    def rim(self, bore: float) -> float:
-        """Height at which a bore of that radius on the axis meets the dome, m; each worked out once."""
-        if bore not in self._rims:
-            self._rims[bore] = float(self.ceiling_at(bore))
-        return self._rims[bore]
+    def rim(self, bore: float, aside: float = 0.0) -> float:
+        """Lowest height, m, at which a bore of that radius meets the dome, its axis `aside` of the tank's; worked out once."""
+        if (bore, aside) not in self._rims:
+            self._rims[bore, aside] = float(self.ceiling_at(aside + bore))
+        return self._rims[bore, aside]
 
     @cached_property
     def figures(self) -> Array:
@@ -120,9 +79,12 @@ class Profile:
         z = np.clip(np.asarray(height, float), 0.0, self.crown)
         radius = np.full(z.shape, self.inner_radius)
         for piece in self.pieces:
-            if not piece.turn:
-                continue
             low, high = piece.start[1], piece.end[1]
+            if not piece.turn:
+                if abs(cos(piece.heading)) > _UPRIGHT and high > low:
+                    slant = piece.start[0] + (z - low) / tan(piece.heading)
+                    radius = np.where((z >= low) & (z <= high), slant, radius)
+                continue
             chord = np.sqrt(np.clip(piece.radius**2 - (z - piece.centre[1]) ** 2, 0.0, None))
             radius = np.where((z >= low) & (z <= high), piece.centre[0] + chord, radius)
         return radius
@@ -130,21 +92,20 @@ class Profile:
     def ceiling_at(self, radius: ArrayLike) -> Array:
         """Height z, m, of dome or haunch at distances from the axis, shape (...), m, at most the inner radius."""
         r = np.asarray(radius, float)
-        haunch, dome = self.piece("haunch"), self.piece("dome")
-        arc = [np.sqrt(np.clip(piece.radius**2 - (r - piece.centre[0]) ** 2, 0.0, None)) for piece in (dome, haunch)]
-        return np.where(r <= dome.start[0], dome.centre[1] + arc[0], haunch.centre[1] + arc[1])
+        found = np.full(r.shape, self.pieces[-1].start[1])
+        for piece in self.pieces:
+            if piece.heading + piece.turn > pi / 2 + _UPRIGHT:
+                found = np.where((r <= piece.start[0]), _height_of(piece, r, 1.0), found)
+        return found
 
     def floor_at(self, radius: ArrayLike) -> Array:
-        """Height z, m, of dish or knuckle at distances from the axis, shape (...), m; the wall's foot beyond them."""
+        """Height z, m, of the floor at distances from the axis, shape (...), m; the wall's foot beyond it."""
         r = np.minimum(np.asarray(radius, float), self.inner_radius)
-        dish, knuckle = self.piece("dish"), self.piece("knuckle")
-        arc = [
-            piece.centre[1] - np.sqrt(np.clip(piece.radius**2 - (r - piece.centre[0]) ** 2, 0.0, None))
-            if piece.turn
-            else np.full(r.shape, piece.start[1])
-            for piece in (dish, knuckle)
-        ]
-        return np.where(r <= dish.end[0], arc[0], arc[1])
+        found = np.zeros(r.shape)
+        for piece in self.pieces:
+            if piece.heading < pi / 2 - _UPRIGHT:
+                found = np.where(r >= piece.start[0], _height_of(piece, r, -1.0), found)
+        return found
 
     def volume(self, level: float = inf) -> float:
         """Volume below a level z, m, in m³, by Gauss-Legendre quadrature of pi r² dz along each piece."""
@@ -158,6 +119,13 @@ class Profile:
         return total
 
 
+def _height_of(piece: Piece, r: Array, side: float) -> Array:
+    """Height of a piece at distances from the axis, m: of an arc, on the side above (1) or below (-1) its centre."""
+    if not piece.turn:
+        return piece.start[1] + (r - piece.start[0]) * tan(piece.heading)
+    return piece.centre[1] + side * np.sqrt(np.clip(piece.radius**2 - (r - piece.centre[0]) ** 2, 0.0, None))
+
+
 def _reach(piece: Piece, level: float) -> float:
     """Arc length of the part of a piece below a level, m."""
     if level >= piece.end[1]:
@@ -165,7 +133,7 @@ def _reach(piece: Piece, level: float) -> float:
     if level <= piece.start[1]:
         return 0.0
     if not piece.turn:
-        return level - piece.start[1]
+        return (level - piece.start[1]) / sin(piece.heading)
     cosine = cos(piece.heading) - piece.curvature * (level - piece.start[1])
     return (acos(min(1.0, max(-1.0, cosine))) - piece.heading) * piece.radius
 
@@ -176,7 +144,12 @@ def make_profile(shell: Shell) -> Profile:
     The dish half-angle theta solves tan(theta/2) (R - rk + rk sin theta) = dish_depth: the dish is tangent to the
     knuckle at that height. The dome cap, tangent to the haunch, has radius Rc = (R² - 2 R r + f²) / (2 (f - r)) with
     the rise f = crown - wall_top and the haunch radius r.
+
+    Raises:
+        DescriptionError: The arcs that round the corners of a table are longer than its rows are apart.
     """
+    if shell.profile is not None:
+        return Profile(lay_table(shell))
     R, rk, r = shell.inner_diameter / 2, shell.knuckle_radius, shell.haunch_radius
     theta = _dish_angle(R, rk, shell.dish_depth)
     dish_radius = (R - rk) / sin(theta) + rk if theta else inf
@@ -193,6 +166,13 @@ def make_profile(shell: Shell) -> Profile:
     haunch = Piece("haunch", (R, shell.wall_top), pi / 2, pi / 2 - alpha, r * (pi / 2 - alpha))
     dome = Piece("dome", springing, pi - alpha, alpha, cap * alpha)
     return Profile((dish, knuckle, wall, haunch, dome))
+
+
+def ring_radii(tank: Tank) -> list[float]:
+    """Radii of the rings that pictures of a tank have, m."""
+    inner = tank.shell.inner_diameter / 2
+    step = next((step for step in _RINGS if inner / step <= _MOST_RINGS), _RINGS[-1])
+    return [float(radius) for radius in np.arange(step, inner - step / 4, step)] or [inner / 2]
 
 
 def _dish_angle(R: float, rk: float, depth: float) -> float:

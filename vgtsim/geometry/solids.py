@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 _SPACING = 0.35
 _SECTORS = 36
 _PIPE_SECTORS = 12
+_LINE, _OVER = 0.03, 0.02  # m: width of a line on the waste, and how far over it
+_HALVINGS = 6  # of the faces about a hole at most, until they are an eighth of its radius
 _RINGS = 60  # of an uneven bed of waste: the spacing of its heights
 
 
@@ -62,23 +64,42 @@ def make_concrete(tank: Tank, profile: Profile, front: bool, pieces: tuple[str, 
 def make_dome(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
     """Half of the concrete dome, open at the arm riser."""
     inner = _ceiling(tank, profile)
-    return revolve_strip(inner, _cover(tank, profile, inner), front)
+    return _open(tank, revolve_strip(inner, _cover(tank, profile, inner), front))
 
 
 def make_soil(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
     """Half of the soil on the dome up to grade."""
     below = _cover(tank, profile, _ceiling(tank, profile))
     above = np.stack([below[:, 0], np.full(len(below), tank.grade)], -1)
-    return revolve_strip(below, above, front)
+    return _open(tank, revolve_strip(below, above, front))
+
+
+def _open(tank: Tank, mesh: trimesh.Trimesh) -> trimesh.Trimesh:
+    """A cover with a hole for an arm riser beside the axis: faces in it are left out, corners in it move to its edge."""
+    riser = tank.arm_riser
+    if not riser.radius:
+        return mesh
+    hole, middle = riser.bore / 2 + riser.wall, np.array(riser.place)
+    for _ in range(_HALVINGS):
+        away = np.linalg.norm(mesh.vertices[:, :2] - middle, axis=1)[mesh.faces]
+        reach = np.linalg.norm(np.ptp(mesh.vertices[mesh.faces, :2], axis=1), axis=1)
+        mesh = mesh.subdivide(np.flatnonzero((away.min(axis=1) < hole + reach) & (reach > hole / 8)))
+    corners = np.array(mesh.vertices)
+    out = corners[:, :2] - middle
+    away = np.linalg.norm(out, axis=1)
+    inside = away < hole
+    corners[inside, :2] = middle + out[inside] * (hole / np.maximum(away[inside], 1e-9))[:, None]
+    return trimesh.Trimesh(corners, mesh.faces[~inside[mesh.faces].all(axis=1)], process=False)
 
 
 def make_arm_riser(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
     """Half of the arm riser's pipe, from the dome's underside to its flange."""
     riser = tank.arm_riser
-    span = np.array([float(profile.ceiling_at(riser.bore / 2)), tank.grade + riser.above_grade])
+    span = np.array([profile.rim(riser.bore / 2, riser.radius), tank.grade + riser.above_grade])
     radii = riser.bore / 2, riser.bore / 2 + riser.wall
     inner, outer = (np.stack([np.full(2, radius), span], -1) for radius in radii)
-    return revolve_strip(inner, outer, front)
+    pipe = revolve_strip(inner, outer, front)
+    return pipe.apply_translation([*riser.place, 0.0]) if riser.radius else pipe
 
 
 def make_riser(tank: Tank, profile: Profile, riser: Riser) -> trimesh.Trimesh:
@@ -107,10 +128,32 @@ def make_waste(tank: Tank, profile: Profile) -> trimesh.Trimesh:
     return mesh
 
 
+def make_rings(tank: Tank, profile: Profile, radii: list[float]) -> trimesh.Trimesh:
+    """Lines on waste or floor at some radii, m, and along every thirtieth degree of azimuth, for the eye."""
+    bed, turn = make_bed(tank), np.linspace(0, 2 * pi, 6 * _SECTORS + 1)
+    strips = [(radius + side * _LINE / 2, turn) for radius in radii for side in (-1, 1)]
+    spokes = np.linspace(radii[0], radii[-1], max(round((radii[-1] - radii[0]) / _SPACING), 1) + 1)
+    for angle in np.radians(np.arange(0, 360, 30)):
+        strips += [(spokes, angle + side * _LINE / 2 / spokes) for side in (-1, 1)]
+    curves = [np.stack([r * np.cos(a), r * np.sin(a)], -1) for r, a in strips]
+    corners, faces = np.concatenate(curves), []
+    begin = 0
+    for near, far in zip(curves[::2], curves[1::2], strict=True):
+        i = begin + np.arange(len(near) - 1)
+        j = i + len(near)
+        faces += [np.stack([i, j, i + 1], -1), np.stack([j, j + 1, i + 1], -1)]
+        begin += len(near) + len(far)
+    high = profile.floor_at(np.linalg.norm(corners, axis=1))
+    level = np.full(len(corners), tank.waste.level) if bed is None else np.array([bed.height_at(*c) for c in corners])
+    place = np.column_stack([corners, np.maximum(high, level) + _OVER])
+    both = np.concatenate(faces)
+    return trimesh.Trimesh(place, np.concatenate([both, both[:, ::-1]]), process=False)
+
+
 def _curve(profile: Profile, names: tuple[str, ...]) -> Array:
     """Points along some of the pieces, ends included, shape (n, 2), m."""
     parts = []
-    for piece in (profile.piece(name) for name in names):
+    for piece in (piece for piece in profile.pieces if piece.name in names):
         # twelve degrees at most between neighbours, so that the tight arcs look round
         count = max(ceil(piece.length / _SPACING) if piece.turn else 1, ceil(piece.turn / (pi / 15)))
         parts.append(piece.at(np.linspace(0, piece.length, count + 1))[1 if parts else 0 :])
@@ -119,8 +162,10 @@ def _curve(profile: Profile, names: tuple[str, ...]) -> Array:
 
 def _ceiling(tank: Tank, profile: Profile) -> Array:
     """The dome's underside from the wall to the arm riser's pipe."""
-    opening = tank.arm_riser.bore / 2 + tank.arm_riser.wall
     points = _curve(profile, ("haunch", "dome"))
+    if tank.arm_riser.radius:  # the hole is cut beside the axis
+        return np.concatenate([points[:-1], [[0.0, profile.crown]]])
+    opening = tank.arm_riser.bore / 2 + tank.arm_riser.wall
     points = points[points[:, 0] > opening]
     return np.concatenate([points, [[opening, float(profile.ceiling_at(opening))]]])
 

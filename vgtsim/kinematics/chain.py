@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.kinematics.composition import correct
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.layout import Layout, Place, make_layout
 from vgtsim.kinematics.state import State
@@ -233,15 +234,18 @@ class Chain:
         None where the iteration does not arrive or leaves the assembly mode. `inputs_from_lengths` goes any way, with proof.
         """
         wanted, state = np.concatenate([actuators, self.layout.static]), near
+        off = wanted - near.legs[0]
         for _ in range(_MOST):
-            try:
-                q = state.q + np.linalg.solve(state.leg_slopes[0], wanted - state.legs[0])
-            except np.linalg.LinAlgError:
-                return None
+            q = np.empty_like(near.q)
+            for place, block in zip(self.layout.places, state.blocks, strict=True):
+                if not correct(place.legs, place.columns, block, off, q[0]):
+                    return None
+            q += state.q
             state = self.state(q)
             if not state.assembles[0]:
                 return None
-            if np.abs(wanted - state.legs[0]).max() < _SOLVED:
+            off = wanted - state.legs[0]
+            if np.abs(off).max() < _SOLVED:
                 return state
         return None
 
@@ -284,8 +288,8 @@ def _shaped(rows: Array, batch: tuple[int, ...]) -> Array:
     return rows.reshape(*batch, *rows.shape[1:])
 
 
-def hanging_mount(height: float) -> Array:
-    """Mount T_G_B1, shape (4, 4), of an arm on the tank axis with its base face at a height in G, m; Z of B_1 points down."""
+def hanging_mount(height: float, place: tuple[float, float] = (0.0, 0.0)) -> Array:
+    """Mount T_G_B1, shape (4, 4), of an arm with its base face at a height and an x and y in G, m; Z of B_1 points down."""
     mount = np.diag([1.0, -1.0, -1.0, 1.0])  # a half turn about X: Z of B_1 points down
-    mount[2, 3] = height
+    mount[:3, 3] = *place, height
     return mount

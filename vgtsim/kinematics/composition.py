@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.kinematics.conditioning import invert_in_place
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -160,3 +161,25 @@ def spread(legs: Index, columns: Index, block: Array, whole: Array) -> None:
             for leg in range(block.shape[2]):
                 for j in range(block.shape[3]):
                     whole[i, legs[m, leg], columns[m, j]] = block[i, m, leg, j]
+
+
+@compiled
+def correct(legs: Index, columns: Index, block: Array, off: Array, change: Array) -> bool:
+    """Changes of a place's inputs, shape (n,), that make its legs longer, shape (J + S,), m, to first order, for one row.
+
+    Whether there are such changes.
+    """
+    count = block.shape[3]
+    inverse, rows = np.empty((count, count)), np.empty(count, np.intp)
+    for m in range(block.shape[1]):
+        for i in range(count):
+            for j in range(count):
+                inverse[i, j] = block[0, m, i, j]
+        if not invert_in_place(inverse, rows, count):
+            return False
+        for j in range(count):
+            total = 0.0
+            for leg in range(count):
+                total += inverse[j, leg] * off[legs[m, leg]]
+            change[columns[m, j]] = total
+    return True

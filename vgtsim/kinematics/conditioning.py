@@ -10,45 +10,38 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from contextlib import suppress
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import NearSingularWarning, SingularPoseError
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 SINGULAR = 1e-9  # smallest sine refused: rounding leaves 1e-15, the weakest shipped arm within its strokes has 1e-3
 POOR = 1e-7  # smallest sine that is not warned of: nine digits are left, a random pose comes to 1e-5 in 1e5
 
 
-def invert(matrix: Array, usual: ArrayLike) -> tuple[Array, Array | None]:
-    """Invert small matrices, shape (..., n, n), and tell how near each is to a singular one where it may be near.
+def invert(matrix: Array, usual: ArrayLike) -> tuple[Array, Array]:
+    """Invert small matrices, shape (..., n, n), and tell how near each is to a singular one.
 
     `usual` is the size of the columns where all is well, in their units, broadcast to shape (..., n).
 
     Returns:
         Inverses, and the smallest sine of each matrix between one column and the span of the others, shape (...): 1
-        where all are square to one another, 0 where there is no inverse or an entry is no number. None where the
-        largest entries show that no sine is below `POOR`, which is the usual case and cheap.
+        where all are square to one another, 0 where there is no inverse or an entry is no number.
 
     Source: G. W. Stewart, Collinearity and least squares regression, Statistical Science 2 (1987): the product of the
         norms of a column and of the row of the inverse is one over that sine.
     """
-    try:
-        inverse = np.asarray(np.linalg.inv(matrix), float)
-    except np.linalg.LinAlgError:
-        inverse = _invert_each(matrix)
-    size = np.asarray(usual, float)
-    most = max(_largest(matrix), float(size.max(initial=0.0))) * _largest(inverse)
-    if most * matrix.shape[-1] <= 1 / POOR:  # column times row is at most n times that; false where it is no number
-        return inverse, None
-    with np.errstate(divide="ignore", invalid="ignore"):
-        columns = np.maximum(np.einsum("...ij,...ij->...j", matrix, matrix), size**2)
-        squared = columns * np.einsum("...ji,...ji->...j", inverse, inverse)
-        sine = np.sqrt(1 / squared.max(axis=-1))
-    return inverse, np.where(np.isfinite(sine), sine, 0.0)
+    size, count = np.asarray(usual, float), matrix.shape[-1]
+    if not size.ndim or size.shape != matrix.shape[-1 - size.ndim : -1]:
+        size = np.broadcast_to(size, matrix.shape[:-1])
+    inverse, sine = np.array(matrix, float), np.empty(matrix.shape[:-2])
+    _invert_all(inverse.reshape(-1, count, count), by_rows(size.reshape(-1, count)), sine.reshape(-1))
+    return inverse, sine
 
 
 def invert_sound(matrix: Array, usual: ArrayLike, name: Callable[[tuple[int, ...]], str]) -> Array:
@@ -60,7 +53,7 @@ def invert_sound(matrix: Array, usual: ArrayLike, name: Callable[[tuple[int, ...
         SingularPoseError: A matrix is singular; its module is named.
     """
     inverse, sine = invert(matrix, usual)
-    if sine is not None and (least := sine.min()) < POOR:
+    if (least := sine.min(initial=1.0)) < POOR:
         where = tuple(int(i) for i in np.unravel_index(int(np.argmin(sine)), sine.shape))
         if least < SINGULAR:
             raise SingularPoseError(name(where), float(least), SINGULAR)
@@ -74,15 +67,70 @@ def warn_poor(what: str, value: float, bound: float) -> None:
     warnings.warn(message, NearSingularWarning, stacklevel=3)
 
 
-def _largest(matrix: Array) -> float:
-    """Greatest size of an entry, without a copy of them all."""
-    return max(float(matrix.max(initial=0.0)), -float(matrix.min(initial=0.0)))
+@compiled
+def _invert_all(matrix: Array, usual: Array, sine: Array) -> None:
+    """Invert in place, shape (K, n, n); usual sizes have shape (U, n), over and over. Infinite where there is no inverse."""
+    count = matrix.shape[1]
+    rows, square = np.empty(count, np.intp), np.empty(count)
+    for m in range(len(matrix)):
+        for j in range(count):
+            square[j] = 0.0
+            for i in range(count):
+                square[j] += matrix[m, i, j] ** 2
+            square[j] = max(square[j], usual[m % len(usual), j] ** 2)
+        if invert_in_place(matrix[m], rows, count):
+            sine[m] = find_sine(square, matrix[m], count)
+        else:
+            sine[m] = 0.0
+            for i in range(count):
+                for j in range(count):
+                    matrix[m, i, j] = np.inf
 
 
-def _invert_each(matrix: Array) -> Array:
-    """Inverse of each matrix, infinite where there is none: one singular matrix makes `inv` refuse them all."""
-    inverse = np.full(matrix.shape, np.inf)
-    for place in np.ndindex(matrix.shape[:-2]):
-        with suppress(np.linalg.LinAlgError):
-            inverse[place] = np.linalg.inv(matrix[place])
-    return inverse
+@compiled
+def invert_in_place(matrix: Array, rows: Indices, count: int) -> bool:
+    """Invert the first rows and columns, by Gauss and Jordan with the greatest pivots; whether there is an inverse.
+
+    `rows` is room for as many indices.
+    """
+    for p in range(count):
+        best = p
+        for i in range(p + 1, count):
+            if abs(matrix[i, p]) > abs(matrix[best, p]):
+                best = i
+        rows[p] = best
+        if not abs(matrix[best, p]) > 0.0:  # nor where it is no number
+            return False
+        scale = 1 / matrix[best, p]
+        for j in range(count):
+            value = matrix[best, j]
+            matrix[best, j] = matrix[p, j]
+            matrix[p, j] = value * scale
+        matrix[p, p] = scale
+        for i in range(count):
+            if i != p:
+                part = matrix[i, p]
+                matrix[i, p] = 0.0
+                for j in range(count):
+                    matrix[i, j] -= part * matrix[p, j]
+    for p in range(count - 1, -1, -1):  # columns in the place of the rows that were exchanged
+        for i in range(count):
+            value = matrix[i, p]
+            matrix[i, p] = matrix[i, rows[p]]
+            matrix[i, rows[p]] = value
+    return True
+
+
+@compiled
+def find_sine(square: Array, inverse: Array, count: int) -> float:
+    """Smallest sine between a column and the span of the others, see `invert`, from the columns' squared sizes."""
+    worst = 0.0
+    for j in range(count):
+        row = 0.0
+        for i in range(count):
+            row += inverse[j, i] ** 2
+        row *= square[j]
+        if not row < np.inf:
+            return 0.0
+        worst = max(worst, row)
+    return 1 / np.sqrt(worst)

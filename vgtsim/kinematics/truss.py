@@ -15,10 +15,12 @@ actuators so is a braced prism of twelve bars: isostatic. `Truss.bars` are the b
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.kinematics.modules import kind_of
 from vgtsim.kinematics.modules.kind import TRIANGLE, PlannedMember
@@ -134,7 +136,14 @@ class Truss:
 
     def lengths(self, nodes: Array) -> Array:
         """Lengths of the members, shape (..., M), m, for nodes of shape (..., N, 3)."""
-        return np.linalg.norm(self.spans(nodes), axis=-1)
+        flat, length = by_rows(nodes.reshape(-1, *nodes.shape[-2:])), np.empty((*nodes.shape[:-2], len(self.ends)))
+        _fill_lengths(self._own_ends, flat, length.reshape(-1, len(self.ends)))
+        return length
+
+    @cached_property
+    def _own_ends(self) -> Index:
+        """A copy of `ends`, as compiled functions take it."""
+        return np.array(self.ends, np.intp)
 
     @property
     def base(self) -> slice:
@@ -196,6 +205,16 @@ def make_truss(manipulator: Manipulator) -> Truss:
         rings=blocks,
         faces=np.array(faces),
     )
+
+
+@compiled
+def _fill_lengths(ends: Index, nodes: Array, length: Array) -> None:
+    for t in range(len(nodes)):
+        for m in range(len(ends)):
+            square = 0.0
+            for k in range(3):
+                square += (nodes[t, ends[m, 1], k] - nodes[t, ends[m, 0], k]) ** 2
+            length[t, m] = np.sqrt(square)
 
 
 def _equivalent_bars(ends: Index, tip_edges: Index, rings: Index, actuators: Index) -> Index:

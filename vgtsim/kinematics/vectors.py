@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
+
 Array = NDArray[np.float64]
 
 
@@ -17,6 +19,14 @@ def cross(a: Array, b: Array) -> Array:
     result[..., 1] = az * bx - ax * bz
     result[..., 2] = ax * by - ay * bx
     return result
+
+
+@compiled
+def cross_into(a: Array, b: Array, out: Array) -> None:
+    """Cross product of two vectors, shape (3,), within compiled functions."""
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
 
 
 def dot(a: Array, b: Array) -> Array:

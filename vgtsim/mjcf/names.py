@@ -15,6 +15,7 @@ TOOL = "tool"
 PAYLOAD = "payload"
 TANK = "tank"
 WASTE = "tank/waste"
+PIT = "tank/waste/pit"
 CAMERAS = ("overview", "cutaway", "riser", "tool")
 KEYFRAMES = ("stowed", "straight", "first_goal")
 BALL = "ball"  # default class of the joints on which members turn

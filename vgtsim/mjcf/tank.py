@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.description.tank import Tank
-from vgtsim.geometry import Bed, Diggings, Profile, make_bed, make_profile, obstacles
-from vgtsim.geometry.panels import DEPTH, Panel, make_panels
+from vgtsim.geometry import Bed, Diggings, Profile, find_hulls, make_bed, make_profile, obstacles, ring_radii
+from vgtsim.geometry.panels import DEPTH, Panel
+from vgtsim.geometry.side_panels import Wedge, enclose_tank
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 
@@ -31,6 +32,7 @@ CONTACT_GROUP = 3  # the invisible boxes for contact
 FRONT_GROUP = 4  # front half of the wall
 FRONT_COVER_GROUP = 5  # front half of dome, soil and risers
 
+POOL = f"{names.TANK}/waste/pool"  # mesh of the waste that is seen
 _PARTS = 8  # bodies around the axis for each part of the shell
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
 
@@ -41,6 +43,7 @@ _COLOURS = {
     "riser": (0.45, 0.50, 0.56, 1.0),
     "waste": (0.24, 0.26, 0.13, 1.0),
     "equipment": (0.90, 0.72, 0.15, 1.0),
+    "rings": (0.80, 0.82, 0.70, 1.0),
     "contact": (0.90, 0.20, 0.20, 0.3),
 }
 _SHINE = {"liner": 0.4, "riser": 0.4, "equipment": 0.3}
@@ -64,17 +67,52 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         group = FRONT_COVER_GROUP if sin(riser.azimuth) < 0 else BACK_COVER_GROUP
         _add_mesh(spec, body, riser.name, solids.make_riser(tank, profile, riser), "riser", group)
     if tank.waste.level:
-        _add_mesh(spec, body, "waste/pool", solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
+        _add_mesh(
+            spec, body, POOL.removeprefix(f"{names.TANK}/"), solids.make_waste(tank, profile), "waste", INSIDE_GROUP
+        )
         _add_waste(spec, body, tank, profile)
+    rings = solids.make_rings(tank, profile, ring_radii(tank))
+    _add_mesh(spec, body, "rings", rings, "rings", INSIDE_GROUP)
     around = obstacles(tank)
     entries = [index for index, item in enumerate(tank.equipment) for _ in item.ring]
-    for index, name, axis, radius in zip(entries, around.names, around.axes, around.radii, strict=True):
+    for index, name, axis, radius in zip(entries, around.names, around.axes, around.radii, strict=False):
         shape, info = mujoco.mjtGeom.mjGEOM_CYLINDER, f"tank.equipment.{index}"
         geom = _add_felt(
             body, names.equipment(name), shape, "equipment", info, fromto=axis.ravel(), size=[radius, 0, 0]
         )
         geom.group = INSIDE_GROUP
-    _add_panels(body, make_panels(tank, profile))
+    _add_solids(spec, body, tank, profile)
+    panels, wedges = enclose_tank(tank, profile)
+    _add_panels(body, panels)
+    _add_wedges(spec, body, wedges)
+
+
+def _add_solids(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
+    """Boxes and the convex parts of meshes, which are seen and felt."""
+    entries = [(f"tank.boxes.{k}", item) for k, item in enumerate(tank.boxes)]
+    entries += [(f"tank.meshes.{k}", item) for k, item in enumerate(tank.meshes)]
+    for info, item in ((info, single) for info, entry in entries for single in entry.ring):
+        for k, hull in enumerate(hulls := find_hulls(item, profile)):
+            name = names.equipment(item.name) + (f"/{k}" if len(hulls) > 1 else "")
+            _add_hull(spec, body, name, hull, "equipment", info).group = INSIDE_GROUP
+
+
+def _add_wedges(spec: mujoco.MjSpec, tank_body: mujoco.MjsBody, wedges: tuple[Wedge, ...]) -> None:
+    bodies: dict[str, mujoco.MjsBody] = {}
+    for k, wedge in enumerate(wedges):
+        name = f"{names.TANK}/wedge/part_{k * _PARTS // len(wedges) + 1}"
+        if name not in bodies:
+            bodies[name] = tank_body.add_body(name=name)
+        _add_hull(spec, bodies[name], f"{names.TANK}/{wedge.name}", wedge.corners, "contact", "tank.arm_riser")
+
+
+def _add_hull(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, corners: Array, material: str, info: str
+) -> mujoco.MjsGeom:
+    """Add a convex solid that the arm can touch."""
+    mesh = spec.add_mesh(name=name, uservert=corners.ravel(), info=info)
+    mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+    return _add_felt(body, name, mujoco.mjtGeom.mjGEOM_MESH, material, info, meshname=name)
 
 
 def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
@@ -104,12 +142,12 @@ def _find_span(tank: Tank, bed: Bed) -> tuple[float, float]:
 
 def lower_waste(model: mujoco.MjModel, diggings: Diggings, heights: Array) -> None:
     """Give a compiled model new heights of the waste that is cut, shape (P,), m; of a model without tank nothing changes."""
-    if not model.nhfield:
-        return
-    field = model.hfield(names.WASTE)
-    whole = model.hfield_data[field.adr[0] :][: field.nrow[0] * field.ncol[0]].reshape(field.ncol[0], field.nrow[0])
-    part = np.reshape(heights, diggings.shape).T / model.hfield_size[field.id, 2]
-    whole[slice(*diggings.columns), slice(*diggings.rows)] = part
+    shown = {names.WASTE: (slice(*diggings.columns), slice(*diggings.rows)), names.PIT: (slice(None), slice(None))}
+    for index in range(model.nhfield):
+        field = model.hfield(index)
+        shape = int(field.nrow[0]), int(field.ncol[0])
+        whole = model.hfield_data[field.adr[0] :][: shape[0] * shape[1]].reshape(shape)
+        whole[shown[field.name]] = np.reshape(heights, diggings.shape).T / field.size[2]
 
 
 def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:

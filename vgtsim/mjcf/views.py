@@ -42,7 +42,7 @@ def add_tank_cameras(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> No
     _add_camera(spec, "overview", [-0.9 * radius, -2.0 * radius, 1.9 * crown], middle, 45)
     _add_camera(spec, "cutaway", [0.0, -2.35 * radius, 0.62 * crown], middle, 38)
     _add_camera(spec, "above", [0.7 * radius, -4.8 * radius, 2.4 * crown], [0.0, 0.0, 1.75 * crown], 38)
-    _add_arm_cameras(spec, pivot_height)
+    _add_arm_cameras(spec, pivot_height, tank.arm_riser.place)
 
 
 def light_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
@@ -74,9 +74,10 @@ def add_floor(spec: mujoco.MjSpec) -> None:
     floor.rgba = [0.86, 0.87, 0.88, 1]
 
 
-def _add_arm_cameras(spec: mujoco.MjSpec, height: float) -> None:
-    """Cameras beside the arm's base face, at a height, m, and on the tip plate, beside the tool and a little behind it."""
-    _add_camera(spec, "riser", [2.2, -4.2, height + 0.6], [0, 0, height - 0.9], 60)
+def _add_arm_cameras(spec: mujoco.MjSpec, height: float, place: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Cameras beside the arm's base face, at a height and an x and y, m, and on the tip plate, beside the tool and behind it."""
+    x, y = place
+    _add_camera(spec, "riser", [x + 2.2, y - 4.2, height + 0.6], [x, y, height - 0.9], 60)
     camera = spec.body(names.TIP).add_camera(name="tool", pos=[0.0, 1.1, -0.8], fovy=75)
     camera.quat = _look([0.0, 1.1, -0.8], [0.0, 0.0, 0.3])
 

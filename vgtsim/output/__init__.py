@@ -1,18 +1,30 @@
 """The files that a run leaves behind: reports, plots, film."""
 
 from vgtsim.output.folders import naming_folder, prepare_file, prepare_folder
-from vgtsim.output.staging import LOG, REPLAY, find_results, stage_results
-from vgtsim.output.write import film, write_outputs, write_pdf, write_reports, write_verdict
+from vgtsim.output.staging import LOG, PHASES, REPLAY, find_results, list_runs, stage_results
+from vgtsim.output.write import (
+    film,
+    film_phases,
+    write_mission,
+    write_outputs,
+    write_pdf,
+    write_reports,
+    write_verdict,
+)
 
 __all__ = [
     "LOG",
+    "PHASES",
     "REPLAY",
     "film",
+    "film_phases",
     "find_results",
+    "list_runs",
     "naming_folder",
     "prepare_file",
     "prepare_folder",
     "stage_results",
+    "write_mission",
     "write_outputs",
     "write_pdf",
     "write_reports",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import subprocess
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from functools import lru_cache
 from importlib import import_module, resources
@@ -26,7 +26,7 @@ from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import Report, find_riser_reaction
+from vgtsim.verification import PhaseRun, Report, describe_removed, find_riser_reaction
 
 
 @dataclass(frozen=True)
@@ -69,6 +69,9 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
         ("riser", "Load on the riser", riser, (), lambda: runs.plot_reaction(site, log, carried)),
         ("closure", "Closure", gap, ("closure",), lambda: runs.plot_closure(site, log, report)),
     )
+    if log.removed.size:
+        waste = f"{describe_removed(site, log)}. Below: the force of the waste on the tool, upward."
+        rows = (*rows[:2], ("waste", "Waste removed", waste, (), lambda: runs.plot_waste(site, log)), *rows[2:])
     return [ReportPlot(*row) for row in rows]
 
 
@@ -114,6 +117,7 @@ def describe_run(site: Site, log: RunLog, report: Report) -> dict[str, Any]:
         "verdict": "PASSED" if report.passed else "FAILED",
         "summary": tables.summarise(report),
         "notices": tables.list_notices(log, report),
+        "phases": [],
         "plots": [_draw(plot, report) for plot in list_plots(site, log, report)],
         "goals": tables.list_goals(site, log, report),
         "checks": tables.group_checks(report),
@@ -126,10 +130,28 @@ def describe_run(site: Site, log: RunLog, report: Report) -> dict[str, Any]:
     }
 
 
+def describe_mission(runs: Sequence[PhaseRun], report: Report) -> dict[str, Any]:
+    """All that a page says of a mission in phases, whose own pages have the plots and tables."""
+    absent = {"plots": [], "goals": [], "members": [], "sheet": None, "reactions": []}
+    return absent | {
+        "title": runs[0].site.task.title.rpartition(":")[0],
+        "passed": report.passed,
+        "verdict": "PASSED" if report.passed else "FAILED",
+        "summary": tables.summarise(report),
+        "notices": [f"Note: {note}" for note in report.notes],
+        "phases": tables.list_phase_rows(runs),
+        "checks": tables.group_checks(report),
+        "settings": tables.list_settings(runs[0].site),
+        "performance": tables.list_costs(report.performance),
+        "versions": report.versions.items(),
+    }
+
+
 def _render(run: Mapping[str, Any], folder: Path | None) -> str:
     """The page of a run; without a folder of results it shows and links nothing that lies beside it."""
     beside = [name for name in RESULTS if folder and name != HTML and (folder / name).exists()]
-    drawn = {"style": _read_page("report.css"), "script": _read_page("plots.js")}
+    drawn: dict[str, Any] = {"phase_figures": list(tables.PHASE_FIGURES.values())}
+    drawn |= {"style": _read_page("report.css"), "script": _read_page("plots.js")}
     return (
         _load_pages()
         .get_template("report.html")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +11,19 @@ from vgtsim.description import Tank
 from vgtsim.geometry.profile import make_profile
 from vgtsim.kinematics.ties import first_greatest, order_down
 from vgtsim.output.quantities import MINUS, format_quantity
+from vgtsim.output.staging import HTML, PHASES
 from vgtsim.planning import STEP_BOUND, name_bound
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import CHECK_NAMES, Check, Report, find_holds, find_riser_reaction
+from vgtsim.verification import (
+    CHECK_NAMES,
+    Check,
+    PhaseRun,
+    Report,
+    find_begins,
+    find_holds,
+    find_riser_reaction,
+)
 
 _NO_MATTER = 1e-3  # of its limit: a figure below this is as good as nothing, and `report.json` has it
 _ROWS = 20  # members listed, the most used first; a page long
@@ -101,6 +110,47 @@ def group_checks(report: Report) -> list[CheckGroup]:
     for check in report.checks:
         found.setdefault(check.name, []).append(_describe_check(check))
     return [CheckGroup(name, tuple(rows)) for name, rows in found.items()]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseRow:
+    """A phase of a mission as the page shows it, with the path of its own page."""
+
+    number: int
+    page: str
+    modules: int
+    steps: str
+    begin: str
+    time: str
+    figures: tuple[str, ...]
+    passed: bool
+
+
+PHASE_FIGURES = {
+    "clearance": "least clearance",
+    "headroom above the mast": "headroom left",
+    "force over strength": "greatest utilisation",
+    "clamp force over rated force": "clamp force over rated",
+}
+
+
+def list_phase_rows(runs: Sequence[PhaseRun]) -> list[PhaseRow]:
+    """List the phases of a mission with the figures of `PHASE_FIGURES`, by the check's name or by its quantity."""
+    rows = []
+    for number, (run, begin) in enumerate(zip(runs, find_begins(runs), strict=True), start=1):
+        first = {word: check for check in reversed(run.report.checks) for word in (check.name, check.quantity)}
+        row = PhaseRow(
+            number=number,
+            page=f"{PHASES}/{number}/{HTML}",
+            modules=len(run.site.arm.active),
+            steps=", ".join(stage.name for stage in run.site.task.stages),
+            begin=f"{begin:.1f} s",
+            time=f"{run.duration:.1f} s",
+            figures=tuple(_write_measured(first[name]) if name in first else "" for name in PHASE_FIGURES),
+            passed=run.report.passed,
+        )
+        rows.append(row)
+    return rows
 
 
 def _describe_check(check: Check) -> CheckRow:

@@ -57,7 +57,13 @@ class Overlay:
 
 
 def make_overlay(
-    width: int, height: int, title: str, end: float, goals: Iterable[str] = (), things: Iterable[str] = ()
+    width: int,
+    height: int,
+    title: str,
+    end: float,
+    goals: Iterable[str] = (),
+    things: Iterable[str] = (),
+    labels: tuple[str, ...] = LABELS,
 ) -> Overlay:
     """Draw the static parts once, for frames of a size in pixels; the scale of axial force ends at `end`, N.
 
@@ -70,10 +76,10 @@ def make_overlay(
     layer = Image.new("RGBA", (width, height), (0, 0, 0, 0))
     draw = ImageDraw.Draw(layer)
     left, top, step = unit, unit, round(1.45 * unit)
-    panel = (left // 2, top // 2, left + 20 * unit, top + step * len(LABELS) + unit // 3)
+    panel = (left // 2, top // 2, left + 20 * unit, top + step * len(labels) + unit // 3)
     draw.rounded_rectangle(panel, unit // 2, fill=_GROUND)
-    rows = [top + step * index for index in range(len(LABELS))]
-    for label, row in zip(LABELS, rows, strict=True):
+    rows = [top + step * index for index in range(len(labels))]
+    for label, row in zip(labels, rows, strict=True):
         draw.text((left + unit // 4, row), label, font=font, fill=_SOFT)
     long = round(bold.getlength(title))
     foot = (left // 2, height - round(2.2 * unit), left + long + unit // 2, height - unit // 2)
@@ -120,7 +126,7 @@ def _draw_scale(
 def draw_overlay(overlay: Overlay, frame: Picture, values: tuple[str, ...], marks: tuple[Mark, ...]) -> Picture:
     """Put the overlay and the texts of one instant onto a frame, shape (height, width, 3), and give the result.
 
-    There is one value for each of `LABELS`. Marks outside the picture are left out.
+    There is one value for each label. Marks outside the picture are left out.
     """
     image = Image.fromarray(frame)
     draw = ImageDraw.Draw(image)

@@ -66,6 +66,23 @@ def plot_clearance(site: Site, log: RunLog, report: Report) -> Figure:
     return figure
 
 
+def plot_waste(site: Site, log: RunLog) -> Figure:
+    """Draw the waste removed, with its mass, and the push of the tool."""
+    figure, (volume, push) = panels(2, 1, 3.9)
+    volume.plot(log.time, 1e3 * log.removed, color=LINES[0])
+    volume.set_ylabel("waste removed, l")
+    density = site.tank.waste.density / 1e3  # kg/l
+    mass = volume.secondary_yaxis(
+        "right", functions=(lambda v: np.multiply(v, density), lambda m: np.divide(m, density))
+    )
+    mass.set_ylabel("kg")
+    push.plot(log.time, np.linalg.norm(log.tool_force, axis=1), color=LINES[1])
+    push.set_ylabel("push of the tool, N")
+    finish_axes(volume, site, log, named=True, abscissa=False)
+    finish_axes(push, site, log)
+    return figure
+
+
 def plot_reaction(site: Site, log: RunLog, wrench: Array) -> Figure:
     """Draw the history of a support's force and moment in frame G, shape (T, 6), N and N·m."""
     figure, (force, moment) = panels(2, 1, 3.9)

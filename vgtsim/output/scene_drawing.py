@@ -18,14 +18,14 @@ from vgtsim.errors import PostureError
 from vgtsim.geometry import tool_frame
 from vgtsim.output.colours import LIMIT, LINES, REST
 from vgtsim.output.figure import WIDTH, styled
-from vgtsim.output.truss_plot import draw_goals, draw_members, draw_tank_side, draw_tank_top, upright
+from vgtsim.output.tank_drawing import draw_rose, draw_tank_side, draw_tank_top
+from vgtsim.output.truss_plot import draw_goals, draw_members, upright
 from vgtsim.planning import Collision, tell_collisions
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
 _ABOVE = np.eye(3)[:2]
-_ROSE = np.radians(np.arange(0, 360, 30))
 _AXIS = 0.6  # m, length of a drawn axis of a tool frame
 _TOLD = 12  # collisions that are named in a picture
 
@@ -74,12 +74,7 @@ def _panels() -> tuple[Figure, Axes, Axes]:
 
 def _finish(side: Axes, top: Axes, tank: Tank, azimuth: float) -> None:
     """Titles, scales and the rose of azimuths."""
-    inner = tank.shell.inner_diameter / 2
-    for angle in _ROSE:
-        direction = np.array([np.cos(angle), np.sin(angle)])
-        top.plot(*np.outer(direction, [inner, 1.04 * inner]).tolist(), color=REST, linewidth=0.8)
-        name = f"{np.degrees(angle):.0f}°" + (" (+x)" if angle == 0 else "")
-        top.annotate(name, tuple(1.11 * inner * direction), ha="center", va="center", fontsize=7, color=REST)
+    draw_rose(top, tank)
     heading = "from above; azimuth from +x of the tank, counter-clockwise"
     top.set(xlabel="x, m", ylabel="y, m", title=heading, aspect="equal")
     degrees = np.degrees(azimuth) % 360

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from vgtsim.graphics import explain_no_picture, mujoco
 from vgtsim.kinematics import find_axis, trace_line
-from vgtsim.mjcf import build_model, names, tank
+from vgtsim.mjcf import build_model, build_spec, finish_model, lower_waste, names, tank
+from vgtsim.mjcf.pit import show_pit
 from vgtsim.output.replay import make_replay, pose_model, project
 from vgtsim.output.things import name_things
 from vgtsim.site import Site
@@ -37,7 +38,13 @@ _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 
 def compile_view(site: Site) -> mujoco.MjModel:
     """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
-    model = build_model(site)
+    if site.diggings is None:
+        model = build_model(site)
+    else:
+        spec = build_spec(site)
+        show_pit(spec, site.tank, site.diggings)
+        model = finish_model(spec, site)
+        lower_waste(model, site.diggings, site.diggings.start)
     model.mat(f"{names.TANK}/liner").rgba[:3] *= _DIM
     model.vis.headlight.ambient, model.vis.headlight.diffuse = [_AMBIENT] * 3, [_DIFFUSE] * 3
     model.light_diffuse[:] = _DIFFUSE
@@ -66,6 +73,8 @@ class Stage:
         boxes = self._model.geom_aabb[self._moving, None]
         self._corners = boxes[..., :3] + boxes[..., 3:] * _CORNERS
         self._grounds: dict[str, Picture] = {}
+        self._diggings = site.diggings
+        self._heights: Array | None = None
         points = [*(goal.position for goal in site.task.motion.goals), *name_things(site).values()]
         self._points = np.array(points).reshape(-1, 3)
         self._line, self._truss = site.task.conveyance, site.truss
@@ -78,12 +87,15 @@ class Stage:
             self.close()
             raise explain_no_picture(error) from None
 
-    def draw(self, camera: str, nodes: Array, axial: Array) -> Future[tuple[Picture, Array]]:
+    def draw(
+        self, camera: str, nodes: Array, axial: Array, heights: Array | None = None
+    ) -> Future[tuple[Picture, Array]]:
         """Draw nodes in frame G, shape (N, 3), m, members coloured by axial force, shape (M,), N.
 
-        The picture, shape (height, width, 3), comes with column and row of every goal and thing, see `project`.
+        Heights, shape (P,), m, are those of waste that is cut. The picture, shape (height, width, 3), comes with column and row
+        of every goal and thing, see `project`.
         """
-        return self._thread.submit(self._draw, camera, nodes, axial)
+        return self._thread.submit(self._draw, camera, nodes, axial, heights)
 
     def close(self) -> None:
         """End the thread and free the memory of the graphics."""
@@ -98,8 +110,9 @@ class Stage:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._close = lambda: (self._context.free(), context.free())[0]
 
-    def _draw(self, camera: str, nodes: Array, axial: Array) -> tuple[Picture, Array]:
+    def _draw(self, camera: str, nodes: Array, axial: Array, heights: Array | None) -> tuple[Picture, Array]:
         pose_model(self._replay, nodes, axial)
+        self._lower(heights)
         whole = (0, 0, *self._size)
         if self._model.body_weldid[self._model.cam(camera).bodyid].any():  # the camera moves, and all with it
             self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
@@ -117,6 +130,19 @@ class Stage:
         if left < right and top < bottom:
             picture[top:bottom, left:right] = self._take(box)
         return picture, places
+
+    def _lower(self, heights: Array | None) -> None:
+        """Show the waste as it is, where it has changed since the picture before."""
+        if (
+            heights is None
+            or self._diggings is None
+            or (self._heights is not None and (heights == self._heights).all())
+        ):
+            return
+        lower_waste(self._model, self._diggings, heights)
+        mujoco.mjr_uploadHField(self._model, self._context, self._model.hfield(names.PIT).id)
+        self._heights = heights
+        self._grounds.clear()
 
     def _look(self, camera: str, shown: mujoco.mjtCatBit) -> None:
         """Fill the scene with what a camera sees; those outside the tank see of its front half a ghost of the wall."""

@@ -14,10 +14,11 @@ from vgtsim.errors import DescriptionError
 from vgtsim.output.folders import naming_folder, prepare_folder
 from vgtsim.replacing import flush_to_disk, lock_folder, replacing
 
+PHASES = "phases"  # folder of those of a mission, each with the files of a run in a folder by its number
 LOG, JSON, HTML, PDF, VIDEO = "log", "report.json", "report.html", "report.pdf", "video.mp4"
 REPLAY = "replay.html"  # the run as a page to play
 UNFINISHED = "unfinished"  # folder within the folder of a run, in which a new run puts its results
-RESULTS = ("scene.xml", "scene.mjb", LOG, JSON, HTML, PDF, VIDEO, REPLAY)
+RESULTS = ("scene.xml", "scene.mjb", LOG, PHASES, JSON, HTML, PDF, VIDEO, REPLAY)
 _WHOLE = ".whole"  # lists the results of a finished run that are being moved
 
 
@@ -52,7 +53,17 @@ def find_results(folder: Path) -> Path:
     if (stage / _WHOLE).is_file():
         with naming_folder(folder), lock_folder(folder, "run"):
             _finish_move(folder)
-    return stage if (stage / LOG).is_dir() and not (folder / LOG).is_dir() else folder
+    return stage if _holds_log(stage) and not _holds_log(folder) else folder
+
+
+def list_runs(folder: Path) -> list[Path]:
+    """Folders of the phases that results have, in their order; the folder itself where the run is no mission in phases."""
+    found = [path for path in (folder / PHASES).glob("[0-9]*") if (path / LOG).is_dir()]
+    return sorted(found, key=lambda path: int(path.name)) or [folder]
+
+
+def _holds_log(folder: Path) -> bool:
+    return (folder / LOG).is_dir() or (folder / PHASES).is_dir()
 
 
 def _finish_move(folder: Path) -> None:

@@ -11,23 +11,18 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize, to_rgba_array
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description import Tank
-from vgtsim.geometry.profile import make_profile
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.output.colours import HOLD, REST, force_colours, scale_end
 from vgtsim.output.figure import WIDTH, save_figure
 from vgtsim.output.quantities import MINUS
+from vgtsim.output.tank_drawing import draw_rose, draw_tank_side, draw_tank_top
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report
 
 Array = NDArray[np.float64]
-
-_WASTE = "#a9803f"
-_SPACING = 0.05  # m between the points of the tank's outline
 
 
 def worst_instant(site: Site, log: RunLog, report: Report) -> tuple[int, int]:
@@ -45,13 +40,14 @@ def plot_truss(site: Site, log: RunLog, report: Report) -> Figure:
     record, worst = worst_instant(site, log, report)
     axial = log.axial(site.truss.ends)[record]
     nodes = log.nodes[record]
-    x, y, _ = log.tool_position[record]
+    x, y, _ = log.tool_position[record] - site.chain.mount[:3, 3]
     azimuth = float(np.arctan2(y, x))
     figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.05))
     tall, left, right = (figure.add_subplot(cell) for cell in (grid[0, :], grid[1, 0], grid[1, 1]))
     draw_tank_side(tall, site.tank, azimuth)
     draw_tank_top(left, site.tank)
+    draw_rose(left, site.tank)
     for axes, view in ((tall, upright(azimuth)), (left, np.eye(3)[:2])):
         draw_goals(axes, site, view)
         _draw_arm(axes, site, nodes, axial, view)
@@ -60,7 +56,7 @@ def plot_truss(site: Site, log: RunLog, report: Report) -> Figure:
     _draw_arm(right, site, nodes, axial, view, 1.7)
     _point_out(right, site, nodes, worst, view)
     tall.set(xlabel=f"along azimuth {np.degrees(azimuth):.0f}°, m", ylabel="z, m", title="side, in the tool's plane")
-    left.set(xlabel="x, m", ylabel="y, m", title="top")
+    left.set(xlabel="x, m", ylabel="y, m", title="top; azimuth from +x, counter-clockwise")
     right.margins(y=0.4)
     right.set(xlabel="m", ylabel="m", title="close up, turned to show most of the arm")
     bar = figure.colorbar(_scale(scale_end(axial)), ax=[tall, left, right], shrink=0.55, aspect=30, pad=0.015)
@@ -143,38 +139,3 @@ def draw_goals(axes: Axes, site: Site, view: Array) -> None:
 def _scale(end: float) -> ScalarMappable:
     colours = force_colours(np.linspace(-1, 1, 255), 1.0)
     return ScalarMappable(Normalize(-end / 1e3, end / 1e3), ListedColormap(list(colours)))
-
-
-def draw_tank_side(axes: Axes, tank: Tank, azimuth: float) -> None:
-    """Draw the tank cut by the vertical plane through its axis at an azimuth; equipment is projected onto it."""
-    profile = make_profile(tank.shell)
-    r, z = profile.points(_SPACING).T
-    bore, top, inner = tank.arm_riser.bore / 2, tank.grade, tank.shell.inner_diameter / 2
-    wet = z <= tank.waste.level
-    level = np.append(z[wet], tank.waste.level)
-    width = np.append(r[wet], np.interp(tank.waste.level, z, r))
-    axes.fill_betweenx(level, -width, width, color=_WASTE, alpha=0.45, linewidth=0)
-    outer = r >= bore
-    floor = ~outer & (z < tank.shell.crown / 2)
-    for side in (-1, 1):
-        axes.plot(side * r[floor], z[floor], color=REST)
-        axes.plot(side * r[outer], z[outer], color=REST, linewidth=1.4)
-        axes.plot([side * bore] * 2, [float(profile.ceiling_at(bore)), top], color=REST, linewidth=1.4)
-        axes.plot([side * bore, side * 1.15 * inner], [top, top], color=REST, linestyle=":")
-    axes.text(-inner, top + 0.1, "grade", color=REST, fontsize=7.5, va="bottom")
-    for item in tank.standing:
-        across = item.radius * np.cos(item.azimuth - azimuth)
-        crown = float(profile.ceiling_at(item.radius)) if item.top is None else item.top
-        corner, height = (across - item.diameter / 2, item.bottom), crown - item.bottom
-        axes.add_patch(Rectangle(corner, item.diameter, height, facecolor=REST, alpha=0.45, linewidth=0))
-
-
-def draw_tank_top(axes: Axes, tank: Tank) -> None:
-    """Draw the wall, the arm's riser and the equipment from above."""
-    axes.add_patch(Circle((0, 0), tank.shell.inner_diameter / 2, fill=False, edgecolor=REST, linewidth=1.4))
-    axes.add_patch(Circle((0, 0), tank.arm_riser.bore / 2, fill=False, edgecolor=REST, linestyle=":"))
-    for item in tank.standing:
-        place = item.radius * float(np.cos(item.azimuth)), item.radius * float(np.sin(item.azimuth))
-        axes.add_patch(Circle(place, max(item.diameter / 2, 0.08), facecolor=REST, alpha=0.7, linewidth=0))
-        name = item.name.replace("_", " ")
-        axes.annotate(name, place, (4, 4), textcoords="offset points", fontsize=7, color=REST)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vgtsim.description.judging import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.output.colours import scale_end
-from vgtsim.output.overlay import Mark, Overlay, draw_overlay, make_overlay
+from vgtsim.output.overlay import LABELS, Mark, Overlay, draw_overlay, make_overlay
 from vgtsim.output.readings import read_instant
 from vgtsim.output.replay import camera_at, frame_times, interpolate
 from vgtsim.output.stage import Picture, Stage, compile_view
@@ -53,41 +53,80 @@ def render_video(
         MissingLibraryError: There is no EGL or no encoder.
         OSError: The folder cannot be written, or the encoder stopped.
     """
-    video = site.task.video
+    render_takes([Take(site, log, report)], path, progress, cuts)
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """A part of a film, of one log; `begin` is when the log begins in the film's time, s."""
+
+    site: Site
+    log: RunLog
+    report: Report
+    begin: float = 0.0
+
+
+def render_takes(
+    takes: Sequence[Take],
+    path: str | Path,
+    progress: Callable[[int, int], None] | None = None,
+    cuts: tuple[Cut, ...] | None = None,
+) -> None:
+    """Film one take after the other to one file; see `render_video`."""
+    video = takes[0].site.task.video
     width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
-    times = frame_times(log, video.fps, video.speed)
-    frames = draw_frames(site, log, report, times, (width, height), cuts or video.cuts)
+    times = [frame_times(take.log, video.fps, video.speed) for take in takes]
+    count = sum(map(len, times))
+    shown = cuts or video.cuts
+
+    def draw() -> Generator[Picture, None, None]:
+        for take, when in zip(takes, times, strict=True):
+            yield from draw_frames(take.site, take.log, take.report, when, (width, height), shown, take.begin)
+
+    frames = draw()
     with closing(frames), replacing(path) as partial:
         first = next(frames)  # before the encoder starts: without EGL it would have nothing to do
         with _open_film(partial, width, height, video.fps) as add:
             for drawn, frame in enumerate(chain([first], frames), start=1):
                 add(frame)
                 if progress:
-                    progress(drawn, len(times))
+                    progress(drawn, count)
 
 
 @dataclass(frozen=True)
 class _Instant:
-    """What a frame shows: the record before it, the camera, nodes (N, 3), m, and axial forces (M,), N."""
+    """What a frame shows: the time, s, the record before it, the camera, nodes (N, 3), m, and axial forces (M,), N."""
 
     time: float
     record: int
     camera: str
     nodes: Array
     axial: Array
+    heights: Array | None = None
 
     def repeats(self, other: _Instant, end: float) -> bool:
         """Whether the picture of another instant is this one's too; the colour scale ends at this force, N."""
         still = np.abs(self.nodes - other.nodes).max() < _STILL
-        return self.camera == other.camera and still and np.abs(self.axial - other.axial).max() < _SHADE * end
+        pair = self.heights, other.heights
+        dug = pair[0] is not None and pair[1] is not None and bool((pair[0] != pair[1]).any())
+        return (
+            self.camera == other.camera and still and not dug and np.abs(self.axial - other.axial).max() < _SHADE * end
+        )
 
 
 def draw_frames(
-    site: Site, log: RunLog, report: Report, times: Array, size: tuple[int, int], cuts: tuple[Cut, ...]
+    site: Site,
+    log: RunLog,
+    report: Report,
+    times: Array,
+    size: tuple[int, int],
+    cuts: tuple[Cut, ...],
+    begin: float = 0.0,
 ) -> Generator[Picture, None, None]:
     """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_video`.
 
-    The cores share the work; the pictures do not depend on their number.
+    The film's time, which the cuts are of too, is that of the log and its `begin`, s. The cores share the work; the pictures
+    do not depend on their number.
 
     Raises:
         MissingLibraryError: There is no EGL.
@@ -96,9 +135,16 @@ def draw_frames(
     end = scale_end(axial)
     things = name_things(site)
     goals = [goal.name for goal in site.task.motion.goals]
-    overlay = make_overlay(*size, site.task.title, end, goals, things)
+    overlay = make_overlay(*size, site.task.title, end, goals, things, _list_labels(site))
     instants = (
-        _Instant(float(time), record, camera_at(cuts, float(time)), nodes, forces)
+        _Instant(
+            time=begin + float(time),
+            record=record,
+            camera=camera_at(cuts, begin + float(time)),
+            nodes=nodes,
+            axial=forces,
+            heights=log.bed[record] if log.bed.size else None,
+        )
         for time in times
         for record, nodes, forces in [interpolate(log, axial, float(time))]
     )
@@ -125,10 +171,10 @@ def _share(
     """Give the stages instants to draw, in turns; an instant that repeats the one drawn last shares its picture."""
     turns = cycle(stages)
     shown = next(instants)
-    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial)
+    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial, shown.heights)
     for now in chain([shown], instants):
         if not now.repeats(shown, end):
-            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial)
+            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial, now.heights)
         yield now, drawing
 
 
@@ -148,7 +194,21 @@ def _label(
     marks = tuple(Mark(text=name, column=x, row=y, active=name == sought) for name, (x, y) in named)
     speed = site.task.video.speed
     time = f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else "")
-    return draw_overlay(overlay, picture, (time, *read_instant(site, log, report, now.record, now.axial)), marks)
+    texts = (time, *read_instant(site, log, report, now.record, now.axial), *_tell_removed(site, log, now.record))
+    return draw_overlay(overlay, picture, texts, marks)
+
+
+def _list_labels(site: Site) -> tuple[str, ...]:
+    """Labels of the texts: that of the removed waste only where some is cut."""
+    return LABELS if site.diggings is None else (*LABELS, "waste removed")
+
+
+def _tell_removed(site: Site, log: RunLog, record: int) -> tuple[str, ...]:
+    """Removed waste in litres, and its mass; nothing where none is cut."""
+    if site.diggings is None:
+        return ()
+    volume = float(log.removed[record]) if log.removed.size else 0.0
+    return (f"{1e3 * volume:.1f} l, {volume * site.tank.waste.density:.0f} kg",)
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
@@ -20,7 +20,7 @@ if TYPE_CHECKING:  # plots, MuJoCo and the checks are loaded where a file needs 
     from vgtsim.runlog import RunLog
     from vgtsim.site import Site
     from vgtsim.stretch import LogSource
-    from vgtsim.verification import Report
+    from vgtsim.verification import PhaseRun, Report
 
 
 def write_outputs(
@@ -86,6 +86,27 @@ def write_report_json(report: Report, path: Path) -> None:
         partial.write_text(text + "\n", encoding="utf-8")
 
 
+def write_mission(
+    runs: Sequence[PhaseRun], report: Report, folder: Path, *, video: bool = False
+) -> MissingLibraryError | None:
+    """Write the report of a mission in phases, whose own reports are written already, and film all if asked for.
+
+    Give the reason why the film could not be made.
+    """
+    from vgtsim.output.html_report import describe_mission, write_page
+
+    missing = None
+    if video:
+        try:
+            film_phases(runs, folder)
+        except MissingLibraryError as error:
+            missing = error
+    with naming_folder(folder):
+        write_report_json(report, folder / JSON)
+        write_page(describe_mission(runs, report), folder / HTML)
+    return missing
+
+
 def film(site: Site, log: LogSource, report: Report, out_dir: str | Path, camera: str | None = None) -> Path:
     """Write `video.mp4`, with a progress bar on a terminal; one camera may take the place of the scene's cuts.
 
@@ -93,8 +114,21 @@ def film(site: Site, log: LogSource, report: Report, out_dir: str | Path, camera
         DescriptionError: The folder cannot be written, or there is no such camera.
         MissingLibraryError: There is no EGL or no encoder.
     """
-    from vgtsim.output.video import render_video
+    from vgtsim.verification import PhaseRun
+
+    return film_phases([PhaseRun(site, log, report)], out_dir, camera)
+
+
+def film_phases(runs: Sequence[PhaseRun], out_dir: str | Path, camera: str | None = None) -> Path:
+    """Write `video.mp4` of all phases of a mission; as `film`.
+
+    Raises:
+        DescriptionError: The folder cannot be written, or there is no such camera.
+        MissingLibraryError: There is no EGL or no encoder.
+    """
+    from vgtsim.output.video import Take, render_takes
     from vgtsim.stretch import thin
+    from vgtsim.verification import find_begins
 
     known = get_args(CameraName)
     if camera is not None and camera not in known:
@@ -102,7 +136,9 @@ def film(site: Site, log: LogSource, report: Report, out_dir: str | Path, camera
     cuts = None if camera is None else (Cut.model_validate({"camera": camera}),)
     path = prepare_folder(out_dir) / VIDEO
     with naming_folder(path.parent), _progress_bar() as advance:
-        render_video(site, thin(log), report, path, advance, cuts)
+        begins = zip(runs, find_begins(runs), strict=True)
+        takes = [Take(run.site, thin(run.log), run.report, begin) for run, begin in begins]
+        render_takes(takes, path, advance, cuts)
     return path
 
 

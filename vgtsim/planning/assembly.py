@@ -1,114 +1,80 @@
 """An arm assembled on site: where the headroom is less than the arm, it grows module by module while it goes in.
 
-A unit is an active module with the static sections below it. The part of the arm that is in the riser stands in a clamp on the
-riser's flange; the next unit is set on it; then mast and hoist lower all by the unit's length, and the clamp takes the new
-upper face. All that is above the rim is stowed, so what hangs below a unit is at every height of the whole arm's way in as it
-is with the units above it: the way is planned once, for the whole arm.
+A unit is an active module with the static sections below it. The part of the arm that is in the riser stands in the tank's
+clamp over the riser's flange; the next unit is set on it; then mast and hoist lower all by the unit's length, and the clamp
+takes the new upper face. All that is above the rim is stowed, so what hangs below a unit is at every height of the whole arm's
+way in as it is with the units above it: the way is planned once, for the whole arm.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import Manipulator
-from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.kinematics.planar_arm import PlanarArm
-from vgtsim.planning.insertion import Insertion
+from vgtsim.planning.checks import check_riser
+from vgtsim.planning.entry_checks import check_mouth, require_feed
+from vgtsim.planning.insertion import GRID, Insertion
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
-CLAMP = 0.3  # m of the standing face above the riser's flange: room for a clamp's jaws and its bolts
-HOOK = 0.5  # m of hook and sling above a unit that is set on
-
-
-@dataclass(frozen=True, eq=False)
-class AssemblyStage:
-    """A part of the arm and its part of the way in.
-
-    Attributes:
-        units: Units of the whole arm, from its tool, that are there.
-        chain: Of that part; its mount is at the upper face of its uppermost unit at the end of the stage.
-        columns: Of the whole arm's inputs, those of the part.
-        begin: Height of that face at the beginning, m; `end` at the end. The whole arm's feed is the height less `drop`.
-        drop: Height of the face when the whole arm is at its working depth and stowed, m.
-    """
-
-    units: int
-    chain: Chain
-    columns: NDArray[np.intp]
-    begin: float
-    end: float
-    drop: float
-
-    def inputs(self, way: Insertion, height: Array) -> Array:
-        """Inputs of the part with its upper face at heights, shape (W,), m: shape (W, n)."""
-        first, last = (float(way.feed(place)) for place in (0.0, 1.0))
-        place = np.clip((np.asarray(height) - self.drop - first) / (last - first), 0.0, 1.0)
-        return way.spline(place)[..., self.columns]
-
-
-def cut_arm(arm: Manipulator, first: int) -> Manipulator:
-    """The part of an arm from a module on to its tool, which hangs by the base of that module."""
-    modules = arm.modules[first:]
-    return arm.model_copy(update={"name": f"{arm.name}_from_{modules[0].name}", "modules": modules})
-
 
 def unit_lengths(planar: PlanarArm) -> Array:
-    """Length of each unit of the stowed arm, from the mast to the tool, shape (A,), m; without the tool's offset."""
+    """Length of each unit of the stowed arm, from the mast to the tool, shape (A,), m; the tool's offset belongs to the last."""
     lengths = planar.stowed + planar.static[1:]
     lengths[0] += planar.static[0]
+    lengths[-1] += planar.tool_offset
     return lengths
 
 
-def needed_headroom(site: Site) -> float:
-    """Free height over the soil that the longest unit needs to be set on, m."""
-    planar = PlanarArm(site.chain, 0.0)
-    tool = planar.tool_offset * (np.arange(len(planar.stowed)) == len(planar.stowed) - 1)
-    return site.tank.arm_riser.above_grade + CLAMP + float(np.max(unit_lengths(planar) + tool)) + HOOK
-
-
-def check_headroom(site: Site) -> None:
-    """Refuse a tank whose headroom is below one unit of the arm.
+def check_assembly_room(site: Site) -> None:
+    """Refuse a tank in which the longest unit of an arm cannot be set on the part below it.
 
     Raises:
-        DescriptionError: By how much it is short.
+        DescriptionError: There is no hoist; a unit does not pass the riser; something stands below its mouth; the waste is above
+            the pivot; or stroke or headroom are too small for a unit: by how much.
     """
-    free, needed = site.tank.headroom, needed_headroom(site)
-    if free is not None and free < needed:
-        found = (
-            f"{free:.4g} m, {needed - free:.3g} m less than the longest module of {site.arm.name} needs above the riser"
-        )
-        raise site.scene.error("tank.headroom", found, f"at least {needed:.4g} m")
+    scene, tank, feed = site.scene, site.tank, require_feed(site)
+    check_riser(site)
+    check_mouth(site)
+    longest = float(unit_lengths(PlanarArm(site.chain, 0.0)).max())
+    top = tank.clamp_height + longest
+    lift, needed = top - scene.pivot_height, top + site.mast.length - tank.grade
+    what = f"the longest module of {site.arm.name}, {longest:.4g} m, needs above the clamp"
+    if feed.stroke < lift:
+        found = f"{feed.stroke:.4g} m, {lift - feed.stroke:.3g} m less than {what}"
+        raise scene.error("mast.feed.stroke", found, f"at least {lift:.5g} m")
+    if tank.headroom is not None and tank.headroom < needed:
+        found = f"{tank.headroom:.4g} m, {needed - tank.headroom:.3g} m less than {what} with the mast on it"
+        raise scene.error("tank.headroom", found, f"at least {needed:.5g} m")
 
 
-def plan_assembly(site: Site, way: Insertion) -> tuple[AssemblyStage, ...]:
-    """Cut the way in of a whole arm into stages, one for each unit, from the tool's to the mast's.
+def cut_way(site: Site, way: Insertion) -> tuple[Insertion, ...]:
+    """Cut the way in of a whole arm into those of its parts, one for each unit, from the tool's to the mast's.
 
-    Each stage begins with its unit set on the standing part, its upper face a unit above the clamp, and ends with that face in
-    the clamp; the last ends with the way.
-
-    Raises:
-        DescriptionError: The headroom is below one unit.
+    Each begins with its unit set on the standing part, its upper face a unit above the clamp, and ends with that face in the
+    clamp; the last ends with the way. The feed of a part is that of its own upper face. The distances are those of the whole
+    arm's way, which are no greater.
     """
-    check_headroom(site)
-    planar, layout = PlanarArm(site.chain, way.azimuth), site.chain.layout
-    clamp = site.tank.grade + site.tank.arm_riser.above_grade + CLAMP
-    lengths, pivot, count = unit_lengths(planar), site.scene.pivot_height, len(layout.names)
-    stages = []
+    from scipy.interpolate import make_interp_spline  # slow to load
+
+    planar, owner = PlanarArm(site.chain, way.azimuth), site.chain.layout.owner
+    clamp = site.tank.clamp_height - site.scene.pivot_height
+    lengths, count = unit_lengths(planar), len(site.chain.layout.names)
+    first, last = (float(way.feed(place)) for place in (0.0, 1.0))
+    ways = []
     for a in range(count - 1, -1, -1):
-        first = 0 if a == 0 else int(layout.modules[a])
-        end = clamp if a else pivot + float(way.feed(1.0))
-        stage = AssemblyStage(
-            units=count - a,
-            chain=Chain(cut_arm(site.arm, first), hanging_mount(end)),
-            columns=np.flatnonzero(layout.owner >= a),
-            begin=clamp + float(lengths[a]) + (planar.tool_offset if a == count - 1 else 0.0),
-            end=end,
-            drop=pivot - (float(planar.tops[a]) if a else 0.0),
+        begin, end, sunk = clamp + float(lengths[a]), clamp if a else last, float(planar.tops[a]) if a else 0.0
+        places = np.linspace(0.0, 1.0, int(np.ceil((begin - end) / GRID)) + 1)
+        feeds = begin + (end - begin) * places
+        whole = np.clip((feeds + sunk - first) / (last - first), 0.0, 1.0)  # a way's feed is even in its parameter
+        part = replace(
+            way,
+            spline=make_interp_spline(places, way.spline(whole)[:, owner >= a], k=5),
+            feed=make_interp_spline(places, feeds, k=5),
         )
-        stages.append(stage)
-    return tuple(stages)
+        ways.append(part)
+    return tuple(ways)

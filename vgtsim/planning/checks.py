@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.description.mission import begins_inside
 from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
-from vgtsim.geometry import enclosure_distance, segment_distance
+from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.planning.collisions import list_collisions, tell_collisions
@@ -74,6 +75,8 @@ def check_assembly(site: Site) -> None:
 
 def _check_start(site: Site) -> None:
     scene, chain, motion = site.scene, site.chain, site.task.motion
+    if site.task.mission and not begins_inside(site.task.mission):  # it begins above the riser
+        return
     q, box = site.start, site.box
     owner, names = chain.layout.owner, chain.layout.names
     for a, name in enumerate(names):
@@ -119,18 +122,23 @@ def _check_coupling(site: Site) -> None:
 
 
 def _find_goal_faults(site: Site) -> Iterator[VgtError]:
-    """The ball of the payload at each goal must keep the planned clearance from everything that stands."""
+    """The ball of the payload at each goal must keep the planned clearance from everything that stands.
+
+    In a mission these are the goals that it moves to.
+    """
     scene, around = site.scene, site.surroundings
     radius, wanted = scene.task.payload.radius, scene.task.motion.clearance
     places = around.obstacles
+    sought = {stage.name for stage in scene.task.stages}
     for index, goal in enumerate(scene.task.motion.goals):
+        if goal.name not in sought:
+            continue
         point = np.array(goal.position)
         gaps = {"the tank's shell": float(enclosure_distance(scene.tank, around.profile, point)[0])}
         gaps["the waste"] = float(
             point[2] - places.waste_level if places.bed is None else places.bed.distance(point)[0]
         )
-        for name, axis, thick in zip(places.names, places.axes, places.radii, strict=True):
-            gaps[name] = float(segment_distance(point, point, axis[0], axis[1])[0] - thick)
+        gaps |= zip(places.names, places.distances(point, point).tolist(), strict=True)
         place = min(gaps, key=lambda name: gaps[name])
         if gaps[place] < radius + wanted:
             side = "inside" if gaps[place] < 0 else f"{gaps[place]:.3f} m from"

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.geometry import enclosure_distance, segment_distance
+from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import azimuth
 from vgtsim.kinematics.planar_arm import PlanarArm
 from vgtsim.planning.directrix import LeadCurve, make_directrix
@@ -68,7 +68,7 @@ def propose_directrices(site: Site, last: float = 0.0) -> Iterator[tuple[LeadCur
     planar = PlanarArm(chain, start)
     stowed = chain.lengths(chain.stowed)
     radius = least_radius(planar, np.minimum(site.box.least, stowed), np.maximum(site.box.greatest, stowed))
-    rim = around.profile.rim(site.tank.arm_riser.bore / 2)
+    rim = around.profile.rim(site.tank.arm_riser.bore / 2, site.tank.arm_riser.radius)
     opening = make_opening(planar, site.scene.pivot_height, 0.0)
     pitch = float(np.max(np.diff(opening, append=opening[-1] + planar.stowed[-1])))
     feet = rim - 0.1 - pitch + _RISE
@@ -113,7 +113,6 @@ def _room(site: Site, curve: LeadCurve, towards: float, reach: float, straight: 
         enclosure_distance(site.tank, around.profile, points)[0].min(),
         points[:, 2].min() - around.obstacles.waste_level,
     ]
-    for axis, thick in zip(around.obstacles.axes, around.obstacles.radii, strict=True):
-        gaps.append(float(segment_distance(points[:-1], points[1:], axis[0], axis[1])[0].min()) - thick)
+    gaps += around.obstacles.distances(points[:-1], points[1:]).tolist()
     leave = abs(float(curve.offsets(np.array([0.0, straight]))[0]))
     return float(min(gaps)) - half - _BACK * leave

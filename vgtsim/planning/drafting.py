@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import cos, hypot, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,6 @@ import numpy as np
 from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description import Catalogue, Goal, LoadCase, Manipulator, Payload, Tank
 from vgtsim.errors import DescriptionError, PathError, ReachError
-from vgtsim.geometry import segment_distance
 from vgtsim.kinematics import Chain, check_strokes, hanging_mount
 from vgtsim.planning.checks import RISER_SPARE, find_faults, riser_fit
 from vgtsim.planning.design import passing_sizes, sample_postures
@@ -21,6 +20,7 @@ from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning.restarts import make_postures
 from vgtsim.site import Site
 from vgtsim.statics import Demand, Sizing, size_arm
+from vgtsim.units import to_si
 
 _INCH = 0.0254
 _HUB = (
@@ -173,10 +173,22 @@ def list_goals(tank: Tank, pivot: float, reach: float) -> list[dict[str, Any]]:
             radius = f"{min((0.6 if low else 0.75) * inner, (0.8 if low else 1.0) * most):.1f} m"
             at = {"place": "waste", "azimuth": azimuth, "radius": radius, "height": f"{over:.1f} m"}
         tables.append({"name": f"{at['place']}_{turn}", "at": at})
-    for k, item in enumerate(tank.standing[:_BESIDE]):
+    for k, item in enumerate(tank.things[:_BESIDE]):
         at = {"place": item.name, "height": f"{0.4 * top:.1f} m", "distance": "0.8 m"}
         tables.insert(3 * k + 2, {"name": f"beside_{item.name}", "at": at})
-    return tables
+    return [table for table in tables if _away(tank, table["at"]) < most] if tank.arm_riser.radius else tables
+
+
+def _away(tank: Tank, at: dict[str, Any]) -> float:
+    """About how far a place is from the axis of the arm's riser, m."""
+    things = {item.name: item for item in tank.things}
+    if at["place"] in things:
+        radius, azimuth = things[at["place"]].radius, things[at["place"]].azimuth
+    else:
+        azimuth = to_si(at["azimuth"], "rad")
+        radius = to_si(at["radius"], "m") if "radius" in at else tank.shell.inner_diameter / 2
+    x, y = tank.arm_riser.place
+    return hypot(radius * cos(azimuth) - x, radius * sin(azimuth) - y)
 
 
 def sample_goals(site: Site) -> list[dict[str, Any]]:
@@ -248,5 +260,4 @@ def _has_room(site: Site, goal: Goal) -> bool:
     thick = site.arm.face_side / sqrt(3.0) + site.arm.hub.radius + site.clearance
     point = np.array(goal.position)
     back = point - tail * np.array(goal.direction)
-    gaps = segment_distance(point, back, around.axes[:, 0], around.axes[:, 1])[0] - around.radii
-    return bool(np.all(gaps > thick))
+    return bool(np.all(around.distances(point, back) > thick))

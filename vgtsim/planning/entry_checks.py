@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vgtsim.description import Feed
+from vgtsim.description import Feed, Tank
 from vgtsim.kinematics.planar_arm import PlanarArm
 from vgtsim.planning.checks import check_riser
 from vgtsim.site import Site
@@ -47,11 +47,9 @@ def check_entry(site: Site) -> None:
         short = f"{feed.stroke:.4g} m, {first - feed.stroke:.3g} m less than lifts the arm's tool out of the riser"
         raise scene.error("mast.feed.stroke", short, f"at least {first:.5g} m, or an arm that is assembled on site")
     if tank.headroom is not None:
-        needed = scene.pivot_height + first - tank.grade
+        needed = scene.pivot_height + first + site.mast.length - tank.grade
         if tank.headroom < needed:
-            short = (
-                f"{tank.headroom:.4g} m, {needed - tank.headroom:.3g} m less than the stowed arm above the riser needs"
-            )
+            short = f"{tank.headroom:.4g} m, {needed - tank.headroom:.3g} m less than arm and mast above the riser need"
             raise scene.error("tank.headroom", short, f"at least {needed:.5g} m, or an arm that is assembled on site")
 
 
@@ -62,14 +60,22 @@ def check_mouth(site: Site) -> None:
         DescriptionError: With the equipment and how far it is in the way, or with the level and the pivot.
     """
     scene, tank = site.scene, site.tank
-    bore = tank.arm_riser.bore / 2
-    for index, item in enumerate(tank.equipment):
-        beside = item.radius - item.diameter / 2 - bore
-        if beside < 0:
-            found = f"{item.name}, {-beside:.3f} m inside the cylinder below the mouth of {tank.arm_riser.name}"
-            allowed = f"an axis at least {item.radius - beside:.4g} m from the riser's: the arm comes down there"
-            raise scene.error(f"tank.equipment.{index}", found, allowed)
+    riser, around = tank.arm_riser, site.surroundings.obstacles
+    column = [*riser.place, tank.waste.level], [*riser.place, site.surroundings.profile.crown]
+    for name, gap in zip(around.names, around.distances(*column).tolist(), strict=True):
+        inside = riser.bore / 2 - gap
+        if inside > 0:
+            found = f"{name}, {inside:.3f} m inside the cylinder below the mouth of {riser.name}"
+            allowed = f"{inside:.4g} m farther from the riser's axis: the arm comes down there"
+            raise scene.error(_find_key(tank, name), found, allowed)
     level, pivot = tank.waste.level, scene.pivot_height
     if level >= pivot:
         found = f"{level:.4g} m, {level - pivot:.3g} m above the arm's pivot at z = {pivot:.4g} m"
         raise scene.error("tank.waste.level", found, f"below {pivot:.4g} m: the arm works below its pivot")
+
+
+def _find_key(tank: Tank, name: str) -> str:
+    """Key of the table that a named thing stands in."""
+    tables = {"equipment": tank.equipment, "boxes": tank.boxes, "meshes": tank.meshes}
+    places = [(f"tank.{key}.{k}", entry) for key, entries in tables.items() for k, entry in enumerate(entries)]
+    return next(place for place, entry in places if name in [single.name for single in entry.ring])

@@ -44,7 +44,7 @@ BORE = (
 FOLLOWED = 1.3  # deviation from the directrix over the least that a posture can have, which a way is held to
 
 _CURVES = 10  # directrices that are tried: about four seconds each
-_GRID = 0.025  # m of feed between the places that the splines of a way go through: fourteen in a knot
+GRID = 0.025  # m of feed between the places that the splines of a way go through: fourteen in a knot
 _STRAINED = 5  # every so many of the judged postures is held against the ratings: a decimetre apart
 _OPENING = 1e-3  # m that an opening module may use beyond its stowed lengths, which have less than the usual margin
 _LEAST_AIM = 1e-3  # m: a curve that is straight asks for no less
@@ -135,7 +135,7 @@ def make_guide(site: Site, directrix: LeadCurve, azimuth: float, last: float = 0
         DescriptionError: The arm does not stay in a plane.
     """
     planar = PlanarArm(site.chain, azimuth)
-    rim = site.surroundings.profile.rim(site.tank.arm_riser.bore / 2)
+    rim = site.surroundings.profile.rim(site.tank.arm_riser.bore / 2, site.tank.arm_riser.radius)
     stowed = site.chain.lengths(site.chain.stowed)
     return Follower(
         planar=planar,
@@ -209,7 +209,7 @@ def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Inse
     from scipy.interpolate import make_interp_spline  # slow to load, and only a way in needs it
 
     planar, first = guide.planar, start_feed(site, guide.planar)
-    spread = np.linspace(0.0, 1.0, int(np.ceil((first - guide.last) / _GRID)) + 1)
+    spread = np.linspace(0.0, 1.0, int(np.ceil((first - guide.last) / GRID)) + 1)
     heights = first + (guide.last - first) * spread
     spline = make_interp_spline(spread, planar.inputs(*shapes(heights)), k=5)
     feed = make_interp_spline(spread, heights, k=5)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import Goal, RasterPiece, ToolPath
+from vgtsim.description import Goal, RasterPiece, ToolPath, begins_anew, list_phases
 from vgtsim.description.mission import (
+    AddStep,
     CutStep,
     FollowStep,
     HoldStep,
@@ -20,9 +21,11 @@ from vgtsim.description.mission import (
     begins_inside,
 )
 from vgtsim.errors import PathError
+from vgtsim.planning.assembly import check_assembly_room, cut_way
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.cutting import check_cuts, foresee_waste, plan_cut
+from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import check_entry
 from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
@@ -42,6 +45,7 @@ Array = NDArray[np.float64]
 
 _LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured
+_ROUNDING = 1e-9  # m of the feed at the end of a way
 _SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would let them jump
 
 Rows = Callable[[float], tuple[Array, Array | None, Array | None]]
@@ -65,10 +69,11 @@ class _Piece:
 
 @dataclass
 class _Plan:
-    """What is planned so far: where the arm is, inside or above the riser, and the pieces of each leg."""
+    """What is planned so far: where the arm is, with the mast at a feed, m, and the pieces of each leg."""
 
     site: Site
     here: Array
+    height: float = 0.0
     way: Insertion | None = None
     pieces: list[list[_Piece]] = field(default_factory=list)
     ends: list[Array] = field(default_factory=list)
@@ -103,9 +108,8 @@ class _Plan:
 
     def _take(self, step: MissionStep) -> list[_Piece]:
         goals = {goal.name: goal for goal in self.site.task.motion.goals}
-        if isinstance(step, InsertStep):
+        if isinstance(step, InsertStep | AddStep):
             self.way = self.way or plan_insertion(self.site)
-            self.here = self.way.ends[1]
             return [self._feed(self.way)]
         if isinstance(step, MoveStep):
             return self._go(pose_at(self.site, goals[step.goal], self.here, self.keep), step.goal)
@@ -114,17 +118,30 @@ class _Plan:
         if isinstance(step, CutStep):
             return self._cut(step)
         if isinstance(step, HoldStep):
-            gap, place = self.site.surroundings.least(self.here)
-            length = self.site.chain.lengths(self.here)
-            return [
-                _Piece(gap, place, lambda dt: (np.tile(length, (max(2, round(step.time / dt) + 1), 1)), None, None))
-            ]
+            return [self._stand(step.time)]
         assert self.way is not None  # the order of the steps is that of the description
-        pieces = self._go(self.way.ends[1], "the way out")
-        self.here = self.way.ends[0]
+        there = self.height or np.array_equal(self.here, self.way.ends[1])
+        pieces = [] if there else self._go(self.way.ends[1], "the way out")
         return [*pieces, self._feed(self.way.reverse())]
 
+    def _stand(self, time: float) -> _Piece:
+        length, height = self.site.chain.lengths(self.here), self.height
+        if height:
+            gaps = Entry(self.site).gaps(self.here[None], np.array([height])).least()
+            place = min(gaps, key=lambda name: gaps[name])
+            gap = gaps[place]
+        else:
+            gap, place = self.site.surroundings.least(self.here)
+
+        def rows(timestep: float) -> tuple[Array, Array | None, None]:
+            count = max(2, round(time / timestep) + 1)
+            return np.tile(length, (count, 1)), np.full(count, height) if height else None, None
+
+        return _Piece(gap, place, rows)
+
     def _feed(self, way: Insertion) -> _Piece:
+        height = float(way.feed(1.0))
+        self.here, self.height = way.ends[1], height if abs(height) > _ROUNDING else 0.0
         place = min(way.gaps, key=lambda name: way.gaps[name])
         piece = self._run(way.gaps[place], place, time_way(self.site, way))
         return replace(piece, leader=make_leader(self.site, way))
@@ -143,7 +160,7 @@ class _Plan:
         motion = self.site.task.motion
         position, direction = self.site.chain.tool(self.here)
         path = ToolPath(
-            name="the raster",
+            name="raster",
             start=tuple(position.tolist()),
             direction=tuple(direction.tolist()),
             tolerance=step.tolerance,
@@ -208,8 +225,10 @@ class _Plan:
         return run, _Piece(float(gaps[worst]), places[worst], rows)
 
 
-def plan_mission(site: Site) -> Tour:
+def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
     """Plan the mission of a scene, a leg for each step; the same scene gives the same legs, bit for bit.
+
+    A way in that is known is taken; on one of a part of the arm, the steps may begin with that part in the clamp.
 
     Raises:
         DescriptionError: The scene cannot work, see `check_site`, or the arm cannot come through the riser, see `check_entry`.
@@ -217,18 +236,23 @@ def plan_mission(site: Site) -> Tour:
         ReachError: A goal cannot be met.
         FollowError: The posture would jump on a path.
     """
+    steps = site.task.mission
     check_site(site)
-    inside = begins_inside(site.task.mission)
-    if not inside:
+    if way is not None:
+        begun = int(isinstance(next(iter(steps)), HoldStep))
+        plan = _Plan(site, way.ends[begun], float(way.feed(float(begun))), way)
+    elif begins_inside(steps):
+        plan = _Plan(site, site.start)
+    else:
         check_entry(site)
+        plan = _Plan(site, site.chain.stowed)
     check_cuts(site)
-    start = site.start if inside else site.chain.stowed
-    plan = _Plan(site, start)
-    for step in site.task.mission:
+    start = np.array(plan.here)
+    for step in steps:
         plan.add(step)
     timed = [(piece.timed, piece.clearance) for leg in plan.pieces for piece in leg if piece.timed is not None]
-    for way, _ in timed:
-        check_passage(site, way.inputs(_LOOKED))
+    for path, _ in timed:
+        check_passage(site, path.inputs(_LOOKED))
     bounds = find_bounds(site, timed)
     timestep = choose_step(site, bounds)
     legs = []
@@ -247,7 +271,7 @@ def plan_mission(site: Site) -> Tour:
             leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
-    return Tour(np.array(start), tuple(legs), timestep, bounds)
+    return Tour(start, tuple(legs), timestep, bounds)
 
 
 def _join(parts: list[tuple[Array, Array | None, Array | None]]) -> tuple[Array, Array | None, Array | None]:
@@ -274,5 +298,44 @@ def _chain(parts: Sequence[Array]) -> Array:
 
 
 def plan_site(site: Site) -> Tour:
-    """Plan what a scene asks for: its mission, or the tour of its goals; see `plan_mission` and `plan_tour`."""
-    return plan_mission(site) if site.task.mission else plan_tour(site)
+    """Plan what a scene asks for: its mission, or the tour of its goals; see `plan_mission` and `plan_tour`.
+
+    Raises:
+        DescriptionError: The mission is one in phases, see `plan_phases`, or another reason of those two.
+    """
+    if not site.task.mission:
+        return plan_tour(site)
+    phases = list_phases(site.scene)
+    if site.scene not in phases:
+        found = f"a mission in {len(phases)} phases, as the arm does not keep its length"
+        raise site.scene.error("mission", found, "a plan for each: vgtsim.planning.plan_phases")
+    return plan_mission(site)
+
+
+def plan_phases(sites: Sequence[Site]) -> tuple[Tour, ...]:
+    """Plan all phases of a mission, see `list_phases`: a tour for each, of which the next begins as the one before ended.
+
+    An arm that grows in the riser has one way in, that of its longest phase.
+
+    Raises:
+        DescriptionError: As in `plan_mission` and `check_assembly_room`; `PathError`, `ReachError`, `FollowError` likewise.
+    """
+    if len(sites) == 1 and sites[0].task.phase is None:
+        return (plan_site(sites[0]),)
+    campaigns: list[list[Site]] = []
+    for site in sites:
+        if begins_anew(site.scene) or not campaigns:
+            campaigns.append([])
+        campaigns[-1].append(site)
+    return tuple(tour for campaign in campaigns for tour in _plan_campaign(campaign))
+
+
+def _plan_campaign(sites: Sequence[Site]) -> list[Tour]:
+    """Tours of the phases between two instants at which nothing is in the tank."""
+    if not any(isinstance(step, AddStep) for site in sites for step in site.task.mission):
+        return [plan_mission(site) for site in sites]
+    longest = max(sites, key=lambda site: len(site.arm.active))
+    check_site(longest)
+    check_assembly_room(longest)
+    ways = cut_way(longest, plan_insertion(longest))
+    return [plan_mission(site, ways[len(site.arm.active) - 1]) for site in sites]

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError, PathError
-from vgtsim.kinematics import Chain, azimuth, bend_all, swing
+from vgtsim.geometry.gaps import PILLAR
+from vgtsim.kinematics import Chain, State, azimuth, bend_all, swing
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.curve import Curve, make_curve
 from vgtsim.planning.sampling import Ground, can_search
@@ -25,6 +26,9 @@ Array = NDArray[np.float64]
 _WAYPOINTS = 40  # of a way, ends included
 _SAMPLES = 6  # configurations for each way-point at which a smoothed path is judged
 _STRIDE, _MOST_WAYPOINTS = 0.4, 120  # m of some point of the arm between way-points of a searched way, and most of them
+_SPARSE = 4  # samples of a path that is no good, of which one is measured: the message needs no more
+_SUNK, _GLANCES = 0.25, 20  # m inside equipment, two thirds of the way to its axis or more; way-points looked at for it
+_TOLD = 10  # steps of smoothing of a guess that serves a message alone
 _SWING = np.radians(5.0)  # below this the swing is the straight line
 # Bends of a shape that is clear of floor, wall and dome, degrees; each module bends less where an arm has more modules.
 _TUCKED = (20.0, 35.0, 35.0, 20.0, 0.0)
@@ -63,16 +67,23 @@ def plan_path(
     """
     wanted = corridor.clearance
     first, last = np.asarray(first, float), np.asarray(last, float)
-    failed: list[Path] = []
+    failed: list[_Rough] = []
+    blocked: list[Array] = []
     found = carousel or Carousel(Ground(corridor))
-    for group in itertools.chain(_guesses(corridor, first, last), _searches(corridor, first, last, found)):
+    guesses, searches = _guesses(corridor, first, last, blocked), _searches(corridor, first, last, found)
+    for group in itertools.chain(guesses, searches):
         rough = [item for item in (_curve(corridor, way) for way in group) if item is not None]
-        for curve, samples, length in sorted(rough, key=lambda item: _travel(item[2])):
-            path = _judge(corridor, curve, samples, length)
-            if path.clearance >= wanted and path.spare > 0:
-                return path
-            failed.append(path)
-    best = max(failed, key=lambda path: min(path.clearance, path.spare), default=None)
+        for item in sorted(rough, key=lambda item: _travel(item.state.lengths)):
+            if _may_do(corridor, item):
+                path = _judge(corridor, item)
+                if path.clearance >= wanted and path.spare > 0:
+                    return path
+            failed.append(item)
+    if not failed:  # searches found nothing at all: how near the guesses come tells what is in the way
+        tried = (_curve(corridor, smooth(corridor, way, _TOLD)) for way in blocked)
+        failed = [item for item in tried if item is not None]
+    paths = (_judge(corridor, item, _SPARSE) for item in failed)
+    best = max(paths, key=lambda path: min(path.clearance, path.spare), default=None)
     if best is None:
         raise PathError(leg, -np.inf, "a module that does not assemble")
     if best.clearance >= wanted:
@@ -80,10 +91,20 @@ def plan_path(
     raise PathError(leg, best.clearance, best.place)
 
 
-def _guesses(corridor: Corridor, first: Array, last: Array) -> Iterator[list[Array]]:
-    """First guesses, smoothed."""
+def _guesses(corridor: Corridor, first: Array, last: Array, blocked: list[Array]) -> Iterator[list[Array]]:
+    """First guesses, smoothed; where searches can follow, those that lead right through equipment are put among the blocked."""
+    searches = can_search() and corridor.space.whole
     for group in _candidates(corridor.box.chain, first, last):
-        yield [smooth(corridor, way) for item in group if (way := assemblable(corridor, item)) is not None]
+        ways = [way for item in group if (way := assemblable(corridor, item)) is not None]
+        through = [searches and _leads_through(corridor, way) for way in ways]
+        blocked += [way for way, shut in zip(ways, through, strict=True) if shut]
+        yield [smooth(corridor, way) for way, shut in zip(ways, through, strict=True) if not shut]
+
+
+def _leads_through(corridor: Corridor, way: Array) -> bool:
+    """Whether a member of a way-point is so deep in equipment or mast that smoothing would have to change its side."""
+    rows = corridor.surroundings.rows(way[:: max(1, len(way) // _GLANCES)], -_SUNK, slopes=False)
+    return bool(np.any(rows.bodies[:, 0] == PILLAR))
 
 
 def _searches(corridor: Corridor, first: Array, last: Array, carousel: Carousel) -> Iterator[list[Array]]:
@@ -129,24 +150,39 @@ def _candidates(chain: Chain, first: Array, last: Array) -> Iterator[list[Array]
     yield ways
 
 
-def _curve(corridor: Corridor, way: Array) -> tuple[BSpline | Curve, Array, Array] | None:
-    """Curve through a way, its samples and their actuator lengths; None when one does not assemble."""
+@dataclass(frozen=True)
+class _Rough:
+    """A curve that is not judged yet, and its samples, which assemble."""
+
+    curve: BSpline | Curve
+    state: State
+
+
+def _curve(corridor: Corridor, way: Array) -> _Rough | None:
+    """Curve through a way with its samples; None when one does not assemble."""
     try:
         curve = make_curve(corridor.space, way)
         samples = curve(np.linspace(0.0, 1.0, _SAMPLES * len(way) + 1))
     except AssemblyError:
         return None
     state = corridor.box.chain.state(samples)
-    return (curve, samples, state.lengths) if np.all(state.assembles) else None
+    return _Rough(curve, state) if np.all(state.assembles) else None
 
 
 def _travel(length: Array) -> float:
     return float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=1)))
 
 
-def _judge(corridor: Corridor, curve: BSpline | Curve, samples: Array, length: Array) -> Path:
-    """Least clearance and spare stroke of a sampled path."""
-    clearance, places = corridor.surroundings.clearance(samples)
-    worst = int(np.argmin(clearance))
-    spare = float(np.min(corridor.box.spare(length)))
-    return Path(curve, float(clearance[worst]), places[worst], spare, _travel(length))
+def _may_do(corridor: Corridor, rough: _Rough) -> bool:
+    """Whether a quick look finds no fault; it measures less than `_judge`, and as far as the first fault only."""
+    if np.min(corridor.box.spare(rough.state.lengths)) <= 0:
+        return False
+    return bool(corridor.surroundings.clear(rough.state, corridor.clearance, True).all())
+
+
+def _judge(corridor: Corridor, rough: _Rough, stride: int = 1) -> Path:
+    """Least clearance and spare stroke of a sampled path; a stride leaves samples out."""
+    clearance, places = corridor.surroundings.clearance(rough.state.q[::stride], True)
+    worst, lengths = int(np.argmin(clearance)), rough.state.lengths
+    spare = float(np.min(corridor.box.spare(lengths)))
+    return Path(rough.curve, float(clearance[worst]), places[worst], spare, _travel(lengths))

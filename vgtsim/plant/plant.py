@@ -78,7 +78,7 @@ class Plant:
         self._gauges = find_gauges(self.model, site)
         self._count = len(site.truss.actuated)
         self._recorder = Recorder(gauges=self._gauges, store=store)
-        self._parts, self._yields = Parts(site), simulation.drive != "rigid" or simulation.members == "elastic"
+        self._parts, self._yields = Parts(site), site.yields
         self._knocks = self._yields and bool(site.task.contacts)
         self._steps, self._wall = 0, 0.0
         self.record_rate = simulation.log_rate if record_rate is None else record_rate

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.kinematics.vectors import cross_into
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -33,13 +34,6 @@ def _find_face(source: int, spot: Array, mount: Array, top: Array, face: Array) 
 
 
 @compiled
-def _cross(a: Array, b: Array, out: Array) -> None:
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@compiled
 def _dot(a: Array, b: Array) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
@@ -55,9 +49,9 @@ def fill_across(targets: Array) -> None:
                 least = k
         axis[:] = 0.0
         axis[least] = 1.0
-        _cross(target[0], axis, target[1])
+        cross_into(target[0], axis, target[1])
         target[1] /= np.sqrt(_dot(target[1], target[1]))
-        _cross(target[0], target[1], target[2])
+        cross_into(target[0], target[1], target[2])
 
 
 @compiled
@@ -97,7 +91,7 @@ def measure_rows(
                     for k in range(3):
                         arm[k] = (2 * target[1 + r, k] - error[i, row + r] * target[0, k]) / along
                     # rate of the direction is omega x direction, so its part along a row is omega . (direction x row)
-                    _cross(Z, arm, levers[r])
+                    cross_into(Z, arm, levers[r])
             else:
                 for k in range(3):
                     for j in range(3):
@@ -111,14 +105,14 @@ def measure_rows(
                 if j >= inputs:
                     J[i, row : row + rows, j] = 0.0
                 elif kind == POSITION:
-                    _cross(angular[i, j], face[:, 4], arm)
+                    cross_into(angular[i, j], face[:, 4], arm)
                     for r in range(rows):
                         J[i, row + r, j] = linear[i, j, axes[p, r]] + arm[axes[p, r]]
                 elif kind == DIRECTION:
                     for r in range(2):
                         J[i, row + r, j] = _dot(levers[r], angular[i, j])
                 else:
-                    _cross(gibbs, angular[i, j], arm)
+                    cross_into(gibbs, angular[i, j], arm)
                     share = _dot(gibbs, angular[i, j])
                     for r in range(3):
                         J[i, row + r, j] = angular[i, j, r] + share * gibbs[r] - arm[r]
@@ -162,9 +156,9 @@ def pull_rows(
             _find_face(source, spots[p], mount, top[i], face)
             target = targets[p, which[i] if targets.shape[1] > 1 else 0]
             _find_forms(kind, axes[p], target, multipliers[i, row : row + rows], force, bend, moment)
-            _cross(face[:, 4], force, arm)  # moments about the origin of G
+            cross_into(face[:, 4], force, arm)  # moments about the origin of G
             moment += arm
-            _cross(face[:, 2], bend, arm)
+            cross_into(face[:, 2], bend, arm)
             moment += arm
             for j in range(inputs):
                 slope[i, j] += _dot(linear[i, j], force) + _dot(angular[i, j], moment)
@@ -201,21 +195,21 @@ def curve_between(
             target = targets[p, which[i] if targets.shape[1] > 1 else 0]
             _find_forms(kind, axes[p], target, multipliers[i, row : row + rows], force, bend, moment)
             for j in range(inputs):
-                _cross(angular[i, j], face[:, 4], velocity[j])
+                cross_into(angular[i, j], face[:, 4], velocity[j])
                 velocity[j] += linear[i, j]
-                _cross(angular[i, j], face[:, 2], turning[j])
+                cross_into(angular[i, j], face[:, 2], turning[j])
             for a in range(inputs):
                 for b in range(a + 1, inputs):
                     if owner[a] == owner[b]:
                         continue
                     if kind == POSITION:
-                        _cross(force, angular[i, a], arm)
+                        cross_into(force, angular[i, a], arm)
                         found = _dot(arm, velocity[b])
                     elif kind == DIRECTION:
-                        _cross(bend, angular[i, a], arm)
+                        cross_into(bend, angular[i, a], arm)
                         found = _dot(arm, turning[b])
                     else:
-                        _cross(moment, angular[i, a], arm)
+                        cross_into(moment, angular[i, a], arm)
                         found = _dot(arm, angular[i, b])
                     half = found / 2 if kind == TURN else found  # of a turn's rows the halves cancel
                     total[i, a, b] += half

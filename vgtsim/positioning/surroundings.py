@@ -27,7 +27,7 @@ from vgtsim.geometry import (
     pair_members,
     segment_distance,
 )
-from vgtsim.geometry.gaps import BED, PILLAR, TANK, WASTE
+from vgtsim.geometry.gaps import BED, PILLAR, SOLID, TANK, WASTE
 from vgtsim.kinematics import Chain, State
 from vgtsim.kinematics.inertia import member_radii
 
@@ -65,7 +65,7 @@ class LeastGap:
 
 @dataclass(frozen=True)
 class _Pillars:
-    """C upright cylinders, equipment and then the mast: axes, shape (C, 2, 3), m, and radii, shape (C,), m.
+    """C cylinders, equipment and then the mast: axes, shape (C, 2, 3), m, and radii, shape (C,), m.
 
     `meets` tells which capsules may meet which cylinder, shape (C, M): the first module hangs from the mast.
     """
@@ -224,7 +224,10 @@ class Surroundings:
         parts = [*self.chain.truss.member_names, *["tip plate"] * 3, "payload"]
         if kind == BED:
             return f"{parts[first]} to waste"
-        other = [*self.obstacles.names, "mast"][second] if kind == PILLAR else parts[second]
+        count = len(self.obstacles.radii)
+        if kind == SOLID:
+            return f"{parts[first]} to {self.obstacles.names[count + second]}"
+        other = [*self.obstacles.names[:count], "mast"][second] if kind == PILLAR else parts[second]
         return f"{parts[first]} to {other}"
 
     def _sag_slopes(self, sag: Callable[[Array], Array], q: Array) -> Array:
@@ -233,10 +236,11 @@ class Surroundings:
         change = sag(self.chain.nodes(near)) - sag(self.chain.nodes(q))[:, None]
         return np.moveaxis(change / _STEP, 1, -1)
 
-    def clearance(self, q: Array) -> tuple[Array, list[str]]:
+    def clearance(self, q: Array, together: bool = False) -> tuple[Array, list[str]]:
         """Least clearance, shape (W,), m, of inputs of shape (W, n), and the names of the nearest bodies.
 
-        It counts the distance from everything and of the arm from itself.
+        It counts the distance from everything and of the arm from itself. If only the least of all counts, `together`, others
+        may be given too great.
         """
         capsules, points = self.capsules, self.points(q)
         members = len(self.chain.truss.members)
@@ -249,6 +253,7 @@ class Surroundings:
             self.profile,
             self.obstacles,
             (points[:, -1], self.payload_radius),
+            together,
         )
         own, _ = nearest_pair(capsules.judged_pairs, points)
         columns = np.concatenate([around.distance, own[:, None], self._from_mast(points)[:, None]], axis=1)

@@ -15,8 +15,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.kinematics import Truss
-from vgtsim.kinematics.vectors import cross, dot
+from vgtsim.kinematics.vectors import cross_into
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads
@@ -61,7 +62,7 @@ class MemberForces:
 
     def at(self, instants: int | NDArray[np.intp]) -> MemberForces:
         """The forces at an index, or at several, of the first dimension."""
-        return MemberForces(**{item.name: getattr(self, item.name)[instants] for item in fields(self)})
+        return MemberForces(**{name: getattr(self, name)[instants] for name in _FORCES})
 
     def of(self, members: NDArray[np.intp]) -> MemberForces:
         """The forces of some members, with the reaction of the whole arm."""
@@ -74,19 +75,20 @@ class MemberForces:
     @staticmethod
     def join(parts: Sequence[MemberForces]) -> MemberForces:
         """The forces of parts of a batch one after the other, along the first dimension."""
-        return MemberForces(
-            **{item.name: np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(MemberForces)}
-        )
+        return MemberForces(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in _FORCES})
+
+
+_FORCES = tuple(item.name for item in fields(MemberForces))
 
 
 def blend(first: MemberForces, second: MemberForces, part: Array) -> MemberForces:
     """Forces a part of the way from one load's to another's, and beyond, in the same poses; a part for each member, (..., M)."""
     mixed = {}
-    for item in fields(MemberForces):
-        one, two = getattr(first, item.name), getattr(second, item.name)
-        if item.name not in ("reaction", "direction"):
+    for name in _FORCES:
+        one, two = getattr(first, name), getattr(second, name)
+        if name not in ("reaction", "direction"):
             one = one + (two - one) * part.reshape(*part.shape, *(1,) * (one.ndim - part.ndim))
-        mixed[item.name] = one
+        mixed[name] = one
     return MemberForces(**mixed)
 
 
@@ -143,44 +145,82 @@ def solve_loadings(truss: Truss, nodes: ArrayLike, loadings: Sequence[Loading]) 
     step = max(_CHUNK // len(each), _LEAST)
     parts = [_solve_chunk(truss, flat, slice(i, i + step), each) for i in range(0, max(len(flat), 1), step)]
     whole = {}
-    for item in fields(MemberForces):
-        values = [getattr(part, item.name) for part in parts]
-        if len(values) > 1 and "moment" in item.name and not len(truss.rings):
+    for name in _FORCES:
+        values = [getattr(part, name) for part in parts]
+        if len(values) > 1 and "moment" in name and not len(truss.rings):
             value = np.broadcast_to(0.0, (len(each), len(flat), *values[0].shape[2:]))
         else:
             value = np.concatenate(values, axis=1) if len(values) > 1 else values[0]
-        whole[item.name] = value.reshape(len(value), *batch, *value.shape[2:])
+        whole[name] = value if len(batch) == 1 else value.reshape(len(value), *batch, *value.shape[2:])
     return MemberForces(**whole)
 
 
 def _solve_chunk(truss: Truss, every: Array, part: slice, loadings: Sequence[Loading]) -> MemberForces:
     """As `solve_loadings` for a part of a flat batch; the directions are the same for all loads and stand once."""
-    nodes, frame, count = every[part], framework_of(truss), len(truss.members)
+    nodes, frame, count = by_rows(every[part]), framework_of(truss), len(truss.members)
     units, loads = frame.directions(nodes), [_load(truss, nodes, item, part) for item in loadings]
     force, near, far = (item[0][None] if len(loads) == 1 else np.stack(item) for item in zip(*loads, strict=True))
     if len(truss.rings):
         _pass_on(truss, force)
     tension, total = substitute_back(frame, units, force, nodes, part.start)
-    direction = units[None, :, :count]
-    near_part, far_part = (dot(share, direction) for share in (near, far))
-    bar, transverse = tension[..., :count].copy(), near - near_part * direction
-    moments = np.broadcast_to(0.0, (2, *near.shape))  # takes no memory where nothing is bent
+    bar, moments = tension[..., :count].copy(), np.broadcast_to(0.0, (2, *near.shape))  # takes no memory
+    axial, transverse, reaction = np.empty((2, *bar.shape)), np.empty(near.shape), np.empty((*bar.shape[:2], 6))
+    bent, shear = truss.ring_actuators.ravel(), np.empty(0)
     if len(truss.rings):
-        bent, moments = truss.ring_actuators.ravel(), moments.copy()
+        moments = moments.copy()
         bar[..., bent], shear, moments[..., bent, :] = _find_rings(truss, nodes, tension)
+    _split(units, nodes, total, bar, by_rows(near), by_rows(far), axial, transverse, reaction)
+    if len(truss.rings):
         transverse[..., bent, :] += shear
-    base, left = nodes[:, truss.base], total[:, :, truss.base]
-    moment = cross(base - base.mean(axis=1)[:, None], -left).sum(axis=-2)
     return MemberForces(
         bar=bar,
-        near_axial=bar + near_part[..., 0],
-        far_axial=bar - far_part[..., 0],
+        near_axial=axial[0],
+        far_axial=axial[1],
         near_transverse=transverse,
-        direction=direction,
+        direction=units[None, :, :count],
         near_moment=moments[0],
         far_moment=moments[1],
-        reaction=np.concatenate([-left.sum(axis=-2), moment], axis=-1),
+        reaction=reaction,
     )
+
+
+@compiled
+def _split(
+    units: Array,
+    nodes: Array,
+    left: Array,
+    bar: Array,
+    near: Array,
+    far: Array,
+    axial: Array,
+    transverse: Array,
+    reaction: Array,
+) -> None:
+    """Axial forces at either hub, shear at the near one and the reaction of the flange, the first three nodes.
+
+    From directions (T, B, 3), nodes, what is left at them, bar forces (L, T, M), and the members' loads at their ends.
+    """
+    arm, turn = np.empty(3), np.empty(3)
+    for load in range(bar.shape[0]):
+        for t in range(bar.shape[1]):
+            for m in range(bar.shape[2]):
+                first = second = 0.0
+                for k in range(3):
+                    first += near[load, t, m, k] * units[t, m, k]
+                    second += far[load, t, m, k] * units[t, m, k]
+                axial[0, load, t, m] = bar[load, t, m] + first
+                axial[1, load, t, m] = bar[load, t, m] - second
+                for k in range(3):
+                    transverse[load, t, m, k] = near[load, t, m, k] - first * units[t, m, k]
+            for k in range(3):
+                reaction[load, t, k] = -(left[load, t, 0, k] + left[load, t, 1, k] + left[load, t, 2, k])
+                reaction[load, t, 3 + k] = 0.0
+            for i in range(3):
+                for k in range(3):
+                    arm[k] = nodes[t, i, k] - (nodes[t, 0, k] + nodes[t, 1, k] + nodes[t, 2, k]) / 3
+                cross_into(arm, left[load, t, i], turn)
+                for k in range(3):
+                    reaction[load, t, 3 + k] -= turn[k]
 
 
 def _load(truss: Truss, nodes: Array, loading: Loading, part: slice) -> tuple[Array, Array, Array]:

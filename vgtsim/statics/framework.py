@@ -8,6 +8,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import Truss
 from vgtsim.kinematics.ties import order_down
@@ -44,8 +45,14 @@ class Framework:
 
     def directions(self, nodes: Array) -> Array:
         """Unit vectors of the bars from their first to their second ends, shape (..., B, 3)."""
-        span = nodes[..., self.ends[:, 1], :] - nodes[..., self.ends[:, 0], :]
-        return span / np.linalg.norm(span, axis=-1, keepdims=True)
+        flat, unit = by_rows(nodes.reshape(-1, *nodes.shape[-2:])), np.empty((*nodes.shape[:-2], len(self.ends), 3))
+        _fill_directions(self.own_ends, flat, unit.reshape(-1, len(self.ends), 3))
+        return unit
+
+    @cached_property
+    def own_ends(self) -> Indices:
+        """A copy of `ends`, as compiled functions take it."""
+        return np.array(self.ends, np.intp)
 
     @cached_property
     def incidence(self) -> Array:
@@ -65,7 +72,7 @@ class Framework:
         row = np.concatenate([np.empty(0, np.intp), *rows])
         begin = np.cumsum([0, *sizes])
         order = np.concatenate([np.empty(0, np.intp), *bars])
-        return Elimination(bars=order, node=node[row], axis=axis[row], begin=begin, ends=self.ends.copy())
+        return Elimination(bars=order, node=node[row], axis=axis[row], begin=begin, ends=self.own_ends)
 
 
 @dataclass(frozen=True)
@@ -80,6 +87,19 @@ class Elimination:
     axis: Indices
     begin: Indices
     ends: Indices
+
+
+@compiled
+def _fill_directions(ends: Indices, nodes: Array, unit: Array) -> None:
+    for t in range(len(nodes)):
+        for b in range(len(ends)):
+            square = 0.0
+            for k in range(3):
+                unit[t, b, k] = nodes[t, ends[b, 1], k] - nodes[t, ends[b, 0], k]
+                square += unit[t, b, k] * unit[t, b, k]
+            length = np.sqrt(square)
+            for k in range(3):
+                unit[t, b, k] /= length
 
 
 @lru_cache(maxsize=64)

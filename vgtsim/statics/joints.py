@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import TrussError
-from vgtsim.kinematics.conditioning import POOR, SINGULAR, warn_poor
+from vgtsim.kinematics.conditioning import POOR, SINGULAR, find_sine, invert_in_place, warn_poor
 from vgtsim.statics.framework import Framework, diagnose
 
 Array = NDArray[np.float64]
@@ -62,8 +62,7 @@ def _substitute(
 ) -> None:
     """Solve the groups, see `Elimination`; loads in `total` are replaced by what the bars leave of them.
 
-    `sine` gets the smallest sine between a bar and the span of the others of its group, shape (T, G): the product of the
-    norms of a column and of the row of the inverse is one over it. It is 0 where there is no inverse.
+    `sine` gets the smallest sine between a bar and the span of the others of its group, shape (T, G), see `find_sine`.
     """
     most = 0
     for g in range(len(begin) - 1):
@@ -82,15 +81,8 @@ def _substitute(
                         value = 0.0
                     work[i, j] = value
                     length[j] += value * value
-            sine[t, g] = 0.0
-            if _invert(work, rows, count):
-                worst = 0.0
-                for j in range(count):
-                    square = 0.0
-                    for i in range(count):
-                        square += work[j, i] * work[j, i]
-                    worst = max(worst, max(length[j], 1.0) * square)
-                sine[t, g] = 1 / np.sqrt(worst) if worst < np.inf else 0.0
+                length[j] = max(length[j], 1.0)
+            sine[t, g] = find_sine(length, work, count) if invert_in_place(work, rows, count) else 0.0
             for load in range(len(total)):
                 for j in range(count):
                     pull[j] = 0.0
@@ -102,37 +94,6 @@ def _substitute(
                     for k in range(3):
                         total[load, t, ends[bar, 0], k] += pull[j] * unit[t, bar, k]
                         total[load, t, ends[bar, 1], k] -= pull[j] * unit[t, bar, k]
-
-
-@compiled
-def _invert(matrix: Array, rows: Indices, count: int) -> bool:
-    """Invert the first rows and columns in place, by Gauss and Jordan with the greatest pivots; whether there is an inverse."""
-    for p in range(count):
-        best = p
-        for i in range(p + 1, count):
-            if abs(matrix[i, p]) > abs(matrix[best, p]):
-                best = i
-        rows[p] = best
-        if not abs(matrix[best, p]) > 0.0:  # nor where it is no number
-            return False
-        scale = 1 / matrix[best, p]
-        for j in range(count):
-            value = matrix[best, j]
-            matrix[best, j] = matrix[p, j]
-            matrix[p, j] = value * scale
-        matrix[p, p] = scale
-        for i in range(count):
-            if i != p:
-                part = matrix[i, p]
-                matrix[i, p] = 0.0
-                for j in range(count):
-                    matrix[i, j] -= part * matrix[p, j]
-    for p in range(count - 1, -1, -1):  # columns in the place of the rows that were exchanged
-        for i in range(count):
-            value = matrix[i, p]
-            matrix[i, p] = matrix[i, rows[p]]
-            matrix[i, rows[p]] = value
-    return True
 
 
 def _refuse(frame: Framework, bars: Indices, nodes: Array, instant: int, sine: float) -> NoReturn:

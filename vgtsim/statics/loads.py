@@ -9,6 +9,7 @@ segment's own hub, so that the bar force left between them is the force where th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +27,14 @@ from vgtsim.kinematics.inertia import (
     make_member_inertia,
     make_plate_inertia,
 )
-from vgtsim.kinematics.vectors import cross, dot
+from vgtsim.statics.face_loads import bend_faces, load_hubs, place_tool, push_tool
 from vgtsim.statics.line import hose_couples
 from vgtsim.statics.motion import NodeMotion
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+_REST = np.empty((0, 0, 0))  # velocities of no motion, for compiled functions
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,24 @@ class LoadModel:
         """Mass of the arm with hubs and payload, kg."""
         parts = self.members.mass.sum() + self.blocks.mass.sum() + self.hub_mass.sum()
         return float(parts) + self.plate.mass + self.payload.mass
+
+    @cached_property
+    def member_bodies(self) -> tuple[Index, Array]:
+        """Nodes of each member, shape (M, 2), and masses, first moments and moments of inertia about the ends, (3, M, 2)."""
+        return _tabulate(self.truss.ends, self.members)
+
+    @cached_property
+    def block_bodies(self) -> tuple[Index, Array]:
+        """The same of the posts of the joint blocks, from foot to head."""
+        return _tabulate(self.truss.rings[:, :, [0, 2]].reshape(-1, 2), self.blocks)
+
+    @cached_property
+    def figures(self) -> tuple[Array, Array, Array]:
+        """Gravity, masses of the hubs and figures of the tip, see `face_loads`, as compiled functions take them."""
+        ball = self.payload.mass * self.payload.radius**2 / 5  # second moment of a solid ball about its centre
+        second = [moment + ball for moment in self.plate.second_moments]
+        tip = [self.face_side, self.tool_offset, self.plate.mass, self.payload.mass, *second]
+        return np.array(self.gravity, float), np.array(self.hub_mass, float), np.array(tip, float)
 
 
 @dataclass(frozen=True)
@@ -121,25 +142,25 @@ def member_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = Non
 
     Source: moment equilibrium of each segment about the member's ends; no counterpart in the dissertation.
     """
-    return _share(model, model.truss.ends, model.members, nodes, motion)
+    return _share(model, model.member_bodies, nodes, motion)
 
 
 def block_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> MemberLoads:
     """As `member_loads` for the posts of the joint blocks, between feet and heads."""
-    return _share(model, model.truss.rings[:, :, [0, 2]].reshape(-1, 2), model.blocks, nodes, motion)
+    return _share(model, model.block_bodies, nodes, motion)
 
 
-def _share(
-    model: LoadModel, ends: Index, inertia: MemberInertia, nodes: Array, motion: NodeMotion | None
-) -> MemberLoads:
-    flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
-    moved = () if motion is None else (motion.velocity, motion.acceleration)
-    velocity, acceleration = [by_rows(item.reshape(flat.shape)) for item in moved] or [np.empty((0, 0, 0))] * 2
+def _share(model: LoadModel, bodies: tuple[Index, Array], nodes: Array, motion: NodeMotion | None) -> MemberLoads:
+    ends, inertia = bodies
+    flat, velocity, acceleration = _flatten(nodes, motion)
     shares, total = np.empty((3, len(flat), len(ends), 3)), np.zeros(flat.shape)
-    parts, gravity = np.array([inertia.mass, inertia.first_moment, inertia.about_end]), np.array(model.gravity, float)
-    _fill_shares(np.array(ends, np.intp), parts, gravity, flat, velocity, acceleration, shares, total)
+    _fill_shares(ends, inertia, model.figures[0], flat, velocity, acceleration, shares, total)
     direction, near, far = shares.reshape(3, *nodes.shape[:-2], len(ends), 3)
     return MemberLoads(direction, near, far, total.reshape(nodes.shape))
+
+
+def _tabulate(ends: Index, inertia: MemberInertia) -> tuple[Index, Array]:
+    return np.array(ends, np.intp), np.array([inertia.mass, inertia.first_moment, inertia.about_end])
 
 
 @compiled
@@ -204,9 +225,10 @@ def _fill_shares(
 
 def tool_point(model: LoadModel, nodes: Array) -> Array:
     """Tool point from the tip nodes, shape (..., 3), m, for nodes of shape (..., N, 3)."""
-    corner = nodes[..., model.truss.tip, :]
-    x, y = _face_axes(corner, model.face_side)
-    return corner.mean(axis=-2) + model.tool_offset * cross(x, y)
+    flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
+    point = np.empty((len(flat), 3))
+    place_tool(model.figures[2], flat, point)
+    return point.reshape(*nodes.shape[:-2], 3)
 
 
 def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
@@ -214,13 +236,10 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
 
     Nodes have shape (..., N, 3), m; the wrench is force and moment about the tool point, shape (..., 6), N and N·m, frame G.
     """
-    x, y = _face_axes(nodes[..., model.truss.tip, :], model.face_side)
-    z = cross(x, y)
-    force = np.broadcast_to(wrench[..., :3], z.shape)
-    moment = wrench[..., 3:] + cross(model.tool_offset * z, force)
-    total = np.zeros(nodes.shape)
-    total[..., model.truss.tip, :] = _spread(force, moment, (x, y, z), model.face_side)
-    return total
+    flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
+    wrenches, total = np.array(np.broadcast_to(wrench, (*nodes.shape[:-2], 6))).reshape(-1, 6), np.zeros(flat.shape)
+    push_tool(model.figures[2], flat, wrenches, total)
+    return total.reshape(nodes.shape)
 
 
 def hub_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) -> Array:
@@ -229,55 +248,31 @@ def hub_loads(model: LoadModel, nodes: Array, motion: NodeMotion | None = None) 
     Nodes have shape (..., N, 3), m; no motion is rest. The wrench of plate and payload stands at the last three nodes, as the
     least forces that are equivalent to it.
     """
-    force = np.empty(nodes.shape)
-    force[...] = model.hub_mass[:, None] * (model.gravity if motion is None else model.gravity - motion.acceleration)
-    force[..., model.truss.tip, :] += _tip_forces(model, nodes, motion)
-    return force + hose_forces(model, nodes) if model.hose else force
+    flat, velocity, acceleration = _flatten(nodes, motion)
+    gravity, hubs, tip = model.figures
+    force = np.empty(flat.shape)
+    load_hubs(tip, hubs, gravity, flat, velocity, acceleration, force)
+    if model.hose:
+        _bend_hose(model, flat, force)
+    return force.reshape(nodes.shape)
 
 
 def hose_forces(model: LoadModel, nodes: Array) -> Array:
     """Forces at the nodes, shape (..., N, 3), N, of a hose that is bent with the arm, for nodes of shape (..., N, 3), m."""
-    flat = nodes.reshape(-1, *nodes.shape[-2:])
-    couples = hose_couples(model.truss, model.hose, flat)
-    x, y = _face_axes(flat[:, model.truss.faces], model.face_side)
-    spread = _spread(np.zeros(couples.shape), couples, (x, y, cross(x, y)), model.face_side)
+    flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
     total = np.zeros(flat.shape)
-    for face, forces in zip(model.truss.faces, spread.swapaxes(0, 1), strict=True):
-        total[:, face] += forces
+    _bend_hose(model, flat, total)
     return total.reshape(nodes.shape)
 
 
-def _tip_forces(model: LoadModel, nodes: Array, motion: NodeMotion | None) -> Array:
-    """Forces at the three tip nodes, shape (..., 3, 3), N."""
-    tip, side, payload = model.truss.tip, model.face_side, model.payload
-    x, y = _face_axes(nodes[..., tip, :], side)
-    z = cross(x, y)
-    centre_pull = tool_pull = model.gravity
-    rotary: Array | float = 0.0
-    if motion is not None:
-        centre_pull = model.gravity - motion.acceleration[..., tip, :].mean(axis=-2)
-        dx, dy = _face_axes(motion.velocity[..., tip, :], side)
-        ddx, ddy = _face_axes(motion.acceleration[..., tip, :], side)
-        ddz = cross(ddx, y) + 2 * cross(dx, dy) + cross(x, ddy)
-        tool_pull = centre_pull - model.tool_offset * ddz
-        ball = payload.mass * payload.radius**2 / 5  # second moment of a solid ball about its centre
-        for axis, change, moment in zip((x, y, z), (ddx, ddy, ddz), model.plate.second_moments, strict=True):
-            rotary = rotary - (moment + ball) * cross(axis, change)
-    load = payload.mass * tool_pull
-    moment = model.tool_offset * cross(z, load) + rotary
-    return _spread(model.plate.mass * centre_pull + load, moment, (x, y, z), side)
+def _bend_hose(model: LoadModel, flat: Array, total: Array) -> None:
+    couples = by_rows(hose_couples(model.truss, model.hose, flat))
+    bend_faces(np.array(model.truss.faces, np.intp), model.face_side, flat, couples, total)
 
 
-def _spread(force: Array, moment: Array, axes: tuple[Array, Array, Array], side: float) -> Array:
-    """Least forces at the corners of a triangle that make up a force and a moment about its centroid, shape (..., 3, 3)."""
-    x, y, z = axes
-    lever = (2 * moment - dot(moment, z) * z) / side**2
-    low, high = side / (2 * np.sqrt(3)), side / np.sqrt(3)  # distances of a side and of a corner from the centroid
-    corners = np.stack([x * side / 2 - y * low, y * high, -x * side / 2 - y * low], axis=-2)
-    return force[..., None, :] / 3 + cross(lever[..., None, :], corners)
-
-
-def _face_axes(corners: Array, side: float) -> tuple[Array, Array]:
-    """X and Y axes of a face from its corners, shape (..., 3, 3), or the derivatives of both."""
-    n1, n2, n3 = corners[..., 0, :], corners[..., 1, :], corners[..., 2, :]
-    return (n1 - n3) / side, (2 * n2 - n1 - n3) / (np.sqrt(3) * side)
+def _flatten(nodes: Array, motion: NodeMotion | None) -> tuple[Array, Array, Array]:
+    """Nodes, velocities and accelerations with one leading dimension, for compiled functions; the last two empty at rest."""
+    flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
+    if motion is None:
+        return flat, _REST, _REST
+    return flat, by_rows(motion.velocity.reshape(flat.shape)), by_rows(motion.acceleration.reshape(flat.shape))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.errors import DescriptionError
@@ -51,6 +53,21 @@ class MemberSections:
     barrel_length: Array | float = 0.0
     barrel_moment: Array | float = np.inf
     rod_moment: Array | float = np.inf
+
+    @cached_property
+    def figures(self) -> Array:
+        """What compiled functions rate each member of any length by, shape (9, M).
+
+        Area in compression, radius of gyration, Fy, E, and forces: yield in tension, shear of the pins, what a rod of 1 m may
+        have, what the pressure holds in compression and in tension.
+        """
+        steel = self.yield_strength, self.youngs_modulus
+        rod = rod_buckling(4 * self.gyration_radius, self.youngs_modulus, 1.0) / ROD_FACTOR
+        table = np.empty((9, len(self.area)))
+        table[:4] = effective_area(self.area, self.slimness, *steel), self.gyration_radius, *steel
+        table[4], table[5] = tension_yield(self.area, self.yield_strength), self.pin
+        table[6:] = np.where(self.actuator, rod, np.inf), self.push, self.pull
+        return table
 
 
 @dataclass(frozen=True)
@@ -105,10 +122,25 @@ def column_strength(area: ArrayLike, slenderness: ArrayLike, yield_strength: Arr
 
     Source: AISC 360-22 equations E3-1 to E3-4, whose constants stand here.
     """
-    fy, e, kl_r = (np.asarray(value, float) for value in (yield_strength, modulus, slenderness))
-    elastic = pi**2 * e / kl_r**2
-    critical = np.where(kl_r <= 4.71 * np.sqrt(e / fy), 0.658 ** (fy / elastic) * fy, 0.877 * elastic)
-    return critical * np.asarray(area, float)
+    columns = np.stack(np.broadcast_arrays(area, slenderness, yield_strength, modulus)).astype(float)
+    strength = np.empty(columns.shape[1:])
+    _fill_columns(columns.reshape(4, -1), strength.reshape(-1))
+    return strength
+
+
+@compiled
+def _fill_columns(columns: Array, strength: Array) -> None:
+    for i in range(len(strength)):
+        strength[i] = find_column(columns[0, i], columns[1, i], columns[2, i], columns[3, i])
+
+
+@compiled
+def find_column(area: float, slenderness: float, yield_strength: float, modulus: float) -> float:
+    """`column_strength` of one column, for compiled functions."""
+    elastic = pi**2 * modulus / slenderness**2
+    if slenderness <= 4.71 * np.sqrt(modulus / yield_strength):
+        return 0.658 ** (yield_strength / elastic) * yield_strength * area
+    return 0.877 * elastic * area
 
 
 def effective_area(area: ArrayLike, slimness: ArrayLike, yield_strength: ArrayLike, modulus: ArrayLike) -> Array:

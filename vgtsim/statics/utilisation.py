@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.loads import LoadModel
-from vgtsim.statics.rating import LIMITS, ROD_FACTOR, MemberSections, Ratings, rate
+from vgtsim.statics.rating import LIMITS, ROD_FACTOR, MemberSections, Ratings, find_column, rate
 
 Array = NDArray[np.float64]
 
@@ -64,7 +65,71 @@ def find_use(model: LoadModel, sections: MemberSections, nodes: ArrayLike, safet
         TrussError: The truss is a mechanism or carries a self-stress.
     """
     n = np.asarray(nodes, float)
-    return utilise(rate(sections, model.truss.lengths(n), safety_factor), solve_members(model, n))
+    forces, length = solve_members(model, n), model.truss.lengths(n)
+    if len(model.truss.rings):  # members between joint blocks are bent
+        return utilise(rate(sections, length, safety_factor), forces)
+    flat = (-1, length.shape[-1])
+    near, bar, far = (item.reshape(flat) for item in (forces.near_axial, forces.bar, forces.far_axial))
+    used = np.empty((len(LIMITS), *bar.shape))
+    _fill_use(sections.figures, safety_factor, near, bar, far, length.reshape(flat), used)
+    return Utilisation(*used.reshape(-1, *length.shape), bent=np.zeros(length.shape))
+
+
+@compiled
+def _fill_use(
+    figures: Array, safety_factor: float, near: Array, bar: Array, far: Array, length: Array, used: Array
+) -> None:
+    """The first five of `Utilisation`, shape (5, T, M), of axial forces, N, and lengths, m, shape (T, M)."""
+    for t in range(len(bar)):
+        for m in range(bar.shape[1]):
+            column = find_column(figures[0, m], length[t, m] / figures[1, m], figures[2, m], figures[3, m])
+            tension, pin = figures[4, m] / safety_factor, figures[5, m] / safety_factor
+            limits = (
+                tension,
+                column / safety_factor,
+                figures[6, m] / length[t, m] ** 2,
+                figures[7, m],
+                figures[8, m],
+                pin,
+            )
+            pull = _greater(_greater(near[t, m], bar[t, m]), far[t, m])
+            push = _greater(_greater(-near[t, m], -bar[t, m]), -far[t, m])
+            found = _hold(limits, (pull, push, bar[t, m], -bar[t, m]))
+            for k in range(5):
+                used[k, t, m] = found[k]
+
+
+@compiled
+def _fill_axial_use(limits: Array, forces: Array, used: Array) -> None:
+    """The same, shape (5, T), of limits, shape (6, T), and of forces, shape (4, T), N, see `_hold`."""
+    for t in range(limits.shape[1]):
+        found = _hold(
+            (limits[0, t], limits[1, t], limits[2, t], limits[3, t], limits[4, t], limits[5, t]),
+            (forces[0, t], forces[1, t], forces[2, t], forces[3, t]),
+        )
+        for k in range(5):
+            used[k, t] = found[k]
+
+
+@compiled
+def _hold(
+    limits: tuple[float, float, float, float, float, float], forces: tuple[float, float, float, float]
+) -> tuple[float, float, float, float, float]:
+    """Use by `LIMITS`: of tension, column, rod, pressure pushed and pulled, pins; of pull and push, then the drive's."""
+    tension, column, rod, most_push, most_pull, pin = limits
+    pull, push, drive_pull, drive_push = forces
+    return (
+        _greater(pull / tension, 0.0),
+        _greater(push / column, 0.0),
+        _greater(push / rod, 0.0),
+        _greater(_greater(drive_pull / most_pull, drive_push / most_push), 0.0),
+        _greater(_greater(pull / pin, push / pin), 0.0),
+    )
+
+
+@compiled
+def _greater(a: float, b: float) -> float:
+    return b if a < b else a  # what is no number stays so
 
 
 def utilise(ratings: Ratings, forces: MemberForces) -> Utilisation:
@@ -92,11 +157,12 @@ def use_axial(ratings: Ratings, pull: Array, push: Array, drive_pull: Array, dri
     Pull and push are the greatest tension and compression along each member, below zero when there is none; those of the
     drive are the same where the member's segments meet.
     """
-    used = {}
-    for name, (most_pull, most_push) in ratings.limits.items():
-        pulled, pushed = (drive_pull, drive_push) if name == "oil pressure" else (pull, push)
-        used[name] = np.maximum(np.maximum(pulled / most_pull, pushed / most_push), 0.0)
-    return Utilisation(*(used[name] for name in LIMITS), bent=np.zeros(np.shape(pull)))
+    limits = ratings.tension, ratings.compression, ratings.rod, ratings.push, ratings.pull, ratings.pin
+    each = np.broadcast_arrays(*limits, pull, push, drive_pull, drive_push)
+    shape, flat = each[0].shape, np.stack(each).reshape(len(each), -1)
+    used = np.empty((len(LIMITS), flat.shape[1]))
+    _fill_axial_use(flat[:6], flat[6:], used)
+    return Utilisation(*used.reshape(-1, *shape), bent=np.zeros(shape))
 
 
 def smooth_peak(values: Array) -> Array:

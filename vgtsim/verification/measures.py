@@ -114,6 +114,11 @@ def has_paths(site: Site) -> bool:
     return any(site.stretches)
 
 
+def has_poses(site: Site) -> bool:
+    """Whether a stage of the run ends in a pose of the tool."""
+    return any(stage.position or stage.path for stage in site.task.stages)
+
+
 def has_operator(site: Site) -> bool:
     """Whether an operator drives the arm of a scene."""
     return site.task.operator is not None

@@ -56,6 +56,7 @@ class Report:
         series: Figures over time for plots; keys `closure` (T,) m, `tool_position_error` (T,) m and `tool_angle_error`
             (T,) rad (NaN where no goal is approached), `utilisation` (T, M) and its parts `utilisation_tension` and
             `utilisation_compression` (T, M), `clearance_time` (K,) s and `clearance` (K,) m.
+        phases: The reports of a mission's phases, of which this one has the worst figures; empty in any other.
     """
 
     scene: str
@@ -64,6 +65,7 @@ class Report:
     versions: Mapping[str, str]
     series: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    phases: tuple[Report, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -79,4 +81,5 @@ class Report:
         performance = {name: value if np.isfinite(value) else None for name, value in self.performance.items()}
         figures = {"performance": performance, "versions": dict(self.versions)}
         head = {"scene": self.scene, "passed": self.passed, "notes": list(self.notes)}
-        return head | {"checks": rows} | figures
+        phases = {"phases": [report.to_dict() for report in self.phases]} if self.phases else {}
+        return head | {"checks": rows} | figures | phases

@@ -14,9 +14,9 @@ from vgtsim.verification.evidence import Array, Evidence, Index
 from vgtsim.verification.measures import (
     Finding,
     absent,
-    has_goals,
     has_operator,
     has_paths,
+    has_poses,
     missing,
     report_as,
     when,
@@ -24,13 +24,13 @@ from vgtsim.verification.measures import (
 )
 
 
-@report_as("tracking", "tool position at a settled goal", unit="m", limit="tracking_position", applies=has_goals)
+@report_as("tracking", "tool position at a settled goal", unit="m", limit="tracking_position", applies=has_poses)
 def check_tool_position(run: Evidence) -> Finding:
     """Greatest distance of the tool from a settled goal."""
     return _find_worst_held(run, run.tool_errors[0])
 
 
-@report_as("tracking", "tool direction at a settled goal", unit="rad", limit="tracking_angle", applies=has_goals)
+@report_as("tracking", "tool direction at a settled goal", unit="rad", limit="tracking_angle", applies=has_poses)
 def check_tool_direction(run: Evidence) -> Finding:
     """Greatest angle of the tool from a settled goal's direction."""
     return _find_worst_held(run, run.tool_errors[1])

@@ -57,10 +57,10 @@ class Served:
 
 @dataclass(frozen=True)
 class Shown:
-    """A state has been sent to the pages, and the next one may come.
+    """A state is being shown, and the next one may come.
 
-    `delay` is the time from the arrival of the newest command that the state follows, s, NaN where there was none;
-    `spent` is the processor time of the server until now, s.
+    Of the state before, `delay` is the time from the arrival of the newest command that it follows until it was sent to
+    the pages, s, NaN where there was none; `spent` is the processor time of the server until now, s.
     """
 
     delay: float
@@ -116,7 +116,7 @@ class LiveState:
 class Line:
     """The arm's end of the line to the page.
 
-    A state is sent only after the page has shown the one before, so at most one is under way and sending never waits,
+    A state is sent only after the page has taken the one before, so at most one is under way and sending never waits,
     however slow the page is.
     """
 

@@ -31,6 +31,7 @@ class LiveLoop:
     Attributes:
         operation: Plant and controller.
         shown: What the server told of the last states: delays and processor time.
+        count: Cycles in which time went on, since the loop was made.
     """
 
     def __init__(
@@ -47,7 +48,7 @@ class LiveLoop:
         self.site, self.line, self.tape = site, line, tape
         self._store, self._clock, self._sleep = store or _drop, clock, sleep
         self.shown: deque[Shown] = deque(maxlen=1000)
-        self.pages = 0
+        self.pages = self.count = 0
         self.playing, self.said = True, ""
         self._limits = {"twist": 6, "goal": 6, "inputs": site.chain.straight.size, "lengths": len(site.truss.actuated)}
         self._begin()
@@ -83,9 +84,10 @@ class LiveLoop:
     def cycle(self) -> None:
         """Read the letters, go on by one cycle if the run does, and send the state."""
         for letter in self.line.receive():
-            self._read(letter)
+            self.take(letter)
         if self.running:
             self._cycles.append(self._clock())
+            self.count += 1
             self._advance()
         else:
             self._cycles.clear()
@@ -104,7 +106,7 @@ class LiveLoop:
             self.ended = str(error)
         self.ended = self.ended or self.operation.plant.stopped
 
-    def _read(self, letter: Letter) -> None:
+    def take(self, letter: Letter) -> None:
         """Do what a letter says; what cannot be done is said, and changes nothing."""
         self._changed = self._changed or not isinstance(letter, Shown)
         try:

@@ -11,7 +11,7 @@ import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -22,9 +22,11 @@ from viser import ViserServer
 
 from vgtsim.output.colours import scale_end
 from vgtsim.output.html_tables import list_notices, summarise
+from vgtsim.output.quantities import MINUS
 from vgtsim.output.readings import READINGS, read_instant
 from vgtsim.output.staging import HTML
-from vgtsim.positioning import LeastGap, Surroundings
+from vgtsim.positioning import LeastGap
+from vgtsim.proximity import Proximity
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -42,8 +44,7 @@ _FASTEST = 12.5  # frames a simulated second: half of what is recorded looks smo
 _ROOM = 0.95  # of what is left for frames, as some pack less well than others
 _AFTER = 1.0  # s that the last frame stays before the client begins again
 _REACH = 3.0  # m within which the nearest thing is looked for
-_AWAY = 1e4  # m; more than any tank
-_ASIDE = 0.08  # of the tank's diameter: so much to the right the eye looks, where the table covers the picture
+_ASIDE = 0.16  # of the radius of the tank: so much to the right the eye looks, where the table covers the picture
 _STILL, _SHADE = 2e-4, 2e-3  # m, and part of the colour scale: a move that no picture shows
 
 
@@ -149,9 +150,7 @@ class _Run:
         log = self.log
         with open_server() as server:
             display = Display(server, self.site, self.end)
-            aside = _ASIDE * self.site.tank.shell.inner_diameter
-            camera = server.initial_camera
-            camera.position, camera.look_at = camera.position + [aside, 0, 0], camera.look_at + [aside, 0, 0]
+            _aim(server, self.site, above=bool(self.log.height.any()))
             record = server.get_scene_serializer()
             pauses = np.append(np.diff(log.time[chosen]), _AFTER)
             for k, gap, pause in zip(chosen.tolist(), gaps, pauses.tolist(), strict=True):
@@ -167,28 +166,48 @@ class _Run:
                 record.insert_sleep(pause)
             return record.as_html()
 
-    @cached_property
-    def _around(self) -> Surroundings:
-        """What the arm is held against: all but a mast that is not where the scene says."""
-        around = self.site.surroundings.unloaded
-        return replace(around, mast_radius=-_AWAY) if self.log.height.any() else around
-
     def _find_gap(self, record: int) -> LeastGap | None:
+        """The nearest thing, the arm itself and the mast included; none while the mast is not at its working depth."""
+        if self.log.height[record]:
+            return None
         points = np.concatenate([self.log.nodes[record], self.log.tool_position[record, None]])
-        return self._around.find_nearest(points, _REACH)
+        return self.site.surroundings.unloaded.find_nearest(points, _REACH)
+
+    def _tell_nearest(self, record: int, gap: LeastGap | None) -> str:
+        """Distance and names of the nearest things; while the mast is moved, as checks measure it in the riser's bore."""
+        if gap:
+            return f"{gap.gap:.3f} m, {gap.bodies}".replace("-", MINUS)
+        if not self.log.height[record]:
+            return f"more than {_REACH:g} m"
+        found = self._proximity.apart(self.log.nodes[record, None], self.log.tool_position[record, None])
+        place = int(found.nearest[0])
+        part = self._proximity.name_around(int(found.body[0, place]))
+        return f"{found.distance[0, place]:.3f} m, {part} to {found.places[place]}".replace("-", MINUS)
+
+    @cached_property
+    def _proximity(self) -> Proximity:
+        return Proximity(self.site)
 
     def _find_target(self, record: int) -> Array | None:
-        """Where the tool should be: an operator's target, or the goal that is approached."""
+        """Where the tool should be: an operator's target, or the end of the stage of the run."""
         if self.log.target.size:
             return self.log.target[record]
-        if (goal := int(self.log.goal[record])) < 0:
-            return None
-        wanted = self.site.task.motion.goals[goal]
-        return np.array([*wanted.position, *wanted.direction])
+        stage = int(self.log.goal[record])
+        pose = self.site.stage_poses[stage] if stage >= 0 else None
+        return pose if pose is not None and np.isfinite(pose).all() else None
 
     def _read(self, record: int, gap: LeastGap | None) -> list[str]:
-        near = f"{gap.gap:.3f} m, {gap.bodies}" if gap else f"more than {_REACH:g} m"
-        return [*read_instant(self.site, self.log, self.report, record, self.axial[record]), near]
+        told = read_instant(self.site, self.log, self.report, record, self.axial[record])
+        return [*told, self._tell_nearest(record, gap)]
+
+
+def _aim(server: ViserServer, site: Site, *, above: bool) -> None:
+    """Look past the table at the right; from farther where the arm comes from above the ground."""
+    camera, radius, crown = server.initial_camera, site.tank.shell.inner_diameter / 2, site.tank.shell.crown
+    if above:
+        camera.position, camera.look_at = (0.7 * radius, -4.8 * radius, 2.2 * crown), (0.0, 0.0, 1.55 * crown)
+    aside = (1.9 if above else 1.0) * _ASIDE * radius
+    camera.position, camera.look_at = camera.position + [aside, 0, 0], camera.look_at + [aside, 0, 0]
 
 
 @contextmanager

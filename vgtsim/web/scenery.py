@@ -9,7 +9,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from vgtsim.geometry import make_profile, obstacles, solids, tool_frame
+from vgtsim.description import Tank
+from vgtsim.geometry import find_hulls, make_profile, obstacles, ring_radii, solids, tool_frame
 from vgtsim.output.things import name_things
 from vgtsim.site import Site
 from vgtsim.web.baking import add_baked
@@ -22,6 +23,7 @@ Anchor = Literal["bottom-left", "bottom-center"]
 
 _LINER, _CONCRETE, _SOIL, _RISER = (150, 158, 168), (206, 201, 190), (150, 118, 86), (140, 152, 168)
 _WASTE, _EQUIPMENT, _GOAL = (134, 132, 74), (232, 186, 52), (40, 190, 96)
+_RINGS = (84, 90, 98)
 NAME = 0.8  # size of names, of the usual size of text
 _BALL, _STEM = 0.10, (0.025, 0.6)  # m: a goal's ball, and radius and length of the rod along its direction
 _SIDES, _FEW = 24, 8  # of round things, and of thin ones
@@ -41,7 +43,7 @@ def add_scenery(server: ViserServer, site: Site) -> None:
     scene.configure_default_lights(enabled=False)
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 145, 140), intensity=2.2)
     scene.add_light_directional("/light/lamp", intensity=1.6, position=(-radius, -2 * radius, 3 * crown))
-    _add_tank(scene, site)
+    add_tank(scene, site.tank)
     _name(scene, site)
     for goal in site.task.motion.goals:
         mark, matrix = make_mark(), np.eye(4)
@@ -50,8 +52,9 @@ def add_scenery(server: ViserServer, site: Site) -> None:
         add_name(scene, f"/names/{goal.name}", goal.name, np.array(goal.position) + [0, 0, _BALL])
 
 
-def _add_tank(scene: SceneApi, site: Site) -> None:
-    tank, profile, around = site.tank, make_profile(site.tank.shell), obstacles(site.tank)
+def add_tank(scene: SceneApi, tank: Tank) -> None:
+    """Add the back half of a tank with all that is in it."""
+    profile, around = make_profile(tank.shell), obstacles(tank)
     shell = [(solids.make_liner(tank, profile, front, _FLOOR), _LINER) for front in (False, True)]
     shell += [(solids.make_concrete(tank, profile, front, _FLOOR), _CONCRETE) for front in (False, True)]
     shell += [(solids.make_liner(tank, profile, False, _WALL), _LINER)]
@@ -64,15 +67,19 @@ def _add_tank(scene: SceneApi, site: Site) -> None:
     add_baked(scene, "/tank/risers", [(pipe, _RISER) for pipe in pipes])
     if tank.waste.level:
         add_baked(scene, "/tank/waste", [(solids.make_waste(tank, profile), _WASTE)])
-    for name, axis, radius in zip(around.names, around.axes, around.radii, strict=True):
+    for name, axis, radius in zip(around.names, around.axes, around.radii, strict=False):  # cylinders come first
         pipe = trimesh.creation.cylinder(float(radius), segment=axis, sections=_SIDES)
         add_baked(scene, f"/tank/{name}", [(pipe, _EQUIPMENT)])
+    for item in tank.solids:
+        hulls = [trimesh.convex.convex_hull(corners) for corners in find_hulls(item, profile)]
+        add_baked(scene, f"/tank/{item.name}", [(hull, _EQUIPMENT) for hull in hulls])
+    add_baked(scene, "/tank/rings", [(solids.make_rings(tank, profile, ring_radii(tank)), _RINGS)])
 
 
 def _name(scene: SceneApi, site: Site) -> None:
     """Write the names of waste, equipment and the arm's riser beside them."""
     riser = site.tank.arm_riser
-    top = np.array([riser.bore / 2 + riser.wall, 0.0, site.tank.grade + riser.above_grade])
+    top = np.array([riser.place[0] + riser.bore / 2 + riser.wall, riser.place[1], site.tank.grade + riser.above_grade])
     for name, place in (name_things(site) | {riser.name.replace("_", " "): top}).items():
         add_name(scene, f"/names/{name.replace(' ', '_')}", name, place, "bottom-left")
 

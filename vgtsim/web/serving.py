@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import signal
+import sys
 import threading
 import time
 from math import nan
@@ -22,12 +23,16 @@ from vgtsim.web.display import Display, Sight
 from vgtsim.web.letters import Letter, LiveState, Pages, Served, Shown
 
 _SCALE = 1.25  # of the greatest force at the start, where the colours end
+_TURN = (
+    1e-3  # s that a thread may keep others waiting: those that write to pages and the one that shows states take turns
+)
 _REACH = 3.0  # m within which the nearest thing is looked for
 
 
 def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int) -> None:
     """Serve a page until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, which closes the pipe
+    sys.setswitchinterval(_TURN)
     with contextlib.redirect_stdout(io.StringIO()):  # of viser
         page = Page(pipe, Site(scene), host, port)
         with contextlib.suppress(EOFError, OSError):
@@ -42,11 +47,15 @@ class Page:
     def __init__(self, pipe: Connection[Any, Any], site: Site, host: str, port: int) -> None:
         """Begin to serve."""
         self._pipe, self._site, self._lock, self._delay = pipe, site, threading.Lock(), nan
+        self._answered = False  # whether the last state followed a command
         self.server = viser.ViserServer(host, port, label=f"vgtsim: {site.task.name}", verbose=False)
         end = scale_end(_SCALE * solve_members(site.load_model, site.chain.nodes(site.start)).near_axial)
         with self.server.atomic():
             self._display = Display(self.server, site, end)
             self._controls = Controls(self.server, site, end, self.post)
+        site.surroundings.unloaded.find_nearest(
+            site.surroundings.unloaded.points(site.start[None])[0], _REACH
+        )  # compiles it
         self.server.on_client_connect(lambda _: self._count())
         self.server.on_client_disconnect(lambda _: self._count())
         self.post(Served(self.server.get_port()))
@@ -58,7 +67,8 @@ class Page:
             self._pipe.send(letter)
 
     def show(self, state: LiveState) -> None:
-        """Show a state, and say so."""
+        """Show a state; before that the next one is asked for, which waits in the pipe meanwhile."""
+        self.post(Shown(self._delay if self._answered else nan, time.process_time()))
         near = self._site.surroundings.unloaded.find_nearest(state.points, _REACH)
         words = f"{near.gap:.3f} m, {near.bodies}" if near else f"more than {_REACH:g} m"
         sight = Sight(
@@ -71,9 +81,9 @@ class Page:
         self._display.show(sight)
         self._controls.show(state, words, self._delay)
         self.server.flush()
-        delay = time.monotonic() - state.arrived if state.arrived else nan
-        self._delay = delay if state.arrived else self._delay
-        self.post(Shown(delay, time.process_time()))
+        self._answered = bool(state.arrived)
+        if self._answered:
+            self._delay = time.monotonic() - state.arrived
 
     def _count(self) -> None:
         self.post(Pages(len(self.server.get_clients())))

@@ -1,0 +1,119 @@
+"""A mission in phases: in each the arm keeps its length, so that each is a scene of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.mission import AddStep, CutStep, HoldStep, InsertStep, MissionStep, WithdrawStep
+from vgtsim.description.scene import Phase, Scene
+
+_LEFT = ("mission.", "motion.start")  # keys whose figures are others in a phase, or not there
+
+
+@dataclass
+class _Part:
+    """A part of a mission: active modules of its arm, its steps, and whether the arm stands in the clamp."""
+
+    modules: int
+    steps: list[MissionStep]
+    stands: bool = False
+
+
+def cut_arm(arm: Manipulator, first: int) -> Manipulator:
+    """The part of an arm from a module on to its tool, which hangs by the base of that module."""
+    modules = arm.modules[first:]
+    return arm.model_copy(update={"name": f"{arm.name}_from_{modules[0].name}", "modules": modules})
+
+
+def shorten_arm(arm: Manipulator, count: int) -> Manipulator:
+    """The part of an arm with a number of its active modules, from the tool; the static sections below each belong to it."""
+    if count == len(arm.active):
+        return arm
+    return cut_arm(arm, arm.modules.index(arm.active[-count]))
+
+
+def list_phases(scene: Scene) -> tuple[Scene, ...]:
+    """The phases of a scene's mission in their order, each as a scene; of any other scene, and of a phase, itself.
+
+    Raises:
+        DescriptionError: A phase before the last one cuts waste.
+    """
+    task, whole = scene.task, len(scene.manipulator.active)
+    if task.phase is not None or not task.mission:
+        return (scene,)
+    parts = _split(task.mission, whole)
+    if len(parts) == 1 and parts[0].modules == whole and not parts[0].stands:
+        return (scene,)
+    if any(isinstance(step, CutStep) for part in parts[:-1] for step in part.steps):
+        index = next(i for i, step in enumerate(task.mission) if isinstance(step, CutStep))
+        found = f"cut in a mission of {len(parts)} phases, of which the next does not know what waste is left"
+        raise scene.error(
+            f"mission.{index}.do", found, "a cut in the last phase, or a mission of an arm that keeps its length"
+        )
+    provenance = {key: label for key, label in task.provenance.items() if not key.startswith(_LEFT)}
+    motion = task.motion.model_copy(update={"start": None})
+    phases = []
+    for number, part in enumerate(parts, start=1):
+        said = f"phase {number} of {len(parts)}, {part.modules} module{'s' * (part.modules > 1)}"
+        changed = {
+            "title": f"{task.title}: {said}",
+            "mission": tuple(part.steps),
+            "motion": motion,
+            "phase": Phase(number=number, count=len(parts), stands=part.stands),
+            "provenance": provenance,
+        }
+        arm = shorten_arm(scene.manipulator, part.modules)
+        phases.append(replace(scene, task=task.model_copy(update=changed), manipulator=arm))
+    return tuple(phases)
+
+
+def begins_anew(scene: Scene) -> bool:
+    """Whether nothing is in the tank when a phase begins."""
+    step = scene.task.mission[0]
+    return isinstance(step, InsertStep) or (isinstance(step, AddStep) and len(scene.manipulator.active) == 1)
+
+
+def pick_phase(scene: Scene, like: Scene) -> Scene:
+    """The phase of a scene that has the number of another scene's; the scene itself where that is no phase.
+
+    Raises:
+        DescriptionError: The scene has no such phase.
+    """
+    phase, phases = like.task.phase, list_phases(scene)
+    if phase is None:
+        return scene
+    if phases[0].task.phase is None or phase.count != len(phases):
+        found = f"a mission of {len(phases)} phases"
+        raise scene.error("mission", found, f"one of {phase.count}, as in the log")
+    return phases[phase.number - 1]
+
+
+def _split(steps: Sequence[MissionStep], whole: int) -> list[_Part]:
+    """Parts of a mission whose steps are in order."""
+    parts: list[_Part] = []
+    waits: list[float] = []  # of the modules that are there
+    for step in steps:
+        if isinstance(step, InsertStep):
+            modules = step.modules or whole
+            if not parts or waits or parts[-1].modules != modules:
+                parts.append(_Part(modules, []))
+            waits = []
+            parts[-1].steps.append(step)
+        elif isinstance(step, AddStep):
+            if not parts or isinstance(parts[-1].steps[-1], WithdrawStep):
+                waits = []
+            if waits:
+                parts[-1].steps.append(HoldStep(do="hold", time=step.time))
+                parts[-1].stands = True
+            waits.append(step.time)
+            parts.append(_Part(len(waits), [step]))
+        else:
+            parts[-1].steps.append(step)
+            if isinstance(step, WithdrawStep):
+                parts += [
+                    _Part(modules, [HoldStep(do="hold", time=waits[modules]), step], stands=True)
+                    for modules in range(len(waits) - 1, 0, -1)
+                ]
+    return parts

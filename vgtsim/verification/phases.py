@@ -1,0 +1,119 @@
+"""The verdict on a mission in phases: the worst figures of all, and what one phase hands over to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from vgtsim.description import begins_anew
+from vgtsim.site import Site
+from vgtsim.stretch import LogSource
+from vgtsim.verification.checks import CHECK_NAMES
+from vgtsim.verification.report import Check, Report
+
+_ADDED = ("simulated_s", "wall_s", "steps")
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseRun:
+    """A phase of a mission that was run and judged."""
+
+    site: Site
+    log: LogSource
+    report: Report
+
+    @property
+    def duration(self) -> float:
+        """Simulated time, s."""
+        return self.log.performance["simulated_s"]
+
+
+def find_begins(runs: Sequence[PhaseRun]) -> list[float]:
+    """When each phase of a mission began, s."""
+    return np.cumsum([0.0, *(run.duration for run in runs[:-1])]).tolist()
+
+
+def join_phases(runs: Sequence[PhaseRun]) -> Report:
+    """Join the reports of a mission's phases into one; times of it count from the begin of the mission.
+
+    Beside the rows of the phases it has those of the hand-overs, and one that counts the phases that were not run.
+    """
+    site, begins = runs[0].site, find_begins(runs)
+    moved = [
+        replace(check, where=f"phase {number}: {check.where}", when=check.when + begin)
+        for number, (run, begin) in enumerate(zip(runs, begins, strict=True), start=1)
+        for check in run.report.checks
+    ]
+    rows = [*moved, *_hand_over(runs, begins), _count_phases(runs)]
+    groups: dict[tuple[int, str], list[Check]] = {}
+    for row in rows:
+        groups.setdefault((CHECK_NAMES.index(row.name), row.quantity), []).append(row)
+    performance = dict(runs[0].report.performance)
+    performance |= {name: sum(run.report.performance[name] for run in runs) for name in _ADDED}
+    performance["nv"] = max(run.report.performance["nv"] for run in runs)
+    performance["real_time_factor"] = performance["simulated_s"] / performance["wall_s"]
+    notes = dict.fromkeys(note for run in runs for note in run.report.notes)
+    return Report(
+        scene=site.task.name,
+        checks=tuple(_find_worst(group) for _, group in sorted(groups.items(), key=lambda item: item[0][0])),
+        performance=performance,
+        versions=runs[0].report.versions,
+        notes=tuple(notes),
+        phases=tuple(run.report for run in runs),
+    )
+
+
+def _find_worst(rows: Sequence[Check]) -> Check:
+    sign = -1 if rows[0].sense == "at least" else 1
+    return max(rows, key=lambda row: np.inf if np.isnan(row.measured) else sign * row.measured)
+
+
+def _count_phases(runs: Sequence[PhaseRun]) -> Check:
+    phase = runs[0].site.task.phase
+    assert phase is not None  # of a mission in phases
+    lacking = [number for number in range(1, phase.count + 1) if number > len(runs)]
+    return Check(
+        name="record",
+        quantity="phases of the mission that are missing",
+        measured=float(len(lacking)),
+        limit=0.0,
+        unit="1",
+        sense="at most",
+        where=f"phase {lacking[0]}" if lacking else "none",
+        when=float("nan"),
+        source=f"{phase.count} phases in {runs[0].site.scene.file.name}",
+    )
+
+
+def _hand_over(runs: Sequence[PhaseRun], begins: Sequence[float]) -> list[Check]:
+    """Hubs and commands of the part that is in the tank, at the end of a phase and at the begin of the next."""
+    found = []
+    for number, (before, after) in enumerate(pairwise(runs), start=1):
+        if begins_anew(after.site.scene):
+            continue
+        last, first = before.log.read(before.log.count - 1, before.log.count), after.log.read(0, 1)
+        hubs = min(last.nodes.shape[1], first.nodes.shape[1])
+        drives = min(last.commanded.shape[1], first.commanded.shape[1])
+        apart = np.linalg.norm(last.nodes[0, -hubs:] - first.nodes[0, -hubs:], axis=-1).max()
+        changed = np.abs(last.commanded[0, -drives:] - first.commanded[0, -drives:]).max()
+        limits, where = after.site.task.limits, f"phase {number} to {number + 1}"
+        for quantity, value, limit in (
+            ("hubs of the standing part, phase to phase", apart, "kinematics_agreement"),
+            ("commanded lengths, phase to phase", changed, "command"),
+        ):
+            check = Check(
+                name="record",
+                quantity=quantity,
+                measured=float(value),
+                limit=float(getattr(limits, limit)),
+                unit="m",
+                sense="at most",
+                where=where,
+                when=begins[number],
+                source=f"{after.site.scene.file.name}: limits.{limit}",
+            )
+            found.append(check)
+    return found
