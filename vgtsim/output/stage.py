@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from copy import copy
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -38,6 +39,10 @@ _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 
 def compile_view(site: Site) -> mujoco.MjModel:
     """Compile the scene for the eye: light that keeps colours, and a liner darker than the members."""
+    simulation = site.task.simulation
+    if simulation.members == "sections":  # whose model has neither tank nor members: nodes pose any other
+        shown = simulation.model_copy(update={"members": "rigid"})
+        site = replace(site, scene=replace(site.scene, task=site.task.model_copy(update={"simulation": shown})))
     if site.diggings is None:
         model = build_model(site)
     else:

@@ -91,7 +91,7 @@ def _fill_waste(axes: Axes, tank: Tank, profile: Profile, azimuth: float) -> Non
         direction = np.array([np.cos(azimuth), np.sin(azimuth)])
         high = np.array([bed.height_at(*(x * direction)) for x in across])
     floor = profile.floor_at(np.abs(across))
-    axes.fill_between(across, floor, np.maximum(high, floor), color=_WASTE, alpha=0.45, linewidth=0)
+    axes.fill_between(across, floor, high, where=(high > floor).tolist(), color=_WASTE, alpha=0.45, linewidth=0)
 
 
 def _outline_pipe(ends: Array, radius: float) -> Array:
