@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.files import digest_scene, dump_scene, parse_scene
-from vgtsim.description.scene import Scene
+from vgtsim.description import Scene, digest_scene, dump_scene, parse_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.logfiles import (
     BEGIN,

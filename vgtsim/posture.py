@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description import Method, Payload
 from vgtsim.kinematics import Chain
-from vgtsim.planning.resolution import solve_request
+from vgtsim.planning import solve_request
 from vgtsim.site import ArmAlone, Place, Site
 from vgtsim.statics import MemberForces, make_load_model, solve_members
 

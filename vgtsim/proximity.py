@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.tank import Tank
+from vgtsim.description import Tank
 from vgtsim.geometry import (
     Clearance,
     MemberPairs,
@@ -24,7 +24,7 @@ from vgtsim.geometry import (
     obstacles,
     pair_members,
 )
-from vgtsim.kinematics.inertia import member_radii
+from vgtsim.kinematics import member_radii
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from vgtsim.planning import Tour
     from vgtsim.site import Site
     from vgtsim.stretch import LogSource
-    from vgtsim.verification import Report
-    from vgtsim.verification.evidence import PlannedTour
+    from vgtsim.verification import PlannedTour, Report
 
 
 @app.command(epilog="Example: vgtsim run type_ii_reach --video")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import by_rows, compiled
-from vgtsim.planning.timing import make_limits
+from vgtsim.planning import make_limits
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]

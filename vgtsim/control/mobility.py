@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.positioning.kkt import CONDITION_LIMIT, name_direction
+from vgtsim.positioning import CONDITION_LIMIT, name_direction
 
 Array = NDArray[np.float64]
 

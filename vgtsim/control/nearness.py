@@ -12,7 +12,7 @@ from vgtsim.compilation import compiled
 from vgtsim.control.arm_now import ArmNow
 from vgtsim.control.limits import allow
 from vgtsim.geometry.gaps import BED, PILLAR, TANK, WASTE
-from vgtsim.positioning.surroundings import NearPairs
+from vgtsim.positioning import NearPairs
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]

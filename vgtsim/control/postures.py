@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.commands import read_row
 from vgtsim.constants import Method
 from vgtsim.errors import CommandError
-from vgtsim.planning.resolution import Resolution, goal_keep, resolve_goal
+from vgtsim.planning import Resolution, goal_keep, resolve_goal
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]

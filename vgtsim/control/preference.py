@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.control.arm_now import ArmNow
-from vgtsim.planning.resolution import make_objective
+from vgtsim.planning import make_objective
 from vgtsim.positioning import Configurations, Objective, tool_goal
 from vgtsim.site import Site
 

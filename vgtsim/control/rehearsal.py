@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vgtsim.control.controller import Controller
 from vgtsim.description import OperatorCommand, digest_commands
-from vgtsim.planning.checks import check_site
+from vgtsim.planning import check_site
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource, cut
 
@@ -27,6 +27,7 @@ class RehearsedLeg:
     goal: int = -1
     feed: None = None
     leader: None = None
+    tool: None = None
 
 
 @dataclass(frozen=True)

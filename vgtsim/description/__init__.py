@@ -3,6 +3,7 @@
 from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.changes import Steps, change_entries, locate
+from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.faults import list_faults, tell_file
 from vgtsim.description.files import (
@@ -18,7 +19,17 @@ from vgtsim.description.files import (
 )
 from vgtsim.description.judging import CameraName, Cut, Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.mission import CutStep
+from vgtsim.description.mission import (
+    AddStep,
+    CutStep,
+    FollowStep,
+    HoldStep,
+    InsertStep,
+    MissionStep,
+    MoveStep,
+    RasterStep,
+    begins_inside,
+)
 from vgtsim.description.modules import (
     Actuated,
     DoubleOctahedral,
@@ -30,7 +41,7 @@ from vgtsim.description.modules import (
     Tetrahedral,
     joint_offset,
 )
-from vgtsim.description.motion import Bend, Goal, StartPosture
+from vgtsim.description.motion import Bend, Goal, GoalPlace, StartPosture
 from vgtsim.description.operator import (
     MOST_COMMANDS,
     TARGETS,
@@ -49,6 +60,7 @@ from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
 from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study, Work
 from vgtsim.description.tank import Box, Clamp, Equipment, Guide, MeshThing, Riser, Shell, Tank, Thing
+from vgtsim.description.toml_file import read_text
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 
 __all__ = [
@@ -58,6 +70,7 @@ __all__ = [
     "OBJECTIVES",
     "TARGETS",
     "Actuated",
+    "AddStep",
     "AllowedContact",
     "ArcPiece",
     "Axis",
@@ -67,6 +80,7 @@ __all__ = [
     "CameraName",
     "Catalogue",
     "Clamp",
+    "Conveyance",
     "Cut",
     "CutStep",
     "CuttingTool",
@@ -76,9 +90,13 @@ __all__ = [
     "DoubleOctahedral",
     "Equipment",
     "Feed",
+    "FollowStep",
     "GeneralDoubleOctahedral",
     "Goal",
+    "GoalPlace",
     "Guide",
+    "HoldStep",
+    "InsertStep",
     "Limits",
     "LinePiece",
     "LoadCase",
@@ -87,7 +105,9 @@ __all__ = [
     "Material",
     "MeshThing",
     "Method",
+    "MissionStep",
     "Module",
+    "MoveStep",
     "Octahedral",
     "Operator",
     "OperatorCommand",
@@ -96,6 +116,7 @@ __all__ = [
     "Phase",
     "Prism",
     "RasterPiece",
+    "RasterStep",
     "RepeatedCapacity",
     "RepeatedRun",
     "RepeatedWorkspace",
@@ -119,6 +140,7 @@ __all__ = [
     "Video",
     "Work",
     "begins_anew",
+    "begins_inside",
     "change_entries",
     "choose_coupling",
     "closest",
@@ -143,6 +165,7 @@ __all__ = [
     "locate",
     "parse_scene",
     "pick_phase",
+    "read_text",
     "split_objective",
     "tell_file",
     "write_command",

@@ -12,13 +12,13 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from vgtsim.description.scene import Feed
+from vgtsim.description import Feed
 from vgtsim.envs.picture import Picture
 from vgtsim.envs.tasks import SEEN, Entrance, Raster, Reach, Task, ToolAim
 from vgtsim.envs.tiers import ExactTier, FastTier, Tier
 from vgtsim.errors import CommandError
 from vgtsim.graphics import mujoco
-from vgtsim.mjcf.keyframes import withdrawn_poses
+from vgtsim.mjcf import withdrawn_poses
 from vgtsim.site import Site, load_site
 
 Array = NDArray[np.float64]

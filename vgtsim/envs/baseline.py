@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.envs.arm_env import PERIOD, ArmEnv
 from vgtsim.envs.tasks import Entrance
-from vgtsim.planning.insertion import plan_insertion
+from vgtsim.planning import plan_insertion
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, SingularityError, VgtError
 from vgtsim.kinematics import State
-from vgtsim.mjcf.keyframes import withdrawn_poses
-from vgtsim.planning.entry import Entry
+from vgtsim.mjcf import withdrawn_poses
+from vgtsim.planning import Entry
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]

@@ -15,16 +15,20 @@ from vgtsim.geometry.clearance import (
 )
 from vgtsim.geometry.diggings import Diggings, make_diggings
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
-from vgtsim.geometry.gaps import Walls
+from vgtsim.geometry.gaps import PILLAR, Walls, find_between
 from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.near import carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
+from vgtsim.geometry.panels import DEPTH, Panel
 from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile, ring_radii
+from vgtsim.geometry.side_panels import Wedge, enclose_tank
 from vgtsim.geometry.stretches import Stretch, find_nearest, make_stretches
 from vgtsim.geometry.things import cylinder_axis, find_footprint, find_hulls, find_span
 
 __all__ = [
+    "DEPTH",
+    "PILLAR",
     "RISER",
     "SHELL",
     "WASTE",
@@ -34,13 +38,17 @@ __all__ = [
     "MastPipe",
     "MemberPairs",
     "Obstacles",
+    "Panel",
     "Profile",
     "Stretch",
     "Walls",
+    "Wedge",
     "arm_clearance",
     "carry",
     "cylinder_axis",
+    "enclose_tank",
     "enclosure_distance",
+    "find_between",
     "find_footprint",
     "find_hulls",
     "find_near",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.tank import Tank
+from vgtsim.description import Tank
 from vgtsim.geometry import gaps
 from vgtsim.geometry.bed import Bed, make_bed
 from vgtsim.geometry.blocks import Blocks, make_blocks, to_block

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.cutting import CuttingTool, Patch
+from vgtsim.description import CuttingTool, Patch
 from vgtsim.geometry.bed import Bed
 from vgtsim.geometry.profile import Profile
 

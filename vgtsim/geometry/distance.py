@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.tank import Tank
+from vgtsim.description import Tank
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry import gaps
 from vgtsim.geometry.profile import Profile

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import pi
 
 from vgtsim.constants import MAST_STICK_UP
-from vgtsim.description.scene import Scene
+from vgtsim.description import Scene
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from math import acos, asin, ceil, cos, pi, sin, tan
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.tank import Tank
+from vgtsim.description import Tank
 from vgtsim.geometry.piece import Piece
 from vgtsim.geometry.profile import Profile
 

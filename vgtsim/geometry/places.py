@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description import Equipment, Goal, Scene, Tank, Thing, closest
-from vgtsim.description.motion import GoalPlace
+from vgtsim.description import Equipment, Goal, GoalPlace, Scene, Tank, Thing, closest
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry.bed import make_bed
 from vgtsim.geometry.distance import segment_distance

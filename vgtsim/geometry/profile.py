@@ -14,7 +14,7 @@ from math import acos, atan, ceil, cos, inf, pi, sin, tan
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.tank import Shell, Tank
+from vgtsim.description import Shell, Tank
 from vgtsim.geometry.piece import Piece
 from vgtsim.geometry.profile_table import lay_table
 

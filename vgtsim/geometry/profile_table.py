@@ -9,7 +9,7 @@ from __future__ import annotations
 from itertools import pairwise
 from math import asin, atan2, cos, pi, sin, sqrt, tan
 
-from vgtsim.description.tank import Shell
+from vgtsim.description import Shell
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry.piece import Piece
 

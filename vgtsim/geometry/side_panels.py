@@ -13,7 +13,7 @@ from math import ceil, cos, hypot, pi, sin, sqrt, tan
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.tank import Tank
+from vgtsim.description import Tank
 from vgtsim.geometry.distance import find_mouth
 from vgtsim.geometry.panels import DEPTH, FINE, RIM, TOLERANCE, Panel, count_sectors, make_panels
 from vgtsim.geometry.profile import Profile

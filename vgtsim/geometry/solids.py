@@ -11,7 +11,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from vgtsim.description.tank import Riser, Tank
+from vgtsim.description import Riser, Tank
 from vgtsim.geometry.bed import make_bed
 from vgtsim.geometry.distance import interior_distance
 from vgtsim.geometry.profile import Profile

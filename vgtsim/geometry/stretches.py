@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
+from vgtsim.description import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 from vgtsim.errors import DescriptionError
 
 Array = NDArray[np.float64]

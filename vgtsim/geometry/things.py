@@ -8,7 +8,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.tank import Box, Equipment, MeshThing, Thing
+from vgtsim.description import Box, Equipment, MeshThing, Thing
 from vgtsim.geometry.profile import Profile
 
 Array = NDArray[np.float64]

@@ -2,42 +2,90 @@
 
 from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, straight_yaws, swing
 from vgtsim.kinematics.chain import Chain, hanging_mount
-from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, ModuleState, kind_of
+from vgtsim.kinematics.composition import compose, curve, pull
+from vgtsim.kinematics.conditioning import POOR, SINGULAR, find_sine, invert_in_place, warn_poor
+from vgtsim.kinematics.inertia import (
+    MemberInertia,
+    PlateInertia,
+    make_block_inertia,
+    make_hub_masses,
+    make_line_masses,
+    make_member_inertia,
+    make_plate_inertia,
+    member_radii,
+)
+from vgtsim.kinematics.modules import KINDS, Chord, Kind, ModuleSet, ModuleState, kind_of
+from vgtsim.kinematics.modules.double_octahedral import fill_mid_planes
 from vgtsim.kinematics.passage import Axis, find_axis, measure_passage, trace_line
+from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
 from vgtsim.kinematics.rigid_sections import RigidSections, find_rigid_sections
+from vgtsim.kinematics.roll_pitch_yaw import rotation
 from vgtsim.kinematics.sampling import sample_inputs, singular_values, within_strokes
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.kinematics.subspace import Subspace
+from vgtsim.kinematics.ties import first_greatest, first_least, order_down
 from vgtsim.kinematics.truss import Member, Truss, make_truss
+from vgtsim.kinematics.vectors import cross, cross_into, quaternions_to
+from vgtsim.kinematics.workspace import NEAR_SINGULAR, Workspace, sample_workspace
 
 __all__ = [
     "KINDS",
+    "NEAR_SINGULAR",
+    "POOR",
+    "SINGULAR",
     "Axis",
     "Chain",
+    "Chord",
     "Kind",
     "Member",
+    "MemberInertia",
     "ModuleSet",
     "ModuleState",
+    "PlanarArm",
+    "PlateInertia",
     "RigidSections",
     "State",
     "Subspace",
     "Truss",
+    "Workspace",
+    "axis_of",
     "azimuth",
     "bend_all",
     "bend_start",
     "can_swing",
     "check_strokes",
+    "compose",
+    "cross",
+    "cross_into",
+    "curve",
+    "fill_mid_planes",
     "find_axis",
     "find_rigid_sections",
+    "find_sine",
+    "first_greatest",
+    "first_least",
     "hanging_mount",
+    "invert_in_place",
     "kind_of",
+    "make_block_inertia",
+    "make_hub_masses",
+    "make_line_masses",
+    "make_member_inertia",
+    "make_plate_inertia",
     "make_truss",
     "measure_passage",
+    "member_radii",
+    "order_down",
+    "pull",
+    "quaternions_to",
+    "rotation",
     "sample_inputs",
+    "sample_workspace",
     "singular_values",
     "straight_yaws",
     "swing",
     "trace_line",
+    "warn_poor",
     "within_strokes",
 ]

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.motion import Bend
+from vgtsim.description import Bend
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.subspace import Subspace

@@ -20,7 +20,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.manipulator import Manipulator
+from vgtsim.description import Manipulator
 from vgtsim.kinematics.composition import correct
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.layout import Layout, Place, make_layout

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.schema import closest
+from vgtsim.description import closest
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.mixed_inputs import MixedInputs, Share, mix_inputs

@@ -12,9 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import joint_offset
-from vgtsim.description.sections import Cylinder, Tube
+from vgtsim.description import Cylinder, Manipulator, Tube, joint_offset
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.truss import Truss

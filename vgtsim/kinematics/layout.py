@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.modules import Module, joint_offset
+from vgtsim.description import Manipulator, Module, joint_offset
 from vgtsim.kinematics.modules import KINDS, ModuleSet, kind_of
 from vgtsim.kinematics.triangle import triangle_nodes
 from vgtsim.kinematics.truss import Truss

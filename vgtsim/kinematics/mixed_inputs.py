@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.schema import closest
+from vgtsim.description import closest
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 

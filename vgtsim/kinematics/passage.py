@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import by_rows, compiled
-from vgtsim.geometry.gaps import find_between
+from vgtsim.geometry import find_between
 from vgtsim.kinematics.truss import Truss
 from vgtsim.kinematics.vectors import cross, dot
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import by_rows, compiled
-from vgtsim.description.manipulator import Manipulator
+from vgtsim.description import Manipulator
 from vgtsim.kinematics.modules import kind_of
 from vgtsim.kinematics.modules.kind import TRIANGLE, PlannedMember
 

@@ -3,7 +3,8 @@
 import vgtsim.graphics  # noqa: F401  before MuJoCo
 from vgtsim.mjcf.build import build_arm_spec, build_model, build_spec, finish_model
 from vgtsim.mjcf.files import measure_gap, write_arm_files, write_scene_files
-from vgtsim.mjcf.keyframes import reach_pose
+from vgtsim.mjcf.keyframes import reach_pose, withdrawn_poses
+from vgtsim.mjcf.pit import show_pit
 from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map, qpos_from_nodes
 from vgtsim.mjcf.rows import load_model, retime, select_drive, stiffen
 from vgtsim.mjcf.sections import SectionPose, make_section_pose
@@ -26,7 +27,9 @@ __all__ = [
     "reach_pose",
     "retime",
     "select_drive",
+    "show_pit",
     "stiffen",
+    "withdrawn_poses",
     "write_arm_files",
     "write_scene_files",
 ]

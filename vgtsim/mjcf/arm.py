@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Member
-from vgtsim.kinematics.vectors import quaternions_to
+from vgtsim.kinematics import Member, quaternions_to
 from vgtsim.mjcf import names
 from vgtsim.mjcf.defaults import add_defaults
 from vgtsim.mjcf.fittings import add_drives, add_force_sensors, hold_sites, set_inertia

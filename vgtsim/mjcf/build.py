@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.constants import GRAVITY
-from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.scene import Feed, Payload
+from vgtsim.description import Feed, Manipulator, Payload
 from vgtsim.errors import VgtError
 from vgtsim.geometry import MastPipe
 from vgtsim.graphics import mujoco

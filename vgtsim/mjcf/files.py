@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.manipulator import Manipulator
+from vgtsim.description import Manipulator
 from vgtsim.errors import DescriptionError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names

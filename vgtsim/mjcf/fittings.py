@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics.inertia import MemberInertia
+from vgtsim.kinematics import MemberInertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.rows import LEAST_INERTIA, LEAST_MASS
 

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from vgtsim.description.tank import Tank
+from vgtsim.description import Tank
 from vgtsim.geometry import Diggings, make_profile
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names

@@ -9,8 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics import Truss
-from vgtsim.kinematics.vectors import quaternions_to
+from vgtsim.kinematics import Truss, quaternions_to
 from vgtsim.mjcf import names
 
 Array = NDArray[np.float64]

@@ -13,10 +13,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.scene import Payload
+from vgtsim.description import Payload
 from vgtsim.geometry import MastPipe
-from vgtsim.kinematics import Chain, kind_of
-from vgtsim.kinematics.inertia import MemberInertia, make_hub_masses, make_line_masses, make_member_inertia
+from vgtsim.kinematics import Chain, MemberInertia, kind_of, make_hub_masses, make_line_masses, make_member_inertia
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Chain, Member
-from vgtsim.kinematics.inertia import make_block_inertia
+from vgtsim.kinematics import Chain, Member, make_block_inertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.fittings import hold_sites
 from vgtsim.mjcf.hubs import add_ball

@@ -13,7 +13,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from vgtsim.description.shipped import find_file
+from vgtsim.description import find_file
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import names
 

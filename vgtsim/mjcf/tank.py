@@ -14,10 +14,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.tank import Tank
-from vgtsim.geometry import Bed, Diggings, Profile, find_hulls, make_bed, make_profile, obstacles, ring_radii
-from vgtsim.geometry.panels import DEPTH, Panel
-from vgtsim.geometry.side_panels import Wedge, enclose_tank
+from vgtsim.description import Tank
+from vgtsim.geometry import (
+    DEPTH,
+    Bed,
+    Diggings,
+    Panel,
+    Profile,
+    Wedge,
+    enclose_tank,
+    find_hulls,
+    make_bed,
+    make_profile,
+    obstacles,
+    ring_radii,
+)
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics.inertia import make_plate_inertia
+from vgtsim.kinematics import make_plate_inertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.fittings import set_point_masses
 from vgtsim.mjcf.hubs import add_ball

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.motion import Goal
-from vgtsim.description.tank import Tank
+from vgtsim.description import Goal, Tank
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from trimesh.visual import ColorVisuals
 
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.inertia import member_radii
+from vgtsim.kinematics import Chain, member_radii
 from vgtsim.output.figure import save_figure, styled
 from vgtsim.replacing import replacing
 

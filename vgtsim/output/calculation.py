@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.sections import Cylinder, Tube
+from vgtsim.description import Cylinder, Tube
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.truss_plot import worst_instant
 from vgtsim.runlog import RunLog

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vgtsim.description import Tank
-from vgtsim.geometry.profile import make_profile
-from vgtsim.kinematics.ties import first_greatest, order_down
+from vgtsim.geometry import make_profile
+from vgtsim.kinematics import first_greatest, order_down
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.staging import HTML, PHASES
 from vgtsim.planning import STEP_BOUND, name_bound

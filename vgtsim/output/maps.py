@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from vgtsim.kinematics.workspace import NEAR_SINGULAR, Workspace
+from vgtsim.kinematics import NEAR_SINGULAR, Workspace
 from vgtsim.output.figure import WIDTH, save_figure, styled
 from vgtsim.replacing import replacing
 from vgtsim.statics import CapacityMap

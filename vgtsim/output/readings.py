@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.ties import first_greatest
+from vgtsim.kinematics import first_greatest
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site

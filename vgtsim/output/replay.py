@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.judging import Cut
+from vgtsim.description import Cut
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
 from vgtsim.mjcf import PoseMap, fill_qpos, make_pose_map, names

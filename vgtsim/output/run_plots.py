@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.ties import order_down
+from vgtsim.kinematics import order_down
 from vgtsim.output.colours import HOLD, LIMIT, LINES, REST
 from vgtsim.output.figure import draw_limit, finish_axes, panels
 from vgtsim.runlog import RunLog

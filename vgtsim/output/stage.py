@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from vgtsim.graphics import explain_no_picture, mujoco
 from vgtsim.kinematics import find_axis, trace_line
-from vgtsim.mjcf import build_model, build_spec, finish_model, lower_waste, names, tank
-from vgtsim.mjcf.pit import show_pit
+from vgtsim.mjcf import build_model, build_spec, finish_model, lower_waste, names, show_pit, tank
 from vgtsim.output.replay import make_replay, pose_model, project
 from vgtsim.output.things import name_things
 from vgtsim.site import Site

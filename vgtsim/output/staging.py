@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from vgtsim.description.toml_file import read_text
+from vgtsim.description import read_text
 from vgtsim.errors import DescriptionError
 from vgtsim.output.folders import naming_folder, prepare_folder
 from vgtsim.replacing import flush_to_disk, lock_folder, replacing

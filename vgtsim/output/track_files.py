@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from vgtsim.kinematics import Chain
 from vgtsim.output.figure import draw_limit, save_figure
-from vgtsim.planning.following import Followed
+from vgtsim.planning import Followed
 from vgtsim.replacing import replacing
 
 Facts = dict[str, str | float | int]

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.judging import Cut
+from vgtsim.description import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.output.colours import scale_end
 from vgtsim.output.overlay import LABELS, Mark, Overlay, draw_overlay, make_overlay

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from vgtsim.description.judging import CameraName, Cut
-from vgtsim.description.schema import closest
+from vgtsim.description import CameraName, Cut, closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
 from vgtsim.output.folders import naming_folder, prepare_folder
 from vgtsim.output.staging import HTML, JSON, LOG, PDF, VIDEO, stage_results

@@ -1,28 +1,43 @@
 """From goals to timed actuator lengths."""
 
+from vgtsim.planning.capacity import unload_map
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.collisions import Collision, list_collisions, tell_collisions
+from vgtsim.planning.entry import Entry
+from vgtsim.planning.following import Followed
 from vgtsim.planning.insertion import Insertion, plan_insertion
 from vgtsim.planning.inspection import inspect_site
 from vgtsim.planning.mission import plan_mission, plan_phases, plan_site
 from vgtsim.planning.pace import STEP_BOUND, name_bound
+from vgtsim.planning.resolution import Answer, Resolution, goal_keep, make_objective, resolve_goal, solve_request
+from vgtsim.planning.timing import make_limits
 from vgtsim.planning.tour import Leg, Tour, plan_tour, solve_first_goal
 
 __all__ = [
     "STEP_BOUND",
+    "Answer",
     "Collision",
+    "Entry",
+    "Followed",
     "Insertion",
     "Leg",
+    "Resolution",
     "Tour",
     "check_site",
+    "goal_keep",
     "inspect_site",
     "list_collisions",
+    "make_limits",
+    "make_objective",
     "name_bound",
     "plan_insertion",
     "plan_mission",
     "plan_phases",
     "plan_site",
     "plan_tour",
+    "resolve_goal",
     "solve_first_goal",
+    "solve_request",
     "tell_collisions",
+    "unload_map",
 ]

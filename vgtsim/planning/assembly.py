@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.planar_arm import PlanarArm
+from vgtsim.kinematics import PlanarArm
 from vgtsim.planning.checks import check_riser
 from vgtsim.planning.entry_checks import check_mouth, require_feed
 from vgtsim.planning.insertion import GRID, Insertion

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.constants import PAYLOAD_RADIUS
-from vgtsim.description.scene import Payload
+from vgtsim.description import Payload
 from vgtsim.kinematics import Chain
 from vgtsim.positioning import Differences, GoalSpace, NewtonSettings, Position, Problem, inside, make_box, solve
 from vgtsim.statics import CapacityMap, find_use, make_load_model, make_sections, map_capacity, smooth_peak

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.mission import begins_inside
+from vgtsim.description import begins_inside
 from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
 from vgtsim.geometry import enclosure_distance
-from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections
-from vgtsim.kinematics.inertia import member_radii
+from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections, member_radii
 from vgtsim.planning.collisions import list_collisions, tell_collisions
 from vgtsim.site import Site
 

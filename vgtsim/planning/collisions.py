@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.geometry import arm_clearance, segment_distance
-from vgtsim.kinematics.inertia import member_radii
+from vgtsim.kinematics import member_radii
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.catalogue import Catalogue, CylinderSize, TubeSize
-from vgtsim.description.scene import LoadCase
+from vgtsim.description import Catalogue, CylinderSize, LoadCase, TubeSize
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, bend_all, sample_inputs, swing, within_strokes
 from vgtsim.planning.checks import RISER_SPARE, asked_spare, riser_fit

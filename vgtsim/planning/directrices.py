@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.geometry import enclosure_distance
-from vgtsim.kinematics import azimuth
-from vgtsim.kinematics.planar_arm import PlanarArm
+from vgtsim.kinematics import PlanarArm, azimuth
 from vgtsim.planning.directrix import LeadCurve, make_directrix
 from vgtsim.planning.unfolding import make_opening
 from vgtsim.site import Site

@@ -17,7 +17,7 @@ from vgtsim.planning.design import passing_sizes, sample_postures
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import default_resolution, goal_keep, resolve_goal
 from vgtsim.planning.trajectory import Corridor
-from vgtsim.positioning.restarts import make_postures
+from vgtsim.positioning import make_postures
 from vgtsim.site import Site
 from vgtsim.statics import Demand, Sizing, size_arm
 from vgtsim.units import to_si

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vgtsim.description import Feed, Tank
-from vgtsim.kinematics.planar_arm import PlanarArm
+from vgtsim.kinematics import PlanarArm
 from vgtsim.planning.checks import check_riser
 from vgtsim.site import Site
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.tool_path import ToolPath
+from vgtsim.description import ToolPath
 from vgtsim.errors import FollowError, ReachError
-from vgtsim.geometry.stretches import Stretch, make_stretches
+from vgtsim.geometry import Stretch, make_stretches
 from vgtsim.kinematics import Chain, Subspace
 from vgtsim.planning.curve import Curve, make_curve
 from vgtsim.planning.resolution import make_objective

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import PathError
-from vgtsim.geometry.clearance import RISER
-from vgtsim.kinematics.planar_arm import PlanarArm
+from vgtsim.geometry import RISER
+from vgtsim.kinematics import PlanarArm
 from vgtsim.planning.checks import asked_spare
 from vgtsim.planning.directrices import propose_directrices
 from vgtsim.planning.directrix import LeadCurve

@@ -8,17 +8,21 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import Goal, RasterPiece, ToolPath, begins_anew, list_phases
-from vgtsim.description.mission import (
+from vgtsim.description import (
     AddStep,
     CutStep,
     FollowStep,
+    Goal,
     HoldStep,
     InsertStep,
     MissionStep,
     MoveStep,
+    RasterPiece,
     RasterStep,
+    ToolPath,
+    begins_anew,
     begins_inside,
+    list_phases,
 )
 from vgtsim.errors import PathError
 from vgtsim.planning.assembly import check_assembly_room, cut_way

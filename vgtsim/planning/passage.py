@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics import find_axis, measure_passage
-from vgtsim.kinematics.inertia import member_radii
+from vgtsim.kinematics import find_axis, measure_passage, member_radii
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError, PathError
-from vgtsim.geometry.gaps import PILLAR
+from vgtsim.geometry import PILLAR
 from vgtsim.kinematics import Chain, State, azimuth, bend_all, swing
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.curve import Curve, make_curve

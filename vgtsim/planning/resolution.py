@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.constants import Method
-from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
+from vgtsim.description import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, straight_yaws
 from vgtsim.positioning import (
@@ -28,14 +28,15 @@ from vgtsim.positioning import (
     StrokeBarrier,
     WeightedSum,
     binding_actuators,
+    condition_numbers,
     couple,
     evaluate,
     goal_plane,
+    lost_directions,
     report_rows,
     solve_goal,
     tool_goal,
 )
-from vgtsim.positioning.kkt import condition_numbers, lost_directions
 from vgtsim.site import Place
 from vgtsim.statics import find_use, smooth_peak, solve_members
 

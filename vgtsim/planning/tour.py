@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.constants import Method
-from vgtsim.description.motion import Goal
+from vgtsim.description import Goal
 from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.carousel import Carousel

@@ -14,8 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics import Chain, State
-from vgtsim.kinematics.planar_arm import PlanarArm
+from vgtsim.kinematics import Chain, PlanarArm, State
 from vgtsim.planning.directrix import LeadCurve
 
 Array = NDArray[np.float64]

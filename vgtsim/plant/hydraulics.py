@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.ties import first_greatest
+from vgtsim.kinematics import first_greatest
 from vgtsim.plant.oil import VAPOUR, ChamberState, Cylinders, Oil, make_cylinders, pressures
 from vgtsim.site import Site
 from vgtsim.statics import solve_members

@@ -6,6 +6,7 @@ configurations; `solve_goal` takes one goal by any method of the dissertation, w
 """
 
 from vgtsim.positioning.goals import GoalSpace, Position, RowReport, evaluate, report_rows, tool_goal
+from vgtsim.positioning.kkt import CONDITION_LIMIT, condition_numbers, lost_directions, name_direction
 from vgtsim.positioning.methods import ANCHOR_FREE
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
@@ -22,15 +23,16 @@ from vgtsim.positioning.objectives import (
 )
 from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.reduction import Reduction, couple
-from vgtsim.positioning.restarts import solve_anywhere
+from vgtsim.positioning.restarts import make_postures, solve_anywhere
 from vgtsim.positioning.solution import Solution, join_solutions
 from vgtsim.positioning.solver import Keep, solve_goal
 from vgtsim.positioning.starting import find_start, search_start
 from vgtsim.positioning.strokes import StrokeBox, binding_actuators, bring_inside, inside, make_box
-from vgtsim.positioning.surroundings import LeastGap, Surroundings
+from vgtsim.positioning.surroundings import LeastGap, NearPairs, Surroundings
 
 __all__ = [
     "ANCHOR_FREE",
+    "CONDITION_LIMIT",
     "ClearanceHinges",
     "Configurations",
     "Differences",
@@ -39,6 +41,7 @@ __all__ = [
     "LeastGap",
     "LengthVariation",
     "MidStroke",
+    "NearPairs",
     "Nearness",
     "NewtonSettings",
     "Objective",
@@ -53,13 +56,17 @@ __all__ = [
     "WeightedSum",
     "binding_actuators",
     "bring_inside",
+    "condition_numbers",
     "couple",
     "evaluate",
     "find_start",
     "goal_plane",
     "inside",
     "join_solutions",
+    "lost_directions",
     "make_box",
+    "make_postures",
+    "name_direction",
     "report_rows",
     "search_start",
     "solve",

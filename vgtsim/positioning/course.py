@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.kinematics.composition import compose, curve, pull
-from vgtsim.kinematics.modules.double_octahedral import fill_mid_planes
+from vgtsim.kinematics import compose, curve, fill_mid_planes, pull
 from vgtsim.positioning import descent
 from vgtsim.positioning.descent import carry_on
 from vgtsim.positioning.rows import curve_between, curve_within, measure_rows, measure_strokes, pull_rows

@@ -16,9 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.modules import Chord
-from vgtsim.kinematics.roll_pitch_yaw import rotation
+from vgtsim.kinematics import Chain, Chord, rotation
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.state import State
+from vgtsim.kinematics import Chain, State
 from vgtsim.positioning import rows
 
 Array = NDArray[np.float64]

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ObjectiveError
-from vgtsim.kinematics import Chain, azimuth, straight_yaws
-from vgtsim.kinematics.state import State
+from vgtsim.kinematics import Chain, State, azimuth, straight_yaws
 from vgtsim.positioning.rows import measure_strokes
 from vgtsim.positioning.strokes import StrokeBox
 from vgtsim.positioning.surroundings import Surroundings

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import GoalError, ObjectiveError
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.state import State
+from vgtsim.kinematics import Chain, State
 from vgtsim.positioning import rows
 from vgtsim.positioning.course import STEP
 from vgtsim.positioning.goals import GoalSpace, measure, tabulate

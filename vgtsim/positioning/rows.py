@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.kinematics.vectors import cross_into
+from vgtsim.kinematics import cross_into
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

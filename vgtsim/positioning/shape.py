@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ReachError
-from vgtsim.kinematics.ties import order_down
+from vgtsim.kinematics import order_down
 from vgtsim.positioning.fitting import cubic, fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.constants import Method
-from vgtsim.description.motion import Bend, StartPosture
+from vgtsim.description import Bend, StartPosture
 from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.kinematics import Subspace, bend_all, bend_start, can_swing, swing
 from vgtsim.positioning.goals import tool_goal

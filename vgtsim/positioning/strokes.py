@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.modules.double_octahedral import fill_mid_planes
+from vgtsim.kinematics import Chain, fill_mid_planes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.tank import Tank
+from vgtsim.description import Tank
 from vgtsim.geometry import (
     Bed,
     MemberPairs,
@@ -28,8 +28,7 @@ from vgtsim.geometry import (
     segment_distance,
 )
 from vgtsim.geometry.gaps import BED, PILLAR, SOLID, TANK, WASTE
-from vgtsim.kinematics import Chain, State
-from vgtsim.kinematics.inertia import member_radii
+from vgtsim.kinematics import Chain, State, member_radii
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh, get_lapack_funcs
 
 from vgtsim.errors import TrussError
-from vgtsim.kinematics import Truss
-from vgtsim.kinematics.conditioning import warn_poor
+from vgtsim.kinematics import Truss, warn_poor
 from vgtsim.statics.framework import Framework, find_mechanism
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, unfold
 

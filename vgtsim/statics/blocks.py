@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics import Truss
-from vgtsim.kinematics.vectors import cross
+from vgtsim.kinematics import Truss, cross
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.constants import GRAVITY, PAYLOAD, PAYLOAD_RADIUS, SAFETY_FACTOR
-from vgtsim.description.scene import Payload
+from vgtsim.description import Payload
 from vgtsim.errors import TrussError
-from vgtsim.kinematics import Chain, bend_all, sample_inputs, within_strokes
-from vgtsim.kinematics.ties import first_least
+from vgtsim.kinematics import Chain, bend_all, first_least, sample_inputs, within_strokes
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.equilibrium import MemberForces, blend, solve_members
 from vgtsim.statics.loads import make_load_model

@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.scene import LoadCase
+from vgtsim.description import LoadCase
 from vgtsim.statics.equilibrium import Loading, MemberForces, solve_loadings
 from vgtsim.statics.loads import LoadModel, tool_forces
 from vgtsim.statics.motion import NodeMotion

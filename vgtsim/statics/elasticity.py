@@ -8,9 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description.conveyance import Conveyance
-from vgtsim.description.modules import joint_offset
-from vgtsim.description.scene import Payload, Simulation
+from vgtsim.description import Conveyance, Payload, Simulation, joint_offset
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.statics.loads import LoadModel, make_load_model

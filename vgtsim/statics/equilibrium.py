@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.compilation import by_rows, compiled
-from vgtsim.kinematics import Truss
-from vgtsim.kinematics.vectors import cross_into
+from vgtsim.kinematics import Truss, cross_into
 from vgtsim.statics.framework import framework_of
 from vgtsim.statics.joints import substitute_back
 from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads

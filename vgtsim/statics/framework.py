@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import TrussError
-from vgtsim.kinematics import Truss
-from vgtsim.kinematics.ties import order_down
+from vgtsim.kinematics import Truss, order_down
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

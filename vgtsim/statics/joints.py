@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import TrussError
-from vgtsim.kinematics.conditioning import POOR, SINGULAR, find_sine, invert_in_place, warn_poor
+from vgtsim.kinematics import POOR, SINGULAR, find_sine, invert_in_place, warn_poor
 from vgtsim.statics.framework import Framework, diagnose
 
 Array = NDArray[np.float64]

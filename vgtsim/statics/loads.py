@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import by_rows, compiled
-from vgtsim.description.conveyance import Conveyance
-from vgtsim.description.scene import Payload
-from vgtsim.kinematics import Chain, Truss
-from vgtsim.kinematics.inertia import (
+from vgtsim.description import Conveyance, Payload
+from vgtsim.kinematics import (
+    Chain,
     MemberInertia,
     PlateInertia,
+    Truss,
     make_block_inertia,
     make_hub_masses,
     make_line_masses,

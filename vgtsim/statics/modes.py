@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
 from vgtsim.errors import TrussError
-from vgtsim.kinematics import Truss
-from vgtsim.kinematics.inertia import MemberInertia
-from vgtsim.kinematics.ties import first_greatest
+from vgtsim.kinematics import MemberInertia, Truss, first_greatest
 from vgtsim.statics.banded_solve import require_stiff, softest
 from vgtsim.statics.blocks import block_moves, ring_stiffness
 from vgtsim.statics.elasticity import ElasticModel

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.sections import Cylinder, Material, Tube
+from vgtsim.description import Cylinder, Manipulator, Material, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Truss
 

@@ -9,10 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize
-from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.scene import LoadCase, Payload
-from vgtsim.description.sections import Cylinder, Tube
+from vgtsim.description import INCH, Catalogue, Cylinder, CylinderSize, LoadCase, Manipulator, Payload, Tube, TubeSize
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
 from vgtsim.statics.cases import chunks, find_corners, find_effects

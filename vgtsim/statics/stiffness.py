@@ -14,8 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics import Truss
-from vgtsim.kinematics.vectors import cross
+from vgtsim.kinematics import Truss, cross
 from vgtsim.statics.banded_solve import solve_poses
 from vgtsim.statics.blocks import block_moves, ring_loads
 from vgtsim.statics.elasticity import ElasticModel

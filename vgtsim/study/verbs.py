@@ -13,12 +13,8 @@ from numpy.typing import NDArray
 
 from vgtsim.description import RepeatedCapacity, RepeatedRun, RepeatedWorkspace, closest
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import check_strokes
-from vgtsim.kinematics.ties import first_greatest, first_least
-from vgtsim.kinematics.workspace import Workspace, sample_workspace
-from vgtsim.planning import Tour, plan_site
-from vgtsim.planning.capacity import unload_map
-from vgtsim.planning.resolution import Answer, solve_request
+from vgtsim.kinematics import Workspace, check_strokes, first_greatest, first_least, sample_workspace
+from vgtsim.planning import Answer, Tour, plan_site, solve_request, unload_map
 from vgtsim.runlog import RunLog, empty_records
 from vgtsim.site import Site
 from vgtsim.statics import CapacityMap, draw_shapes, find_use, map_capacity

@@ -2,7 +2,7 @@
 
 from vgtsim.verification.checks import CHECK_NAMES, MEASURES
 from vgtsim.verification.cutting import describe_removed
-from vgtsim.verification.evidence import Evidence, find_riser_reaction
+from vgtsim.verification.evidence import Evidence, PlannedTour, find_riser_reaction
 from vgtsim.verification.instant import Instant, find_instant
 from vgtsim.verification.phases import PhaseRun, find_begins, join_phases
 from vgtsim.verification.report import Check, Report
@@ -17,6 +17,7 @@ __all__ = [
     "Hold",
     "Instant",
     "PhaseRun",
+    "PlannedTour",
     "Report",
     "describe_removed",
     "find_begins",

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vgtsim.description import Feed
-from vgtsim.kinematics.planar_arm import axis_of
+from vgtsim.kinematics import axis_of
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Array, Evidence
 from vgtsim.verification.measures import Finding, absent, least_of, missing, report_as, worst_of

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics.ties import first_greatest
+from vgtsim.kinematics import first_greatest
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Evidence
 

@@ -6,9 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vgtsim.kinematics import find_axis, measure_passage
-from vgtsim.kinematics.inertia import member_radii
-from vgtsim.kinematics.ties import first_least
+from vgtsim.kinematics import find_axis, first_least, measure_passage, member_radii
 from vgtsim.site import Site
 from vgtsim.touches import Parts
 from vgtsim.verification.evidence import Evidence

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vgtsim.kinematics.ties import first_greatest
+from vgtsim.kinematics import first_greatest
 from vgtsim.statics import MODES, SLENDERNESS_ADVICE
 from vgtsim.verification.evidence import Array, Evidence
 from vgtsim.verification.measures import Finding, has_cases, report_as, worst_of

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vgtsim.control import find_posture
 from vgtsim.description import OBJECTIVES
 from vgtsim.errors import VgtError
-from vgtsim.kinematics.vectors import quaternions_to
+from vgtsim.kinematics import quaternions_to
 from vgtsim.site import Site
 from vgtsim.web.letters import Button, Letter, LiveState, Wish
 from vgtsim.web.scale import draw_scale

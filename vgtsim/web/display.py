@@ -9,8 +9,7 @@ import trimesh
 from numpy.typing import NDArray
 from viser import ViserServer
 
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.vectors import quaternions_to
+from vgtsim.kinematics import Chain, quaternions_to
 from vgtsim.output.colours import force_colours
 from vgtsim.site import Site
 from vgtsim.web.baking import SHARP, add_baked

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics import Chain
-from vgtsim.kinematics.inertia import member_radii
-from vgtsim.kinematics.vectors import cross, quaternions_to
+from vgtsim.kinematics import Chain, cross, member_radii, quaternions_to
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

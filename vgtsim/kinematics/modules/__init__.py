@@ -5,7 +5,7 @@ Adding a kind is adding a file with its `Kind`, a row here, and a class of its d
 
 from __future__ import annotations
 
-from vgtsim.description.modules import Module
+from vgtsim.description import Module
 from vgtsim.kinematics.modules import double_octahedral, general_double_octahedral, octahedral, static, tetrahedral
 from vgtsim.kinematics.modules.kind import Kind, PlannedMember
 from vgtsim.kinematics.modules.sets import Chord, ModuleSet, ModuleState, find_singular

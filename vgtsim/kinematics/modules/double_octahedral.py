@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.description.modules import DoubleOctahedral, GeneralDoubleOctahedral
+from vgtsim.description import DoubleOctahedral, GeneralDoubleOctahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.mode_following import follow, worst_direction
 from vgtsim.kinematics.modules import mid_plane as double

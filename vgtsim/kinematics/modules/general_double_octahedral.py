@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description.modules import GeneralDoubleOctahedral
+from vgtsim.description import GeneralDoubleOctahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.modules import two_cell_rates as rates
 from vgtsim.kinematics.modules import two_cells as cells

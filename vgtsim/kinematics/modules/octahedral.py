@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.description.modules import Octahedral
+from vgtsim.description import Octahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.modules import octahedron as single
 from vgtsim.kinematics.modules.kind import Groups, Kind, PlannedMember

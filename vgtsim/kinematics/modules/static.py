@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vgtsim.description.modules import Prism, SectionModule
+from vgtsim.description import Prism, SectionModule
 from vgtsim.errors import TrussError
 from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
 from vgtsim.kinematics.modules.static_section import StaticSection, make_section, section_from_transform

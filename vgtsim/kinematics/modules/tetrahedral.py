@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.description.modules import Tetrahedral
+from vgtsim.description import Tetrahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
 from vgtsim.kinematics.modules.sets import Fill, Mask, ModuleSet, all_legs, find_short
