@@ -10,6 +10,7 @@ from vgtsim.description import load_manipulator, load_tank
 from vgtsim.description.tank import Roughness
 from vgtsim.geometry.clearance import arm_clearance, obstacles, self_clearance
 from vgtsim.geometry.distance import enclosure_distance, interior_distance, segment_distance
+from vgtsim.geometry.gaps import WASTE
 from vgtsim.geometry.profile import make_profile
 from vgtsim.kinematics import Chain, bend_all, hanging_mount
 from vgtsim.positioning import Surroundings
@@ -306,5 +307,13 @@ def test_the_least_of_a_batch_is_the_same_when_only_it_counts(hanging_arm, type_
         distance, names = around.clearance(q[some], together=True)
         k = int(np.argmin(distance))
         assert (distance[k], names[k]) == min(alone)
-    for row, (gap, _) in zip(q, alone, strict=True):
-        assert around.clear(hanging_arm.state(row[None]), gap - 1e-9)[0] or gap < -0.5
+    points = around.points(q)[:, 3:-1]
+    bed, reach = around.obstacles.bed, 0.10
+    assert bed is not None
+    near = bed.distance(points)[0] - around.capsules.point_radii[3:-1] < reach
+    rows = around.rows(q, reach, slopes=False)
+    found = np.zeros((len(q), points.shape[1] + 4), bool)
+    to_bed = rows.bodies[:, 0] == WASTE
+    found[rows.config[to_bed], rows.bodies[to_bed, 1]] = True
+    assert near.any()
+    assert np.array_equal(found[:, 3:-1], near)  # distances sought without a bound tell the same points

@@ -87,7 +87,9 @@ def find_near(
             if len(bed) and gap < reach:
                 away = to_surface(bed, ground, at[c], reach + point_radii[c], lead)
                 high[c] = max(high[c], min(away, reach + point_radii[c]))
-                gap = away - point_radii[c]
+                gap = (
+                    away - point_radii[c] if away < reach + point_radii[c] else np.inf
+                )  # or rounding would make it near
             if gap < reach:
                 if count < len(gaps):
                     config[count], gaps[count], held[count], slopes[count] = i, gap, -1, 0.0
