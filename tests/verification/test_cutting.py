@@ -9,6 +9,8 @@ from digging import over_waste, sweep
 from vgtsim.plant import Plant, run, tour
 from vgtsim.site import Site
 from vgtsim.verification import verify
+from vgtsim.verification.checks import MEASURES
+from vgtsim.verification.measures import Finding
 
 ROWS = (
     "waste removed a second over the tool's rate",
@@ -64,3 +66,9 @@ def test_fault_in_the_run(site, program, monkeypatch, fault):
 
     monkeypatch.setattr(tour, "Plant", Spoilt)
     assert fault.caught in fail(site, run(site, program), program)
+
+
+def test_what_was_removed_is_told_by_the_last_stretch_of_a_long_log():
+    row = next(measure for measure in MEASURES if measure.quantity == "removed waste against path and rate of the tool")
+    joined = row.join([Finding(value=2.0, summary="half"), Finding(value=1.0, summary="whole")])
+    assert (joined.value, joined.detail) == (2.0, "whole")

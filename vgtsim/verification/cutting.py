@@ -5,6 +5,8 @@ The volume is worked out anew from the logged tool, its share of power and the d
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vgtsim.description import CuttingTool
@@ -76,7 +78,7 @@ def check_path(run: Evidence) -> Finding:
     expected = volume[0] + _follow(run)
     error = np.abs(volume - expected) / max(volume[-1], _LEAST_VOLUME)
     found = worst_of(error[:, None], run.log.time, _NAME)
-    return Finding(value=found.value, where=found.where, when=found.when, detail=describe_removed(run.site, run.log))
+    return replace(found, summary=describe_removed(run.site, run.log))
 
 
 @report_as("clearance", "waste removed beyond the tool's reach", unit="m", limit="cutting_depth", applies=cuts)

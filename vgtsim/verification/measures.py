@@ -24,7 +24,7 @@ class Finding:
 
     `detail` says why it could not be measured, or holds more figures. Of a stretch of a long run the figure may be `absent`:
     nothing there was to be measured. What a figure is to be divided by is in `over`: the greatest of the run. The `least`
-    distances, m, by their places, are added to the detail.
+    distances, m, by their places, are added to the detail. A `summary` is what has come of the run by the last record.
     """
 
     value: float
@@ -34,6 +34,7 @@ class Finding:
     absent: bool = False
     over: float = 1.0
     least: Mapping[str, float] = field(default_factory=dict)
+    summary: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Measure:
         for part in there:
             least |= {place: min(value, least.get(place, np.inf)) for place, value in part.least.items()}
         detail = over.detail if over.over != worst.over else worst.detail
-        detail += ", ".join(f"{place} {value:.3f} m" for place, value in least.items())
+        detail += there[-1].summary + ", ".join(f"{place} {value:.3f} m" for place, value in least.items())
         return Finding(value=worst.value / over.over, where=worst.where, when=worst.when, detail=detail)
 
 
