@@ -58,7 +58,10 @@ class Served:
         self.folder = folder
         words = ["live", "type_ii_reach", "--no-open", "--port", "0", "--record", "--out", str(folder)]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", "from vgtsim.cli import main; main()", *words], stdout=subprocess.PIPE, text=True
+            [sys.executable, "-c", "from vgtsim.cli import main; main()", *words],
+            stdout=subprocess.PIPE,
+            text=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a job in the background ignores it
         )
         self.said = self.process.stdout.readline() + self.process.stdout.readline()
         self.address = re.search(r"http://127\.0\.0\.1:\d+", self.said).group()

@@ -8,8 +8,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from vgtsim.description.tank import MeshThing, Tank
 from vgtsim.errors import DescriptionError, MissingLibraryError
 
@@ -69,7 +67,8 @@ def _split(item: MeshThing, path: Path) -> MeshThing:
 @lru_cache(maxsize=32)
 def _read_parts(path: Path, _: int) -> Parts:
     """Corners of the convex parts of a mesh, in the file's unit; a file that was changed is read again."""
-    import trimesh  # slow to load, and most tanks have no mesh
+    import numpy as np  # both are slow to load, and most tanks have no mesh
+    import trimesh
 
     try:
         mesh = trimesh.load_mesh(path)

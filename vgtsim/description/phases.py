@@ -110,6 +110,7 @@ def _split(steps: Sequence[MissionStep], whole: int) -> list[_Part]:
             waits.append(step.time)
             parts.append(_Part(len(waits), [step]))
         else:
+            parts = parts or [_Part(whole, [])]  # an arm that hangs in the tank from the beginning
             parts[-1].steps.append(step)
             if isinstance(step, WithdrawStep):
                 parts += [

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from vgtsim.compilation import compiled
 from vgtsim.geometry.segments import TOUCHING, find_between
@@ -47,6 +46,8 @@ class Blocks(NamedTuple):
 
 def make_blocks(hulls: Sequence[tuple[int, Array]]) -> Blocks:
     """Solids from their owners and corners, shape (K, 3), m: each is the convex hull of its corners."""
+    from scipy.spatial import ConvexHull  # slow to load, and only boxes and meshes need it
+
     owner = np.array([item for item, _ in hulls], np.intp)
     balls, planes, corners = np.empty((len(hulls), 4)), [np.empty((0, 4))], [np.empty((0, 3))]
     edges, triangles = [np.empty((0, 2), np.intp)], [np.empty((0, 3), np.intp)]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from vgtsim.description import Tank
@@ -11,6 +12,9 @@ from vgtsim.geometry import Diggings, make_profile
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.mjcf.tank import INSIDE_GROUP, POOL
+
+if TYPE_CHECKING:
+    import trimesh
 
 Array = NDArray[np.float64]
 
@@ -42,6 +46,7 @@ def show_pit(spec: mujoco.MjSpec, tank: Tank, diggings: Diggings) -> None:
 
 def open_waste(mesh: trimesh.Trimesh, diggings: Diggings) -> trimesh.Trimesh:
     """The waste with a hole in its surface as wide as the diggings."""
+    import trimesh
     from scipy.spatial import Delaunay
 
     top = mesh.face_normals[:, 2] > _LEVEL

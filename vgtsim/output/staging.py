@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from vgtsim.description import read_text
 from vgtsim.errors import DescriptionError
 from vgtsim.output.folders import naming_folder, prepare_folder
 from vgtsim.replacing import flush_to_disk, lock_folder, replacing
@@ -71,6 +70,8 @@ def _finish_move(folder: Path) -> None:
     stage = folder / UNFINISHED
     if not os.path.lexists(stage / _WHOLE):
         return
+    from vgtsim.description import read_text  # slow to load, and a folder is made without it
+
     try:
         listed = json.loads(read_text(stage / _WHOLE, what="list of a run's results"))
     except (ValueError, RecursionError) as error:
