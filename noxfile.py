@@ -36,7 +36,7 @@ def run_tests(session: nox.Session, *chosen: str) -> None:
 @nox.session(python=PYTHONS)
 def tests(session: nox.Session) -> None:
     """Tests with one version of Python and the pinned versions; arguments after `--` go to pytest."""
-    session.install(*PINNED, "--editable", ".[env,live,study]", *TESTING)
+    session.install(*PINNED, "--editable", ".[env,live,mesh,study]", *TESTING)
     run_tests(session, *(session.posargs or QUICK))
 
 
