@@ -122,7 +122,8 @@ def describe_removed(site: Site, log: RunLog) -> str:
     ground = site.diggings
     assert ground is not None
     volume, step = float((ground.start - log.bed[-1]) @ ground.areas), float(np.diff(log.time).mean())
-    working = step * float(np.sum(log.tool_share > 0))
+    whole = log.time[0] < step  # of a part of a run the volume is known, but not the time that it took
+    working = step * float(np.sum(log.tool_share > 0)) if whole else 0.0
     hour = f", {3600 * float(np.ptp(log.removed)) / working:.3g} m³ an hour while the tool works" if working else ""
     left = float((log.bed[-1] - ground.floor) @ ground.areas)
     mass = volume * site.tank.waste.density
