@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from vgtsim.description.tank import Mound, Roughness
+from vgtsim.description.waste import Mound, Roughness
 from vgtsim.geometry import make_bed, make_profile, obstacles
 from vgtsim.geometry.surface import along_surface
 from vgtsim.kinematics import bend_all

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import minimize
 
 from vgtsim.description import load_manipulator, load_tank
-from vgtsim.description.tank import Roughness
+from vgtsim.description.waste import Roughness
 from vgtsim.geometry.clearance import arm_clearance, obstacles, self_clearance
 from vgtsim.geometry.distance import enclosure_distance, interior_distance, segment_distance
 from vgtsim.geometry.gaps import WASTE

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from vgtsim import load
 from vgtsim.description import load_tank
-from vgtsim.description.tank import Mound
+from vgtsim.description.waste import Mound
 from vgtsim.output.stage import compile_view
 from vgtsim.output.tank_drawing import draw_rose, draw_tank_side, draw_tank_top
 

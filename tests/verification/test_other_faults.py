@@ -11,7 +11,7 @@ from playing import bend, change, climb, shorten
 
 from vgtsim.control import rehearse
 from vgtsim.description import AllowedContact, Operator, OperatorCommand
-from vgtsim.description.tank import Mound
+from vgtsim.description.waste import Mound
 from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, operate, run

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from vgtsim.description.figures import Flow, Force, JetPressure, Length, Number, Power, Size, Wait
 from vgtsim.description.schema import Description, Name
-from vgtsim.description.tank import Waste
+from vgtsim.description.waste import Waste
 
 _WATER = 1000.0  # kg/m³, of a jet
 _GIVEN = {"jet": ("pressure", "flow"), "scarifier": ("power", "reaction")}
