@@ -132,7 +132,7 @@ def test_the_departure_of_a_spinning_bar_is_that_of_a_finite_turn(site):
     data.qvel[:] = 0.0
     data.qvel[ball : ball + 3] = w
     mujoco.mj_step1(model, data)
-    correction._speeds = np.array(data.qvel)
+    correction._past = np.array(data.qvel), np.array(data.qvel)
     found = correction._find_departures(plant.state.lengths, 0.0)[correction._closures[:, None] + np.arange(3)]
     R, length = data.site(names.near(member.name)).xmat.reshape(3, 3), model.site(names.far(member.name)).pos[2]
     angle = np.linalg.norm(w) * STEP
@@ -157,7 +157,7 @@ def test_without_foresight_or_without_a_correction_they_open(site, monkeypatch):
     closed = follow(site, lengths)
     monkeypatch.setattr(Foresight, "correct", lambda *_: None)
     assert follow(site, lengths) > 10 * closed
-    monkeypatch.setattr(Correction, "_find_departures", lambda *_: 0.0)
+    monkeypatch.setattr(Correction, "_find_departures", lambda self, *_: np.zeros(self._count))
     assert follow(site, lengths) > 300 * closed
 
 

@@ -11,9 +11,12 @@ from vgtsim.site import Site
 
 STEP_BOUND = "step_bound_s_"  # before the name of a bound in a log's performance
 _SHARE = 0.5  # of the planned clearance, that a node may travel between two looks at contact: nothing is jumped over
-# What a node is off and a loop opens by, over the cube of the travel in a step, 1/m²: the foresight is exact but for the
-# change of accelerations. The reference tour needs half of both at 40 ms and two fifths at 20 ms (1.34 m/s).
+# What a node is off and a loop opens by, over the cube of the travel in a step, 1/m², where no command tells the lengths at its
+# end: the change of accelerations is not foreseen. A whole tour at 40 ms and 1.34 m/s needs half of both.
 _OFF, _OPEN = 1e-2, 2e-3
+# The same over the travel, of rigid sections, whose lengths are commanded: what is foreseen is off by a bounded way, and a turn
+# of that opens a loop (`plant.foresight`). The reference tour needs half of both at 40 ms.
+_OFF_FORESEEN, _OPEN_FORESEEN = 6.5e-6, 5e-7
 
 
 def choose_step(site: Site, bounds: Mapping[str, float]) -> float:
@@ -31,15 +34,16 @@ def find_bounds(site: Site, ways: Iterable[tuple[TimedPath, float]]) -> dict[str
     if simulation.timestep is not None:
         return {"scene": simulation.timestep}
     bounds = site.step_bounds | dict.fromkeys(("closure", "kinematics_agreement", "clearance"), np.inf)
-    travel = {
-        "closure": np.cbrt(limits.closure / _OPEN),
-        "kinematics_agreement": np.cbrt(limits.kinematics_agreement / _OFF),
-    }
+    if simulation.members == "sections":
+        most = limits.closure / _OPEN_FORESEEN, limits.kinematics_agreement / _OFF_FORESEEN
+    else:
+        most = np.cbrt(limits.closure / _OPEN), np.cbrt(limits.kinematics_agreement / _OFF)
+    travel = dict(zip(("closure", "kinematics_agreement"), most, strict=True))
     for way, clearance in ways:
         speed = find_speed(site, way, site.timestep)
         if speed > 0:
-            for name, most in (travel | {"clearance": _SHARE * clearance}).items():
-                bounds[name] = min(bounds[name], float(most / speed))
+            for name, reach in (travel | {"clearance": _SHARE * clearance}).items():
+                bounds[name] = min(bounds[name], float(reach / speed))
     return bounds
 
 

@@ -26,11 +26,13 @@ from vgtsim.plant.hose import Hose
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+_BODY = int(mujoco.mjtSameFrame.mjSAMEFRAME_BODY)
+
 
 class Correction:
     """A step of MuJoCo with all equality rows corrected; the foresight of imposed lengths, if there is any, is asked.
 
-    Speeds are otherwise foreseen to change as in the step before.
+    Speeds are otherwise foreseen to change as in the step before, with a foresight to go on changing as in the two before.
     """
 
     def __init__(
@@ -40,7 +42,7 @@ class Correction:
         self._model, self._data, self._foresight, self._hose = model, data, foresight, hose
         self._ahead = mujoco.MjData(model)  # bodies and sites where they are foreseen
         self._frames = np.array(model.geom_sameframe)
-        self._speeds = np.zeros(model.nv)
+        self._past = np.zeros(model.nv), np.zeros(model.nv)  # speeds two steps ago, and one
         self._count = -1
         self._tool, self._tip = model.site(names.TOOL).id, model.body(names.TIP).id
 
@@ -56,10 +58,11 @@ class Correction:
             data.xfrc_applied[self._tip] = [*push, *np.cross(lever, push)]
         if data.ne != self._count:
             self._find_rows()
-        gaps = np.array(data.efc_pos[: self._count])
-        way = gaps - self._given_way + self._find_departures(lengths, feed)
-        speeds = model.opt.timestep * data.efc_vel[: self._count]
-        data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
+        departures = self._find_departures(lengths, feed)
+        rows = data.efc_pos[: self._count]
+        gaps = np.array(rows)
+        speeds, step = data.efc_vel, model.opt.timestep
+        aim_rows(rows, departures, speeds, self._given_way, self._inertia, self._stiffness, step)
         if self._hose is not None:
             self._hose.press(data)
         mujoco.mj_step2(model, data)
@@ -94,44 +97,61 @@ class Correction:
 
     def _find_departures(self, lengths: Array, feed: float) -> Array:
         """Gaps that the step ends with beyond what its tangent foretells, shape (E,), m."""
+        here, step, departures = self._data.site_xpos, self._model.opt.timestep, np.zeros(self._count)
+        there, along = self._foresee(lengths, feed)
+        measure_departures(self._closures, self._joined, here, there, along, step, departures)
+        measure_lengthening(self._spans, self._spanned, here, there, along, step, departures)
+        return departures
+
+    def _foresee(self, lengths: Array, feed: float) -> tuple[Array, Array]:
+        """Places of sites at the end of the step, shape (sites, 3), m, and the rows' speeds that lead there, m/s."""
         model, data, ahead = self._model, self._data, self._ahead
-        step, now = model.opt.timestep, data.qvel
-        speeds = 2 * now - self._speeds
-        self._speeds = np.array(now)
+        now = np.array(data.qvel)
+        before, last = self._past
+        speeds = 2 * now - last
         if self._foresight is not None:
+            speeds += now - 2 * last + before
             self._foresight.correct(data, lengths, feed, speeds)
+        self._past = last, now
         ahead.qpos = data.qpos
-        mujoco.mj_integratePos(model, ahead.qpos, speeds, step)
-        model.geom_sameframe[:] = (
-            mujoco.mjtSameFrame.mjSAMEFRAME_BODY
-        )  # of the tank's two thousand geoms nothing is asked
+        mujoco.mj_integratePos(model, ahead.qpos, speeds, model.opt.timestep)
+        model.geom_sameframe[:] = _BODY  # of the tank's two thousand geoms nothing is asked
         mujoco.mj_kinematics(model, ahead)
         model.geom_sameframe[:] = self._frames
-        along, departures = np.empty(data.nefc), np.zeros(self._count)
+        along = np.empty(data.nefc)
         mujoco.mj_mulJacVec(model, data, along, speeds)
-        along *= step
-        here, there = data.site_xpos, ahead.site_xpos
-        measure_departures(self._closures, self._joined, here, there, along, departures)
-        measure_lengthening(self._spans, self._spanned, here, there, along, departures)
-        return departures
+        return ahead.site_xpos, along
 
 
 @compiled
-def measure_departures(rows: Index, joined: Index, here: Array, there: Array, along: Array, departures: Array) -> None:
+def aim_rows(
+    gaps: Array, departures: Array, speeds: Array, given_way: Array, inertia: Array, stiffness: Array, step: float
+) -> None:
+    """Replace gaps, shape (E,), m, by those that a step in s closes in full, see the head of the file."""
+    for i in range(len(gaps)):
+        way = gaps[i] - given_way[i] + departures[i]
+        gaps[i] = (inertia[i] * way + step * speeds[i]) / stiffness[i]
+
+
+@compiled
+def measure_departures(
+    rows: Index, joined: Index, here: Array, there: Array, along: Array, step: float, departures: Array
+) -> None:
     """Write how far two joined sites come apart beyond the way along tangents, for three rows from each of some, m.
 
-    Sites are here, and later there, both of shape (sites, 3), m; ways along tangents and departures have shape (E,), m.
+    Sites are here, and a step in s later there, both of shape (sites, 3), m; departures have shape (E,), m, and speeds along
+    tangents are those of at least as many rows, m/s.
     """
     for i in range(len(rows)):
         row, first, second = rows[i], joined[i, 0], joined[i, 1]
         for k in range(3):
             apart = (there[first, k] - there[second, k]) - (here[first, k] - here[second, k])
-            departures[row + k] = apart - along[row + k]
+            departures[row + k] = apart - step * along[row + k]
 
 
 @compiled
 def measure_lengthening(
-    rows: Index, spanned: Index, here: Array, there: Array, along: Array, departures: Array
+    rows: Index, spanned: Index, here: Array, there: Array, along: Array, step: float, departures: Array
 ) -> None:
     """As `measure_departures`, for the length between two sites, one row each."""
     for i in range(len(rows)):
@@ -140,4 +160,4 @@ def measure_lengthening(
         for k in range(3):
             before += (here[end, k] - here[start, k]) ** 2
             after += (there[end, k] - there[start, k]) ** 2
-        departures[rows[i]] = np.sqrt(after) - np.sqrt(before) - along[rows[i]]
+        departures[rows[i]] = np.sqrt(after) - np.sqrt(before) - step * along[rows[i]]

@@ -7,12 +7,15 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Chain
+from vgtsim.kinematics import Chain, State
 
 Array = NDArray[np.float64]
 
-_SMOOTH = 2e-7  # m: change of a cylinder's acceleration, times step², that opens a loop of the reference arm by 1e-8 m
+# m by which a parabola through the ways of three steps may miss the next one. A loop of the reference arm opens by a share of
+# it, the turn of a member in a step, so by 1e-8 m at its fastest and 40 ms.
+_SMOOTH = 2e-7
 
 
 class Turns(Protocol):
@@ -26,26 +29,33 @@ class Turns(Protocol):
 class Foresight:
     """Foresees the speeds of a step from the lengths and the feed commanded for its end.
 
-    Where the commands go on smoothly, the speeds of two steps tell the next ones as well and cost nothing; kinematics is
-    asked where an acceleration jumps.
+    Where the commands go on smoothly, the speeds of three steps tell the next ones as well and cost nothing; kinematics is
+    asked elsewhere.
     """
 
     def __init__(self, turns: Turns, chain: Chain, q: Array, lengths: Array) -> None:
         """Start at rest at inputs, shape (n,), with lengths, shape (J,), m."""
         self._turns, self._chain = turns, chain
         self._last = chain.state(np.array(q)[None])
-        self._past = [np.array(lengths)] * 3
+        self._past = [np.array(lengths)] * 4
 
     def correct(self, data: mujoco.MjData, lengths: Array, feed: float, speeds: Array) -> None:
         """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better.
 
         The feed, m, lifts all nodes alike, so its jumps open no loop.
         """
-        first, second, third = self._past
-        self._past = [second, third, lengths]
-        if np.abs(lengths - 3 * third + 3 * second - first).max() < _SMOOTH:
+        first, second, third, fourth = self._past
+        self._past = [second, third, fourth, lengths]
+        if np.abs(lengths - 4 * (fourth + second) + 6 * third + first).max() < _SMOOTH:
             return
-        state = self._chain.follow(lengths, self._last)
+        state = self._chain.follow(lengths, self._last) or self._search(lengths)
         if state is not None:
             self._last = state
             self._turns(data, state.nodes[0] + [0.0, 0.0, feed], lengths, speeds)
+
+    def _search(self, lengths: Array) -> State | None:
+        """State of lengths far from the last ones that were asked for; None where the arm would pass a singularity."""
+        try:
+            return self._chain.state(self._chain.inputs_from_lengths(lengths, self._last.q[0])[None])
+        except (AssemblyError, SingularityError):
+            return None

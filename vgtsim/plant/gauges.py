@@ -13,7 +13,7 @@ from vgtsim.kinematics import find_rigid_sections
 from vgtsim.mjcf import fill_qpos, make_pose_map, make_section_pose, names
 from vgtsim.plant.addresses import find_addresses, find_rows
 from vgtsim.site import Site
-from vgtsim.statics import LoadModel, NodeMotion, make_load_model, motion_from_log, solve_members, tool_forces
+from vgtsim.statics import Loading, LoadModel, NodeMotion, make_load_model, motion_from_log, solve_loadings, tool_forces
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -140,6 +140,10 @@ class SectionGauges:
         gravity, line = task.simulation.gravity, task.conveyance
         self._lumped = make_load_model(chain, task.payload, gravity, lumped=True, line=line)
         self._lengths = truss.lengths(chain.nodes(chain.straight))
+        on_flange = truss.ends < truss.base.stop
+        self._seated = np.flatnonzero(on_flange[:, 0] != on_flange[:, 1])  # members at the flange, and their nodes there
+        first = on_flange[self._seated, 0]
+        self._feet, self._pulls = np.where(first, *truss.ends[self._seated].T), np.where(first, -1.0, 1.0)
         self.counts = _count(site)
 
     def stand(self, data: mujoco.MjData, nodes: Array) -> None:
@@ -179,18 +183,18 @@ class SectionGauges:
         still = (records["settled"] | ~np.isfinite(motion.acceleration).all(axis=(1, 2)))[:, None, None]
         # at rest differences of records from before the rest say nothing
         known = NodeMotion(*(np.where(still, 0.0, item) for item in (motion.velocity, motion.acceleration)))
-        described, simulated = (
-            solve_members(model, nodes, known, _push(model, records)) for model in (site.load_model, self._lumped)
-        )
+        models = site.load_model, self._lumped
+        both = solve_loadings(truss, nodes, [Loading(model, known, _push(model, records)) for model in models])
+        described = both.at(0)
         off = np.zeros(described.bar.shape)
-        off[:, self.rows] = records["row_force"] - simulated.bar[:, self.rows]
+        off[:, self.rows] = records["row_force"] - both.bar[1][:, self.rows]
         force = described.near_axial + off
         length = np.broadcast_to(self._lengths, off.shape).copy()
         length[:, truss.actuated] = records["actual"]
         near = nodes[:, truss.ends[:, 0]]
-        on_flange = truss.ends < 3
-        pull = (off * (on_flange[:, 1] * 1.0 - on_flange[:, 0]))[..., None] * described.direction
-        foot = np.where(on_flange[:, :1], near, nodes[:, truss.ends[:, 1]]) - nodes[:, truss.base].mean(axis=1)[:, None]
+        seated = self._seated
+        pull = (off[:, seated] * self._pulls)[..., None] * described.direction[:, seated]
+        foot = nodes[:, self._feet] - nodes[:, truss.base].mean(axis=1)[:, None]
         extra = np.concatenate([pull.sum(axis=1), np.cross(foot, pull).sum(axis=1)], axis=-1)
         added = {
             "ends": np.stack([near, near + length[..., None] * described.direction], axis=2),

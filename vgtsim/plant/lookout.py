@@ -11,27 +11,30 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
-# Of the least distance at a look, the way of the fastest hub along an axis until the next one: other parts may be twice as
-# fast, and two of them may come to meet each other.
-_SHARE = 0.25
+# Of the least distance at a look, that a node or the tool may have moved since. A part between two nodes goes no farther than
+# they do, an end of a barrel three times as far, as its cylinder gets longer; of two parts each goes its way. So nothing has
+# touched anything before the next look.
+_SHARE = 1 / 3
 
 
 class Lookout:
-    """Measures distances whenever the arm has moved by a share of the least of them."""
+    """Measures distances whenever a part of the arm has moved by a share of the least of them."""
 
     def __init__(self, site: Site) -> None:
         """Look at the first step."""
-        self._near, self._room = Proximity(site), -np.inf
+        self._near, self._room, self._places = Proximity(site), -np.inf, np.zeros(3)
 
-    def look(self, time: float, nodes: Array, tool: Array, way: float, heights: Array | None = None) -> list[Contact]:
+    def look(self, time: float, nodes: Array, tool: Array, heights: Array | None = None) -> list[Contact]:
         """List what touches at a time, s.
 
-        Nodes have shape (N, 3) and the tool point shape (3,), m; the way is that of the fastest hub in the last step, m. Heights,
-        shape (P,), m, are those of waste that is cut: it falls, so what is far stays far.
+        Nodes have shape (N, 3) and the tool point shape (3,), m. Heights, shape (P,), m, are those of waste that is cut: it
+        falls, so what is far stays far.
         """
-        self._room -= way
-        if self._room > 0:
+        places = np.concatenate([nodes, tool[None]])
+        moved = places - self._places
+        if np.einsum("nk,nk->n", moved, moved).max() <= self._room**2 and self._room > 0:
             return []
+        self._places = places
         near = self._near
         around, (among, pair) = near.around(nodes, tool, heights), near.among(nodes, tool)
         self._room = _SHARE * min(float(around.least), float(among))

@@ -385,7 +385,6 @@ class Plant:
             time=data.time - self.timestep,
             nodes=places[self._gauges.nodes],
             tool=places[self._gauges.tool],
-            way=self._speed() * self.timestep,
             heights=None if self._digger is None else self._digger.heights,
         )
 

@@ -9,7 +9,7 @@ from vgtsim.statics.elasticity import (
     make_elastic_model,
     require_no_offset,
 )
-from vgtsim.statics.equilibrium import MemberForces, solve_members
+from vgtsim.statics.equilibrium import Loading, MemberForces, solve_loadings, solve_members
 from vgtsim.statics.framework import diagnose
 from vgtsim.statics.loads import LoadModel, hose_forces, make_load_model, tool_forces, tool_point, weigh
 from vgtsim.statics.modes import NaturalModes, damping_time, find_modes
@@ -39,6 +39,7 @@ __all__ = [
     "ElasticModel",
     "Envelope",
     "LoadModel",
+    "Loading",
     "MemberForces",
     "MemberSections",
     "NaturalModes",
@@ -69,6 +70,7 @@ __all__ = [
     "settle",
     "size_arm",
     "smooth_peak",
+    "solve_loadings",
     "solve_members",
     "tip_compliance",
     "tool_forces",

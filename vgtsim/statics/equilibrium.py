@@ -229,8 +229,12 @@ def _load(truss: Truss, nodes: Array, loading: Loading, part: slice) -> tuple[Ar
         far = near
     else:
         motion = loading.motion and loading.motion.at(part)
-        loads = member_loads(model, nodes, motion)
-        force, near, far = hub_loads(model, nodes, motion) + loads.total, loads.near, loads.far
+        force = hub_loads(model, nodes, motion)
+        if model.massless:
+            near = far = np.zeros((len(nodes), len(truss.members), 3))
+        else:
+            loads = member_loads(model, nodes, motion)
+            force, near, far = force + loads.total, loads.near, loads.far
         if len(truss.rings):
             force += block_loads(model, nodes, motion).total
     if loading.forces is not None:

@@ -72,6 +72,11 @@ class LoadModel:
         return _tabulate(self.truss.ends, self.members)
 
     @cached_property
+    def massless(self) -> bool:
+        """Whether members have no mass along them: it is in their hubs."""
+        return not self.member_bodies[1].any()
+
+    @cached_property
     def block_bodies(self) -> tuple[Index, Array]:
         """The same of the posts of the joint blocks, from foot to head."""
         return _tabulate(self.truss.rings[:, :, [0, 2]].reshape(-1, 2), self.blocks)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -56,14 +57,22 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5) -> NodeM
 
 def _differentiate(values: Array, order: int, window: int) -> Array:
     """Derivatives of values, shape (T, ...), by the number of the record; those at either end from one polynomial."""
-    half, places = window // 2, np.arange(window) - window // 2
-    slopes = polyval(places, polyder(np.eye(window), order))  # of every power, at every place
-    weights = np.linalg.solve(np.vander(places, increasing=True).T, slopes).T
+    half, weights = window // 2, _weigh(order, window)
     found = np.empty_like(values)
     found[half:-half] = sum(w * values[j : len(values) + j + 1 - window] for j, w in enumerate(weights[half]))
     found[:half] = np.tensordot(weights[:half], values[:window], axes=1)
     found[-half:] = np.tensordot(weights[-half:], values[-window:], axes=1)
     return found
+
+
+@cache
+def _weigh(order: int, window: int) -> Array:
+    """Weights of the records of a window, shape (W,), in the derivative at each of them, shape (W, W)."""
+    places = np.arange(window) - window // 2
+    slopes = polyval(places, polyder(np.eye(window), order))  # of every power, at every place
+    weights = np.linalg.solve(np.vander(places, increasing=True).T, slopes).T
+    weights.flags.writeable = False
+    return weights
 
 
 def uniform_runs(time: Array) -> tuple[slice, ...]:
