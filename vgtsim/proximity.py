@@ -18,11 +18,14 @@ from vgtsim.geometry import (
     MemberPairs,
     Obstacles,
     Profile,
+    Walls,
     arm_clearance,
     make_profile,
+    make_walls,
     nearest_pair,
     obstacles,
     pair_members,
+    wall_clearance,
 )
 from vgtsim.kinematics import member_radii
 from vgtsim.site import Site
@@ -106,12 +109,16 @@ class Proximity:
         tank = self.site.tank
         return tank, make_profile(tank.shell), obstacles(tank)
 
-    def _place_waste(self, heights: Array | None) -> tuple[Tank, Profile, Obstacles]:
-        """The tank with waste of some heights."""
-        tank, profile, around = self._tank
+    @cached_property
+    def _walls(self) -> Walls:
+        return make_walls(*self._tank)
+
+    def _place_waste(self, heights: Array | None) -> Walls:
+        """The walls with waste of some heights."""
         if heights is None or self.site.diggings is None:
-            return tank, profile, around
-        return tank, profile, replace(around, bed=self.site.diggings.cut_bed(heights))
+            return self._walls
+        tank, profile, around = self._tank
+        return make_walls(tank, profile, replace(around, bed=self.site.diggings.cut_bed(heights)))
 
     @cached_property
     def _pairs(self) -> MemberPairs:
@@ -128,7 +135,7 @@ class Proximity:
 
     def around(self, nodes: Array, tool: Array, heights: Array | None = None) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste, whose heights are given where it is cut, shape (P,), m."""
-        return self._measure(nodes, tool, set(), heights)
+        return self._measure(nodes, tool, frozenset(), heights)
 
     def apart(self, nodes: Array, tool: Array, heights: Array | None = None) -> Clearance:
         """As `around`, but for the parts that may touch a place, which are not measured from it."""
@@ -139,28 +146,42 @@ class Proximity:
         distance, body = found.distance.copy(), found.body.copy()
         for place, kinds in allowed.items():
             column = found.places.index(place)
-            left = self._measure(nodes, tool, kinds, heights)
+            left = self._measure(nodes, tool, frozenset(kinds), heights)
             distance[..., column], body[..., column] = left.distance[..., column], left.body[..., column]
         return replace(found, distance=distance, body=body)
 
-    def _measure(self, nodes: Array, tool: Array, without: set[str], heights: Array | None) -> Clearance:
+    def _measure(self, nodes: Array, tool: Array, without: frozenset[str], heights: Array | None) -> Clearance:
         """Distances of an arm whose parts of some kinds are so thin that they are far from everything."""
+        radii, parts = self._outline(without)
+        balls = self._whole.place(nodes)
+        if self.site.task.payload.mass:
+            balls = np.concatenate([balls, tool[..., None, :]], axis=-2)
+        walls, names = self._place_waste(heights), self._tank[2].names
+        found = wall_clearance(balls, self._whole.ends, radii, walls, names)
+        return replace(found, body=parts[found.body])
+
+    def _outline(self, without: frozenset[str]) -> tuple[Array, Index]:
+        """Radii of capsules and balls, shape (M + C + N, ...), m, see `_measure`, and the part of the arm that each is."""
+        if (made := self._outlines.get(without)) is not None:
+            return made
         site, payload, tip = self.site, self.site.task.payload, self.site.truss.tip
-        shape, count = self._whole, nodes.shape[-2]
-        points = shape.place(nodes)
-        balls = np.zeros(points.shape[-2])  # eyes and mouths are points inside barrels
+        shape, count = self._whole, len(self.site.truss.nodes)
+        balls = np.zeros(count + 2 * len(shape.cylinders))  # eyes and mouths are points inside barrels
         balls[:count] = site.arm.hub.radius - _THIN * ("hubs" in without)
         balls[tip] = site.arm.hub.radius - _THIN * ("tool" in without)
-        ball = (tool, payload.radius - _THIN * ("tool" in without)) if payload.mass else None
         near_tip = (site.truss.ends >= tip.start).any(axis=1)  # what ends at a hub that may touch is as near as the hub
         spared = ("members" in without or "hubs" in without) | (near_tip & ("tool" in without))
         balls[count:] -= _THIN * spared.any()
-        found = arm_clearance(
-            points, shape.ends, shape.radii - _THIN * spared[shape.owners], balls, *self._place_waste(heights), ball
-        )
-        parts = np.concatenate([shape.owners, len(self._radii) + np.arange(count), np.full(len(balls) - count, -1)])
-        payload = np.append(parts, len(self._radii) + count)
-        return replace(found, body=payload[found.body])
+        ball = [payload.radius - _THIN * ("tool" in without)] if payload.mass else []
+        radii = np.concatenate([shape.radii - _THIN * spared[shape.owners], balls, ball])
+        parts = [shape.owners, len(self._radii) + np.arange(count), np.full(len(balls) - count, -1)]
+        made = radii, np.concatenate([*parts, [len(self._radii) + count]])
+        self._outlines[without] = made
+        return made
+
+    @cached_property
+    def _outlines(self) -> dict[frozenset[str], tuple[Array, Index]]:
+        return {}
 
     def by_module(self, nodes: Array, tool: Array) -> tuple[Array, tuple[str, ...]]:
         """Distances of each module from tank, riser, equipment and waste, shape (..., K, P), m, and the names of the places."""

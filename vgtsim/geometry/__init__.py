@@ -12,6 +12,7 @@ from vgtsim.geometry.clearance import (
     nearest_pair,
     obstacles,
     self_clearance,
+    wall_clearance,
 )
 from vgtsim.geometry.diggings import Diggings, make_diggings
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
@@ -69,4 +70,5 @@ __all__ = [
     "segment_distance",
     "self_clearance",
     "tool_frame",
+    "wall_clearance",
 ]

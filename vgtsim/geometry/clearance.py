@@ -122,17 +122,27 @@ def arm_clearance(
     If only the least distance of the whole batch counts, `together`, others may be given as infinite or too great.
     """
     nodes = np.asarray(nodes, float)
-    batch, balls, ball_radii = nodes.shape[:-2], nodes, np.full(nodes.shape[-2], hub_radius)
+    balls, ball_radii = nodes, np.full(nodes.shape[-2], hub_radius)
     if payload is not None:
-        tool = np.broadcast_to(np.asarray(payload[0], float)[..., None, :], (*batch, 1, 3))
+        tool = np.broadcast_to(np.asarray(payload[0], float)[..., None, :], (*nodes.shape[:-2], 1, 3))
         balls, ball_radii = np.concatenate([nodes, tool], -2), np.append(ball_radii, payload[1])
-    flat = balls.reshape(-1, *balls.shape[-2:])
-    places = (SHELL, RISER, *around.names, WASTE)
-    distance = np.empty((len(flat), len(places)))
-    body = np.empty((len(flat), len(places)), np.intp)
     thick = np.concatenate([np.broadcast_to(np.asarray(radii, float), (len(ends),)), ball_radii])
     walls = make_walls(tank, profile, around)
-    gaps.measure_arm(walls, np.array(flat, order="C"), np.array(ends, np.intp), thick, distance, body, together)
+    return wall_clearance(balls, np.array(ends, np.intp), thick, walls, around.names, together)
+
+
+def wall_clearance(
+    balls: Array, ends: Index, radii: Array, walls: gaps.Walls, names: tuple[str, ...], together: bool = False
+) -> Clearance:
+    """`arm_clearance` from walls of named obstacles that are made already; the payload is one more of the balls (..., N, 3), m.
+
+    Radii are of members and then of balls, shape (M + N,), m.
+    """
+    batch, flat = balls.shape[:-2], np.array(balls.reshape(-1, *balls.shape[-2:]), order="C")
+    places = (SHELL, RISER, *names, WASTE)
+    distance = np.empty((len(flat), len(places)))
+    body = np.empty((len(flat), len(places)), np.intp)
+    gaps.measure_arm(walls, flat, ends, radii, distance, body, together)
     return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
 
 

@@ -182,7 +182,10 @@ def flag_clear(
 ) -> None:
     """Which configurations, see `find_near`, have no pair nearer than a reach; if all must, those after one that has are not."""
     config, gap, held, slope = np.empty(0, np.intp), np.empty(0), np.empty((0, 4), np.intp), np.empty((0, 4, 3))
-    bodies, whole = np.empty((0, 3), np.intp), len(gap) == 0  # of a plain True numba would compile `find_near` once more
+    bodies, whole = (
+        np.empty((0, 3), np.intp),
+        len(gap) == 0,
+    )  # of a plain True numba would compile `find_near` once more
     clear[:] = False
     for i in range(len(points)):
         one = points[i : i + 1]
