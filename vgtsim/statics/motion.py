@@ -70,7 +70,7 @@ def _weigh(order: int, window: int) -> Array:
     """Weights of the records of a window, shape (W,), in the derivative at each of them, shape (W, W)."""
     places = np.arange(window) - window // 2
     slopes = polyval(places, polyder(np.eye(window), order))  # of every power, at every place
-    weights = np.linalg.solve(np.vander(places, increasing=True).T, slopes).T
+    weights = np.array(np.linalg.solve(np.vander(places, increasing=True).T, slopes).T, float)
     weights.flags.writeable = False
     return weights
 
