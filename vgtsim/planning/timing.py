@@ -65,6 +65,7 @@ class TimedPath:
         fraction: Part of the time spent in each ramp.
         duration: s; 0 of a path on which no actuator moves.
         feed: Height of the mast above its working depth, m, over the curve's parameter; absent while it is held.
+        turn: Of the mast about its axis, rad, likewise.
     """
 
     curve: BSpline | Curve
@@ -73,6 +74,7 @@ class TimedPath:
     reach: float
     duration: float
     feed: BSpline | None = None
+    turn: BSpline | None = None
 
     def inputs(self, timestep: float) -> Array:
         """Inputs at every time step, s, the ends of the path included, shape (T, n)."""
@@ -81,6 +83,10 @@ class TimedPath:
     def feeds(self, timestep: float) -> Array | None:
         """Heights of the mast above its working depth at the same instants, shape (T,), m; None while it is held."""
         return None if self.feed is None else self.feed(self._places(timestep))
+
+    def turns(self, timestep: float) -> Array | None:
+        """Turns of the mast at the same instants, shape (T,), rad; None while it is held."""
+        return None if self.turn is None else self.turn(self._places(timestep))
 
     def _places(self, timestep: float) -> Array:
         """The curve's parameter at every time step, shape (T,)."""
