@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +38,7 @@ from vgtsim.planning.mast_timing import MastLimits, time_turn
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import plan_path
+from vgtsim.planning.programme import ProgrammeRows, join_rows
 from vgtsim.planning.resolution import goal_keep, make_objective
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import TimedPath, make_limits, time_path
@@ -57,15 +57,6 @@ _SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would le
 _SWEPT = 0.1  # m that the farthest point of an arm goes between two turns of the mast at which clearance is measured
 
 
-class _Rows(NamedTuple):
-    """Actuator lengths, shape (T, J), m, and what else changes, shape (T,): feed, m, turn, rad, share of the tool's power."""
-
-    lengths: Array
-    feed: Array | None = None
-    turn: Array | None = None
-    share: Array | None = None
-
-
 @dataclass(frozen=True)
 class _Piece:
     """A part of a leg, run from rest to rest, with its least clearance, m, from a place.
@@ -76,7 +67,7 @@ class _Piece:
 
     clearance: float
     place: str
-    rows: Callable[[float], _Rows]
+    rows: Callable[[float], ProgrammeRows]
     turn: float
     timed: TimedPath | None = None
     leader: Leader | None = None
@@ -184,14 +175,14 @@ class _Plan:
         else:
             gap, place = self.site.surroundings.least(self.here)
 
-        def rows(timestep: float) -> _Rows:
+        def rows(timestep: float) -> ProgrammeRows:
             count = max(2, round(time / timestep) + 1)
-            return _Rows(np.tile(length, (count, 1)), np.full(count, height) if height else None)
+            return ProgrammeRows(np.tile(length, (count, 1)), np.full(count, height) if height else None)
 
         return self._make_piece(gap, place, rows)
 
     def _make_piece(
-        self, clearance: float, place: str, rows: Callable[[float], _Rows], timed: TimedPath | None = None
+        self, clearance: float, place: str, rows: Callable[[float], ProgrammeRows], timed: TimedPath | None = None
     ) -> _Piece:
         return _Piece(clearance=clearance, place=place, rows=rows, turn=self.site.turn, timed=timed)
 
@@ -205,8 +196,8 @@ class _Plan:
     def _run(self, clearance: float, place: str, timed: TimedPath) -> _Piece:
         chain = self.site.chain
 
-        def rows(timestep: float) -> _Rows:
-            return _Rows(chain.lengths(timed.inputs(timestep)), timed.feeds(timestep), timed.turns(timestep))
+        def rows(timestep: float) -> ProgrammeRows:
+            return ProgrammeRows(chain.lengths(timed.inputs(timestep)), timed.feeds(timestep), timed.turns(timestep))
 
         return self._make_piece(clearance, place, rows, timed)
 
@@ -241,9 +232,9 @@ class _Plan:
         path = cut.make_path(site.chain.tool(self.here)[1], motion.rate_fraction, motion.acceleration)
         pieces, rows = self._run_rows(path, cut.middle)
 
-        def run(timestep: float) -> _Rows:
+        def run(timestep: float) -> ProgrammeRows:
             lengths, share = cut.add_rests(rows.rows(timestep).lengths, timestep)
-            return _Rows(lengths, share=share)
+            return ProgrammeRows(lengths, share=share)
 
         lengths, share = cut.add_rests(rows.rows(site.timestep).lengths, site.timestep)
         points = site.chain.tool(site.chain.inputs_from_lengths(lengths))[0]
@@ -278,9 +269,9 @@ class _Plan:
             raise PathError(path.name, float(gaps[worst]), places[worst])
         check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
-        def rows(timestep: float) -> _Rows:
+        def rows(timestep: float) -> ProgrammeRows:
             again = run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
-            return _Rows(again.lengths)
+            return ProgrammeRows(again.lengths)
 
         return run, self._make_piece(float(gaps[worst]), places[worst], rows)
 
@@ -318,7 +309,7 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
     legs = []
     for index, (stage, pieces, end) in enumerate(zip(site.task.stages, plan.pieces, plan.ends, strict=True)):
         nearest = min(pieces, key=lambda piece: piece.clearance)
-        rows = _join([(piece.rows(timestep), piece.turn) for piece in pieces])
+        rows = join_rows([(piece.rows(timestep), piece.turn) for piece in pieces])
         leg = Leg(
             name=stage.name,
             goal=index,
@@ -333,33 +324,6 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
         )
         legs.append(leg)
     return Tour(start, tuple(legs), timestep, bounds)
-
-
-def _join(parts: Sequence[tuple[_Rows, float]]) -> _Rows:
-    """Rows of the parts of a leg one after the other, each with the turn of the mast, rad, where it does not change.
-
-    In a part without a feed the mast stands at its working depth, and in one without a share the tool rests.
-    """
-
-    def join(name: str, still: Sequence[float]) -> Array | None:
-        found = [getattr(rows, name) for rows, _ in parts]
-        if all(item is None for item in found):
-            return None
-        each = zip(found, still, parts, strict=True)
-        return _chain([np.full(len(rows.lengths), rest) if item is None else item for item, rest, (rows, _) in each])
-
-    rest = [0.0] * len(parts)
-    return _Rows(
-        lengths=_chain([rows.lengths for rows, _ in parts]),
-        feed=join("feed", rest),
-        turn=join("turn", [turn for _, turn in parts]),
-        share=join("share", rest),
-    )
-
-
-def _chain(parts: Sequence[Array]) -> Array:
-    """Parts one after the other, each of which begins where the one before ends."""
-    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
 
 
 def plan_site(site: Site) -> Tour:

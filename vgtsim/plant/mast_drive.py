@@ -15,6 +15,7 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 Motion = Literal["feed", "turn"]
+MastPlace = tuple[float, float]  # feed, m, and turn, rad
 
 _ROUNDING = 1e-9  # m or rad by which a command may be beyond the range
 _JOINTS: dict[Motion, str] = {"feed": names.FEED, "turn": names.TURN}
@@ -29,7 +30,8 @@ class MastDrive:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, site: Site, motion: Motion) -> None:
         """Look the drive up; the mast stays where the scene does not move it."""
-        self._model, self._data, self._motion = model, data, motion
+        self._model, self._data = model, data
+        self._motion: Motion = motion
         drive = getattr(site.task.mast, motion)
         self._reach: tuple[float, float] = (0.0, 0.0) if drive is None else drive.range
         self.there = motion == "feed" or drive is not None
@@ -91,3 +93,37 @@ class MastDrive:
         if self._row is None:
             self._row = int(find_rows(self._data, np.array([self._equality]))[0])
         return self._row
+
+
+class MastDrives:
+    """Both drives of a mast, whose place is a feed, m, and a turn, rad."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, site: Site) -> None:
+        """Look them up."""
+        self.feed, self.turn = MastDrive(model, data, site, "feed"), MastDrive(model, data, site, "turn")
+
+    def read_command(self, feed: float | None, turn: float | None, last: MastPlace = (0.0, 0.0)) -> MastPlace:
+        """The place that the mast is sent to from a last one; raises `CommandError` where it is out of reach."""
+        there = last[0] if feed is None else self.feed.read_command(feed)
+        return there, last[1] if turn is None else self.turn.read_command(turn)
+
+    def command(self, place: MastPlace) -> None:
+        """See `MastDrive.command`."""
+        self.feed.command(place[0])
+        self.turn.command(place[1])
+
+    def discount(self, gaps: Array, place: MastPlace, before: MastPlace) -> None:
+        """See `MastDrive.discount`; the way is that from the place asked for before."""
+        self.feed.discount(gaps, place[0] - before[0])
+        self.turn.discount(gaps, place[1] - before[1])
+
+    @property
+    def reached(self) -> dict[str, float]:
+        """Where the mast is, by the names of the log."""
+        return {"feed": self.feed.place} | ({"turn": self.turn.place} if self.turn.there else {})
+
+    def tell(self, commanded: MastPlace) -> dict[str, float]:
+        """What was asked for, and the efforts of the last step, by the names of the log."""
+        told = {"feed_commanded": commanded[0], "feed_force": self.feed.effort()}
+        more = {"turn_commanded": commanded[1], "turn_torque": self.turn.effort()} if self.turn.there else {}
+        return told | more

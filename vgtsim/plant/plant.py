@@ -20,7 +20,7 @@ from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
 from vgtsim.plant.hose import Hose
 from vgtsim.plant.lookout import Lookout
-from vgtsim.plant.mast_drive import MastDrive
+from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.section_turns import SectionTurns
@@ -137,9 +137,8 @@ class Plant:
         else:
             q = read_row("inputs", inputs, chain.straight.size)
         wanted = chain.lengths(q) if wanted is None else wanted
-        self._hoist = MastDrive(self.model, self.data, self.site, "feed")
-        self._slew = MastDrive(self.model, self.data, self.site, "turn")
-        self._mast = self._stood = (self._hoist.read_command(feed), self._slew.read_command(turn))
+        self._mast_drives = MastDrives(self.model, self.data, self.site)
+        self._mast = self._stood = self._mast_drives.read_command(feed, turn)
         self._digger = find_digger(self.model, self.site.diggings)
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
@@ -184,14 +183,12 @@ class Plant:
         given = (lengths is not None) + (rates is not None)
         if given == 2 or (not given and feed is None and turn is None and tool is None):
             raise CommandError("command", "neither or both", "either lengths or rates")
-        height, angle = self._mast
-        height = height if feed is None else self._hoist.read_command(feed)
-        angle = angle if turn is None else self._slew.read_command(turn)
+        wanted = self._mast_drives.read_command(feed, turn, self._mast)
         if lengths is not None:
             self._target, self._rates = read_row("lengths", lengths, self._count), None
         elif rates is not None:
             self._rates = read_row("rates", rates, self._count)
-        self._mast = height, angle
+        self._mast = wanted
         if tool is not None:
             if self._digger is None:
                 raise CommandError("tool", f"{tool:g}", "nothing: no step of the scene's mission cuts waste")
@@ -231,7 +228,8 @@ class Plant:
             self._require_going()
         if self._state is None:
             data, gauges = self.data, self._gauges
-            drive_force, pull, torque = self._drive.force(), self._hoist.effort(), self._slew.effort()
+            drive_force, mast = self._drive.force(), self._mast_drives
+            pull, torque = mast.feed.effort(), mast.turn.effort()
             mujoco.mj_kinematics(self.model, data)  # a step leaves the places of its begin
             self._state = PlantState(
                 time=self.time,
@@ -242,9 +240,9 @@ class Plant:
                 tool_position=data.site_xpos[gauges.tool].copy(),
                 tool_rotation=data.xmat[gauges.tip].reshape(3, 3).copy(),
                 drive_force=drive_force,
-                feed=self._hoist.place,
+                feed=mast.feed.place,
                 feed_force=pull,
-                turn=self._slew.place,
+                turn=mast.turn.place,
                 turn_torque=torque,
                 speed=self._speed(),
                 calm=self.calm,
@@ -303,7 +301,7 @@ class Plant:
         touched: list[Contact] = []
         for _ in range(round(motion.patience / self.timestep)):
             self._drive.command(self._target)
-            self._command_mast()
+            self._mast_drives.command(self._mast)
             gaps = self._correction.step(self._target, self._mast)
             touched = touched or self._list_contacts()
             try:
@@ -317,10 +315,6 @@ class Plant:
                 break
         self.data.time = 0.0
 
-    def _command_mast(self) -> None:
-        for drive, place in zip((self._hoist, self._slew), self._mast, strict=True):
-            drive.command(place)
-
     def _speed(self) -> float:
         """Greatest speed of a node along an axis, m/s."""
         return float(np.abs(self.data.qvel[self._gauges.hub_speeds]).max())
@@ -331,13 +325,12 @@ class Plant:
         if self._rates is not None:
             self._target = self._target + self._rates * self.timestep
         recorded = self._start_step()
-        noted, reached = self._gauges.note(data), self._find_mast()
+        noted, reached = self._gauges.note(data), self._mast_drives.reached
         self._recorder.note_saturation(self._drive.command(self._target))
-        self._command_mast()
+        self._mast_drives.command(self._mast)
         digger = self._digger
         gaps = self._correction.step(self._target, self._mast, None if digger is None else digger.force)
-        for drive, place, before in zip((self._hoist, self._slew), self._mast, self._stood, strict=True):
-            drive.discount(gaps, place - before)
+        self._mast_drives.discount(gaps, self._mast, self._stood)
         self._steps += 1
         try:
             check_state(self.model, data, gaps)
@@ -373,15 +366,9 @@ class Plant:
         self.model.opt.disableflags = flags & ~_SENSOR_BIT if recorded else flags | _SENSOR_BIT
         return recorded
 
-    def _find_mast(self) -> dict[str, float | Array]:
-        """Where the mast is, by the names of the log."""
-        return {"feed": self._hoist.place} | ({"turn": self._slew.place} if self._slew.there else {})
-
     def _find_more(self) -> dict[str, float | Array]:
         """More quantities of the record of the last step, by name."""
-        more: dict[str, float | Array] = {"feed_commanded": self._stood[0], "feed_force": self._hoist.effort()}
-        if self._slew.there:
-            more |= {"turn_commanded": self._stood[1], "turn_torque": self._slew.effort()}
+        more: dict[str, float | Array] = {**self._mast_drives.tell(self._stood)}
         if self._digger is not None:
             more |= self._digger.record
         if self._aimed is not None:
