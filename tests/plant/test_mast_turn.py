@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from playing import bend, change, climb, hoist, shorten, slew
 
-from vgtsim.errors import CommandError
-from vgtsim.planning import Leg, Tour
+from vgtsim.description import MoveStep, Slew
+from vgtsim.errors import CommandError, DescriptionError
+from vgtsim.planning import Leg, Tour, plan_mission
 from vgtsim.plant import Plant, run
 from vgtsim.runlog import TURN
 from vgtsim.site import Site
@@ -119,3 +120,56 @@ def test_commands_of_the_turn(scene):
     plant = Plant(Site(held))
     plant.reset()
     assert all(not getattr(plant.log, name).size for name in TURN)
+
+
+def test_a_step_of_a_mission_turns_the_mast(scene):
+    """A goal turned about the mast's axis, with the mast, needs the posture of the goal itself; the way back is a turn alone."""
+    site = Site(scene)
+    position, direction = site.chain.tool(bend(scene, [0.3, 0.2], [0.4, 0.9]))
+    axis = np.array([*site.tank.arm_riser.place, 0.0])
+    c, s = np.cos(ANGLE), np.sin(ANGLE)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    poses = {"near": (position, direction), "aside": (R @ (position - axis) + axis, R @ direction)}
+    motion, mould = scene.task.motion, scene.task.motion.goals[0]
+    goals = tuple(
+        mould.model_copy(update={"name": name, "position": tuple(place), "direction": tuple(way)})
+        for name, (place, way) in poses.items()
+    )
+    mission = (
+        MoveStep(do="move", goal="near"),
+        MoveStep(do="move", goal="aside", turn=ANGLE),
+        MoveStep(do="move", goal="near", turn=0.0),
+    )
+    mast = scene.task.mast.model_copy(update={"feed": None})
+    update = {"motion": motion.model_copy(update={"goals": goals}), "mission": mission, "mast": mast}
+    site = Site(dataclasses.replace(scene, task=scene.task.model_copy(update=update)))
+    tour = plan_mission(site)
+    out, back = tour.legs[1:]
+    assert tour.legs[0].turn is None
+    assert (out.turn[0], out.turn[-1]) == (0.0, pytest.approx(ANGLE, abs=1e-12))
+    assert (back.turn[0], back.turn[-1]) == (pytest.approx(ANGLE, abs=1e-12), 0.0)
+    moving = np.abs(np.diff(out.turn)) > 0
+    assert not np.abs(np.diff(out.lengths, axis=0))[moving].any()  # the arm keeps its shape meanwhile
+    rated = site.task.mast.turn
+    assert np.abs(np.diff(out.turn)).max() / tour.timestep < 1.001 * rated.rate
+    assert 0.9 < np.abs(np.diff(out.turn, n=2)).max() / tour.timestep**2 / rated.acceleration < 1.001
+    report = verify(site, run(site, tour), tour)
+    assert [(row.quantity, row.measured) for row in report.checks if not row.passed] == []
+
+
+@pytest.mark.parametrize(
+    ("turn", "match"), [(2.6, r"-2 to 2\.5 rad, the range of mast\.turn"), (0.1, r"no mast\.turn")]
+)
+def test_a_turn_that_the_mast_does_not_make_is_refused(scene, turn, match):
+    goal = scene.task.motion.goals[0].name
+    mast = scene.task.mast if turn > 1 else scene.task.mast.model_copy(update={"turn": None})
+    task = scene.task.model_copy(update={"mission": (MoveStep(do="move", goal=goal, turn=turn),), "mast": mast})
+    with pytest.raises(DescriptionError, match=match) as caught:
+        dataclasses.replace(scene, task=task)._check_mission()
+    assert caught.value.key == "mission.0.turn"
+
+
+@pytest.mark.parametrize("wrong", [(0.1, 1.0), (-3.2, 1.0), (0.0, 0.0), (0.0, 3.2)])
+def test_the_range_of_a_turn_holds_zero_and_less_than_a_whole_turn(wrong):
+    with pytest.raises(ValueError, match="a range that holds 0"):
+        Slew(range=wrong, rate=0.1, acceleration=0.1, torque=1e4)
