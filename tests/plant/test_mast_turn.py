@@ -149,7 +149,7 @@ def test_a_step_of_a_mission_turns_the_mast(scene):
     assert (out.turn[0], out.turn[-1]) == (0.0, pytest.approx(ANGLE, abs=1e-12))
     assert (back.turn[0], back.turn[-1]) == (pytest.approx(ANGLE, abs=1e-12), 0.0)
     moving = np.abs(np.diff(out.turn)) > 0
-    assert not np.abs(np.diff(out.lengths, axis=0))[moving].any()  # the arm keeps its shape meanwhile
+    assert np.abs(np.diff(out.lengths, axis=0))[moving].max() < 1e-12  # the arm keeps its shape meanwhile
     rated = site.task.mast.turn
     assert np.abs(np.diff(out.turn)).max() / tour.timestep < 1.001 * rated.rate
     assert 0.9 < np.abs(np.diff(out.turn, n=2)).max() / tour.timestep**2 / rated.acceleration < 1.001
