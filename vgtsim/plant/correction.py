@@ -46,8 +46,10 @@ class Correction:
         self._count = -1
         self._tool, self._tip = model.site(names.TOOL).id, model.body(names.TIP).id
 
-    def step(self, lengths: Array, feed: float = 0.0, push: Array | None = None) -> Array:
-        """Make a step towards lengths, shape (J,), and a feed, m, with a push on the tool point, shape (3,), N, in frame G.
+    def step(self, lengths: Array, mast: tuple[float, float] = (0.0, 0.0), push: Array | None = None) -> Array:
+        """Make a step towards lengths, shape (J,), m, and a feed, m, and turn of the mast, rad.
+
+        A push acts on the tool point, shape (3,), N, in frame G.
 
         Returns the gaps of the equality rows at its begin, shape (E,), m.
         """
@@ -58,11 +60,18 @@ class Correction:
             data.xfrc_applied[self._tip] = [*push, *np.cross(lever, push)]
         if data.ne != self._count:
             self._find_rows()
+<<<<<<< HEAD
         departures = self._find_departures(lengths, feed)
         rows = data.efc_pos[: self._count]
         gaps = np.array(rows)
         speeds, step = data.efc_vel, model.opt.timestep
         aim_rows(rows, departures, speeds, self._given_way, self._inertia, self._stiffness, step)
+=======
+        gaps = np.array(data.efc_pos[: self._count])
+        way = gaps - self._given_way + self._find_departures(lengths, mast)
+        speeds = model.opt.timestep * data.efc_vel[: self._count]
+        data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
+>>>>>>> main
         if self._hose is not None:
             self._hose.press(data)
         mujoco.mj_step2(model, data)
@@ -95,7 +104,7 @@ class Correction:
         self._inertia = 1 + 2 / steps + self._stiffness
         self._given_way = np.zeros(self._count)
 
-    def _find_departures(self, lengths: Array, feed: float) -> Array:
+    def _find_departures(self, lengths: Array, mast: tuple[float, float]) -> Array:
         """Gaps that the step ends with beyond what its tangent foretells, shape (E,), m."""
         here, step, departures = self._data.site_xpos, self._model.opt.timestep, np.zeros(self._count)
         there, along = self._foresee(lengths, feed)
@@ -110,9 +119,13 @@ class Correction:
         before, last = self._past
         speeds = 2 * now - last
         if self._foresight is not None:
+<<<<<<< HEAD
             speeds += now - 2 * last + before
             self._foresight.correct(data, lengths, feed, speeds)
         self._past = last, now
+=======
+            self._foresight.correct(data, lengths, mast, speeds)
+>>>>>>> main
         ahead.qpos = data.qpos
         mujoco.mj_integratePos(model, ahead.qpos, speeds, model.opt.timestep)
         model.geom_sameframe[:] = _BODY  # of the tank's two thousand geoms nothing is asked

@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.graphics import mujoco
+<<<<<<< HEAD
 from vgtsim.kinematics import Chain, State
+=======
+from vgtsim.kinematics import Chain, move_points
+>>>>>>> main
 
 Array = NDArray[np.float64]
 
@@ -27,30 +31,42 @@ class Turns(Protocol):
 
 
 class Foresight:
-    """Foresees the speeds of a step from the lengths and the feed commanded for its end.
+    """Foresees the speeds of a step from the lengths and the place of the mast commanded for its end.
 
     Where the commands go on smoothly, the speeds of three steps tell the next ones as well and cost nothing; kinematics is
     asked elsewhere.
     """
 
-    def __init__(self, turns: Turns, chain: Chain, q: Array, lengths: Array) -> None:
-        """Start at rest at inputs, shape (n,), with lengths, shape (J,), m."""
+    def __init__(self, turns: Turns, chain: Chain, q: Array, lengths: Array, turn: float = 0.0) -> None:
+        """Start at rest at inputs, shape (n,), with lengths, shape (J,), m, and a turn of the mast, rad."""
         self._turns, self._chain = turns, chain
         self._last = chain.state(np.array(q)[None])
+<<<<<<< HEAD
         self._past = [np.array(lengths)] * 4
+=======
+        self._past = [np.append(lengths, turn)] * 3
+>>>>>>> main
 
-    def correct(self, data: mujoco.MjData, lengths: Array, feed: float, speeds: Array) -> None:
+    def correct(self, data: mujoco.MjData, lengths: Array, mast: tuple[float, float], speeds: Array) -> None:
         """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better.
 
-        The feed, m, lifts all nodes alike, so its jumps open no loop.
+        The mast is then at a feed, m, and a turn, rad. The feed lifts all nodes alike, so its jumps open no loop.
         """
+<<<<<<< HEAD
         first, second, third, fourth = self._past
         self._past = [second, third, fourth, lengths]
         if np.abs(lengths - 4 * (fourth + second) + 6 * third + first).max() < _SMOOTH:
+=======
+        asked = np.append(lengths, mast[1])  # a radian counts one metre
+        first, second, third = self._past
+        self._past = [second, third, asked]
+        if np.abs(asked - 3 * third + 3 * second - first).max() < _SMOOTH:
+>>>>>>> main
             return
         state = self._chain.follow(lengths, self._last) or self._search(lengths)
         if state is not None:
             self._last = state
+<<<<<<< HEAD
             self._turns(data, state.nodes[0] + [0.0, 0.0, feed], lengths, speeds)
 
     def _search(self, lengths: Array) -> State | None:
@@ -59,3 +75,6 @@ class Foresight:
             return self._chain.state(self._chain.inputs_from_lengths(lengths, self._last.q[0])[None])
         except (AssemblyError, SingularityError):
             return None
+=======
+            self._turns(data, move_points(self._chain, state.nodes[0], *mast), lengths, speeds)
+>>>>>>> main
