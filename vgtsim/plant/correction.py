@@ -60,18 +60,11 @@ class Correction:
             data.xfrc_applied[self._tip] = [*push, *np.cross(lever, push)]
         if data.ne != self._count:
             self._find_rows()
-<<<<<<< HEAD
-        departures = self._find_departures(lengths, feed)
+        departures = self._find_departures(lengths, mast)
         rows = data.efc_pos[: self._count]
         gaps = np.array(rows)
         speeds, step = data.efc_vel, model.opt.timestep
         aim_rows(rows, departures, speeds, self._given_way, self._inertia, self._stiffness, step)
-=======
-        gaps = np.array(data.efc_pos[: self._count])
-        way = gaps - self._given_way + self._find_departures(lengths, mast)
-        speeds = model.opt.timestep * data.efc_vel[: self._count]
-        data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
->>>>>>> main
         if self._hose is not None:
             self._hose.press(data)
         mujoco.mj_step2(model, data)
@@ -107,25 +100,21 @@ class Correction:
     def _find_departures(self, lengths: Array, mast: tuple[float, float]) -> Array:
         """Gaps that the step ends with beyond what its tangent foretells, shape (E,), m."""
         here, step, departures = self._data.site_xpos, self._model.opt.timestep, np.zeros(self._count)
-        there, along = self._foresee(lengths, feed)
+        there, along = self._foresee(lengths, mast)
         measure_departures(self._closures, self._joined, here, there, along, step, departures)
         measure_lengthening(self._spans, self._spanned, here, there, along, step, departures)
         return departures
 
-    def _foresee(self, lengths: Array, feed: float) -> tuple[Array, Array]:
+    def _foresee(self, lengths: Array, mast: tuple[float, float]) -> tuple[Array, Array]:
         """Places of sites at the end of the step, shape (sites, 3), m, and the rows' speeds that lead there, m/s."""
         model, data, ahead = self._model, self._data, self._ahead
         now = np.array(data.qvel)
         before, last = self._past
         speeds = 2 * now - last
         if self._foresight is not None:
-<<<<<<< HEAD
             speeds += now - 2 * last + before
-            self._foresight.correct(data, lengths, feed, speeds)
-        self._past = last, now
-=======
             self._foresight.correct(data, lengths, mast, speeds)
->>>>>>> main
+        self._past = last, now
         ahead.qpos = data.qpos
         mujoco.mj_integratePos(model, ahead.qpos, speeds, model.opt.timestep)
         model.geom_sameframe[:] = _BODY  # of the tank's two thousand geoms nothing is asked

@@ -7,13 +7,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import AssemblyError, SingularityError
+from vgtsim.errors import AssemblyError
 from vgtsim.graphics import mujoco
-<<<<<<< HEAD
-from vgtsim.kinematics import Chain, State
-=======
-from vgtsim.kinematics import Chain, move_points
->>>>>>> main
+from vgtsim.kinematics import Chain, State, move_points
 
 Array = NDArray[np.float64]
 
@@ -41,40 +37,26 @@ class Foresight:
         """Start at rest at inputs, shape (n,), with lengths, shape (J,), m, and a turn of the mast, rad."""
         self._turns, self._chain = turns, chain
         self._last = chain.state(np.array(q)[None])
-<<<<<<< HEAD
-        self._past = [np.array(lengths)] * 4
-=======
-        self._past = [np.append(lengths, turn)] * 3
->>>>>>> main
+        self._past = [np.append(lengths, turn)] * 4
 
     def correct(self, data: mujoco.MjData, lengths: Array, mast: tuple[float, float], speeds: Array) -> None:
         """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better.
 
         The mast is then at a feed, m, and a turn, rad. The feed lifts all nodes alike, so its jumps open no loop.
         """
-<<<<<<< HEAD
-        first, second, third, fourth = self._past
-        self._past = [second, third, fourth, lengths]
-        if np.abs(lengths - 4 * (fourth + second) + 6 * third + first).max() < _SMOOTH:
-=======
         asked = np.append(lengths, mast[1])  # a radian counts one metre
-        first, second, third = self._past
-        self._past = [second, third, asked]
-        if np.abs(asked - 3 * third + 3 * second - first).max() < _SMOOTH:
->>>>>>> main
+        first, second, third, fourth = self._past
+        self._past = [second, third, fourth, asked]
+        if np.abs(asked - 4 * (fourth + second) + 6 * third + first).max() < _SMOOTH:
             return
         state = self._chain.follow(lengths, self._last) or self._search(lengths)
         if state is not None:
             self._last = state
-<<<<<<< HEAD
-            self._turns(data, state.nodes[0] + [0.0, 0.0, feed], lengths, speeds)
+            self._turns(data, move_points(self._chain, state.nodes[0], *mast), lengths, speeds)
 
     def _search(self, lengths: Array) -> State | None:
         """State of lengths far from the last ones that were asked for; None where the arm would pass a singularity."""
         try:
             return self._chain.state(self._chain.inputs_from_lengths(lengths, self._last.q[0])[None])
-        except (AssemblyError, SingularityError):
+        except AssemblyError:
             return None
-=======
-            self._turns(data, move_points(self._chain, state.nodes[0], *mast), lengths, speeds)
->>>>>>> main
