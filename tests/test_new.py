@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+import trimesh
 from typer.testing import CliRunner
 
 from vgtsim.cli import app
@@ -91,15 +92,61 @@ def test_a_new_tank_has_the_figures_of_the_shipped_one(tmp_path):
     assert "sourced: osti.gov" in (tmp_path / "mine.toml").read_text()
 
 
-def test_a_new_scene_passes_its_check(small, tmp_path):
-    file = tmp_path / "mine.toml"
+@pytest.fixture(scope="module")
+def scene(small):
+    file = small.with_name("mine.toml")
     said = call("new", "scene", file, "--arm", small, "--tank", "type_ii", "--payload", "50 kg", "--goals", "2")
     assert "2 goals that small comes to" in said
+    return file
+
+
+def test_a_new_scene_passes_its_check(scene):
+    file = scene
     assert "2 goals within reach" in call("check", file)
     site = load_site(file)
     assert site.task.motion.start is None
     assert load_scene(file).task.motion.goals[0].at is not None
     assert site.task.payload.mass == pytest.approx(50.0)
+
+
+def uncomment(text):
+    """The file with every commented table and key in force, those of the sentences about other shapes and waste left out."""
+    head, mark, more = text.partition("# More that")
+    assert mark
+    return head + re.sub(r"^# (?=\[|\w+ = )", "", "# More that" + more, flags=re.MULTILINE)
+
+
+def test_every_commented_table_of_a_new_tank_is_right(tmp_path):
+    file = tmp_path / "mine.toml"
+    call("new", "tank", file, "--type", "type_ii")
+    trimesh.creation.box((400, 400, 900)).export(tmp_path / "pump.stl")
+    file.write_text(uncomment(file.read_text()))
+    tank = load_tank(file)
+    assert [item.name for item in tank.risers] == ["side"]
+    assert {"lance", "cabinet_1", "cabinet_2", "pump"} <= {item.name for item in tank.things}
+    assert tank.guide is not None
+    assert len(tank.waste.all_mounds(11.0)) == 41
+
+
+def test_every_commented_table_of_a_new_scene_is_right(scene):
+    commented = scene.with_name("full.toml")
+    commented.write_text(uncomment(scene.read_text()))
+    task = load_scene(commented).task
+    assert [step.do for step in task.mission] == ["move", "hold", "raster", "follow"]
+    assert task.tool is not None
+    assert task.conveyance is not None
+    assert [patch.name for patch in task.patches] == ["heel"]
+
+
+def test_a_new_mission_has_a_hoist_that_lifts_the_arm_out(small, tmp_path):
+    """The stroke against the stowed arm's length, and the force against the weight, both worked out anew."""
+    file = tmp_path / "mine.toml"
+    call("new", "scene", file, "--arm", small, "--tank", "type_ii", "--payload", "50 kg", "--goals", "1", "--mission")
+    site = load_site(file)
+    assert [step.do for step in site.task.mission] == ["insert", "move", "withdraw"]
+    feed, chain, flange = site.task.mast.feed, site.chain, site.tank.grade + site.tank.arm_riser.above_grade
+    assert feed.stroke > flange - chain.tool(chain.stowed)[0][2] > feed.stroke - 2
+    assert feed.force == pytest.approx(1.5 * GRAVITY * (weigh(chain) + 50.0 + site.mast.mass), rel=0.05)
 
 
 def test_a_file_that_is_there_is_kept(small):

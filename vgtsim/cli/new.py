@@ -89,11 +89,14 @@ def scene(
     riser: Annotated[str | None, typer.Option(help="Riser of the tank to hang in [default: the arm's own].")] = None,
     pivot_depth: Annotated[str, typer.Option(help="Of the arm's base face below the tank's crown.")] = "1.75 m",
     goals: Annotated[int, typer.Option(min=1, max=16, help="Goals to look for.")] = 4,
+    mission: Annotated[
+        bool, typer.Option("--mission", help="A whole mission: in through the riser, to the goals, and out.")
+    ] = False,
     force: Force = False,
 ) -> None:
     """Write a scene with goals that the arm comes to: over the waste, at the wall, beside equipment."""
     from vgtsim.errors import DescriptionError
-    from vgtsim.planning.drafting import choose_goals, sample_goals
+    from vgtsim.planning.drafting import choose_goals, draft_feed, sample_goals
     from vgtsim.site import Site
 
     name = _prepare(file, force)
@@ -101,6 +104,7 @@ def scene(
     load = _quantity("--payload", _ask("Payload", payload, "1000 lb"), "kg")
     depth = _quantity("--pivot-depth", pivot_depth, "m")
     drafted, tables = _draft_scene(file, name, (arm, tank), load, depth, riser)
+    feed = draft_feed(Site(drafted)) if mission else None
     with ERR.status("looking for goals"):
         chosen = choose_goals(Site(drafted), goals)
         if not chosen:
@@ -119,6 +123,7 @@ def scene(
         arm=_beside(arm, file),
         tank=_beside(tank, file),
         mast=task.mast,
+        feed=feed,
         payload=f"{load:.6g}",
         goals=[{"name": tables[k]["name"], "at": ", ".join(_entries(tables[k]["at"]))} for k in chosen],
     )
