@@ -153,6 +153,7 @@ def test_a_new_mission_has_a_hoist_that_lifts_the_arm_out(small, tmp_path):
     site = load_site(file)
     assert [step.do for step in site.task.mission] == ["insert", "move", "withdraw"]
     feed, chain, flange = site.task.mast.feed, site.chain, site.tank.grade + site.tank.arm_riser.above_grade
+    assert feed is not None
     assert feed.stroke > flange - chain.tool(chain.stowed)[0][2] > feed.stroke - 2
     assert feed.force == pytest.approx(1.5 * GRAVITY * (weigh(chain) + 50.0 + site.mast.mass), rel=0.05)
 
