@@ -186,3 +186,27 @@ def test_turns_are_foreseen_where_accelerations_jump(sites, name, left, monkeypa
     follow(site, wander(site, 0.4), watch)
     guessed, foreseen = np.array(errors).max(axis=0)
     assert foreseen < left * guessed
+
+
+class Weight:
+    """A force on the tip plate."""
+
+    def __init__(self, force: float) -> None:
+        self.force = force
+
+    def press(self, data: mujoco.MjData, wrenches: np.ndarray) -> None:
+        wrenches[data.body(names.TIP).id, 2] += self.force
+
+
+def test_loads_on_one_body_add_up_in_each_step_and_leave_those_of_others(site):
+    plant = Plant(site, timestep=STEP)
+    plant.reset()
+    loads = Weight(3.0), Weight(4.0)
+    plant._correction._loads = loads
+    tip = plant.data.body(names.TIP).id
+    plant.data.xfrc_applied[tip, 2] = 10.0  # of somebody else
+    plant.step(3)
+    assert plant.data.xfrc_applied[tip, 2] == pytest.approx(17.0)
+    loads[0].force = -3.0
+    plant.step()
+    assert plant.data.xfrc_applied[tip, 2] == pytest.approx(11.0)

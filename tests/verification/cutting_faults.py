@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 from faults import MOVING, Fault, field, late, one
+from numpy.typing import NDArray
 
 from vgtsim.plant import Plant
 from vgtsim.runlog import CUTTING
@@ -21,8 +23,14 @@ def weaken(rate: float = 1.0, push: float = 1.0) -> Callable[[Plant], None]:
         if not hasattr(digger, "spoilt"):
             digger.spoilt = True
             digger._diggings = replace(digger._diggings, rate=rate * digger._diggings.rate)
-            step = plant._correction.step
-            plant._correction.step = lambda lengths, feed, force: step(lengths, feed, push * force)
+            press = digger.press
+
+            def press_less(data: mujoco.MjData, wrenches: NDArray[np.float64]) -> None:
+                mine = np.zeros_like(wrenches)
+                press(data, mine)
+                wrenches += push * mine
+
+            digger.press = press_less
 
     return spoil
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from vgtsim.mjcf import names
 from vgtsim.plant import Plant
+from vgtsim.plant.hose import Hose
 from vgtsim.runlog import FEED as FEED_ARRAYS
 from vgtsim.runlog import RunLog
 
@@ -122,7 +123,7 @@ def switch_contacts_off(model: mujoco.MjModel) -> None:
 
 
 def lose_hose(plant: Plant) -> None:
-    plant._correction._hose = None
+    plant._correction._loads = [load for load in plant._correction._loads if not isinstance(load, Hose)]
 
 
 def push(name: str, *force: float) -> Callable[[Plant], None]:

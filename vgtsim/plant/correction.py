@@ -14,19 +14,28 @@ Loops and imposed lengths then are at the end of the step as they are wanted.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
-from vgtsim.mjcf import names
 from vgtsim.plant.foresight import Foresight
-from vgtsim.plant.hose import Hose
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _BODY = int(mujoco.mjtSameFrame.mjSAMEFRAME_BODY)
+
+
+class Load(Protocol):
+    """Presses on bodies in each step, as they stand at its begin."""
+
+    def press(self, data: mujoco.MjData, wrenches: Array) -> None:
+        """Add forces and moments about the bodies' centres of mass, shape (bodies, 6), N and N·m, in frame G."""
+        ...
 
 
 class Correction:
@@ -36,28 +45,23 @@ class Correction:
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, foresight: Foresight | None, hose: Hose | None = None
+        self, model: mujoco.MjModel, data: mujoco.MjData, foresight: Foresight | None, loads: Sequence[Load] = ()
     ) -> None:
-        """Start at rest: no force is known yet; a hose through the arm loads it in every step."""
-        self._model, self._data, self._foresight, self._hose = model, data, foresight, hose
+        """Start at rest: no force is known yet; loads press on the arm in every step."""
+        self._model, self._data, self._foresight, self._loads = model, data, foresight, loads
+        self._pressed = np.zeros((model.nbody, 6))
         self._ahead = mujoco.MjData(model)  # bodies and sites where they are foreseen
         self._frames = np.array(model.geom_sameframe)
         self._past = np.zeros(model.nv), np.zeros(model.nv)  # speeds two steps ago, and one
         self._count = -1
-        self._tool, self._tip = model.site(names.TOOL).id, model.body(names.TIP).id
 
-    def step(self, lengths: Array, mast: tuple[float, float] = (0.0, 0.0), push: Array | None = None) -> Array:
+    def step(self, lengths: Array, mast: tuple[float, float] = (0.0, 0.0)) -> Array:
         """Make a step towards lengths, shape (J,), m, and a feed, m, and turn of the mast, rad.
-
-        A push acts on the tool point, shape (3,), N, in frame G.
 
         Returns the gaps of the equality rows at its begin, shape (E,), m.
         """
         model, data = self._model, self._data
         mujoco.mj_step1(model, data)
-        if push is not None:
-            lever = data.site_xpos[self._tool] - data.xipos[self._tip]
-            data.xfrc_applied[self._tip] = [*push, *np.cross(lever, push)]
         if data.ne != self._count:
             self._find_rows()
         departures = self._find_departures(lengths, mast)
@@ -65,11 +69,19 @@ class Correction:
         gaps = np.array(rows)
         speeds, step = data.efc_vel, model.opt.timestep
         aim_rows(rows, departures, speeds, self._given_way, self._inertia, self._stiffness, step)
-        if self._hose is not None:
-            self._hose.press(data)
+        self._press()
         mujoco.mj_step2(model, data)
         self._given_way = model.opt.timestep**2 * data.efc_R[: self._count] * data.efc_force[: self._count]
         return gaps
+
+    def _press(self) -> None:
+        """Put the loads of this instant in place of those of the step before; forces of others stay."""
+        if not self._loads:
+            return
+        before, self._pressed = self._pressed, np.zeros(self._pressed.shape)
+        for load in self._loads:
+            load.press(self._data, self._pressed)
+        self._data.xfrc_applied += self._pressed - before
 
     def find_sites(self, data: mujoco.MjData) -> Array:
         """Places of all sites after the last step, shape (sites, 3), m; those in the data are still of its begin."""

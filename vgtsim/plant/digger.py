@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vgtsim.errors import CommandError
 from vgtsim.geometry import Diggings
 from vgtsim.graphics import mujoco
-from vgtsim.mjcf import lower_waste
+from vgtsim.mjcf import lower_waste, names
 
 Array = NDArray[np.float64]
 
@@ -27,6 +27,7 @@ class Digger:
     def __init__(self, model: mujoco.MjModel, diggings: Diggings) -> None:
         """Begin with the waste as it is described."""
         self._model, self._diggings = model, diggings
+        self._tool, self._tip = model.site(names.TOOL).id, model.body(names.TIP).id
         self.share = self.wanted = self.removed = 0.0
         self.heights = diggings.start.copy()
         lower_waste(model, diggings, self.heights)
@@ -35,6 +36,11 @@ class Digger:
     def force(self) -> Array:
         """On the tool point in frame G, shape (3,), N."""
         return self.share * self._diggings.tool.push * _UP
+
+    def press(self, data: mujoco.MjData, wrenches: Array) -> None:
+        """See `correction.Load`."""
+        lever = data.site_xpos[self._tool] - data.xipos[self._tip]
+        wrenches[self._tip] += [*self.force, *np.cross(lever, self.force)]
 
     @property
     def record(self) -> dict[str, float | Array]:

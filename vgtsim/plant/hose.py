@@ -9,6 +9,7 @@ from vgtsim.graphics import mujoco
 from vgtsim.site import Site
 from vgtsim.statics import hose_forces
 
+Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 
@@ -21,13 +22,10 @@ class Hose:
         self._loads, self._nodes = site.load_model, nodes
         self._moved = np.unique(truss.faces)
         self._bodies = np.array(model.site_bodyid)[nodes[self._moved]]
-        self._pressed = np.zeros((model.nbody, 6))
 
-    def press(self, data: mujoco.MjData) -> None:
-        """Put the forces of this instant onto the bodies in place of those of the step before; others stay."""
+    def press(self, data: mujoco.MjData, wrenches: Array) -> None:
+        """See `correction.Load`."""
         nodes = data.site_xpos[self._nodes]
         force = hose_forces(self._loads, nodes)[self._moved]
         lever = nodes[self._moved] - data.xipos[self._bodies]
-        before, self._pressed = self._pressed, np.zeros(self._pressed.shape)
-        np.add.at(self._pressed, self._bodies, np.concatenate([force, np.cross(lever, force)], axis=1))
-        data.xfrc_applied += self._pressed - before
+        np.add.at(wrenches, self._bodies, np.concatenate([force, np.cross(lever, force)], axis=1))

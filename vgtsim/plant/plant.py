@@ -13,7 +13,7 @@ from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import move_points
 from vgtsim.mjcf import build_model, retime
-from vgtsim.plant.correction import Correction
+from vgtsim.plant.correction import Correction, Load
 from vgtsim.plant.digger import find_digger
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
 from vgtsim.plant.foresight import Foresight
@@ -25,7 +25,15 @@ from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.section_turns import SectionTurns
 from vgtsim.plant.springs import fit_springs
-from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
+from vgtsim.plant.watch import (
+    Contact,
+    PlantState,
+    check_state,
+    list_contacts,
+    list_warnings,
+    name_collision,
+    turn_force,
+)
 from vgtsim.runlog import Piece, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import settle, solve_members
@@ -282,18 +290,20 @@ class Plant:
             self._calm_steps = round(springs.period / self.timestep)  # a ringing arm stands still twice a period
         model, chain, gauges = self.model, self.site.chain, self._gauges
         gauges.stand(self.data, nodes)
-        self._lookout, foresight = None, None
+        self._lookout = None
         if isinstance(gauges, SectionGauges):
             self._drive: Drive = find_row_drive(model, self.data, self.site)
-            self._lookout = Lookout(self.site)
-            foresight = Foresight(SectionTurns(model, gauges.pose), chain, q, self._target, self._mast[1])
+            self._lookout, turns = Lookout(self.site), SectionTurns(model, gauges.pose)
         else:
             self._drive = find_drive(model, self.data, self.site, gauges.at, springs, nodes)
-            if isinstance(self._drive, RigidDrive):
-                foresight = Foresight(MemberTurns(model, gauges.at, chain), chain, q, self._target, self._mast[1])
+            turns = MemberTurns(model, gauges.at, chain)
+        imposed = isinstance(self._drive, RigidDrive)
+        foresight = Foresight(turns, chain, q, self._target, self._mast[1]) if imposed else None
         line = self.site.task.conveyance
-        hose = Hose(model, self.site, gauges.nodes) if line and line.bending_stiffness else None
-        self._correction = Correction(self.model, self.data, foresight, hose)
+        loads: list[Load] = [] if self._digger is None else [self._digger]
+        if line and line.bending_stiffness:
+            loads.append(Hose(model, self.site, gauges.nodes))
+        self._correction = Correction(self.model, self.data, foresight, loads)
 
     def _find_equilibrium(self) -> None:
         """Let the constraints take up the weight before time zero: kinematics give the posture, but not its forces."""
@@ -329,7 +339,7 @@ class Plant:
         self._recorder.note_saturation(self._drive.command(self._target))
         self._mast_drives.command(self._mast)
         digger = self._digger
-        gaps = self._correction.step(self._target, self._mast, None if digger is None else digger.force)
+        gaps = self._correction.step(self._target, self._mast)
         self._mast_drives.discount(gaps, self._mast, self._stood)
         self._steps += 1
         try:
@@ -402,7 +412,7 @@ class Plant:
 
     def _note_contacts(self, contacts: list[Contact], *, recorded: bool) -> None:
         """Note what touches; loads are noted with the record that they act in, collisions at once."""
-        turned = [self._turn_force(contact) for contact in contacts]
+        turned = [turn_force(contact, self._parts) for contact in contacts]
         self._touched += turned
         loads, collisions = [], []
         for contact in turned:
@@ -414,9 +424,3 @@ class Plant:
         self._recorder.note_contacts(collisions)
         if collisions:
             self.stopped = name_collision(collisions[0], self.site.task.simulation.drive)
-
-    def _turn_force(self, contact: Contact) -> Contact:
-        """Make the force of MuJoCo, on the second geom, that on the arm."""
-        if self._parts.find_part(contact.second):
-            return contact
-        return contact._replace(force=tuple(-value for value in contact.force))

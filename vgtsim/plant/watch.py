@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import DivergenceError
 from vgtsim.graphics import mujoco
+from vgtsim.touches import Parts
 
 Array = NDArray[np.float64]
 
@@ -121,6 +122,13 @@ def list_contacts(model: mujoco.MjModel, data: mujoco.MjData, *, forces: bool = 
                 touch = touch._replace(force=tuple(force.tolist()), point=tuple(contact.pos.tolist()))
             found.append(touch)
     return found
+
+
+def turn_force(contact: Contact, parts: Parts) -> Contact:
+    """A contact with the force on the arm in place of MuJoCo's, which is that on the second geom."""
+    if parts.find_part(contact.second):
+        return contact
+    return contact._replace(force=tuple(-value for value in contact.force))
 
 
 def name_collision(contact: Contact, drive: str) -> str:
