@@ -7,6 +7,7 @@ has to end with one of the statuses of bad input, without a traceback, and in ti
 
 from __future__ import annotations
 
+import io
 import os
 import random
 import re
@@ -14,19 +15,20 @@ import resource
 import shutil
 import signal
 import sys
+import tempfile
 import time
 import traceback
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
+from contextlib import nullcontext, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
 from good_files import ARMS, SHORT, write_files
 from mutating import mutate
 from mutating_logs import mutate_run
-from spoilt_verbs import RUNS, Case
+from spoilt_verbs import RUNS, VERBS, Case, fill
 
 from vgtsim.description import load_catalogue, load_study, load_tank, load_tool_path
 from vgtsim.errors import VgtError
@@ -34,9 +36,10 @@ from vgtsim.logbook import open_log
 from vgtsim.site import load_arm, load_site
 
 CPU = 60  # s of processor time after which a case hangs: three times the slowest verb on these arms
-WALL = 10 * CPU  # s, for one that waits: others may share the processor
+WALL = 60 * CPU  # s, for one that waits: many others may share the processor
 MEMORY = 6 << 30  # bytes of address space: several times that of a good case
 SOUND = frozenset({0, 1, 2, 3, 4})
+_WINDOWS = ("render", "view")  # verbs that open a context of OpenGL, which no fork may share
 LOADS = 20  # s after which a loader hangs
 LOADERS: dict[str, Callable[[Path], object]] = {
     "arm.toml": load_arm,
@@ -113,13 +116,34 @@ def _stop(*_: object) -> None:
 
 
 def make_runs(folder: Path) -> None:
-    """Make the runs whose folders are spoilt, in a folder of their own: a tour of 5 mm, and one second of an operator."""
+    """Make the runs whose folders are spoilt: a tour of 5 mm, and one second of an operator; then warm each verb up on them.
+
+    All in this process: a child then has at once what the verbs import and compile, which takes longer than most cases.
+    """
+    _make_light()
     write_files(folder, SHORT)
     for name, scene in RUNS.items():
-        case = Case(0, ("run", str(folder / f"{scene}.toml"), "--out", str(folder / name)), ())
-        outcome = run_case(case, folder)
-        if outcome.status not in (0, 1):
-            raise RuntimeError(outcome.output)
+        status, printed = _call(("run", str(folder / f"{scene}.toml"), "--out", str(folder / name)))
+        if status not in (0, 1):
+            raise RuntimeError(printed)
+    with tempfile.TemporaryDirectory() as name:
+        copy = Path(name) / "runs"
+        shutil.copytree(folder, copy)
+        for words in {verb.words[0]: verb.words for verb in VERBS if verb.words[0] not in _WINDOWS}.values():
+            _call(fill(words, copy))
+
+
+def _call(words: tuple[str, ...]) -> tuple[int, str]:
+    """Run a command line in this process: its exit status and what it printed."""
+    from vgtsim.cli import main
+
+    sys.argv, printed = ["vgtsim", *words], io.StringIO()
+    try:
+        with redirect_stdout(printed), redirect_stderr(printed):
+            main()
+    except SystemExit as error:
+        return (error.code if isinstance(error.code, int) else 0 if error.code is None else 1), printed.getvalue()
+    return 0, printed.getvalue()
 
 
 def run_case(case: Case, folder: Path) -> Outcome:
@@ -152,7 +176,8 @@ def _become(case: Case, folder: Path, output: Path) -> None:
         os.chdir(folder)
         os.environ["TMPDIR"] = str(folder)
         os.environ.pop("DISPLAY", None)
-        _go_without(case.seed % DRAWN != 0)
+        if case.seed % DRAWN:
+            _leave_out_plots()
         sys.argv = ["vgtsim", *case.words]
         from vgtsim.cli import main
 
@@ -167,37 +192,19 @@ def _become(case: Case, folder: Path, output: Path) -> None:
         os._exit(status)
 
 
-def _go_without(plots: bool) -> None:
-    """Let `study` work in a thread, as processes of its own would import all again; leave out the plots of a report."""
-    import vgtsim.output.html_report
+def _make_light() -> None:
+    """Let `study` work in a thread, as processes of its own would import all again."""
     import vgtsim.study
 
     def use_thread(_workers: int) -> nullcontext[vgtsim.study.Engine]:
         return nullcontext(vgtsim.study.Engine("here", lambda: ThreadPoolExecutor(1), 2, ()))
 
     vgtsim.study.use_processes = use_thread
-    if plots:
-        vgtsim.output.html_report._draw = lambda plot, _: {
-            "name": plot.name,
-            "lacking": ["time"],
-            "title": "",
-            "caption": "",
-        }
 
 
-def warm_up() -> None:
-    """Import what the verbs import, so that a child has it at once."""
-    import vgtsim.cli
-    import vgtsim.mjcf
-    import vgtsim.output.maps
-    import vgtsim.output.track_files
-    import vgtsim.planning.capacity
-    import vgtsim.planning.design
-    import vgtsim.planning.following
-    import vgtsim.planning.resolution
-    import vgtsim.plant
-    import vgtsim.study
-    import vgtsim.verification  # noqa: F401
-    from vgtsim.units import to_si
+def _leave_out_plots() -> None:
+    """Leave out the plots of a report."""
+    import vgtsim.output.html_report
 
-    to_si("1 in", "m")
+    lacking = {"lacking": ["time"], "title": "", "caption": ""}
+    vgtsim.output.html_report._draw = lambda plot, _: {"name": plot.name} | lacking

@@ -127,11 +127,11 @@ def interrupt(folder: Path) -> Path:
     return folder / "unfinished"
 
 
-def fill(words: tuple[str, ...], folder: Path, rng: random.Random) -> tuple[str, ...]:
-    """The words of a verb with paths and numbers."""
+def fill(words: tuple[str, ...], folder: Path, rng: random.Random | None = None) -> tuple[str, ...]:
+    """The words of a verb with paths and numbers, of which some are odd where a generator is given."""
 
     def number(found: re.Match[str]) -> str:
-        return found[1] if rng.random() < 0.95 else rng.choice(ODD)
+        return found[1] if rng is None or rng.random() < 0.95 else rng.choice(ODD)
 
     def path(found: re.Match[str]) -> str:
         name = {"folder": "arms", "out": "out", "new": "made.toml"}.get(found[1])
