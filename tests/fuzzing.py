@@ -21,7 +21,7 @@ import traceback
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext, redirect_stderr, redirect_stdout
+from contextlib import chdir, nullcontext, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -126,7 +126,7 @@ def make_runs(folder: Path) -> None:
         status, printed = _call(("run", str(folder / f"{scene}.toml"), "--out", str(folder / name)))
         if status not in (0, 1):
             raise RuntimeError(printed)
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory() as name, chdir(name):  # `size` writes where it is called
         copy = Path(name) / "runs"
         shutil.copytree(folder, copy)
         for words in {verb.words[0]: verb.words for verb in VERBS if verb.words[0] not in _WINDOWS}.values():
