@@ -1,0 +1,106 @@
+"""Something appears in the tank during a run: the arm stops, the way is planned anew, and everything still passes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vgtsim.description import load_scene
+from vgtsim.description.tank import Equipment
+from vgtsim.errors import DescriptionError
+from vgtsim.logbook import open_log
+from vgtsim.planning import plan_site, revise_as_run, revise_tour
+from vgtsim.plant import begin_log, record
+from vgtsim.runlog import Revision
+from vgtsim.site import Site
+from vgtsim.verification import verify
+
+WHEN = 18.0  # s: on the way to the second goal
+PLACE = {"radius": 7.3, "azimuth": np.radians(181.0), "top": 1.9}  # under the tool's way
+
+
+def place_pole(scene, **changes):
+    """The test stand with two goals and a pole that appears."""
+    pole = Equipment(**{"name": "pole", "diameter": 0.1, "appears": WHEN} | PLACE | changes)
+    tank = scene.tank.model_copy(update={"equipment": (*scene.tank.equipment, pole)})
+    motion = scene.task.motion.model_copy(update={"goals": scene.task.motion.goals[:2]})
+    return Site(replace(scene, tank=tank, task=scene.task.model_copy(update={"motion": motion})))
+
+
+@pytest.fixture(scope="module")
+def site():
+    return place_pole(load_scene("mockup"))
+
+
+@pytest.fixture(scope="module")
+def tour(site):
+    return plan_site(site)
+
+
+@pytest.fixture(scope="module")
+def folder(site, tour, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run") / "log"
+    record(site, tour, begin_log(site, tour, folder))
+    return folder
+
+
+@pytest.mark.long
+def test_the_arm_stops_goes_round_and_passes_every_check(site, tour, folder):
+    log = open_log(folder)
+    assert [item.time for item in log.revisions] == [WHEN]
+    revised = revise_as_run(site, tour, log.revisions)
+    report = verify(site, log, revised)
+    assert [check.quantity for check in report.checks if not check.passed] == []
+    assert "pole appeared in the tank; at 18 s the way to over_wall was planned anew" in report.notes
+    first = tour.legs[1].lengths[-1] - revised.legs[1].lengths[-1]
+    assert revised.legs[1].place == "pole"
+    assert np.abs(first).max() > 1e-3  # another posture at the goal, or another way to it
+    run = log.read(0, log.count)
+    still = np.abs(np.diff(run.commanded, axis=0)).max(axis=1) == 0
+    stop = (run.time[:-1] > WHEN) & (run.time[:-1] < WHEN + 6)
+    assert still[stop].any()
+    assert not still[(run.time[:-1] > WHEN - 1) & (run.time[:-1] < WHEN)].any()
+    kept = replace(run, revisions=())  # a log that says nothing of a new plan
+    missing = [check for check in verify(site, kept).checks if check.quantity == "appearances without a new plan"]
+    assert not missing[0].passed
+
+
+@pytest.mark.long
+def test_a_run_that_was_cut_off_goes_on_with_the_same_bits(site, tour, folder):
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    chunks = sorted(folder.glob("*.parquet"))
+    for file in (*chunks[-6:], folder / "_end.json"):
+        file.unlink()
+    record(site, tour, begin_log(site, tour, folder, resume=True))
+    assert {file.name: file.read_bytes() for file in folder.glob("*.parquet")} == {
+        name: data for name, data in before.items() if name.endswith(".parquet")
+    }
+    assert open_log(folder).revisions == (Revision(WHEN, 1, 58),)
+
+
+@pytest.mark.long
+def test_where_there_is_no_way_on_the_tour_says_what_blocks_it(tour):
+    x, y, _ = load_scene("mockup").task.motion.goals[1].position
+    blocked = place_pole(
+        load_scene("mockup"), radius=np.hypot(x, y), azimuth=np.arctan2(y, x) % (2 * np.pi), top=4.0, diameter=0.3
+    )
+    revised = revise_tour(blocked, tour, Revision(WHEN, 1, 58))
+    assert "no way on from 18 s" in revised.blocked
+    assert "pole" in revised.blocked
+    assert len(revised.legs) == 2
+    assert revised.digest == tour.digest
+
+
+def test_nothing_is_planned_for_what_has_not_appeared(site):
+    assert "pole" not in site.surroundings.obstacles.names
+    assert "pole" in site.learn(WHEN).surroundings.obstacles.names
+    assert "pole" not in site.learn(WHEN - 0.1).surroundings.obstacles.names
+
+
+def test_a_mission_does_not_plan_anew():
+    scene = load_scene("type_ii_mission")
+    item = Equipment(name="pole", diameter=0.1, radius=6.0, azimuth=0.0, appears=5.0)
+    with pytest.raises(DescriptionError, match="pole, which appears during the run"):
+        replace(scene, tank=scene.tank.model_copy(update={"equipment": (*scene.tank.equipment, item)}))
