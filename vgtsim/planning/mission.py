@@ -275,7 +275,7 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
             leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
-    return Tour(start, tuple(legs), timestep, bounds)
+    return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds)
 
 
 def _join(parts: list[tuple[Array, Array | None, Array | None]]) -> tuple[Array, Array | None, Array | None]:

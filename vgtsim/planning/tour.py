@@ -164,7 +164,7 @@ def plan_goals(site: Site, start: Array, first: int = 0, timestep: float | None 
             place=nearest.place,
         )
         legs.append(leg)
-    return Tour(start, tuple(legs), timestep, bounds)
+    return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds)
 
 
 def pose_at(site: Site, goal: Goal, start: Array, keep: Keep | None) -> Array:
