@@ -23,7 +23,9 @@ def test_wall_and_dome_are_not_drawn_but_felt(site):
     model = build_spec(site).compile()
     names = {model.geom(k).name for k in range(model.ngeom)}
     assert {f"tank/{part}/back" for part in ("floor", "base", "sleeve_42in")} <= names
-    assert not {f"tank/{part}/{side}" for part in ("liner", "wall", "dome", "soil") for side in ("back", "front")} & names
+    assert (
+        not {f"tank/{part}/{side}" for part in ("liner", "wall", "dome", "soil") for side in ("back", "front")} & names
+    )
     assert mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "tank/wall/0/0") >= 0
 
 
