@@ -41,12 +41,18 @@ class PlannedLeader(Protocol):
     """The path that an arm follows on its way in or out: greatest planned deviation from it, m, and the least possible one, m."""
 
     @property
-    def deviation(self) -> float: ...  # noqa: D102
+    def deviation(self) -> float:
+        """Greatest planned distance of the arm's axis from the path, m."""
+        ...
 
     @property
-    def bound(self) -> float: ...  # noqa: D102
+    def bound(self) -> float:
+        """Least distance that any arm with these straight sections can keep, m."""
+        ...
 
-    def measure(self, points: Array) -> Array: ...  # noqa: D102
+    def measure(self, points: Array) -> Array:
+        """Distances of points of frame G, shape (..., 3), m, from the path, shape (...), m."""
+        ...
 
 
 class PlannedLeg(Protocol):
@@ -56,32 +62,48 @@ class PlannedLeg(Protocol):
     """
 
     @property
-    def goal(self) -> int: ...  # noqa: D102
+    def goal(self) -> int:
+        """Index of the goal that the leg leads to."""
+        ...
 
     @property
-    def lengths(self) -> Array: ...  # noqa: D102
+    def lengths(self) -> Array:
+        """Shape (S, J), m."""
+        ...
 
     @property
-    def feed(self) -> Array | None: ...  # noqa: D102
+    def feed(self) -> Array | None:
+        """Height of the mast above its working depth, shape (S,), m; None where it stays."""
+        ...
 
     @property
-    def tool(self) -> Array | None: ...  # noqa: D102
+    def tool(self) -> Array | None:
+        """Share of the tool's power, shape (S,); None where the tool is off."""
+        ...
 
     @property
-    def leader(self) -> PlannedLeader | None: ...  # noqa: D102
+    def leader(self) -> PlannedLeader | None:
+        """The path that the arm follows; None on the way to a goal."""
+        ...
 
 
 class PlannedTour(Protocol):
     """What the commands of a log are held against: legs in their order, with the time step, s."""
 
     @property
-    def legs(self) -> Sequence[PlannedLeg]: ...  # noqa: D102
+    def legs(self) -> Sequence[PlannedLeg]:
+        """In their order."""
+        ...
 
     @property
-    def timestep(self) -> float: ...  # noqa: D102
+    def timestep(self) -> float:
+        """Time between two rows of lengths, s."""
+        ...
 
     @property
-    def digest(self) -> str: ...  # noqa: D102
+    def digest(self) -> str:
+        """Of the whole programme."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
