@@ -71,13 +71,21 @@ _ROUNDING = 1e-9
 class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
+<<<<<<< HEAD
     The bed is the surface of the waste, where some of it is cut away already. What appears in the tank after the time `until`, s,
     is not known yet to what is planned.
+=======
+    The bed is the surface of the waste, where some of it is cut away already; the mast is turned by an angle, rad.
+>>>>>>> main
     """
 
     scene: Scene
     bed: Bed | None = None
+<<<<<<< HEAD
     until: float = 0.0
+=======
+    turn: float = 0.0
+>>>>>>> main
 
     def __post_init__(self) -> None:
         """Look up the places of goals.
@@ -105,7 +113,7 @@ class Site:
     @cached_property
     def chain(self) -> Chain:
         """Kinematics of the arm, which hangs from the scene's pivot."""
-        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place))
+        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place, self.turn))
 
     @property
     def gravity(self) -> float:

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +78,8 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
         every = max(round(_PRESSURE_POSES / tour.timestep), 1)
         require_pressure(site, np.arange(0.0, len(lengths), every) * tour.timestep, lengths[::every])
     first = tour.legs[0]
-    plant.reset(first.lengths[0], tour.start, feed=0.0 if first.feed is None else first.feed[0])
+    feed, turn = (0.0 if places is None else float(places[0]) for places in (first.feed, first.turn))
+    plant.reset(first.lengths[0], tour.start, feed=feed, turn=turn)
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
     with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
@@ -94,6 +96,7 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
             tick(plant.time)
 
     step(hold)
+<<<<<<< HEAD
     known = 0
     for index in range(len(tour.legs)):
         plant.mark(tour.legs[index].goal)
@@ -109,6 +112,15 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
                 break
             feed, share = (None if way is None else float(way[row]) for way in (leg.feed, leg.tool))
             plant.command(leg.lengths[row], feed=feed, tool=share)
+=======
+    for leg in tour.legs:
+        plant.mark(leg.goal)
+        beside = (
+            [None] * len(leg.lengths) if item is None else item.tolist() for item in (leg.feed, leg.turn, leg.tool)
+        )
+        for lengths, feed, turn, share in islice(zip(leg.lengths, *beside, strict=True), 1, None):
+            plant.command(lengths, feed=feed, turn=turn, tool=share)
+>>>>>>> main
             step(1)
         if tour.blocked and leg is tour.legs[-1]:
             plant.end(tour.blocked)
