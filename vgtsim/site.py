@@ -71,21 +71,14 @@ _ROUNDING = 1e-9
 class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
-<<<<<<< HEAD
-    The bed is the surface of the waste, where some of it is cut away already. What appears in the tank after the time `until`, s,
-    is not known yet to what is planned.
-=======
-    The bed is the surface of the waste, where some of it is cut away already; the mast is turned by an angle, rad.
->>>>>>> main
+    The bed is the surface of the waste, where some of it is cut away already; the mast is turned by an angle, rad. What appears
+    in the tank after the time `until`, s, is not known yet to what is planned.
     """
 
     scene: Scene
     bed: Bed | None = None
-<<<<<<< HEAD
-    until: float = 0.0
-=======
     turn: float = 0.0
->>>>>>> main
+    until: float = 0.0
 
     def __post_init__(self) -> None:
         """Look up the places of goals.

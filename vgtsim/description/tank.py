@@ -374,6 +374,9 @@ class Tank(Description):
         for item in (self.arm_riser, *self.risers):
             if item.bore >= inner:
                 raise ValueError(f"{item.name}: bore of {item.bore:.4g} m below the tank radius {inner:.4g} m")
+            aside = item.radius + item.bore / 2 + item.wall
+            if aside > inner:
+                raise ValueError(f"{item.name}: a pipe inside the tank radius {inner:.4g} m; it comes to {aside:.4g} m")
         parts = [self.arm_riser, *self.risers, *self.things, *(item for item in (self.guide, self.clamp) if item)]
         taken = [item.name for item in parts] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):

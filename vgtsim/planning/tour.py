@@ -66,12 +66,8 @@ class Leg:
 class Tour:
     """Timed lengths from the start inputs, shape (n,), to every goal in turn; the time step is in s.
 
-<<<<<<< HEAD
-    Each leg begins with the lengths, and with the feed, at which the leg before it ended. Of a tour that was planned anew on its
-    way, `planned` is the digest of the first plan; `blocked` says why there was no way on from its last leg, if there was none.
-=======
-    Each leg begins with the lengths, and with the place of the mast, at which the leg before it ended.
->>>>>>> main
+    Each leg begins with the lengths, and with the place of the mast, at which the leg before it ended. Of a tour that was planned
+    anew on its way, `planned` is the digest of the first plan; `blocked` says why there was no way on from its last leg.
     """
 
     start: Array
@@ -87,13 +83,9 @@ class Tour:
 
     @property
     def digest(self) -> str:
-<<<<<<< HEAD
-        """Digest of the timed lengths, feeds and shares of the tool's power, the goals' indices and the time step."""
+        """Digest of timed lengths, places of the mast and shares of the tool's power, the goals' indices and the time step."""
         if self.planned:
             return self.planned
-=======
-        """Digest of timed lengths, places of the mast and shares of the tool's power, the goals' indices and the time step."""
->>>>>>> main
         parts = []
         for leg in self.legs:
             parts += [str(leg.goal).encode(), leg.lengths.tobytes()]

@@ -12,12 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.commands import read_row
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
-<<<<<<< HEAD
-from vgtsim.mjcf import build_model, retime, show_things
-=======
 from vgtsim.kinematics import move_points
-from vgtsim.mjcf import build_model, retime
->>>>>>> main
+from vgtsim.mjcf import build_model, retime, show_things
 from vgtsim.plant.correction import Correction
 from vgtsim.plant.digger import find_digger
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
@@ -148,14 +144,10 @@ class Plant:
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
-<<<<<<< HEAD
         self._coming = sorted(set(self.site.tank.appearances.values()))
         self.appeared = 0  # instants so far at which things appeared in the tank
         show_things(self.model, self.site.tank, 0.0)
-        self._stand(q, chain.nodes(q) + [0.0, 0.0, self._feed])
-=======
         self._stand(q, move_points(chain, chain.nodes(q), *self._mast))
->>>>>>> main
         self._find_equilibrium()
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -96,7 +95,6 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
             tick(plant.time)
 
     step(hold)
-<<<<<<< HEAD
     known = 0
     for index in range(len(tour.legs)):
         plant.mark(tour.legs[index].goal)
@@ -110,17 +108,9 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
             row += 1
             if row == len(leg.lengths):
                 break
-            feed, share = (None if way is None else float(way[row]) for way in (leg.feed, leg.tool))
-            plant.command(leg.lengths[row], feed=feed, tool=share)
-=======
-    for leg in tour.legs:
-        plant.mark(leg.goal)
-        beside = (
-            [None] * len(leg.lengths) if item is None else item.tolist() for item in (leg.feed, leg.turn, leg.tool)
-        )
-        for lengths, feed, turn, share in islice(zip(leg.lengths, *beside, strict=True), 1, None):
-            plant.command(lengths, feed=feed, turn=turn, tool=share)
->>>>>>> main
+            beside = (leg.feed, leg.turn, leg.tool)
+            feed, turn, share = (None if way is None else float(way[row]) for way in beside)
+            plant.command(leg.lengths[row], feed=feed, turn=turn, tool=share)
             step(1)
         if tour.blocked and leg is tour.legs[-1]:
             plant.end(tour.blocked)
