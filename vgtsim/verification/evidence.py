@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.geometry import RISER, Clearance, find_nearest
+from vgtsim.kinematics import move_points
 from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -58,7 +59,8 @@ class PlannedLeader(Protocol):
 class PlannedLeg(Protocol):
     """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m.
 
-    Where they change, the feed, m, and the share of the tool's power stand beside them, shape (S,). The arm may follow a leader.
+    Where they change, the feed, m, the turn of the mast, rad, and the share of the tool's power stand beside them, shape (S,).
+    The arm may follow a leader.
     """
 
     @property
@@ -74,6 +76,11 @@ class PlannedLeg(Protocol):
     @property
     def feed(self) -> Array | None:
         """Height of the mast above its working depth, shape (S,), m; None where it stays."""
+        ...
+
+    @property
+    def turn(self) -> Array | None:
+        """Turn of the mast about its axis, shape (S,), rad; None where it stays."""
         ...
 
     @property
@@ -163,15 +170,23 @@ class Evidence:
         found = self._differentiate(self.wide.nodes)
         return NodeMotion(found.velocity, self.log.acceleration) if self.log.acceleration.size else found
 
-    @property
-    def lift(self) -> Array:
-        """The height of the mast as a displacement of all nodes, shape (T, 1, 3), m."""
-        return self.log.height[:, None, None] * np.array([0.0, 0.0, 1.0])
+    def carry(self, nodes: Array, rows: slice | Index = slice(None)) -> Array:
+        """Nodes under a mast that is not moved, shape (S, N, 3), m, where the mast of some records carries them."""
+        return move_points(self.site.chain, nodes, self.log.height[rows], self.log.turned[rows])
 
     @cached_property
     def feed_acceleration(self) -> Array:
         """Of the mast, upward, from that of the hubs at its flange, shape (T,), m/s²."""
         return self.motion.acceleration[:, self.site.truss.base, 2].mean(axis=1)
+
+    @cached_property
+    def turn_acceleration(self) -> Array:
+        """Of the mast about its axis, likewise, shape (T,), rad/s²."""
+        base = self.site.truss.base
+        arm = self.log.nodes[:, base, :2] - self.site.chain.mount[:2, 3]
+        pull = self.motion.acceleration[:, base, :2]
+        across = arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]
+        return (across / np.sum(arm**2, axis=-1)).mean(axis=1)
 
     @cached_property
     def speeds(self) -> Array:
@@ -288,9 +303,9 @@ class Evidence:
     def around(self) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste at every record; what may touch is left out.
 
-        So is the riser of an arm that is fed through it, whose distance is `bore`.
+        So is what has not appeared yet, and the riser of an arm that is fed through it, whose distance is `bore`.
         """
-        found = self._apart()
+        found = self.proximity.leave_out(self._apart(), self.log.time)
         if self.site.task.mast.feed is None:
             return found
         return replace(found, distance=np.where(np.array(found.places) == RISER, np.inf, found.distance))
