@@ -71,11 +71,14 @@ _ROUNDING = 1e-9
 class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
-    The bed is the surface of the waste, where some of it is cut away already.
+    The bed is the surface of the waste, where some of it is cut away already; the mast is turned by an angle, rad. What appears
+    in the tank after the time `until`, s, is not known yet to what is planned.
     """
 
     scene: Scene
     bed: Bed | None = None
+    turn: float = 0.0
+    until: float = 0.0
 
     def __post_init__(self) -> None:
         """Look up the places of goals.
@@ -103,7 +106,7 @@ class Site:
     @cached_property
     def chain(self) -> Chain:
         """Kinematics of the arm, which hangs from the scene's pivot."""
-        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place))
+        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place, self.turn))
 
     @property
     def gravity(self) -> float:
@@ -292,7 +295,7 @@ class Site:
         task, sag = self.task, self._sag if self.sags else None
         return Surroundings(
             chain=self.chain,
-            tank=self.tank,
+            tank=self.tank.known_at(self.until),
             payload_radius=task.payload.radius,
             mast_radius=task.mast.outer_diameter / 2,
             sag=sag,
@@ -304,6 +307,13 @@ class Site:
         assert self.diggings is not None
         later = copy(self)
         object.__setattr__(later, "bed", self.diggings.cut_bed(heights))
+        later.__dict__.pop("surroundings", None)
+        return later
+
+    def learn(self, until: float) -> Site:
+        """The same site with what has appeared in the tank up to a time of the run, s."""
+        later = copy(self)
+        object.__setattr__(later, "until", until)
         later.__dict__.pop("surroundings", None)
         return later
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.runlog import BESIDE, Array, RunLog
+from vgtsim.runlog import BESIDE, Array, Revision, RunLog
 
 _LENGTH = 3000  # records: two minutes of a shipped scene, of which verification makes some 200 MB
 _OVERVIEW = 6000  # records: what plots can show, and some more
@@ -25,13 +25,22 @@ class LogSource(Protocol):
         ...
 
     @property
-    def performance(self) -> dict[str, float]: ...  # noqa: D102
+    def performance(self) -> dict[str, float]:
+        """Figures of the run itself, such as its speed, by name."""
+        ...
 
     @property
-    def versions(self) -> dict[str, str]: ...  # noqa: D102
+    def versions(self) -> dict[str, str]:
+        """Versions of the programs that made the log, by name."""
+        ...
 
     @property
-    def digests(self) -> dict[str, str]: ...  # noqa: D102
+    def digests(self) -> dict[str, str]:
+        """Digests of the description and the programme, by name."""
+        ...
+
+    @property
+    def revisions(self) -> tuple[Revision, ...]: ...  # noqa: D102
 
     def read(self, first: int, stop: int, every: int = 1) -> RunLog:
         """The records from one to before another, or every so many of them, with all contacts."""
