@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Piece = Mapping[str, NDArray[Any]]  # arrays of a log by name, records along the first axis
 
 CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene, which a kill loses at most
-BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
+BESIDE = 6  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
 FEED = ("feed", "feed_commanded", "feed_force")
 TURN = ("turn", "turn_commanded", "turn_torque")
@@ -33,6 +33,15 @@ MAY_BE_EMPTY = (
     "contact_force",
     "contact_point",
 )
+
+
+@dataclass(frozen=True)
+class Revision:
+    """An instant at which what appeared in the tank made a tour be planned anew: its time, s, and row of the leg of an index."""
+
+    time: float
+    leg: int
+    row: int
 
 
 @dataclass(frozen=True)
@@ -54,8 +63,8 @@ class RunLog:
         settled: True while a goal is held after settling, shape (T,).
         contact_pair: Names of the two geoms, shape (C, 2).
         contact_distance: Gap, negative in penetration, shape (C,), m.
-        acceleration: Of the nodes, by the places of three steps, shape (T, N, 3), m/s²; only in logs of scenes that allow
-            contacts, as records are too far apart to tell it where something knocks.
+        acceleration: Of the nodes, by the places of three steps, shape (T, N, 3), m/s²; only in logs of missions and of
+            scenes that allow contacts, as records are too far apart to tell it where a quick move ends or something knocks.
         contact_force: Force on the arm, of two of its parts on the second one, shape (C, 3), N; NaN where lengths are imposed.
         contact_point: Where it acts, shape (C, 3), m. Both are empty in logs of versions that did not tell.
         warnings: Warnings of MuJoCo.
@@ -66,6 +75,7 @@ class RunLog:
         stopped: Why the run ended early, or an empty string.
         digests: Of the `description` (scene, arm and tank), the `programme` (the timed lengths of a tour) and the `code` of
             this package; empty in logs of versions that made none.
+        revisions: When the tour was planned anew; empty in most runs.
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
         target: Where an operator wanted the tool: position, m, and direction, shape (T, 6); empty in other runs.
@@ -103,6 +113,7 @@ class RunLog:
     versions: dict[str, str]
     stopped: str = ""
     digests: dict[str, str] = field(default_factory=dict)
+    revisions: tuple[Revision, ...] = ()
     saturation: Annotated[NDArray[np.int64], "i", "TJ"] = field(
         default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
     )

@@ -296,6 +296,7 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
         plan = _Plan(site, site.start)
     else:
         check_entry(site)
+        check_passage(site, site.chain.stowed[None])
         plan = _Plan(site, site.chain.stowed)
     check_cuts(site)
     start = np.array(plan.here)
@@ -323,7 +324,7 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
             leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
-    return Tour(start, tuple(legs), timestep, bounds)
+    return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds)
 
 
 def plan_site(site: Site) -> Tour:

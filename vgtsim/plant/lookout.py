@@ -23,6 +23,7 @@ class Lookout:
     def __init__(self, site: Site) -> None:
         """Look at the first step."""
         self._near, self._room, self._places = Proximity(site), -np.inf, np.zeros(3)
+        self._coming = sorted(site.tank.appearances.values(), reverse=True)
 
     def look(self, time: float, nodes: Array, tool: Array, heights: Array | None = None) -> list[Contact]:
         """List what touches at a time, s.
@@ -30,6 +31,9 @@ class Lookout:
         Nodes have shape (N, 3) and the tool point shape (3,), m. Heights, shape (P,), m, are those of waste that is cut: it
         falls, so what is far stays far.
         """
+        while self._coming and self._coming[-1] <= time:
+            self._room = -np.inf
+            self._coming.pop()
         places = np.concatenate([nodes, tool[None]])
         moved = places - self._places
         if np.einsum("nk,nk->n", moved, moved).max() <= self._room**2 and self._room > 0:
@@ -37,6 +41,7 @@ class Lookout:
         self._places = places
         near = self._near
         around, (among, pair) = near.around(nodes, tool, heights), near.among(nodes, tool)
+        around = near.leave_out(around, time)
         self._room = _SHARE * min(float(around.least), float(among))
         found = [
             Contact(time, near.name_around(int(part)), place, float(gap))
