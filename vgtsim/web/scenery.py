@@ -28,7 +28,9 @@ NAME = 0.8  # size of names, of the usual size of text
 _BALL, _STEM = 0.10, (0.025, 0.6)  # m: a goal's ball, and radius and length of the rod along its direction
 _SIDES, _FEW = 24, 8  # of round things, and of thin ones
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
-_SPACING = 1.0  # m, of points along the tank's profile: a third of the triangles, each within a centimetre of the surface
+_SPACING = (
+    1.0  # m, of points along the tank's profile: a third of the triangles, each within a centimetre of the surface
+)
 _FIELD = np.radians(38)  # of view, upright
 
 
