@@ -17,11 +17,31 @@ Array = NDArray[np.float64]
 Piece = Mapping[str, NDArray[Any]]  # arrays of a log by name, records along the first axis
 
 CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene, which a kill loses at most
-BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
+BESIDE = 6  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
 FEED = ("feed", "feed_commanded", "feed_force")
+TURN = ("turn", "turn_commanded", "turn_torque")
 CUTTING = ("tool_share", "tool_force", "removed", "bed")
-MAY_BE_EMPTY = ("saturation", "pressure", "target", *FEED, *CUTTING, "acceleration", "contact_force", "contact_point")
+MAY_BE_EMPTY = (
+    "saturation",
+    "pressure",
+    "target",
+    *FEED,
+    *TURN,
+    *CUTTING,
+    "acceleration",
+    "contact_force",
+    "contact_point",
+)
+
+
+@dataclass(frozen=True)
+class Revision:
+    """An instant at which what appeared in the tank made a tour be planned anew: its time, s, and row of the leg of an index."""
+
+    time: float
+    leg: int
+    row: int
 
 
 @dataclass(frozen=True)
@@ -43,8 +63,8 @@ class RunLog:
         settled: True while a goal is held after settling, shape (T,).
         contact_pair: Names of the two geoms, shape (C, 2).
         contact_distance: Gap, negative in penetration, shape (C,), m.
-        acceleration: Of the nodes, by the places of three steps, shape (T, N, 3), m/s²; only in logs of scenes that allow
-            contacts, as records are too far apart to tell it where something knocks.
+        acceleration: Of the nodes, by the places of three steps, shape (T, N, 3), m/s²; only in logs of missions and of
+            scenes that allow contacts, as records are too far apart to tell it where a quick move ends or something knocks.
         contact_force: Force on the arm, of two of its parts on the second one, shape (C, 3), N; NaN where lengths are imposed.
         contact_point: Where it acts, shape (C, 3), m. Both are empty in logs of versions that did not tell.
         warnings: Warnings of MuJoCo.
@@ -55,12 +75,15 @@ class RunLog:
         stopped: Why the run ended early, or an empty string.
         digests: Of the `description` (scene, arm and tank), the `programme` (the timed lengths of a tour) and the `code` of
             this package; empty in logs of versions that made none.
+        revisions: When the tour was planned anew; empty in most runs.
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
         target: Where an operator wanted the tool: position, m, and direction, shape (T, 6); empty in other runs.
         feed, feed_commanded: Height of the mast above its working depth, reached and asked for, shape (T,), m; empty in logs
             of versions that held it there.
         feed_force: Force of the hoist on the mast, upward, shape (T,), N; empty as the feed.
+        turn, turn_commanded: Of the mast about its axis, reached and asked for, shape (T,), rad; these and the torque of its
+            drive on it, `turn_torque`, N·m, are only in logs of scenes whose mast turns.
         tool_share: Of the tool's full power, at which it removes waste, 0 to 1, shape (T,). This and the next three are only in
             logs of missions that cut.
         tool_force: Of the waste on the tool point, shape (T, 3), N.
@@ -90,6 +113,7 @@ class RunLog:
     versions: dict[str, str]
     stopped: str = ""
     digests: dict[str, str] = field(default_factory=dict)
+    revisions: tuple[Revision, ...] = ()
     saturation: Annotated[NDArray[np.int64], "i", "TJ"] = field(
         default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
     )
@@ -101,7 +125,9 @@ class RunLog:
     feed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_commanded: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_force: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
-
+    turn: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+    turn_commanded: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+    turn_torque: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     tool_share: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     tool_force: Annotated[Array, "f", "T3"] = field(default_factory=lambda: np.zeros((0, 3)))
     removed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
@@ -121,6 +147,11 @@ class RunLog:
     def height(self) -> Array:
         """Of the mast above its working depth, shape (T,), m; zero in a log without a feed."""
         return self.feed if self.feed.size else np.zeros(len(self.time))
+
+    @property
+    def turned(self) -> Array:
+        """Turn of the mast, shape (T,), rad; zero in a log without one."""
+        return self.turn if self.turn.size else np.zeros(len(self.time))
 
     def read(self, first: int, stop: int, every: int = 1) -> RunLog:
         """The records from one to before another, or every so many of them, with all contacts."""

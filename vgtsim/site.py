@@ -71,11 +71,14 @@ _ROUNDING = 1e-9
 class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
-    The bed is the surface of the waste, where some of it is cut away already.
+    The bed is the surface of the waste, where some of it is cut away already; the mast is turned by an angle, rad. What appears
+    in the tank after the time `until`, s, is not known yet to what is planned.
     """
 
     scene: Scene
     bed: Bed | None = None
+    turn: float = 0.0
+    until: float = 0.0
 
     def __post_init__(self) -> None:
         """Look up the places of goals.
@@ -103,7 +106,7 @@ class Site:
     @cached_property
     def chain(self) -> Chain:
         """Kinematics of the arm, which hangs from the scene's pivot."""
-        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place))
+        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place, self.turn))
 
     @property
     def gravity(self) -> float:
@@ -128,9 +131,15 @@ class Site:
         stiffest = _SECTION_STEP if simulation.members == "sections" else _RIGID_STEP
         bounds = {"members_and_drives": stiffest if stiff else _SOFT_STEP, "records": 1 / simulation.log_rate}
         if simulation.members == "elastic" and simulation.damping_ratio:
-            held = self.held_model if simulation.drive == "servo" else self.elastic_model
-            bounds["damping"] = 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
+            bounds["damping"] = 2 * self.damper
         return bounds
+
+    @cached_property
+    def damper(self) -> float:
+        """Damper of elastic members over their stiffness, s, by which the start posture has the damping ratio, above 0."""
+        simulation = self.task.simulation
+        held = self.held_model if simulation.drive == "servo" else self.elastic_model
+        return damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
 
     @property
     def yields(self) -> bool:
@@ -286,7 +295,7 @@ class Site:
         task, sag = self.task, self._sag if self.sags else None
         return Surroundings(
             chain=self.chain,
-            tank=self.tank,
+            tank=self.tank.known_at(self.until),
             payload_radius=task.payload.radius,
             mast_radius=task.mast.outer_diameter / 2,
             sag=sag,
@@ -298,6 +307,13 @@ class Site:
         assert self.diggings is not None
         later = copy(self)
         object.__setattr__(later, "bed", self.diggings.cut_bed(heights))
+        later.__dict__.pop("surroundings", None)
+        return later
+
+    def learn(self, until: float) -> Site:
+        """The same site with what has appeared in the tank up to a time of the run, s."""
+        later = copy(self)
+        object.__setattr__(later, "until", until)
         later.__dict__.pop("surroundings", None)
         return later
 

@@ -136,13 +136,14 @@ def _prepare(sites: Sequence[Site]) -> list[_Programme]:
 
 
 def _programme(site: Site, tour: Tour) -> _Programme:
+    from vgtsim.planning import revise_as_run
     from vgtsim.plant import begin_log, record
 
     return _Programme(
         pose=tour.legs[0].q,
         begin=lambda folder, resume: begin_log(site, tour, folder, resume=resume),
         record=lambda writer: record(site, tour, writer),
-        plan=lambda _: tour,
+        plan=lambda log: revise_as_run(site, tour, log.revisions),
     )
 
 

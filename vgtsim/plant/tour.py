@@ -15,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from vgtsim.errors import DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.logbook import LogWriter
-from vgtsim.planning import STEP_BOUND, Tour
+from vgtsim.planning import STEP_BOUND, Tour, revise_tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.plant import Plant
 from vgtsim.plant.recorder import list_digests, list_versions
@@ -77,7 +77,8 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
         every = max(round(_PRESSURE_POSES / tour.timestep), 1)
         require_pressure(site, np.arange(0.0, len(lengths), every) * tour.timestep, lengths[::every])
     first = tour.legs[0]
-    plant.reset(first.lengths[0], tour.start, feed=0.0 if first.feed is None else first.feed[0])
+    feed, turn = (0.0 if places is None else float(places[0]) for places in (first.feed, first.turn))
+    plant.reset(first.lengths[0], tour.start, feed=feed, turn=turn)
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
     with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
@@ -94,13 +95,26 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
             tick(plant.time)
 
     step(hold)
-    for leg in tour.legs:
-        plant.mark(leg.goal)
-        feeds = [None] * len(leg.lengths) if leg.feed is None else leg.feed.tolist()
-        shares = [None] * len(leg.lengths) if leg.tool is None else leg.tool.tolist()
-        for lengths, feed, share in zip(leg.lengths[1:], feeds[1:], shares[1:], strict=True):
-            plant.command(lengths, feed=feed, tool=share)
+    known = 0
+    for index in range(len(tour.legs)):
+        plant.mark(tour.legs[index].goal)
+        row = 0
+        while True:
+            if plant.appeared > known:
+                known = plant.appeared
+                plant.note_revision(index, row)
+                tour = revise_tour(plant.site, tour, plant.log.revisions[-1])
+            leg = tour.legs[index]
+            row += 1
+            if row == len(leg.lengths):
+                break
+            beside = (leg.feed, leg.turn, leg.tool)
+            feed, turn, share = (None if way is None else float(way[row]) for way in beside)
+            plant.command(leg.lengths[row], feed=feed, turn=turn, tool=share)
             step(1)
+        if tour.blocked and leg is tour.legs[-1]:
+            plant.end(tour.blocked)
+            return
         for _ in range(patience):
             if plant.calm:
                 plant.mark(leg.goal, settled=True)

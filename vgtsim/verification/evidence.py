@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.geometry import RISER, Clearance, find_nearest
+from vgtsim.kinematics import move_points
 from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -33,7 +34,7 @@ from vgtsim.touches import Touches, find_touches
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-_BESIDE = 2  # records on either side of one that its acceleration is made of, see `motion_from_log`
+_BESIDE = 3  # records on either side of one that its acceleration is made of, see `motion_from_log`
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
@@ -58,7 +59,8 @@ class PlannedLeader(Protocol):
 class PlannedLeg(Protocol):
     """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m.
 
-    Where they change, the feed, m, and the share of the tool's power stand beside them, shape (S,). The arm may follow a leader.
+    Where they change, the feed, m, the turn of the mast, rad, and the share of the tool's power stand beside them, shape (S,).
+    The arm may follow a leader.
     """
 
     @property
@@ -74,6 +76,11 @@ class PlannedLeg(Protocol):
     @property
     def feed(self) -> Array | None:
         """Height of the mast above its working depth, shape (S,), m; None where it stays."""
+        ...
+
+    @property
+    def turn(self) -> Array | None:
+        """Turn of the mast about its axis, shape (S,), rad; None where it stays."""
         ...
 
     @property
@@ -135,10 +142,14 @@ class Evidence:
         """Number in the run of the log's first record."""
         return self.stretch.first if self.stretch else 0
 
+    @property
+    def step(self) -> float:
+        """Step of the plant, s."""
+        return self.log.performance.get("timestep_s", self.site.timestep)
+
     def _differentiate(self, values: Array) -> NodeMotion:
-        """Velocities and accelerations of points in wide records, shape (T', P, 3), m, at the log's."""
-        live = self.site.task.operator is not None  # every step is recorded, and accelerations jump from step to step
-        found = motion_from_log(self.wide.time, values, window=3 if live else 5)
+        """Velocities and accelerations of points in wide records, shape (T', P, 3), m, at the log's: of the plant's steps."""
+        found = motion_from_log(self.wide.time, values, self.step)
         inner = self.stretch.inner if self.stretch else slice(None)
         return NodeMotion(found.velocity[inner], found.acceleration[inner])
 
@@ -163,10 +174,9 @@ class Evidence:
         found = self._differentiate(self.wide.nodes)
         return NodeMotion(found.velocity, self.log.acceleration) if self.log.acceleration.size else found
 
-    @property
-    def lift(self) -> Array:
-        """The height of the mast as a displacement of all nodes, shape (T, 1, 3), m."""
-        return self.log.height[:, None, None] * np.array([0.0, 0.0, 1.0])
+    def carry(self, nodes: Array, rows: slice | Index = slice(None)) -> Array:
+        """Nodes under a mast that is not moved, shape (S, N, 3), m, where the mast of some records carries them."""
+        return move_points(self.site.chain, nodes, self.log.height[rows], self.log.turned[rows])
 
     @cached_property
     def feed_acceleration(self) -> Array:
@@ -174,14 +184,32 @@ class Evidence:
         return self.motion.acceleration[:, self.site.truss.base, 2].mean(axis=1)
 
     @cached_property
-    def speeds(self) -> Array:
-        """Speeds of the cylinders half a step before each record, from differenced lengths, shape (T, J), m/s.
+    def turn_acceleration(self) -> Array:
+        """Of the mast about its axis, likewise, shape (T,), rad/s²."""
+        base = self.site.truss.base
+        arm = self.log.nodes[:, base, :2] - self.site.chain.mount[:2, 3]
+        pull = self.motion.acceleration[:, base, :2]
+        across = arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]
+        return (across / np.sum(arm**2, axis=-1)).mean(axis=1)
 
-        MuJoCo's speeds, which the log has, stand there: they are those of the step that led to the record.
+    @cached_property
+    def speeds(self) -> Array:
+        """Speeds of the cylinders in the step that led to each record, from differenced lengths, shape (T, J), m/s.
+
+        MuJoCo's speeds, which the log has, are those.
         """
-        found = self._differentiate(self.wide.actual[..., None])
-        step = self.log.performance.get("timestep_s", self.site.timestep)
-        return (found.velocity - step / 2 * found.acceleration)[..., 0]
+        return self._differentiate(self.wide.actual[..., None]).velocity[..., 0]
+
+    def find_pull(self, pull: Array) -> Array:
+        """Pull of cylinders by the oil's in wide records, shape (T', J), N, and the damper beside the oil, at the log's.
+
+        The damper resists stretching as the members' do, over which the oil's pull changes: the two are in one place.
+        """
+        damper = (
+            self.site.damper if self.site.task.simulation.damping_ratio else self.step / 2
+        )  # the least that is stable
+        inner = self.stretch.inner if self.stretch else slice(None)
+        return pull[inner] + damper * self._differentiate(pull[..., None]).velocity[..., 0]
 
     @cached_property
     def lengths(self) -> Array:
@@ -288,9 +316,9 @@ class Evidence:
     def around(self) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste at every record; what may touch is left out.
 
-        So is the riser of an arm that is fed through it, whose distance is `bore`.
+        So is what has not appeared yet, and the riser of an arm that is fed through it, whose distance is `bore`.
         """
-        found = self._apart()
+        found = self.proximity.leave_out(self._apart(), self.log.time)
         if self.site.task.mast.feed is None:
             return found
         return replace(found, distance=np.where(np.array(found.places) == RISER, np.inf, found.distance))

@@ -60,12 +60,13 @@ def add_tank(scene: SceneApi, tank: Tank) -> None:
     profile, around = make_profile(tank.shell), obstacles(tank)
     shell = [(solids.make_liner(tank, profile, front, _FLOOR, _SPACING), _LINER) for front in (False, True)]
     shell += [(solids.make_concrete(tank, profile, front, _FLOOR, _SPACING), _CONCRETE) for front in (False, True)]
-    shell += [(solids.make_liner(tank, profile, False, _WALL, _SPACING), _LINER)]
-    shell += [(solids.make_concrete(tank, profile, False, _WALL, _SPACING), _CONCRETE)]
-    shell += [(solids.make_dome(tank, profile, False, _SPACING), _CONCRETE)]
+    if not tank.shell.open:
+        shell += [(solids.make_liner(tank, profile, False, _WALL, _SPACING), _LINER)]
+        shell += [(solids.make_concrete(tank, profile, False, _WALL, _SPACING), _CONCRETE)]
+        shell += [(solids.make_dome(tank, profile, False, _SPACING), _CONCRETE)]
+        add_baked(scene, "/tank/soil", [(solids.make_soil(tank, profile, False, _SPACING), _SOIL)])
     risers = [solids.make_riser(tank, profile, riser) for riser in tank.risers if sin(riser.azimuth) >= 0]
     add_baked(scene, "/tank/shell", shell)
-    add_baked(scene, "/tank/soil", [(solids.make_soil(tank, profile, False, _SPACING), _SOIL)])
     pipes = [solids.make_arm_riser(tank, profile, False), *risers]
     add_baked(scene, "/tank/risers", [(pipe, _RISER) for pipe in pipes])
     if tank.waste.level:
