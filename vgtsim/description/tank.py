@@ -361,7 +361,9 @@ class Tank(Description):
     @model_validator(mode="after")
     def _contents_fit(self) -> Tank:
         if self.waste.level >= self.shell.wall_top:
-            raise ValueError(f"waste.level below the top of the wall, {self.shell.wall_top:.4g} m")
+            raise ValueError(
+                f"waste.level below the top of the wall, {self.shell.wall_top:.4g} m, not {self.waste.level:.4g} m"
+            )
         inner = self.shell.inner_diameter / 2
         for item in (self.arm_riser, *self.risers, *self.equipment, *self.boxes, *self.meshes):
             if item.radius >= inner:

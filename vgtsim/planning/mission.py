@@ -296,6 +296,7 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
         plan = _Plan(site, site.start)
     else:
         check_entry(site)
+        check_passage(site, site.chain.stowed[None])
         plan = _Plan(site, site.chain.stowed)
     check_cuts(site)
     start = np.array(plan.here)
