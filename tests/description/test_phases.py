@@ -92,14 +92,17 @@ def test_modules_are_added_in_a_clamp():
         scene_of(add(5.0), clamp=None)
 
 
-def test_waste_is_not_carried_from_phase_to_phase():
+def test_phases_know_all_patches_that_the_mission_cuts():
     scene = vgtsim.load("type_ii_heel").scene
-    steps = STEPS.validate_python(({"do": "insert", "modules": 1},))
-    cut = tuple(step for step in scene.task.mission if step.do in ("move", "cut"))[:2]
-    mission = (*steps, *cut, *STEPS.validate_python((WITHDRAW, INSERT, WITHDRAW)))
-    whole = replace(scene, task=scene.task.model_copy(update={"mission": mission}))
-    with pytest.raises(DescriptionError, match="do: found cut in a mission of 2 phases"):
-        list_phases(whole)
+    short, cut = STEPS.validate_python(({"do": "insert", "modules": 1},)), scene.task.mission[1:4]
+    other = scene.task.patches[0].model_copy(update={"name": "left_alone"})
+    mission = (*short, *cut, *STEPS.validate_python((WITHDRAW, INSERT, WITHDRAW)))
+    task = scene.task.model_copy(update={"mission": mission, "patches": (*scene.task.patches, other)})
+    phases = list_phases(replace(scene, task=task))
+    assert [phase.task.phase.patches for phase in phases] == [("outer_heel",)] * 2
+    first, last = (vgtsim.Site(phase).diggings for phase in phases)
+    assert (first.places == last.places).all()
+    assert (first.rows, first.columns) == (last.rows, last.columns)
 
 
 def test_a_user_writes_no_phase(tmp_path):

@@ -47,14 +47,16 @@ def run(
     `--resume` ends it with the same log.
     """
     from vgtsim.output import stage_results, write_mission, write_verdict
+    from vgtsim.plant import carry_waste
     from vgtsim.verification import PhaseRun, join_phases
 
     sites = _list_sites(scene_name)
     folder = out or Path("out") / sites[0].task.name
     programmes = _prepare(sites)
     with stage_results(folder, resume=resume) as stage:
-        runs = []
-        for site, programme, place in zip(sites, programmes, _place_runs(sites, stage), strict=True):
+        runs: list[PhaseRun] = []
+        for described, programme, place in zip(sites, programmes, _place_runs(sites, stage), strict=True):
+            site = carry_waste(described, runs[-1].log) if runs else described
             log, report = _play(site, programme, place, resume=resume)
             runs.append(PhaseRun(site, log, report))
             if len(sites) > 1:
@@ -97,9 +99,9 @@ def _play(site: Site, programme: _Programme, folder: Path, *, resume: bool) -> t
 
     folder.mkdir(parents=True, exist_ok=True)
     write_scene_files(site, programme.pose, folder)
-    writer = programme.begin(folder / LOG, resume)
+    writer = programme.begin(site, folder / LOG, resume)
     if not writer.ended:
-        programme.record(writer)
+        programme.record(site, writer)
     log = open_log(folder / LOG)
     with ERR.status("verifying"):
         return log, judge(site, log, programme.plan(log))
@@ -107,11 +109,11 @@ def _play(site: Site, programme: _Programme, folder: Path, *, resume: bool) -> t
 
 @dataclass(frozen=True)
 class _Programme:
-    """What a scene's run plays: how its log is begun and recorded, inputs for a picture, and the plan of a log."""
+    """What a scene's run plays: how the log of its site is begun and recorded, inputs for a picture, and the plan of a log."""
 
     pose: NDArray[np.float64]
-    begin: Callable[[Path, bool], LogWriter]
-    record: Callable[[LogWriter], None]
+    begin: Callable[[Site, Path, bool], LogWriter]
+    record: Callable[[Site, LogWriter], None]
     plan: Callable[[LogSource], PlannedTour]
 
 
@@ -126,22 +128,22 @@ def _prepare(sites: Sequence[Site]) -> list[_Programme]:
         check_operation(site)
         programme = _Programme(
             pose=site.start,
-            begin=lambda folder, resume: begin_operation(site, folder, resume=resume),
-            record=lambda writer: record_operation(site, writer),
+            begin=lambda site, folder, resume: begin_operation(site, folder, resume=resume),
+            record=record_operation,
             plan=lambda log: rehearse(site, log),
         )
         return [programme]
     with ERR.status("planning the tour"):
-        return [_programme(site, tour) for site, tour in zip(sites, plan_phases(sites), strict=True)]
+        return [_programme(tour) for tour in plan_phases(sites)]
 
 
-def _programme(site: Site, tour: Tour) -> _Programme:
+def _programme(tour: Tour) -> _Programme:
     from vgtsim.plant import begin_log, record
 
     return _Programme(
         pose=tour.legs[0].q,
-        begin=lambda folder, resume: begin_log(site, tour, folder, resume=resume),
-        record=lambda writer: record(site, tour, writer),
+        begin=lambda site, folder, resume: begin_log(site, tour, folder, resume=resume),
+        record=lambda site, writer: record(site, tour, writer),
         plan=lambda _: tour,
     )
 

@@ -35,23 +35,14 @@ def shorten_arm(arm: Manipulator, count: int) -> Manipulator:
 
 
 def list_phases(scene: Scene) -> tuple[Scene, ...]:
-    """The phases of a scene's mission in their order, each as a scene; of any other scene, and of a phase, itself.
-
-    Raises:
-        DescriptionError: A phase before the last one cuts waste.
-    """
+    """The phases of a scene's mission in their order, each as a scene; of any other scene, and of a phase, itself."""
     task, whole = scene.task, len(scene.manipulator.active)
     if task.phase is not None or not task.mission:
         return (scene,)
     parts = _split(task.mission, whole)
     if len(parts) == 1 and parts[0].modules == whole and not parts[0].stands:
         return (scene,)
-    if any(isinstance(step, CutStep) for part in parts[:-1] for step in part.steps):
-        index = next(i for i, step in enumerate(task.mission) if isinstance(step, CutStep))
-        found = f"cut in a mission of {len(parts)} phases, of which the next does not know what waste is left"
-        raise scene.error(
-            f"mission.{index}.do", found, "a cut in the last phase, or a mission of an arm that keeps its length"
-        )
+    patches = tuple(dict.fromkeys(step.patch for step in task.mission if isinstance(step, CutStep)))
     provenance = {key: label for key, label in task.provenance.items() if not key.startswith(_LEFT)}
     motion = task.motion.model_copy(update={"start": None})
     phases = []
@@ -61,7 +52,7 @@ def list_phases(scene: Scene) -> tuple[Scene, ...]:
             "title": f"{task.title}: {said}",
             "mission": tuple(part.steps),
             "motion": motion,
-            "phase": Phase(number=number, count=len(parts), stands=part.stands),
+            "phase": Phase(number=number, count=len(parts), stands=part.stands, patches=patches),
             "provenance": provenance,
         }
         arm = shorten_arm(scene.manipulator, part.modules)

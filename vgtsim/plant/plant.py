@@ -132,7 +132,7 @@ class Plant:
         wanted = chain.lengths(q) if wanted is None else wanted
         self._hoist = Hoist(self.model, self.data, self.site)
         self._feed = self._fed = self._hoist.read_command(feed)
-        self._digger = find_digger(self.model, self.site.diggings)
+        self._digger = find_digger(self.model, self.site)
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
