@@ -63,6 +63,19 @@ def test_shorter_arms_go_in_first():
     assert all(begins_anew(phase) for phase in list_phases(scene))
 
 
+def test_a_shorter_arm_may_work_at_another_depth():
+    deep = {"do": "insert", "modules": 2, "pivot_depth": 0.6}
+    scene = scene_of(deep, WITHDRAW, deep | {"pivot_depth": 1.1}, WITHDRAW, INSERT, WITHDRAW)
+    phases = list_phases(scene)
+    mast = scene.task.mast
+    assert [phase.task.mast.pivot_depth for phase in phases] == [0.6, 1.1, mast.pivot_depth]
+    assert [phase.pivot_height for phase in phases] == [scene.tank.shell.crown - p.task.mast.pivot_depth for p in phases]
+    assert len(list_phases(scene_of(INSERT | {"pivot_depth": 0.6}))) == 1
+    assert list_phases(scene_of(INSERT | {"pivot_depth": 0.6}))[0].task.mast.pivot_depth == 0.6
+    with pytest.raises(DescriptionError, match="mast.pivot_depth: found 20 m"):
+        list_phases(scene_of(deep | {"pivot_depth": 20.0}))
+
+
 def test_a_mission_of_one_arm_is_one_scene():
     scene = scene_of(INSERT, MOVE, WITHDRAW)
     assert list_phases(scene) == (scene,)

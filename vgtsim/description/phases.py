@@ -14,11 +14,12 @@ _LEFT = ("mission.", "motion.start")  # keys whose figures are others in a phase
 
 @dataclass
 class _Part:
-    """A part of a mission: active modules of its arm, its steps, and whether the arm stands in the clamp."""
+    """A part of a mission: active modules of its arm, its steps, whether the arm stands in the clamp, and a pivot depth, m."""
 
     modules: int
     steps: list[MissionStep]
     stands: bool = False
+    depth: float | None = None
 
 
 def cut_arm(arm: Manipulator, first: int) -> Manipulator:
@@ -40,7 +41,7 @@ def list_phases(scene: Scene) -> tuple[Scene, ...]:
     if task.phase is not None or not task.mission:
         return (scene,)
     parts = _split(task.mission, whole)
-    if len(parts) == 1 and parts[0].modules == whole and not parts[0].stands:
+    if len(parts) == 1 and (parts[0].modules, parts[0].stands, parts[0].depth) == (whole, False, None):
         return (scene,)
     patches = tuple(dict.fromkeys(step.patch for step in task.mission if isinstance(step, CutStep)))
     provenance = {key: label for key, label in task.provenance.items() if not key.startswith(_LEFT)}
@@ -55,6 +56,9 @@ def list_phases(scene: Scene) -> tuple[Scene, ...]:
             "phase": Phase(number=number, count=len(parts), stands=part.stands, patches=patches),
             "provenance": provenance,
         }
+        if part.depth is not None:
+            changed["mast"] = task.mast.model_copy(update={"pivot_depth": part.depth})
+            changed["provenance"] = {key: label for key, label in provenance.items() if key != "mast.pivot_depth"}
         arm = shorten_arm(scene.manipulator, part.modules)
         phases.append(replace(scene, task=task.model_copy(update=changed), manipulator=arm))
     return tuple(phases)
@@ -88,8 +92,8 @@ def _split(steps: Sequence[MissionStep], whole: int) -> list[_Part]:
     for step in steps:
         if isinstance(step, InsertStep):
             modules = step.modules or whole
-            if not parts or waits or parts[-1].modules != modules:
-                parts.append(_Part(modules, []))
+            if not parts or waits or (parts[-1].modules, parts[-1].depth) != (modules, step.pivot_depth):
+                parts.append(_Part(modules, [], depth=step.pivot_depth))
             waits = []
             parts[-1].steps.append(step)
         elif isinstance(step, AddStep):
