@@ -69,10 +69,12 @@ def test_a_shorter_arm_may_work_at_another_depth():
     phases = list_phases(scene)
     mast = scene.task.mast
     assert [phase.task.mast.pivot_depth for phase in phases] == [0.6, 1.1, mast.pivot_depth]
-    assert [phase.pivot_height for phase in phases] == [scene.tank.shell.crown - p.task.mast.pivot_depth for p in phases]
+    assert [phase.pivot_height for phase in phases] == [
+        scene.tank.shell.crown - p.task.mast.pivot_depth for p in phases
+    ]
     assert len(list_phases(scene_of(INSERT | {"pivot_depth": 0.6}))) == 1
     assert list_phases(scene_of(INSERT | {"pivot_depth": 0.6}))[0].task.mast.pivot_depth == 0.6
-    with pytest.raises(DescriptionError, match="mast.pivot_depth: found 20 m"):
+    with pytest.raises(DescriptionError, match=r"mast\.pivot_depth: found 20 m"):
         list_phases(scene_of(deep | {"pivot_depth": 20.0}))
 
 

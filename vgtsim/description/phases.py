@@ -45,14 +45,14 @@ def list_phases(scene: Scene) -> tuple[Scene, ...]:
         return (scene,)
     patches = tuple(dict.fromkeys(step.patch for step in task.mission if isinstance(step, CutStep)))
     provenance = {key: label for key, label in task.provenance.items() if not key.startswith(_LEFT)}
-    motion = task.motion.model_copy(update={"start": None})
+    anywhere = task.motion.model_copy(update={"start": None})  # a shorter arm has other postures
     phases = []
     for number, part in enumerate(parts, start=1):
         said = f"phase {number} of {len(parts)}, {part.modules} module{'s' * (part.modules > 1)}"
         changed = {
             "title": f"{task.title}: {said}",
             "mission": tuple(part.steps),
-            "motion": motion,
+            "motion": task.motion if part.modules == whole else anywhere,
             "phase": Phase(number=number, count=len(parts), stands=part.stands, patches=patches),
             "provenance": provenance,
         }
