@@ -8,7 +8,7 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from vgtsim.description import Feed, Scene
+from vgtsim.description import Feed, Scene, Slew
 from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
@@ -59,6 +59,13 @@ def hoist(scene: Scene, **figures: float) -> Scene:
     """The scene with a feed of its mast."""
     feed = Feed(**{"stroke": 20.0, "rate": 0.6, "acceleration": 1.0, "force": 6e4} | figures)
     mast = scene.task.mast.model_copy(update={"feed": feed})
+    return dataclasses.replace(scene, task=scene.task.model_copy(update={"mast": mast}))
+
+
+def slew(scene: Scene, **figures: float) -> Scene:
+    """The scene with a mast that turns."""
+    turn = Slew(**{"range": (-2.0, 2.5), "rate": 0.6, "acceleration": 1.0, "torque": 1e4} | figures)
+    mast = scene.task.mast.model_copy(update={"turn": turn})
     return dataclasses.replace(scene, task=scene.task.model_copy(update={"mast": mast}))
 
 

@@ -10,6 +10,7 @@ import pytest
 import vgtsim
 from vgtsim.description.mission import FollowStep
 from vgtsim.planning.entry import Entry
+from vgtsim.planning.timing import make_limits
 from vgtsim.site import Site
 
 INSERTION_S = 90.0  # s, at rated speeds of cylinders and hoist
@@ -71,6 +72,10 @@ def test_the_tool_follows_a_path_with_its_hose():
 def test_a_heel_is_cut():
     site = vgtsim.load("type_ii_heel")
     plan = vgtsim.plan(site)
+    most = make_limits(site.chain, site.task.motion.rate_fraction, site.task.motion.acceleration).jerk
+    for leg in plan.legs:
+        jerk = np.abs(np.diff(leg.lengths, n=3, axis=0)) / plan.timestep**3
+        assert np.max(jerk / most) < 1.02  # differences over a step against a fine grid
     log = vgtsim.run(site, plan)
     report = vgtsim.verify(site, log, plan)
     assert [check.quantity for check in report.checks if not check.passed] == []

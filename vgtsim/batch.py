@@ -140,6 +140,7 @@ def build_batch_model(site: Site, timestep: float) -> mujoco.MjModel:
     """
     simulation = site.task.simulation.model_copy(update={"members": "rigid", "drive": "servo"})
     task = site.task.model_copy(update={"simulation": simulation})
+    task = task.model_copy(update={"mast": task.mast.model_copy(update={"turn": None})})  # it stays as it is
     spec = build_spec(Site(replace(site.scene, task=task)), timestep=timestep)
     for sensor in list(spec.sensors):
         spec.delete(sensor)

@@ -20,8 +20,19 @@ CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene
 BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
 FEED = ("feed", "feed_commanded", "feed_force")
+TURN = ("turn", "turn_commanded", "turn_torque")
 CUTTING = ("tool_share", "tool_force", "removed", "bed")
-MAY_BE_EMPTY = ("saturation", "pressure", "target", *FEED, *CUTTING, "acceleration", "contact_force", "contact_point")
+MAY_BE_EMPTY = (
+    "saturation",
+    "pressure",
+    "target",
+    *FEED,
+    *TURN,
+    *CUTTING,
+    "acceleration",
+    "contact_force",
+    "contact_point",
+)
 
 
 @dataclass(frozen=True)
@@ -61,6 +72,8 @@ class RunLog:
         feed, feed_commanded: Height of the mast above its working depth, reached and asked for, shape (T,), m; empty in logs
             of versions that held it there.
         feed_force: Force of the hoist on the mast, upward, shape (T,), N; empty as the feed.
+        turn, turn_commanded: Of the mast about its axis, reached and asked for, shape (T,), rad; these and the torque of its
+            drive on it, `turn_torque`, N·m, are only in logs of scenes whose mast turns.
         tool_share: Of the tool's full power, at which it removes waste, 0 to 1, shape (T,). This and the next three are only in
             logs of missions that cut.
         tool_force: Of the waste on the tool point, shape (T, 3), N.
@@ -101,7 +114,9 @@ class RunLog:
     feed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_commanded: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     feed_force: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
-
+    turn: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+    turn_commanded: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
+    turn_torque: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     tool_share: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
     tool_force: Annotated[Array, "f", "T3"] = field(default_factory=lambda: np.zeros((0, 3)))
     removed: Annotated[Array, "f", "T"] = field(default_factory=lambda: np.zeros(0))
@@ -121,6 +136,11 @@ class RunLog:
     def height(self) -> Array:
         """Of the mast above its working depth, shape (T,), m; zero in a log without a feed."""
         return self.feed if self.feed.size else np.zeros(len(self.time))
+
+    @property
+    def turned(self) -> Array:
+        """Turn of the mast, shape (T,), rad; zero in a log without one."""
+        return self.turn if self.turn.size else np.zeros(len(self.time))
 
     def read(self, first: int, stop: int, every: int = 1) -> RunLog:
         """The records from one to before another, or every so many of them, with all contacts."""

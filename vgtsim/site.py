@@ -71,11 +71,13 @@ _ROUNDING = 1e-9
 class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
-    `heights` are those of the waste in the diggings, shape (P,), m, where some of it is cut away already.
+    `heights` are those of the waste in the diggings, shape (P,), m, where some of it is cut away already; the mast is turned by
+    an angle, rad.
     """
 
     scene: Scene
     heights: Array | None = None
+    turn: float = 0.0
 
     def __post_init__(self) -> None:
         """Look up the places of goals.
@@ -103,7 +105,7 @@ class Site:
     @cached_property
     def chain(self) -> Chain:
         """Kinematics of the arm, which hangs from the scene's pivot."""
-        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place))
+        return Chain(self.arm, hanging_mount(self.scene.pivot_height, self.tank.arm_riser.place, self.turn))
 
     @property
     def gravity(self) -> float:

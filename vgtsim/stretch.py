@@ -25,13 +25,19 @@ class LogSource(Protocol):
         ...
 
     @property
-    def performance(self) -> dict[str, float]: ...  # noqa: D102
+    def performance(self) -> dict[str, float]:
+        """Figures of the run itself, such as its speed, by name."""
+        ...
 
     @property
-    def versions(self) -> dict[str, str]: ...  # noqa: D102
+    def versions(self) -> dict[str, str]:
+        """Versions of the programs that made the log, by name."""
+        ...
 
     @property
-    def digests(self) -> dict[str, str]: ...  # noqa: D102
+    def digests(self) -> dict[str, str]:
+        """Digests of the description and the programme, by name."""
+        ...
 
     def read(self, first: int, stop: int, every: int = 1) -> RunLog:
         """The records from one to before another, or every so many of them, with all contacts."""

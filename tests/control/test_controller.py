@@ -99,6 +99,12 @@ def test_hold_brings_the_arm_to_rest_within_a_second_or_two(ride):
 def test_an_erratic_hand_breaks_no_limit_and_adds_a_tenth_to_the_forces_at_most(site, kind):
     ride = Ride(site)
     Hand(kind, seed=7).drive(ride, 8.0)
+    check_erratic(ride)
+
+
+def check_erratic(ride):
+    """Rates, accelerations, strokes, clearance, tracking and added forces of a ride under an erratic hand."""
+    site = ride.site
     motion, box, lengths = site.task.motion, site.box, np.array(ride.lengths)
     full = np.array([0.4 * site.arm.cylinders[site.truss.members[i].section].rate for i in site.truss.actuated])
     assert np.all(np.abs(ride.rates) <= full * (1 + ROUNDING))
@@ -194,6 +200,19 @@ def test_any_kind_of_module_is_driven(reach_scene, arm):
     moved = ride.site.chain.tool(np.array(ride.inputs))[0]
     assert np.linalg.norm(moved[-1] - moved[0]) > 1e-3
     assert ride.site.box.spare(np.array(ride.lengths)).min() >= 0
+
+
+@pytest.mark.parametrize("scene", ["arm15_coupled", "arm30_shape", "arm60_shape"])
+def test_the_arms_of_all_methods_are_driven_and_an_erratic_hand_adds_a_tenth_at_most(scene):
+    site = load_site(scene)
+    ride = Ride(site)
+    position, direction = site.chain.tool(site.start)
+    way = np.array([0.1, 0.05, -0.1])
+    ride.go(7.0, goal=np.concatenate([position + way, direction]))
+    assert np.linalg.norm(ride.reports[-1].tool_position - position - way) < ARRIVED
+    assert ride.reports[-1].held_by == ()
+    Hand("mixed", seed=7).drive(ride, 4.0)
+    check_erratic(ride)
 
 
 def test_a_contact_holds_the_arm_until_it_is_released(site):

@@ -87,5 +87,25 @@ def test_a_short_path_never_reaches_full_speed(hanging_arm, spline, limits):
     lengths = time_lengths(hanging_arm, short, limits, TIMESTEP)
     speed = np.abs(np.diff(lengths, axis=0)) / TIMESTEP / limits.rate
     acceleration = np.abs(np.diff(lengths, n=2, axis=0)) / TIMESTEP**2
+    jerk = np.abs(np.diff(lengths, n=3, axis=0)) / TIMESTEP**3 / limits.jerk
     assert speed.max() < 0.9
-    assert 0.8 * ACCELERATION < acceleration.max() <= ACCELERATION * DIFFERENCES
+    assert 0.95 < max(acceleration.max() / ACCELERATION, jerk.max()) <= DIFFERENCES
+
+
+def test_jerk_is_bounded_where_the_actuator_that_leads_changes(hanging_arm, limits, monkeypatch):
+    part = np.linspace(0.0, 1.0, 30)[:, None]
+    bends = np.radians([1.0, 0.0, 0.0, 0.0, 0.0]) * part + np.radians([0.0, 0.0, 0.0, 6.0, 0.0]) * (part - 0.3) ** 4
+    curve = make_interp_spline(part[:, 0], bend_all(hanging_arm, bends, 0.0), k=5)
+
+    def jerk():
+        return np.abs(np.diff(time_lengths(hanging_arm, curve, limits, TIMESTEP), n=3, axis=0)) / TIMESTEP**3
+
+    assert np.max(jerk() / limits.jerk) <= DIFFERENCES
+    bound = limits.jerk
+    monkeypatch.setattr("vgtsim.planning.timing._JERK", np.inf)
+    assert np.max(jerk() / bound) > 1.5
+
+
+def test_jerk_alone_never_slows_a_long_path(hanging_arm, spline, lengths, limits, monkeypatch):
+    monkeypatch.setattr("vgtsim.planning.timing._JERK", np.inf)
+    np.testing.assert_array_equal(time_lengths(hanging_arm, spline, limits, TIMESTEP), lengths)

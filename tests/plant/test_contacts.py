@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from playing import bend, change, climb, shorten
 
+from vgtsim.control import Controller
 from vgtsim.description import AllowedContact
 from vgtsim.errors import DescriptionError
 from vgtsim.logbook import open_log, save_log
@@ -53,17 +54,23 @@ def reach_down(chain, q, way):
 
 
 @pytest.fixture(scope="module", params=SETTINGS)
-def leaning(request, nine):
-    """The nine-actuator arm lowers its tool by 5 cm, of which the last ones are into the waste, and stays there."""
+def above(request, nine):
+    """The nine-actuator arm with its tool 5 cm over the waste, which the tool may touch; and the inputs of that posture."""
     scene = change(nine, **SETTINGS[request.param])
     chain, q = Site(scene).chain, bend(scene, [0.7, 0.4, -0.3], [0.0, 0.0, 0.0])
     level = float(chain.tool(q)[0][2]) - scene.task.payload.radius - 0.05
     waste = scene.tank.waste.model_copy(update={"level": level})
     scene = dataclasses.replace(scene, tank=scene.tank.model_copy(update={"waste": waste}))
-    site = Site(allow(scene, part="tool", place="waste", force=2e5))
+    return Site(allow(scene, part="tool", place="waste", force=2e5)), q
+
+
+@pytest.fixture(scope="module")
+def leaning(above):
+    """The arm lowers its tool by 5 cm, of which the last ones are into the waste, and stays there."""
+    site, q = above
     plant = Plant(site)
     plant.reset(inputs=q)
-    first, last = site.chain.lengths(q), site.chain.lengths(reach_down(chain, q, 0.05))
+    first, last = site.chain.lengths(q), site.chain.lengths(reach_down(site.chain, q, 0.05))
     for s in climb(1.0, 2.0, plant.timestep):
         plant.command(first + s * (last - first))
         plant.step()
@@ -94,6 +101,41 @@ def test_forces_agree_while_the_tool_leans_on_the_waste(leaning):
     assert space.check_clearance.find(run).value > 0.05  # of all that may not touch
     without = dataclasses.replace(log, contact_force=0 * log.contact_force)
     assert members.check_axial_moving.find(Evidence(site, without)).value > 0.1
+
+
+def test_an_operator_leans_on_the_waste_drags_the_tool_along_it_and_lifts_it(above):
+    """Down until the arm leans, along the waste while it does, up again: the contact is a load, and holds nothing."""
+    site, q = above
+    plant = Plant(site, record_rate=0)
+    controller = Controller(site, plant.timestep)
+    controller.start(plant.reset(inputs=q).commanded, q)
+
+    def go(seconds, velocity):
+        """Part of the steps with a contact, and the places of the tool."""
+        controller.command(twist=[*velocity, 0, 0, 0])
+        touched, ways = 0, []
+        for _ in range(round(seconds / plant.timestep)):
+            plant.command(controller.step(plant.state))
+            plant.step()
+            ways.append(plant.state.tool_position)
+            touched += bool(plant.state.contacts)
+            assert not any(word.startswith("contact") for word in controller.report.held_by)
+        return touched / len(ways), np.array(ways)
+
+    go(1.5 if site.task.simulation.drive == "servo" else 4.5, [0, 0, -0.05])
+    names = {name for contact in plant.state.contacts for name in (contact.first, contact.second)}
+    assert names == {"payload", "tank/waste"}
+    depth = controller.target[2]
+    touched, ways = go(1.0, [0.05, 0, 0])
+    assert touched > 0.5
+    assert ways[-1, 0] - ways[0, 0] > 0.01
+    assert depth - controller.target[2] < 0.02 * 1.1  # m/s: where bodies may touch they come together at a creep
+    for _ in range(9):  # what the weight and the contact bent comes back first
+        touched, _ = go(1.0, [0, 0, 0.08])
+        if not touched:
+            break
+    assert not touched
+    assert not plant.stopped
 
 
 @pytest.mark.parametrize("name", ["force", "direction", "place"])

@@ -1,7 +1,8 @@
 """Faults that are put into a model, a run or a log, one a line, each with the row of the report that must catch it.
 
 A fault that no row catches has the reason in its place: it must leave a report that passes. `docs/faults.md` is made of
-this list and of those in `other_faults.py` and `cutting_faults.py`: `python tests/verification/fault_page.py` writes it.
+this list and of those in `other_faults.py`, `turn_faults.py` and `cutting_faults.py`:
+`python tests/verification/fault_page.py` writes it.
 """
 
 from __future__ import annotations

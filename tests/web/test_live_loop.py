@@ -72,7 +72,7 @@ def live(reach_scene):
 @pytest.fixture
 def page(live, tmp_path):
     def loop_of(line, clock, sleep):
-        return LiveLoop(live, line, Tape(live, tmp_path / "records"), clock=clock, sleep=sleep)
+        return LiveLoop(live, line, Tape(live, tmp_path / "records"), clock=clock, sleep=sleep, every=1)
 
     page = Page(loop_of)
     yield page
@@ -97,7 +97,7 @@ def test_a_record_replays_to_the_same_log(live, tmp_path):
     pieces = []
 
     def loop_of(line, clock, sleep):
-        return LiveLoop(live, line, Tape(live, tmp_path), store=pieces.append, clock=clock, sleep=sleep)
+        return LiveLoop(live, line, Tape(live, tmp_path), store=pieces.append, clock=clock, sleep=sleep, every=1)
 
     page = Page(loop_of)
     page.go(5)
@@ -193,6 +193,22 @@ def test_a_page_that_hangs_holds_nothing_up_and_sees_the_latest_state_afterwards
     page.loop.cycle()
     assert [state.time for state in page.take()] == [pytest.approx(301 * PERIOD)]
     assert page.loop.shown[-1] == Shown(0.01, 0.2)
+
+
+def test_a_state_is_sent_every_second_cycle_and_after_a_letter_at_once(live, tmp_path):
+    page = Page(lambda line, clock, sleep: LiveLoop(live, line, Tape(live, tmp_path), clock=clock, sleep=sleep))
+    sent = []
+    for cycle in range(12):
+        if cycle == 5:
+            page.post(DOWN)
+        if cycle == 10:
+            page.post(Button.PAUSE)
+        page.loop.cycle()
+        states = page.take()
+        sent.append(len(states))
+        if states:
+            page.post(Shown(0.0, 0.0))
+    assert sent == [1, 0, 1, 0, 1, 1, 0, 1, 0, 1, 1, 0]  # and what stands still is not sent again
 
 
 def test_of_wishes_for_one_thing_in_a_row_only_the_last_is_given(page):

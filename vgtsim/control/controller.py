@@ -37,16 +37,24 @@ class Measured(Protocol):
     """What the controller must know of a plant before a step: `PlantState` has it."""
 
     @property
-    def commanded(self) -> Array: ...  # noqa: D102
+    def commanded(self) -> Array:
+        """Lengths that the cylinders were told last, shape (J,), m."""
+        ...
 
     @property
-    def lengths(self) -> Array: ...  # noqa: D102
+    def lengths(self) -> Array:
+        """Measured lengths of the cylinders, shape (J,), m."""
+        ...
 
     @property
-    def contacts(self) -> Sequence[tuple[Any, ...]]: ...  # noqa: D102
+    def contacts(self) -> Sequence[tuple[Any, ...]]:
+        """Contacts during the last step; empty where nothing touches."""
+        ...
 
     @property
-    def stopped(self) -> str: ...  # noqa: D102
+    def stopped(self) -> str:
+        """Why the plant goes no further; empty while it does."""
+        ...
 
 
 class Controller:

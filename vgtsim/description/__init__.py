@@ -54,7 +54,18 @@ from vgtsim.description.operator import (
 from vgtsim.description.original import find_original
 from vgtsim.description.phases import begins_anew, cut_arm, list_phases, pick_phase
 from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
-from vgtsim.description.scene import AllowedContact, Feed, LoadCase, Mast, Payload, Phase, Scene, SceneFile, Simulation
+from vgtsim.description.scene import (
+    AllowedContact,
+    Feed,
+    LoadCase,
+    Mast,
+    Payload,
+    Phase,
+    Scene,
+    SceneFile,
+    Simulation,
+    Slew,
+)
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
@@ -126,6 +137,7 @@ __all__ = [
     "SectionModule",
     "Shell",
     "Simulation",
+    "Slew",
     "Span",
     "SplinePiece",
     "StartPosture",

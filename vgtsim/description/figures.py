@@ -75,6 +75,10 @@ LineMass = Annotated[float, Field(ge=0), Figure("kg/m", 1e-3, 1e4, (0.1, 200.0),
 BendingStiffness = Annotated[
     float, Field(ge=0), Figure("N*m**2", 1e-6, 1e9, (1.0, 1e6), "a line's stiffness in bending")
 ]
+AngularSpeed = Annotated[float, Field(gt=0), Figure("rad/s", 1e-6, 100.0, (1e-4, 1.0), "the speed of a mast's turn")]
+AngularAcceleration = Annotated[
+    float, Field(gt=0), Figure("rad/s**2", 1e-6, 1e3, (1e-4, 1.0), "the acceleration of a mast's turn")
+]
 Angle = Annotated[
     float, Figure("rad", most=4 * pi, usual=(-2 * pi, 2 * pi), kind='an angle (degrees are written "30 deg")')
 ]

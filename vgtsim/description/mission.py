@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import degrees
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, GetJsonSchemaHandler
 from pydantic_core import CoreSchema
 
-from vgtsim.description.figures import Length, Size, Speed, Tolerance, Wait
+from vgtsim.description.figures import Angle, Length, Size, Speed, Tolerance, Wait
 from vgtsim.description.schema import Description, Name
 from vgtsim.description.tool_path import ToolPath
 
@@ -49,10 +50,13 @@ class MoveStep(Description):
     Attributes:
         do: Always `move`.
         goal: Name of a goal in `motion.goals`.
+        turn: Of the mast at the goal; absent, it stays as it is. The arm keeps its shape while the mast turns, before or after
+            the way. A withdrawal turns the mast back.
     """
 
     do: Literal["move"]
     goal: Name
+    turn: Angle | None = None
 
 
 class RasterStep(Description):
@@ -159,6 +163,19 @@ class RunStage:
 def begins_inside(steps: Sequence[MissionStep]) -> bool:
     """Whether the arm of a mission hangs in the tank from the beginning: no step brings it in or out."""
     return not any(isinstance(step, InsertStep | AddStep | WithdrawStep) for step in steps)
+
+
+def find_stray_turn(steps: Sequence[MissionStep], allowed: tuple[float, float] | None) -> tuple[str, str, str] | None:
+    """First turn, as `find_disorder` gives it, that the mast does not make, whose range is allowed, rad; None without one."""
+    for index, step in enumerate(steps):
+        if not isinstance(step, MoveStep) or step.turn is None:
+            continue
+        if allowed is None:
+            return f"{index}.turn", f"{step.turn:g} rad", "nothing: there is no mast.turn"
+        if not allowed[0] <= step.turn <= allowed[1]:
+            found = f"{step.turn:.4g} rad, {degrees(step.turn):.4g} degrees"
+            return f"{index}.turn", found, f"{allowed[0]:.4g} to {allowed[1]:.4g} rad, the range of mast.turn"
+    return None
 
 
 def find_disorder(

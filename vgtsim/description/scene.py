@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from vgtsim.constants import GRAVITY, Method
 from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.figures import (
     Acceleration,
+    Angle,
+    AngularAcceleration,
+    AngularSpeed,
     Density,
     Force,
     Frequency,
@@ -26,7 +30,16 @@ from vgtsim.description.figures import (
 )
 from vgtsim.description.judging import Limits, Video
 from vgtsim.description.manipulator import Manipulator
-from vgtsim.description.mission import AddStep, CutStep, FollowStep, MissionStep, MoveStep, RunStage, find_disorder
+from vgtsim.description.mission import (
+    AddStep,
+    CutStep,
+    FollowStep,
+    MissionStep,
+    MoveStep,
+    RunStage,
+    find_disorder,
+    find_stray_turn,
+)
 from vgtsim.description.motion import Motion
 from vgtsim.description.operator import Operator, OperatorCommand
 from vgtsim.description.redundancy import choose_coupling
@@ -51,12 +64,42 @@ class Feed(Description):
     acceleration: Acceleration = Field(gt=0)
     force: Force = Field(gt=0)
 
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and greatest lift, m."""
+        return 0.0, self.stroke
+
+
+class Slew(Description):
+    """The drive that turns the mast about its axis, and the arm with it; angles count from above, against the clock's hands.
+
+    Attributes:
+        range: Least and greatest turn; none is the way in which the arm comes through the riser.
+        rate: Rated speed.
+        acceleration: Greatest acceleration.
+        torque: Greatest torque about the axis.
+    """
+
+    range: tuple[Angle, Angle]
+    rate: AngularSpeed
+    acceleration: AngularAcceleration
+    torque: Moment = Field(gt=0)
+
+    @field_validator("range")
+    @classmethod
+    def _holds_zero(cls, value: tuple[float, float]) -> tuple[float, float]:
+        """The arm comes in and goes out with a mast that is not turned; a whole turn would have two names for one posture."""
+        if not -pi < value[0] <= 0 <= value[1] < pi or value[0] == value[1]:
+            raise ValueError("a range that holds 0, by less than half a turn on either side")
+        return value
+
 
 class Mast(Pipe):
     """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
 
     `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent. Without a `feed` the mast is
-    held at its working depth. `riser` names the riser of the tank that the mast stands in; absent, it is the tank's `arm_riser`.
+    held at its working depth, and without a `turn` about its axis. `riser` names the riser of the tank that the mast stands in;
+    absent, it is the tank's `arm_riser`.
     """
 
     pivot_depth: Size
@@ -64,6 +107,7 @@ class Mast(Pipe):
     density: Density = 7850.0  # structural steel
     riser_spare: Size | None = None
     feed: Feed | None = None
+    turn: Slew | None = None
 
 
 class Payload(Description):
@@ -292,6 +336,7 @@ class Scene:
         """Refuse steps that cannot be carried out one after the other, and modules that are added without a clamp."""
         task, goals = self.task, [goal.name for goal in self.task.motion.goals]
         wrong = find_disorder(task.mission, goals, len(self.manipulator.active), fed=task.mast.feed is not None)
+        wrong = wrong or find_stray_turn(task.mission, None if task.mast.turn is None else task.mast.turn.range)
         if wrong is not None:
             raise self.error(f"mission.{wrong[0]}", wrong[1], wrong[2])
         if self.tank.clamp is None and any(isinstance(step, AddStep) for step in task.mission):

@@ -17,7 +17,7 @@ from vgtsim.geometry.diggings import Diggings, make_diggings
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
 from vgtsim.geometry.gaps import PILLAR, Walls, find_between
 from vgtsim.geometry.mast import MastPipe, make_mast
-from vgtsim.geometry.near import carry, find_near, flag_clear
+from vgtsim.geometry.near import NearRows, carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.panels import DEPTH, Panel
 from vgtsim.geometry.places import place_goals, tool_frame
@@ -37,6 +37,7 @@ __all__ = [
     "Diggings",
     "MastPipe",
     "MemberPairs",
+    "NearRows",
     "Obstacles",
     "Panel",
     "Profile",

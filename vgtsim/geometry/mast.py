@@ -23,6 +23,12 @@ class MastPipe:
         """Mass of the pipe, kg."""
         return self.density * pi * self.wall * (self.outer_diameter - self.wall) * self.length
 
+    @property
+    def axial_inertia(self) -> float:
+        """Moment of inertia of the pipe about its axis, kg·m²."""
+        outer = self.outer_diameter / 2
+        return self.mass * (outer**2 + (outer - self.wall) ** 2) / 2
+
 
 def make_mast(scene: Scene) -> MastPipe:
     """The mast of a scene, from the pivot to `MAST_STICK_UP` above the riser's flange."""

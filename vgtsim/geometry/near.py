@@ -5,6 +5,8 @@ Positions, walls and what they are made of are as in `gaps`.
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,6 +37,32 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 
+class NearRows(NamedTuple):
+    """Room for R pairs, row by row.
+
+    Configuration, shape (R,); gap, shape (R,), m; bodies, shape (R, 3): a kind such as `TANK`, then a point or member of the
+    arm, then what it is near; the points on which the gap depends, shape (R, 4), -1 for none, and its slopes by them, shape
+    (R, 4, 3).
+    """
+
+    config: Index
+    gap: Array
+    bodies: Index
+    held: Index
+    slopes: Array
+
+    @classmethod
+    def make(cls, room: int) -> NearRows:
+        """Rows that nothing was written to yet."""
+        held, slopes = np.empty((room, 4), np.intp), np.empty((room, 4, 3))
+        return cls(np.empty(room, np.intp), np.empty(room), np.empty((room, 3), np.intp), held, slopes)
+
+    def first(self, count: int) -> NearRows:
+        """The first rows alone."""
+        columns: tuple[Any, ...] = tuple(column[:count] for column in self)
+        return NearRows(*columns)
+
+
 @compiled
 def find_near(
     tank: Walls,
@@ -44,11 +72,7 @@ def find_near(
     points: Array,
     reach: float,
     payload: bool,
-    config: Index,
-    gaps: Array,
-    bodies: Index,
-    held: Index,
-    slopes: Array,
+    rows: NearRows,
 ) -> int:
     """Pairs of bodies nearer than a reach, configuration by configuration; returns their number, however few fit in.
 
@@ -59,113 +83,191 @@ def find_near(
         point_radii: Of a ball about each point, shape (N + 1,).
         points: Shape (W, N + 1, 3); the first three do not move.
         payload: Whether the payload's distance from all but the arm counts.
-        config: Configuration of each pair, shape (R,), and its gap, shape (R,).
-        bodies: Of each pair, shape (R, 3): its kind, such as `TANK`, then a point or member, then what it is near.
-        held: Points on which the gap depends, shape (R, 4), -1 for none, and its slopes by them, shape (R, 4, 3).
     """
-    curve, mouth, axes, thick, level, bed, ground, blocks = tank
-    lead, high = np.empty(3), np.empty(points.shape[1])
-    ends, radii, corners, bulk, modules, members, begin = pairs
-    balls, hulls, count = np.empty((len(corners), 4)), np.empty((len(ends), 4)), 0
-    fixed, capsules, brief = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1), not len(gaps)
+    ends, radii, bed, blocks = pairs[0], pairs[1], tank[5], tank[7]
+    balls, hulls, high = np.empty((len(pairs[2]), 4)), np.empty((len(ends), 4)), np.empty(points.shape[1])
+    fixed, capsules = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1)
+    brief, count, parts = not len(rows.gap), 0, ends[:capsules]
     for i in range(len(points)):
         at = points[i]
         wrap_members(ends, radii, at, hulls)
-        for c in range(fixed):
-            rho = hypot(at[c, 0], at[c, 1])
-            gap, nearest = enclose(curve, mouth, at[c, 0], at[c, 1], at[c, 2])
-            if c >= 3 and gap - point_radii[c] < reach:
-                if count < len(gaps):
-                    config[count], gaps[count], held[count], slopes[count] = i, gap - point_radii[c], -1, 0.0
-                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = TANK, c, 0
-                    held[count, 0] = c
-                    lead_inward(curve, mouth, at[c], rho, gap, nearest, slopes[count, 0])
-                count += 1
-            lead[0], lead[1], lead[2] = 0.0, 0.0, 1.0
-            gap = at[c, 2] - (ground[2] if len(bed) else level) - point_radii[c]
-            high[c] = at[c, 2] - ground[2]  # of uneven waste at the least
-            if len(bed) and gap < reach:
-                away = to_surface(bed, ground, at[c], reach + point_radii[c], lead)
-                high[c] = max(high[c], min(away, reach + point_radii[c]))
-                gap = (
-                    away - point_radii[c] if away < reach + point_radii[c] else np.inf
-                )  # or rounding would make it near
-            if gap < reach:
-                if count < len(gaps):
-                    config[count], gaps[count], held[count], slopes[count] = i, gap, -1, 0.0
-                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = WASTE, c, 0
-                    held[count, 0] = c
-                    slopes[count, 0] = lead
-                count += 1
+        count = _add_points(tank, point_radii, at, fixed, reach, high, rows, i, count)
+        if len(bed) and not (brief and count):
+            count = _add_bed(tank, parts, radii, at, hulls, reach, high, rows, i, count)
+        if not (brief and count):
+            count = _add_pillars(tank, parts, radii, meets, at, hulls, reach, rows, i, count)
+        if len(blocks.owner) and not (brief and count):
+            count = _add_blocks(tank, parts, radii, at, reach, rows, i, count)
+        if not (brief and count):
+            wrap_modules(pairs[2], pairs[3], at, balls)
+            count = _add_own(pairs, at, balls, hulls, reach, rows, i, count)
         if brief and count:
             return count
-        for m in range(capsules if len(bed) else 0):
+    return count
+
+
+@compiled
+def _write(rows: NearRows, row: int, config: int, gap: Any, kind: int, body: int, other: Any) -> bool:
+    """Begin a row, with no points held; tells whether there is room for it."""
+    if row >= len(rows.gap):
+        return False
+    rows.config[row], rows.gap[row], rows.held[row], rows.slopes[row] = config, gap, -1, 0.0
+    rows.bodies[row, 0], rows.bodies[row, 1], rows.bodies[row, 2] = kind, body, other
+    return True
+
+
+@compiled
+def _write_along(rows: NearRows, row: int, ends: Index, s: float, lead: Array) -> None:
+    """Slopes of a gap at a place between a member's ends, along a unit direction."""
+    rows.held[row, :2] = ends
+    for axis in range(3):
+        rows.slopes[row, 0, axis], rows.slopes[row, 1, axis] = (1 - s) * lead[axis], s * lead[axis]
+
+
+@compiled
+def _add_points(
+    tank: Walls,
+    point_radii: Array,
+    at: Array,
+    fixed: int,
+    reach: float,
+    high: Array,
+    rows: NearRows,
+    config: int,
+    count: int,
+) -> int:
+    """Points near the tank's surface or the waste; how high each is above the waste, at the least, goes into `high`."""
+    curve, mouth, _, _, level, bed, ground, _ = tank
+    lead = np.empty(3)
+    for c in range(fixed):
+        room = reach + point_radii[c]
+        rho = hypot(at[c, 0], at[c, 1])
+        away, nearest = enclose(curve, mouth, at[c, 0], at[c, 1], at[c, 2])
+        if c >= 3 and away - point_radii[c] < reach:
+            if _write(rows, count, config, away - point_radii[c], TANK, c, 0):
+                rows.held[count, 0] = c
+                lead_inward(curve, mouth, at[c], rho, away, nearest, rows.slopes[count, 0])
+            count += 1
+        lead[0], lead[1], lead[2] = 0.0, 0.0, 1.0
+        gap = at[c, 2] - (ground[2] if len(bed) else level) - point_radii[c]
+        high[c] = at[c, 2] - ground[2]
+        if len(bed) and gap < reach:
+            away = to_surface(bed, ground, at[c], room, lead)
+            high[c] = max(high[c], min(away, room))
+            gap = away - point_radii[c] if away < room else np.inf  # or rounding would make it near
+        if gap < reach:
+            if _write(rows, count, config, gap, WASTE, c, 0):
+                rows.held[count, 0] = c
+                rows.slopes[count, 0] = lead
+            count += 1
+    return count
+
+
+@compiled
+def _add_bed(
+    tank: Walls,
+    ends: Index,
+    radii: Array,
+    at: Array,
+    hulls: Array,
+    reach: float,
+    high: Array,
+    rows: NearRows,
+    config: int,
+    count: int,
+) -> int:
+    """Members near uneven waste between their ends."""
+    bed, ground = tank[5], tank[6]
+    lead = np.empty(3)
+    for m in range(len(ends)):
+        a, b = at[ends[m, 0]], at[ends[m, 1]]
+        room = reach + radii[m]
+        # a hull is half as long as its member
+        low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * hulls[m, 3]) / 2 + radii[m]
+        if ends[m, 1] < 3 or low - radii[m] >= reach or is_above(bed, ground, a, b, room):
+            continue
+        gap, s = along_surface(bed, ground, a, b, room, lead)
+        if gap - radii[m] < reach:
+            if _write(rows, count, config, gap - radii[m], BED, m, 0):
+                _write_along(rows, count, ends[m], s, lead)
+            count += 1
+    return count
+
+
+@compiled
+def _add_pillars(
+    tank: Walls,
+    ends: Index,
+    radii: Array,
+    meets: Mask,
+    at: Array,
+    hulls: Array,
+    reach: float,
+    rows: NearRows,
+    config: int,
+    count: int,
+) -> int:
+    """Members near cylinders."""
+    axes, thick = tank[2], tank[3]
+    for k in range(len(axes)):
+        if count and not len(rows.gap):
+            return count
+        for m in range(len(ends)):
+            # a ball about a member that is beside the whole line of the axis is beside the obstacle
+            if not meets[k, m] or is_beside_line(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
+                continue
             a, b = at[ends[m, 0]], at[ends[m, 1]]
-            low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * hulls[m, 3]) / 2 + radii[
-                m
-            ]  # a hull is half as long as its member
-            if ends[m, 1] < 3 or low - radii[m] >= reach or is_above(bed, ground, a, b, reach + radii[m]):
-                continue
-            gap, s = along_surface(bed, ground, a, b, reach + radii[m], lead)
-            if gap - radii[m] < reach:
-                if count < len(gaps):
-                    config[count], gaps[count] = i, gap - radii[m]
-                    bodies[count, 0], bodies[count, 1], bodies[count, 2] = BED, m, 0
-                    held[count, :2], held[count, 2:], slopes[count] = ends[m], -1, 0.0
-                    for axis in range(3):
-                        slopes[count, 0, axis], slopes[count, 1, axis] = (1 - s) * lead[axis], s * lead[axis]
+            away, s, t = find_between(a, b, axes[k, 0], axes[k, 1])
+            if away - radii[m] - thick[k] < reach:
+                if _write(rows, count, config, away - radii[m] - thick[k], PILLAR, m, k):
+                    rows.held[count, :2] = ends[m]
+                    _lead_apart(a, b, axes[k, 0], axes[k, 1], away, s, t, rows.slopes[count])
                 count += 1
-        for k in range(len(axes)):
-            if brief and count:
-                return count
-            for m in range(capsules):
-                # a ball about a member that is beside the whole line of the axis is beside the obstacle
-                if not meets[k, m] or is_beside_line(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
-                    continue
-                a, b = at[ends[m, 0]], at[ends[m, 1]]
-                away, s, t = find_between(a, b, axes[k, 0], axes[k, 1])
-                if away - radii[m] - thick[k] < reach:
-                    if count < len(gaps):
-                        config[count], gaps[count] = i, away - radii[m] - thick[k]
-                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = PILLAR, m, k
-                        held[count, :2], held[count, 2:] = ends[m], -1
-                        _lead_apart(a, b, axes[k, 0], axes[k, 1], away, s, t, slopes[count])
-                    count += 1
-        for k in range(len(blocks.owner)):
-            if brief and count:
-                return count
-            for m in range(capsules):
-                if ends[m, 1] < 3:
-                    continue
-                a, b = at[ends[m, 0]], at[ends[m, 1]]
-                away, s = to_block(blocks, k, a, b, reach + radii[m], lead)
-                if away - radii[m] < reach:
-                    if count < len(gaps):
-                        config[count], gaps[count] = i, away - radii[m]
-                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = SOLID, m, blocks.owner[k]
-                        held[count, :2], held[count, 2:], slopes[count] = ends[m], -1, 0.0
-                        for axis in range(3):
-                            slopes[count, 0, axis], slopes[count, 1, axis] = (1 - s) * lead[axis], s * lead[axis]
-                    count += 1
-        wrap_modules(corners, bulk, at, balls)
-        for q in range(modules.shape[1]):
-            if are_beside(balls[modules[0, q]], balls[modules[1, q]], reach):
+    return count
+
+
+@compiled
+def _add_blocks(
+    tank: Walls, ends: Index, radii: Array, at: Array, reach: float, rows: NearRows, config: int, count: int
+) -> int:
+    """Members near solids."""
+    blocks, lead = tank[7], np.empty(3)
+    for k in range(len(blocks.owner)):
+        if count and not len(rows.gap):
+            return count
+        for m in range(len(ends)):
+            if ends[m, 1] < 3:
                 continue
-            for r in range(begin[q], begin[q + 1]):
-                m, n = members[0, r], members[1, r]
-                if are_beside(hulls[m], hulls[n], reach):
-                    continue
-                a0, a1, b0, b1 = at[ends[m, 0]], at[ends[m, 1]], at[ends[n, 0]], at[ends[n, 1]]
-                away, s, t = find_between(a0, a1, b0, b1)
-                if away - radii[m] - radii[n] < reach:
-                    if count < len(gaps):
-                        config[count], gaps[count] = i, away - radii[m] - radii[n]
-                        bodies[count, 0], bodies[count, 1], bodies[count, 2] = OWN, m, n
-                        held[count, :2], held[count, 2:] = ends[m], ends[n]
-                        _lead_apart(a0, a1, b0, b1, away, s, t, slopes[count])
-                    count += 1
-            if brief and count:
-                return count
+            away, s = to_block(blocks, k, at[ends[m, 0]], at[ends[m, 1]], reach + radii[m], lead)
+            if away - radii[m] < reach:
+                if _write(rows, count, config, away - radii[m], SOLID, m, blocks.owner[k]):
+                    _write_along(rows, count, ends[m], s, lead)
+                count += 1
+    return count
+
+
+@compiled
+def _add_own(
+    pairs: MemberPairs, at: Array, balls: Array, hulls: Array, reach: float, rows: NearRows, config: int, count: int
+) -> int:
+    """Members near members of other modules."""
+    ends, radii, _, _, modules, members, begin = pairs
+    for q in range(modules.shape[1]):
+        if are_beside(balls[modules[0, q]], balls[modules[1, q]], reach):
+            continue
+        for r in range(begin[q], begin[q + 1]):
+            m, n = members[0, r], members[1, r]
+            if are_beside(hulls[m], hulls[n], reach):
+                continue
+            a0, a1, b0, b1 = at[ends[m, 0]], at[ends[m, 1]], at[ends[n, 0]], at[ends[n, 1]]
+            away, s, t = find_between(a0, a1, b0, b1)
+            if away - radii[m] - radii[n] < reach:
+                if _write(rows, count, config, away - radii[m] - radii[n], OWN, m, n):
+                    rows.held[count, :2], rows.held[count, 2:] = ends[m], ends[n]
+                    _lead_apart(a0, a1, b0, b1, away, s, t, rows.slopes[count])
+                count += 1
+        if count and not len(rows.gap):
+            return count
     return count
 
 
@@ -181,12 +283,12 @@ def flag_clear(
     clear: Mask,
 ) -> None:
     """Which configurations, see `find_near`, have no pair nearer than a reach; if all must, those after one that has are not."""
-    config, gap, held, slope = np.empty(0, np.intp), np.empty(0), np.empty((0, 4), np.intp), np.empty((0, 4, 3))
-    bodies = np.empty((0, 3), np.intp)
+    none = NearRows(
+        np.empty(0, np.intp), np.empty(0), np.empty((0, 3), np.intp), np.empty((0, 4), np.intp), np.empty((0, 4, 3))
+    )
     clear[:] = False
     for i in range(len(points)):
-        one = points[i : i + 1]
-        clear[i] = find_near(tank, pairs, meets, point_radii, one, reach, True, config, gap, bodies, held, slope) == 0
+        clear[i] = find_near(tank, pairs, meets, point_radii, points[i : i + 1], reach, True, none) == 0
         if all_of_them and not clear[i]:
             return
 

@@ -14,6 +14,7 @@ from vgtsim.kinematics.inertia import (
     make_plate_inertia,
     member_radii,
 )
+from vgtsim.kinematics.mast_motion import find_mast_turn, move_points, rotate_upright
 from vgtsim.kinematics.modules import KINDS, Chord, Kind, ModuleSet, ModuleState, kind_of
 from vgtsim.kinematics.modules.double_octahedral import fill_mid_planes
 from vgtsim.kinematics.passage import Axis, find_axis, measure_passage, trace_line
@@ -61,6 +62,7 @@ __all__ = [
     "curve",
     "fill_mid_planes",
     "find_axis",
+    "find_mast_turn",
     "find_rigid_sections",
     "find_sine",
     "first_greatest",
@@ -76,9 +78,11 @@ __all__ = [
     "make_truss",
     "measure_passage",
     "member_radii",
+    "move_points",
     "order_down",
     "pull",
     "quaternions_to",
+    "rotate_upright",
     "rotation",
     "sample_inputs",
     "sample_workspace",

@@ -288,8 +288,14 @@ def _shaped(rows: Array, batch: tuple[int, ...]) -> Array:
     return rows.reshape(*batch, *rows.shape[1:])
 
 
-def hanging_mount(height: float, place: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Mount T_G_B1, shape (4, 4), of an arm with its base face at a height and an x and y in G, m; Z of B_1 points down."""
+def hanging_mount(height: float, place: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> Array:
+    """Mount T_G_B1, shape (4, 4), of an arm with its base face at a height and an x and y in G, m; Z of B_1 points down.
+
+    The mast is turned by an angle from above, rad.
+    """
     mount = np.diag([1.0, -1.0, -1.0, 1.0])  # a half turn about X: Z of B_1 points down
+    if turn:
+        c, s = np.cos(turn), np.sin(turn)
+        mount[:2, :2] = [[c, s], [s, -c]]
     mount[:3, 3] = *place, height
     return mount

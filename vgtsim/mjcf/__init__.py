@@ -5,12 +5,13 @@ from vgtsim.mjcf.build import build_arm_spec, build_model, build_spec, finish_mo
 from vgtsim.mjcf.files import measure_gap, write_arm_files, write_scene_files
 from vgtsim.mjcf.keyframes import reach_pose, withdrawn_poses
 from vgtsim.mjcf.pit import show_pit
-from vgtsim.mjcf.pose import PoseMap, fill_qpos, make_pose_map, qpos_from_nodes
+from vgtsim.mjcf.pose import MastPose, PoseMap, fill_qpos, make_mast_pose, make_pose_map, qpos_from_nodes
 from vgtsim.mjcf.rows import load_model, retime, select_drive, stiffen
 from vgtsim.mjcf.sections import SectionPose, make_section_pose
 from vgtsim.mjcf.tank import lower_waste
 
 __all__ = [
+    "MastPose",
     "PoseMap",
     "SectionPose",
     "build_arm_spec",
@@ -20,6 +21,7 @@ __all__ = [
     "finish_model",
     "load_model",
     "lower_waste",
+    "make_mast_pose",
     "make_pose_map",
     "make_section_pose",
     "measure_gap",

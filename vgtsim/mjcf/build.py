@@ -19,7 +19,7 @@ from vgtsim.kinematics import Chain, Truss, hanging_mount
 from vgtsim.mjcf import names
 from vgtsim.mjcf.arm import add_arm
 from vgtsim.mjcf.keyframes import HOLDING_WEIGHTS, add_keyframes, reach_pose, withdrawn_poses
-from vgtsim.mjcf.rigging import Lift, Rigging
+from vgtsim.mjcf.rigging import MastDuty, Rigging
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.mjcf.sections import add_sections
 from vgtsim.mjcf.tank import add_tank
@@ -168,15 +168,16 @@ def _rig(site: Site, timestep: float, lifts: Sequence[float]) -> Rigging:
         lumped=simulation.lumped,
         guided=site.tank.guide is not None,
         line=site.task.conveyance.density if site.task.conveyance else 0.0,
+        turn=None if (slew := site.task.mast.turn) is None else MastDuty(slew.range, slew.torque, slew.rate),
     )
 
 
-def _make_lift(mast: MastPipe, hung: float, lifts: Sequence[float], feed: Feed | None = None) -> Lift:
+def _make_lift(mast: MastPipe, hung: float, lifts: Sequence[float], feed: Feed | None = None) -> MastDuty:
     """The hoist of a mast that comes to some heights above the working depth, m; if no feed is described, one for a mass, kg."""
     reach = (min([0.0, *lifts]), max([feed.stroke if feed else _LIFT, *lifts]))
     if feed:
-        return Lift(reach, feed.force, feed.rate)
-    return Lift(reach, _RESERVE * GRAVITY * (mast.mass + hung), _LIFT_RATE)
+        return MastDuty(reach, feed.force, feed.rate)
+    return MastDuty(reach, _RESERVE * GRAVITY * (mast.mass + hung), _LIFT_RATE)
 
 
 def _start_spec(

@@ -33,7 +33,7 @@ FRICTION, CONTACT_SOLREF, CONTACT_SOLIMP = (0.3, 0.005, 0.0001), (0.01, 1.0), (0
 
 
 def add_defaults(spec: mujoco.MjSpec, rigging: Rigging) -> None:
-    """Add the main class and those of roles, ball joints, kinds of cylinders and the feed."""
+    """Add the main class and those of roles, ball joints, kinds of cylinders and the motions of the mast."""
     main = spec.default
     main.site.group = SITE_GROUP
     main.site.size = [0.01, 0.01, 0.01]
@@ -54,8 +54,11 @@ def add_defaults(spec: mujoco.MjSpec, rigging: Rigging) -> None:
         _add_slide(
             spec, rigging, names.cylinder(kind), (part.retracted, part.extended), (part.pull, part.push), part.rate
         )
-    lift = rigging.feed
+    lift, turn = rigging.feed, rigging.turn
     _add_slide(spec, rigging, names.FEED, lift.range, (lift.force, lift.force), lift.rate)
+    if turn is not None:
+        joint = _add_slide(spec, rigging, names.TURN, turn.range, (turn.force, turn.force), turn.rate)
+        joint.type = mujoco.mjtJoint.mjJNT_HINGE
 
 
 def _add_slide(
@@ -65,8 +68,10 @@ def _add_slide(
     reach: tuple[float, float],
     force: tuple[float, float],
     rate: float,
-) -> None:
-    """Add the class of a slide and its servo, from least to greatest position, m, pull and push, N, and rate, m/s.
+) -> mujoco.MjsJoint:
+    """Add the class of a slide and its servo; returns the slide.
+
+    Given are its reach, m, pull and push, N, and rate, m/s.
 
     In model files a position beyond the reach is neither taken nor reached, and the damping of the slide uses up the push at
     the rate. The plant goes where it is sent, and its log is judged.
@@ -79,8 +84,12 @@ def _add_slide(
     servo.gaintype, servo.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
     servo.gainprm[0] = rigging.servo_stiffness
     servo.biasprm[:3] = [0.0, -rigging.servo_stiffness, -rigging.servo_damping]
-    if rigging.limited or name != names.FEED:  # a plant's hoist pulls what it takes, and its log is judged
+    if rigging.limited or name not in (
+        names.FEED,
+        names.TURN,
+    ):  # a plant's mast gets what it takes, and its log is judged
         servo.forcelimited, servo.forcerange = limits.mjLIMITED_TRUE, [-force[0], force[1]]  # a push lengthens
     if rigging.limited:
         joint.damping[0], servo.biasprm[2] = force[1] / rate, 0.0
         servo.ctrllimited, servo.ctrlrange = limits.mjLIMITED_TRUE, reach
+    return joint

@@ -1,4 +1,4 @@
-"""Mast and hubs in MJCF: the pipe on its feed with the three hubs of the flange, and the free hubs."""
+"""Mast and hubs in MJCF: the pipe on its feed, which may turn as well, with the three hubs of the flange, and the free hubs."""
 
 from __future__ import annotations
 
@@ -59,6 +59,9 @@ def _add_mast(spec: mujoco.MjSpec, rigging: Rigging) -> mujoco.MjsBody:
     )
     _set_pipe_inertia(mast, pipe)
     add_drives(spec, names.FEED, names.FEED, names.FEED)
+    if rigging.turn is not None:
+        mast.add_joint(spec.find_default(names.TURN), name=names.TURN, info="mast")
+        add_drives(spec, names.TURN, names.TURN, names.TURN)
     flange = mast.add_body(name=names.FLANGE)
     flange.add_site(name=names.FLANGE, zaxis=mount[:3, 2])
     add_force_sensors(spec, names.FLANGE, names.FLANGE)

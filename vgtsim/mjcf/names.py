@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 MAST = "mast"
 FEED = "mast/feed"
+TURN = "mast/turn"
 FLANGE = "mast/flange"
 TIP = "tip"
 TOOL = "tool"
@@ -38,8 +39,8 @@ rod = _of("{}/rod")  # second body of a cylinder, and its geom
 slide = _of("{}/slide")  # joint of a cylinder, its length pin to pin; of an elastic tube, zero when unloaded
 length = _of("{}/length")  # sensor of a cylinder: pin to pin
 cylinder = _of("cylinder/{}")  # default class of the slides and servos of a kind of cylinder
-drive = _of("{}/drive")  # joint equality of the rigid drive of a member or of the feed
-servo = _of("{}/servo")  # position actuator of a member or of the feed
+drive = _of("{}/drive")  # joint equality of the rigid drive of a member, of the feed or of the mast's turn
+servo = _of("{}/servo")  # position actuator of a member, of the feed or of the mast's turn
 drive_force = _of("{}/drive_force")  # sensor of the force of a cylinder's drive
 turn = _of("{}/turn")  # ball joint of a joint block
 pin = _of("{}/pin")  # hinge of a barrel on the joint block at its near end

@@ -9,11 +9,55 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.kinematics import Truss, quaternions_to
+from vgtsim.kinematics import Truss, find_mast_turn, quaternions_to
 from vgtsim.mjcf import names
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class MastPose:
+    """Coordinates and degrees of freedom of the mast's feed and of its turn, None where it has none.
+
+    The reference are the nodes at its flange at zero feed and turn, shape (3, 3), m, which stand at a height, m.
+    """
+
+    feed: int
+    feed_speed: int
+    height: float
+    turn: int | None
+    turn_speed: int | None
+    reference: Array
+
+    def find_feed(self, nodes: Array) -> float:
+        """Feed, m, with which the first three of the nodes, shape (N, 3), m, are at the flange."""
+        return float(nodes[:3, 2].mean() - self.height)
+
+    def find_turn(self, nodes: Array) -> float:
+        """Turn, rad, likewise."""
+        return find_mast_turn(nodes[:3], self.reference)
+
+    def fill(self, nodes: Array, qpos: Array) -> None:
+        """Write the coordinates for nodes, shape (N, 3), m, into qpos, shape (nq,)."""
+        qpos[self.feed] = self.find_feed(nodes)
+        if self.turn is not None:
+            qpos[self.turn] = self.find_turn(nodes)
+
+
+def make_mast_pose(model: mujoco.MjModel, truss: Truss) -> MastPose:
+    """Look up the motions of the mast in a compiled model."""
+    feed = model.joint(names.FEED)
+    turn = model.joint(names.TURN) if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, names.TURN) >= 0 else None
+    foot = model.body(names.MAST).pos
+    return MastPose(
+        feed=int(feed.qposadr[0]),
+        feed_speed=int(feed.dofadr[0]),
+        height=float(foot[2]),
+        turn=None if turn is None else int(turn.qposadr[0]),
+        turn_speed=None if turn is None else int(turn.dofadr[0]),
+        reference=np.array([model.body(node).pos + foot for node in truss.nodes[truss.base]]),
+    )
 
 
 @dataclass(frozen=True)
@@ -25,7 +69,8 @@ class PoseMap:
         hub_reference: Positions of those at zero slides, shape (F, 3), m.
         turns: First of the four coordinates of each joint block's ball joint, shape (3 R,).
         turn_reference: Orientations of the blocks at zero rotation, shape (3 R, 4), w x y z.
-        seat: Joint block that each member hangs from, shape (M,); 3 R, one past the last, for a hub.
+        seat: Joint block that each member hangs from, shape (M,); 3 R, one past the last, for a hub, and 3 R + 1 for one at the
+            flange, which turns with the mast.
         hung: Indices of the members on ball joints, all but the actuators between joint blocks, shape (H,).
         balls: First of the four coordinates of their ball joints, shape (H,).
         orientation: Of each member in the frame of what it hangs from, at zero rotation, shape (M, 4), w x y z.
@@ -33,7 +78,7 @@ class PoseMap:
         sliding: Indices of the S members with slides: the actuators, then the elastic tubes, shape (S,).
         members: Slide of each of those, shape (S,).
         at_zero: Length of each of those at zero slide, shape (S,), m: none of an actuator.
-        feed, feed_reference: Coordinate of the mast's feed, and height of the mast flange at zero feed, m.
+        mast: Where the motions of the mast stand.
         tip: First of the seven coordinates of the tip plate.
     """
 
@@ -49,8 +94,7 @@ class PoseMap:
     sliding: Index
     members: Index
     at_zero: Array
-    feed: int
-    feed_reference: float
+    mast: MastPose
     tip: int
 
 
@@ -61,7 +105,7 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
         return np.array([model.joint(joint).qposadr[0] for joint in joints], dtype=int)
 
     hubs, labels = [truss.nodes[i] for i in truss.free], truss.member_names
-    rings, pinned = truss.rings.reshape(-1, 3), truss.ring_actuators.ravel()
+    rings, pinned, base = truss.rings.reshape(-1, 3), truss.ring_actuators.ravel(), truss.base.stop
     block_of = {int(node): row for row, block in enumerate(rings) for node in block}
     middles = [truss.nodes[i] for i in rings[:, 1]]
     hung = np.setdiff1d(np.arange(len(labels)), pinned)
@@ -73,7 +117,7 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
         hub_reference=np.array([model.body(node).pos for node in hubs]).reshape(-1, 3),
         turns=addresses(names.turn(node) for node in middles),
         turn_reference=np.array([model.body(node).quat for node in middles]).reshape(-1, 4),
-        seat=np.array([block_of.get(member.ends[0], len(rings)) for member in truss.members]),
+        seat=np.array([block_of.get(node := member.ends[0], len(rings) + (node < base)) for member in truss.members]),
         hung=hung,
         balls=addresses(labels[i] for i in hung),
         orientation=np.array([model.body(label).quat for label in labels]),
@@ -81,8 +125,7 @@ def make_pose_map(model: mujoco.MjModel, truss: Truss) -> PoseMap:
         sliding=sliding,
         members=addresses(names.slide(labels[i]) for i in sliding),
         at_zero=np.array([*np.zeros(len(truss.actuated)), *(model.body(names.half(labels[i])).pos[2] for i in tubes)]),
-        feed=int(model.joint(names.FEED).qposadr[0]),
-        feed_reference=float(model.body(names.MAST).pos[2]),
+        mast=make_mast_pose(model, truss),
         tip=int(model.joint(names.TIP).qposadr[0]),
     )
 
@@ -100,14 +143,16 @@ def fill_qpos(pose: PoseMap, truss: Truss, nodes: Array, qpos: Array) -> Array:
     qpos[pose.slides] = nodes[truss.free] - pose.hub_reference
     span = nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]]
     length = np.linalg.norm(span, axis=-1)
-    blocks = np.append(_quaternions(block_rotations(truss, nodes).reshape(-1, 3, 3)), [[1.0, 0, 0, 0]], axis=0)
-    qpos[pose.turns[:, None] + np.arange(4)] = _multiply(_conjugate(pose.turn_reference), blocks[:-1])
+    half = 0.0 if pose.mast.turn is None else pose.mast.find_turn(nodes) / 2
+    seats = [[1.0, 0, 0, 0], [np.cos(half), 0, 0, np.sin(half)]]
+    blocks = np.append(_quaternions(block_rotations(truss, nodes).reshape(-1, 3, 3)), seats, axis=0)
+    qpos[pose.turns[:, None] + np.arange(4)] = _multiply(_conjugate(pose.turn_reference), blocks[:-2])
     turned = _multiply(_conjugate(blocks[pose.seat]), quaternions_to(span / length[:, None]))
     since = _multiply(_conjugate(pose.orientation), turned)
     qpos[pose.balls[:, None] + np.arange(4)] = since[pose.hung]
     qpos[pose.pins] = _pin_angles(pose, truss, nodes)
     qpos[pose.members] = length[pose.sliding] - pose.at_zero
-    qpos[pose.feed] = nodes[truss.base, 2].mean() - pose.feed_reference
+    pose.mast.fill(nodes, qpos)
     corner = nodes[truss.tip]
     x = (corner[0] - corner[2]) / np.linalg.norm(corner[0] - corner[2])
     z = np.cross(corner[0] - corner[2], corner[1] - corner[2])

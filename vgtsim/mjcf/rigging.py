@@ -24,8 +24,8 @@ _BITS = 30  # of MuJoCo's 32, less the tank's and the sign
 
 
 @dataclass(frozen=True)
-class Lift:
-    """Lowest and highest position of the mast relative to its working depth, m, and greatest force, N, and rate, m/s."""
+class MastDuty:
+    """Least and greatest place of the mast, m above its working depth or rad of turn, greatest force or torque, and rate."""
 
     range: tuple[float, float]
     force: float
@@ -37,7 +37,7 @@ class Rigging:
     """An arm with what it hangs from and carries, and how its cylinders are held.
 
     Attributes:
-        feed: How the mast is lifted.
+        feed: How the mast is lifted; `turn` how it is turned, absent where it is not.
         reference: Inputs of the reference pose, shape (n,): where the model stands when it is reset.
         timestep: Of the simulation, s; it sets the closures' time constants.
         servo_stiffness, servo_damping: N/m and N·s/m.
@@ -51,7 +51,7 @@ class Rigging:
 
     chain: Chain
     mast: MastPipe
-    feed: Lift
+    feed: MastDuty
     payload: Payload
     reference: Array
     timestep: float
@@ -62,6 +62,7 @@ class Rigging:
     guided: bool = True
     limited: bool = False
     line: float = 0.0
+    turn: MastDuty | None = None
 
     @cached_property
     def nodes(self) -> Array:

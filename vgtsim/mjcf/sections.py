@@ -17,6 +17,7 @@ from vgtsim.mjcf import names
 from vgtsim.mjcf.defaults import ROLE_COLOURS, add_defaults
 from vgtsim.mjcf.fittings import set_point_masses
 from vgtsim.mjcf.hubs import add_ball, add_hubs
+from vgtsim.mjcf.pose import MastPose, make_mast_pose
 from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.tip import add_tip
 
@@ -79,8 +80,7 @@ class SectionPose:
         bodies: Body of each section, shape (S,).
         slides, moves: Coordinates of the hubs' slides and first one of the sections', shapes (F, 3) and (S,).
         slide_speeds, move_speeds: The same of the degrees of freedom.
-        feed, feed_speed, feed_reference: Coordinate and degree of freedom of the mast's feed, and height of the mast flange at
-            zero feed, m.
+        mast: Where the motions of the mast stand.
     """
 
     hubs: Index
@@ -93,9 +93,7 @@ class SectionPose:
     moves: Index
     slide_speeds: Index
     move_speeds: Index
-    feed: int
-    feed_speed: int
-    feed_reference: float
+    mast: MastPose
 
     def find_frames(self, nodes: Array) -> tuple[Array, Array]:
         """Origins, shape (S, 3), m, and rotations, shape (S, 3, 3), of the sections, for nodes of shape (N, 3), m.
@@ -117,7 +115,7 @@ class SectionPose:
         qpos[self.moves[:, None] + np.arange(3)] = P
         for place, rotation in zip(self.moves, R, strict=True):
             mujoco.mju_mat2Quat(qpos[place + 3 : place + 7], rotation.ravel())
-        qpos[self.feed] = nodes[:3, 2].mean() - self.feed_reference
+        self.mast.fill(nodes, qpos)
 
 
 def make_section_pose(model: mujoco.MjModel, chain: Chain) -> SectionPose:
@@ -142,7 +140,5 @@ def make_section_pose(model: mujoco.MjModel, chain: Chain) -> SectionPose:
         moves=model.jnt_qposadr[moves],
         slide_speeds=model.jnt_dofadr[joints],
         move_speeds=model.jnt_dofadr[moves],
-        feed=int(model.joint(names.FEED).qposadr[0]),
-        feed_speed=int(model.joint(names.FEED).dofadr[0]),
-        feed_reference=float(model.body(names.MAST).pos[2]),
+        mast=make_mast_pose(model, truss),
     )

@@ -23,7 +23,7 @@ from vgtsim.planning.directrices import propose_directrices
 from vgtsim.planning.directrix import LeadCurve
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import require_feed, start_feed
-from vgtsim.planning.feed_timing import FeedLimits, time_feed
+from vgtsim.planning.mast_timing import MastLimits, time_feed
 from vgtsim.planning.postures import Postures, find_postures
 from vgtsim.planning.smooth_shapes import Track, fit_shapes
 from vgtsim.planning.timing import TimedPath, make_limits
@@ -125,7 +125,7 @@ def time_way(site: Site, way: Insertion) -> TimedPath:
     """
     motion, feed = site.task.motion, require_feed(site)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
-    return time_feed(site.chain, way.spline, way.feed, limits, FeedLimits(feed.rate, feed.acceleration))
+    return time_feed(site.chain, way.spline, way.feed, limits, MastLimits(feed.rate, feed.acceleration))
 
 
 def make_guide(site: Site, directrix: LeadCurve, azimuth: float, last: float = 0.0) -> Follower:

@@ -34,9 +34,11 @@ from vgtsim.planning.entry_checks import check_entry
 from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
 from vgtsim.planning.leader import Leader, make_leader
+from vgtsim.planning.mast_timing import MastLimits, time_turn
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import plan_path
+from vgtsim.planning.programme import ProgrammeRows, join_rows
 from vgtsim.planning.resolution import goal_keep, make_objective
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import TimedPath, make_limits, time_path
@@ -52,21 +54,21 @@ _JUDGED = 1000  # instants of a raster at which clearance is measured
 _ROUNDING = 1e-9  # m of the feed at the end of a way
 _SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would let them jump
 
-Rows = Callable[[float], tuple[Array, Array | None, Array | None]]
+_SWEPT = 0.1  # m that the farthest point of an arm goes between two turns of the mast at which clearance is measured
 
 
 @dataclass(frozen=True)
 class _Piece:
     """A part of a leg, run from rest to rest, with its least clearance, m, from a place.
 
-    `rows` gives, for a time step, s, actuator lengths, shape (T, J), m, feed, shape (T,), m, if the mast moves, and the share of
-    its power, shape (T,), at which the tool removes waste, if it does. A way that
+    `rows` gives it for a time step, s; the mast is turned by an angle, rad, if that does not change. A way that
     bears on the step is `timed`. On the way in or out the arm follows a `leader`.
     """
 
     clearance: float
     place: str
-    rows: Rows
+    rows: Callable[[float], ProgrammeRows]
+    turn: float
     timed: TimedPath | None = None
     leader: Leader | None = None
 
@@ -116,7 +118,10 @@ class _Plan:
             self.way = self.way or plan_insertion(self.site)
             return [self._feed(self.way)]
         if isinstance(step, MoveStep):
-            return self._go(pose_at(self.site, goals[step.goal], self.here, self.keep), step.goal)
+            turn = self.site.turn if step.turn is None else step.turn
+            turned = replace(self.site, turn=turn) if turn != self.site.turn else self.site
+            there = pose_at(turned, goals[step.goal], self.here, goal_keep(turned))
+            return self._come(there, step.goal, turned)
         if isinstance(step, RasterStep):
             return self._raster(step)
         if isinstance(step, CutStep):
@@ -125,8 +130,41 @@ class _Plan:
             return [self._stand(step.time)]
         assert self.way is not None  # the order of the steps is that of the description
         there = self.height or np.array_equal(self.here, self.way.ends[1])
-        pieces = [] if there else self._go(self.way.ends[1], "the way out")
+        straight = replace(self.site, turn=0.0) if self.site.turn else self.site
+        pieces = [] if there and not self.site.turn else self._come(self.way.ends[1], "the way out", straight)
         return [*pieces, self._feed(self.way.reverse())]
+
+    def _come(self, there: Array, name: str, site: Site) -> list[_Piece]:
+        """Go to inputs, shape (n,), with the mast turned as it is at a site; it turns before the way or after it."""
+        if site.turn == self.site.turn:
+            return self._go(there, name)
+        before, here = self.site, self.here
+        try:
+            swung = self._swing(site, name)
+            return [swung, *self._go(there, name)]
+        except PathError as error:
+            self.here = here
+            self._enter(before)
+            try:
+                pieces = self._go(there, name)
+                return [*pieces, self._swing(site, name)]
+            except PathError as other:
+                raise max(error, other, key=lambda item: item.clearance) from None
+
+    def _swing(self, site: Site, name: str) -> _Piece:
+        """Turn the mast to where it is at a site, while the arm keeps its shape."""
+        first, last, chain = self.site.turn, site.turn, self.site.chain
+        slew = site.task.mast.turn
+        assert slew is not None  # of a scene with such a step
+        out = np.linalg.norm(chain.nodes(self.here)[:, :2] - chain.mount[:2, 3], axis=1).max()
+        count = int(np.ceil(abs(last - first) * out / _SWEPT)) + 1
+        sites = [replace(self.site, turn=float(turn)) for turn in np.linspace(first, last, count + 1)]
+        gap, place = min(item.surroundings.least(self.here) for item in sites)
+        if gap < site.clearance:
+            turned = f"{place}, while the mast turns from {np.degrees(first):.3g} to {np.degrees(last):.3g} degrees"
+            raise PathError(name, gap, turned)
+        self._enter(site)
+        return self._run(gap, place, time_turn(self.here, first, last, MastLimits(slew.rate, slew.acceleration)))
 
     def _stand(self, time: float) -> _Piece:
         length, height = self.site.chain.lengths(self.here), self.height
@@ -137,11 +175,16 @@ class _Plan:
         else:
             gap, place = self.site.surroundings.least(self.here)
 
-        def rows(timestep: float) -> tuple[Array, Array | None, None]:
+        def rows(timestep: float) -> ProgrammeRows:
             count = max(2, round(time / timestep) + 1)
-            return np.tile(length, (count, 1)), np.full(count, height) if height else None, None
+            return ProgrammeRows(np.tile(length, (count, 1)), np.full(count, height) if height else None)
 
-        return _Piece(gap, place, rows)
+        return self._make_piece(gap, place, rows)
+
+    def _make_piece(
+        self, clearance: float, place: str, rows: Callable[[float], ProgrammeRows], timed: TimedPath | None = None
+    ) -> _Piece:
+        return _Piece(clearance=clearance, place=place, rows=rows, turn=self.site.turn, timed=timed)
 
     def _feed(self, way: Insertion) -> _Piece:
         height = float(way.feed(1.0))
@@ -152,7 +195,11 @@ class _Plan:
 
     def _run(self, clearance: float, place: str, timed: TimedPath) -> _Piece:
         chain = self.site.chain
-        return _Piece(clearance, place, lambda dt: (chain.lengths(timed.inputs(dt)), timed.feeds(dt), None), timed)
+
+        def rows(timestep: float) -> ProgrammeRows:
+            return ProgrammeRows(chain.lengths(timed.inputs(timestep)), timed.feeds(timestep), timed.turns(timestep))
+
+        return self._make_piece(clearance, place, rows, timed)
 
     def _go(self, there: Array, name: str) -> list[_Piece]:
         path = plan_path(self.corridor, self.here, there, name, self.carousel)
@@ -185,11 +232,11 @@ class _Plan:
         path = cut.make_path(site.chain.tool(self.here)[1], motion.rate_fraction, motion.acceleration)
         pieces, rows = self._run_rows(path, cut.middle)
 
-        def run(timestep: float) -> tuple[Array, None, Array]:
-            lengths, share = cut.add_rests(rows.rows(timestep)[0], timestep)
-            return lengths, None, share
+        def run(timestep: float) -> ProgrammeRows:
+            lengths, share = cut.add_rests(rows.rows(timestep).lengths, timestep)
+            return ProgrammeRows(lengths, share=share)
 
-        lengths, _, share = run(site.timestep)
+        lengths, share = cut.add_rests(rows.rows(site.timestep).lengths, site.timestep)
         points = site.chain.tool(site.chain.inputs_from_lengths(lengths))[0]
         self.heights = foresee_waste(site, points, share, site.timestep, self.heights)
         self._enter(site.lower_waste(self.heights))
@@ -222,11 +269,11 @@ class _Plan:
             raise PathError(path.name, float(gaps[worst]), places[worst])
         check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
-        def rows(timestep: float) -> tuple[Array, None, None]:
+        def rows(timestep: float) -> ProgrammeRows:
             again = run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
-            return again.lengths, None, None
+            return ProgrammeRows(again.lengths)
 
-        return run, _Piece(float(gaps[worst]), places[worst], rows)
+        return run, self._make_piece(float(gaps[worst]), places[worst], rows)
 
 
 def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
@@ -267,43 +314,21 @@ def _carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
     legs = []
     for index, (stage, pieces, end) in enumerate(zip(site.task.stages, plan.pieces, plan.ends, strict=True)):
         nearest = min(pieces, key=lambda piece: piece.clearance)
-        lengths, feed, share = _join([piece.rows(timestep) for piece in pieces])
+        rows = join_rows([(piece.rows(timestep), piece.turn) for piece in pieces])
         leg = Leg(
             name=stage.name,
             goal=index,
-            lengths=lengths,
+            lengths=rows.lengths,
             q=end,
             clearance=nearest.clearance,
             place=nearest.place,
-            feed=feed,
-            tool=share,
+            feed=rows.feed,
+            turn=rows.turn,
+            tool=rows.share,
             leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
     return Tour(start, tuple(legs), timestep, bounds), plan.heights
-
-
-def _join(parts: list[tuple[Array, Array | None, Array | None]]) -> tuple[Array, Array | None, Array | None]:
-    """Lengths, feeds and shares of the tool's power of the parts of a leg one after the other.
-
-    In a part without them the mast stands at its working depth, and the tool rests.
-    """
-    lengths, *others = zip(*parts, strict=True)
-    filled = [
-        None if all(part is None for part in other) else [_fill(*pair) for pair in zip(other, lengths, strict=True)]
-        for other in others
-    ]
-    feed, share = (None if other is None else _chain(other) for other in filled)
-    return _chain(lengths), feed, share
-
-
-def _fill(part: Array | None, lengths: Array) -> Array:
-    return np.zeros(len(lengths)) if part is None else part
-
-
-def _chain(parts: Sequence[Array]) -> Array:
-    """Parts one after the other, each of which begins where the one before ends."""
-    return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
 
 
 def plan_site(site: Site) -> Tour:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from vgtsim.kinematics import move_points
 from vgtsim.planning.timing import TimedPath
 from vgtsim.site import Site
 
@@ -53,6 +54,6 @@ def find_speed(site: Site, way: TimedPath, timestep: float) -> float:
     """Greatest speed of a node or the tool point on a way, m/s, looked at in every time step, s."""
     q = way.inputs(timestep)
     points = np.concatenate([site.chain.nodes(q), site.chain.tool(q)[0][:, None]], axis=1)
-    if (feed := way.feeds(timestep)) is not None:
-        points[..., 2] += feed[:, None]
+    feed, turn = (0.0 if places is None else places for places in (way.feeds(timestep), way.turns(timestep)))
+    points = move_points(site.chain, points, feed, turn)
     return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).max()) / timestep if way.duration else 0.0

@@ -3,7 +3,8 @@
 The path's parameter is first replaced by one in which the fastest actuator, relative to its own rate, keeps the same
 speed. The greatest rate has corners, so a p-norm of the scaled rates, which is smooth, stands for it. The new parameter
 runs from rest to rest with ramps of a fifth-order smooth step in speed, so the acceleration is continuous and starts and
-ends at zero.
+ends at zero. Jerk is bounded too. It matters where the actuator that leads changes on a short path, which never comes to its
+full speed: there the corner of the norm is passed within a tenth of a second. A lower power makes the corner wider.
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_POWER = 12  # of the p-norm: 15 equal rates count 1.25 times one of them
+_POWERS = (12, 6, 4, 2)  # of the p-norm: with 12, 15 equal rates count 1.25 times one; the others where a path jerks
+# Of the squared acceleration over the rate. The ramp of a path takes 1.64 if one actuator leads all the way; four are usual.
+_JERK = 5.0
 _GRID = 801  # points of the path at which speeds are measured
 _SPARE = 1.005  # margin on the time for peaks between the points of the grid
 
@@ -34,6 +37,16 @@ class SpeedLimits:
 
     rate: Array
     acceleration: float
+
+    @property
+    def jerk(self) -> Array:
+        """Greatest jerk of each actuator, shape (J,), m/s³: see `bound_jerk`."""
+        return bound_jerk(self.rate, self.acceleration)
+
+
+def bound_jerk(rate: Array, acceleration: Array | float) -> Array:
+    """Greatest jerk, m/s³, for rates, m/s, and accelerations, m/s²: five times acceleration over the time to full rate."""
+    return _JERK * np.square(acceleration) / rate
 
 
 def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> SpeedLimits:
@@ -52,6 +65,7 @@ class TimedPath:
         fraction: Part of the time spent in each ramp.
         duration: s; 0 of a path on which no actuator moves.
         feed: Height of the mast above its working depth, m, over the curve's parameter; absent while it is held.
+        turn: Of the mast about its axis, rad, likewise.
     """
 
     curve: BSpline | Curve
@@ -60,6 +74,7 @@ class TimedPath:
     reach: float
     duration: float
     feed: BSpline | None = None
+    turn: BSpline | None = None
 
     def inputs(self, timestep: float) -> Array:
         """Inputs at every time step, s, the ends of the path included, shape (T, n)."""
@@ -68,6 +83,10 @@ class TimedPath:
     def feeds(self, timestep: float) -> Array | None:
         """Heights of the mast above its working depth at the same instants, shape (T,), m; None while it is held."""
         return None if self.feed is None else self.feed(self._places(timestep))
+
+    def turns(self, timestep: float) -> Array | None:
+        """Turns of the mast at the same instants, shape (T,), rad; None while it is held."""
+        return None if self.turn is None else self.turn(self._places(timestep))
 
     def _places(self, timestep: float) -> Array:
         """The curve's parameter at every time step, shape (T,)."""
@@ -83,12 +102,24 @@ def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> Time
 
     Source: the project's own; the dissertation gives configurations and no motion in time.
     """
+    parameter = np.linspace(0.0, 1.0, _GRID)
+    rates = chain.length_rates(curve(parameter), curve(parameter, 1)) / limits.rate
+    if np.max(_find_norm(rates, _POWERS[0])) * limits.rate.max() < 1e-9:
+        return TimedPath(curve=curve, parameter=None, fraction=0.5, reach=0.0, duration=0.0)
+    timed, jerks = _time_by_norm(chain, curve, limits, rates, _POWERS[0])
+    if not jerks:
+        return timed
+    others = [_time_by_norm(chain, curve, limits, rates, power)[0] for power in _POWERS[1:]]
+    return min([timed, *others], key=lambda path: path.duration)
+
+
+def _time_by_norm(
+    chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, rates: Array, power: int
+) -> tuple[TimedPath, bool]:
+    """The curve in time by a norm of the scaled rates, shape (P, J), s, and whether its jerk had to be brought down."""
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 
-    grid = np.linspace(0.0, 1.0, _GRID)
-    speed = _scaled_speed(chain, curve, limits, grid)
-    if np.max(speed) * limits.rate.max() < 1e-9:
-        return TimedPath(curve=curve, parameter=None, fraction=0.5, reach=0.0, duration=0.0)
+    grid, speed = np.linspace(0.0, 1.0, len(rates)), _find_norm(rates, power)
     # a floor keeps the parameter's change finite where the path hardly moves an actuator
     speed = np.maximum(speed, 1e-3 * np.max(speed))
     steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
@@ -96,8 +127,13 @@ def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> Time
     parameter = make_interp_spline(reach, grid, k=5)
     ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
     fraction, duration = ramp_profile(reach[-1], ramp)
-    duration *= _stretch(chain, curve, parameter, limits, duration, fraction, reach[-1])
-    return TimedPath(curve=curve, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration)
+    time = np.linspace(0.0, 1.0, 4 * _GRID)
+    length = chain.lengths(curve(np.clip(parameter(run_ramps(time, fraction) * reach[-1]), 0.0, 1.0)))
+    factor, jerks = overrun(length, float(time[1]) * duration, limits.rate, limits.acceleration)
+    timed = TimedPath(
+        curve=curve, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration * factor
+    )
+    return timed, jerks
 
 
 def time_lengths(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float) -> Array:
@@ -108,10 +144,9 @@ def time_lengths(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, time
     return chain.lengths(time_path(chain, curve, limits).inputs(timestep))
 
 
-def _scaled_speed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, parameter: Array) -> Array:
-    """Norm of the actuators' speeds over their limits per unit of the parameter, shape (P,), s."""
-    rates = chain.length_rates(curve(parameter), curve(parameter, 1)) / limits.rate
-    return np.sum(rates**_POWER, axis=1) ** (1 / _POWER)
+def _find_norm(rates: Array, power: int) -> Array:
+    """Norm of the actuators' speeds over their limits, shape (P, J), of an even power, shape (P,)."""
+    return np.sum(rates**power, axis=1) ** (1 / power)
 
 
 def ramp_profile(reach: float, ramp: float) -> tuple[float, float]:
@@ -131,23 +166,13 @@ def run_ramps(time: ArrayLike, fraction: float) -> Array:
     return np.where(t <= 0.5, half, 1 - half)
 
 
-def _stretch(
-    chain: Chain,
-    curve: BSpline | Curve,
-    parameter: BSpline,
-    limits: SpeedLimits,
-    duration: float,
-    fraction: float,
-    reach: float,
-) -> float:
-    """Factor on the duration that brings speeds and accelerations inside their limits, one of them to it."""
-    time = np.linspace(0.0, 1.0, 4 * _GRID)
-    length = chain.lengths(curve(np.clip(parameter(run_ramps(time, fraction) * reach), 0.0, 1.0)))
-    return overrun(length, (time[1] - time[0]) * duration, limits.rate, limits.acceleration)
+def overrun(rows: Array, step: float, rates: Array, accelerations: Array | float) -> tuple[float, bool]:
+    """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits.
 
-
-def overrun(rows: Array, step: float, rates: Array, accelerations: Array | float) -> float:
-    """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits."""
+    The second value tells whether it is the jerk that asks for most.
+    """
     too_fast = float(np.max(np.abs(np.diff(rows, axis=0)) / step / rates))
     too_hard = float(np.sqrt(np.max(np.abs(np.diff(rows, n=2, axis=0)) / step**2 / accelerations)))
-    return _SPARE * max(too_fast, too_hard)
+    jerks = np.abs(np.diff(rows, n=3, axis=0)) / step**3 / bound_jerk(rates, accelerations)
+    too_sudden = float(np.cbrt(np.max(jerks)))
+    return _SPARE * max(too_fast, too_hard, too_sudden), too_sudden > max(too_fast, too_hard)

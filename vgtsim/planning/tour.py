@@ -40,8 +40,8 @@ class Leg:
 
     Actuator lengths at every step, the first and last included, have shape (T, J), m. `q` are the inputs at the end,
     shape (n,), and `goal` the index of the goal in the scene. `feed`, shape (T,), m, lifts the mast above its working depth;
-    without one the mast stays where it is. `tool`, shape (T,), is the share of its power at which the tool removes waste; without
-    one it rests. On the way in or out the arm follows a `leader`.
+    without one the mast stays where it is. `turn`, shape (T,), rad, turns it likewise. `tool`, shape (T,), is the share of its
+    power at which the tool removes waste; without one it rests. On the way in or out the arm follows a `leader`.
     """
 
     name: str
@@ -51,12 +51,13 @@ class Leg:
     clearance: float
     place: str
     feed: Array | None = None
+    turn: Array | None = None
     tool: Array | None = None
     leader: Leader | None = None
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        for array in (self.lengths, self.q, self.feed, self.tool):
+        for array in (self.lengths, self.q, self.feed, self.turn, self.tool):
             if array is not None:
                 array.flags.writeable = False
 
@@ -65,7 +66,7 @@ class Leg:
 class Tour:
     """Timed lengths from the start inputs, shape (n,), to every goal in turn; the time step is in s.
 
-    Each leg begins with the lengths, and with the feed, at which the leg before it ended.
+    Each leg begins with the lengths, and with the place of the mast, at which the leg before it ended.
     """
 
     start: Array
@@ -79,11 +80,11 @@ class Tour:
 
     @property
     def digest(self) -> str:
-        """Digest of the timed lengths, feeds and shares of the tool's power, the goals' indices and the time step."""
+        """Digest of timed lengths, places of the mast and shares of the tool's power, the goals' indices and the time step."""
         parts = []
         for leg in self.legs:
             parts += [str(leg.goal).encode(), leg.lengths.tobytes()]
-            parts += [extra.tobytes() for extra in (leg.feed, leg.tool) if extra is not None]
+            parts += [extra.tobytes() for extra in (leg.feed, leg.turn, leg.tool) if extra is not None]
         return digest(repr(float(self.timestep)).encode(), *parts)
 
     @property

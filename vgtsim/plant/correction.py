@@ -44,8 +44,10 @@ class Correction:
         self._count = -1
         self._tool, self._tip = model.site(names.TOOL).id, model.body(names.TIP).id
 
-    def step(self, lengths: Array, feed: float = 0.0, push: Array | None = None) -> Array:
-        """Make a step towards lengths, shape (J,), and a feed, m, with a push on the tool point, shape (3,), N, in frame G.
+    def step(self, lengths: Array, mast: tuple[float, float] = (0.0, 0.0), push: Array | None = None) -> Array:
+        """Make a step towards lengths, shape (J,), m, and a feed, m, and turn of the mast, rad.
+
+        A push acts on the tool point, shape (3,), N, in frame G.
 
         Returns the gaps of the equality rows at its begin, shape (E,), m.
         """
@@ -57,7 +59,7 @@ class Correction:
         if data.ne != self._count:
             self._find_rows()
         gaps = np.array(data.efc_pos[: self._count])
-        way = gaps - self._given_way + self._find_departures(lengths, feed)
+        way = gaps - self._given_way + self._find_departures(lengths, mast)
         speeds = model.opt.timestep * data.efc_vel[: self._count]
         data.efc_pos[: self._count] = (self._inertia * way + speeds) / self._stiffness
         if self._hose is not None:
@@ -92,14 +94,14 @@ class Correction:
         self._inertia = 1 + 2 / steps + self._stiffness
         self._given_way = np.zeros(self._count)
 
-    def _find_departures(self, lengths: Array, feed: float) -> Array:
+    def _find_departures(self, lengths: Array, mast: tuple[float, float]) -> Array:
         """Gaps that the step ends with beyond what its tangent foretells, shape (E,), m."""
         model, data, ahead = self._model, self._data, self._ahead
         step, now = model.opt.timestep, data.qvel
         speeds = 2 * now - self._speeds
         self._speeds = np.array(now)
         if self._foresight is not None:
-            self._foresight.correct(data, lengths, feed, speeds)
+            self._foresight.correct(data, lengths, mast, speeds)
         ahead.qpos = data.qpos
         mujoco.mj_integratePos(model, ahead.qpos, speeds, step)
         model.geom_sameframe[:] = (

@@ -158,7 +158,8 @@ def find_drive(
     if simulation.drive == "servo":
         rows = np.array([model.actuator(names.servo(member.name)).id for member in actuators])
         parts = [site.arm.cylinders[member.section] for member in actuators]
-        damp_servos(model, np.append(rows, model.actuator(names.servo(names.FEED)).id), site)
+        mast = [names.FEED] if site.task.mast.turn is None else [names.FEED, names.TURN]
+        damp_servos(model, np.append(rows, [model.actuator(names.servo(name)).id for name in mast]), site)
         return ServoDrive(
             model=model,
             data=data,

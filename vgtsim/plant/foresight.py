@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Chain
+from vgtsim.kinematics import Chain, move_points
 
 Array = NDArray[np.float64]
 
@@ -24,28 +24,29 @@ class Turns(Protocol):
 
 
 class Foresight:
-    """Foresees the speeds of a step from the lengths and the feed commanded for its end.
+    """Foresees the speeds of a step from the lengths and the place of the mast commanded for its end.
 
     Where the commands go on smoothly, the speeds of two steps tell the next ones as well and cost nothing; kinematics is
     asked where an acceleration jumps.
     """
 
-    def __init__(self, turns: Turns, chain: Chain, q: Array, lengths: Array) -> None:
-        """Start at rest at inputs, shape (n,), with lengths, shape (J,), m."""
+    def __init__(self, turns: Turns, chain: Chain, q: Array, lengths: Array, turn: float = 0.0) -> None:
+        """Start at rest at inputs, shape (n,), with lengths, shape (J,), m, and a turn of the mast, rad."""
         self._turns, self._chain = turns, chain
         self._last = chain.state(np.array(q)[None])
-        self._past = [np.array(lengths)] * 3
+        self._past = [np.append(lengths, turn)] * 3
 
-    def correct(self, data: mujoco.MjData, lengths: Array, feed: float, speeds: Array) -> None:
+    def correct(self, data: mujoco.MjData, lengths: Array, mast: tuple[float, float], speeds: Array) -> None:
         """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better.
 
-        The feed, m, lifts all nodes alike, so its jumps open no loop.
+        The mast is then at a feed, m, and a turn, rad. The feed lifts all nodes alike, so its jumps open no loop.
         """
+        asked = np.append(lengths, mast[1])  # a radian counts one metre
         first, second, third = self._past
-        self._past = [second, third, lengths]
-        if np.abs(lengths - 3 * third + 3 * second - first).max() < _SMOOTH:
+        self._past = [second, third, asked]
+        if np.abs(asked - 3 * third + 3 * second - first).max() < _SMOOTH:
             return
         state = self._chain.follow(lengths, self._last)
         if state is not None:
             self._last = state
-            self._turns(data, state.nodes[0] + [0.0, 0.0, feed], lengths, speeds)
+            self._turns(data, move_points(self._chain, state.nodes[0], *mast), lengths, speeds)

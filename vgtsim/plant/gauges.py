@@ -199,6 +199,8 @@ class SectionGauges:
             "actuator_force": described.bar[:, truss.actuated] + off[:, truss.actuated],
             "mast_reaction": described.reaction + extra,
         }
+        if "turn_torque" in records:  # the same mass, nearer to the mast's axis than in the hubs
+            added["turn_torque"] = records["turn_torque"] + (described.reaction - simulated.reaction)[:, 5]
         return {name: value for name, value in records.items() if name != "row_force"} | added
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Chain
-from vgtsim.mjcf import names
+from vgtsim.kinematics import Chain, rotate_upright
+from vgtsim.mjcf import make_mast_pose, names
 from vgtsim.plant.addresses import Addresses
 
 Array = NDArray[np.float64]
@@ -38,7 +38,8 @@ class MemberTurns:
     def __init__(self, model: mujoco.MjModel, at: Addresses, chain: Chain) -> None:
         """Look the joints up."""
         self._chain, self._at, self._step = chain, at, model.opt.timestep
-        self._joints = _find_joints(model, chain)
+        self._joints, self._mast = _find_joints(model, chain), make_mast_pose(model, chain.truss)
+        self._flanged = np.array([member.ends[0] < chain.truss.base.stop for member in chain.truss.members])
 
     def __call__(self, data: mujoco.MjData, nodes: Array, lengths: Array, speeds: Array) -> None:
         """See `foresight.Turns`: from where the bodies are; spins stay as foreseen."""
@@ -52,6 +53,10 @@ class MemberTurns:
         spans = truss.spans(nodes)
         if len(joints.blocks):
             self._turn_blocks(data, nodes, spans, speeds)
+        if self._mast.turn is not None:
+            turn = self._mast.find_turn(nodes) - data.qpos[self._mast.turn]
+            speeds[self._mast.turn_speed] = turn / step
+            spans[self._flanged] = spans[self._flanged] @ rotate_upright(turn)  # as if the flange had not turned
         near = data.site_xmat[at.near].reshape(-1, 3, 3)
         ahead = (spans[:, None] @ near)[:, 0]
         ahead /= np.sqrt(np.sum(ahead**2, axis=1, keepdims=True))

@@ -11,15 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.commands import read_row
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
+from vgtsim.kinematics import move_points
 from vgtsim.mjcf import build_model, retime
 from vgtsim.plant.correction import Correction
 from vgtsim.plant.digger import find_digger
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
 from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import SectionGauges, find_gauges
-from vgtsim.plant.hoist import Hoist
 from vgtsim.plant.hose import Hose
 from vgtsim.plant.lookout import Lookout
+from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.section_turns import SectionTurns
@@ -108,7 +109,12 @@ class Plant:
         return self._steps * self.timestep
 
     def reset(
-        self, lengths: ArrayLike | None = None, inputs: ArrayLike | None = None, *, feed: float = 0.0
+        self,
+        lengths: ArrayLike | None = None,
+        inputs: ArrayLike | None = None,
+        *,
+        feed: float = 0.0,
+        turn: float = 0.0,
     ) -> PlantState:
         """Stand the arm in a posture, at rest and in equilibrium under its weight; time, log and goal start anew.
 
@@ -117,9 +123,10 @@ class Plant:
             inputs: Inputs of the same posture, shape (n,); saves the way from lengths to inputs. Without both, the arm
                 stands as at the scene's start.
             feed: Height of the mast above its working depth, m.
+            turn: Of the mast about its axis, rad.
 
         Raises:
-            CommandError: An array has the wrong size or is not finite, or the feed is beyond its stroke.
+            CommandError: An array has the wrong size or is not finite, or the feed or the turn is out of reach.
             AssemblyError: The lengths do not close the loops.
             DescriptionError: The arm is so deep in something that its state diverges, or an elastic arm buckles.
         """
@@ -130,13 +137,13 @@ class Plant:
         else:
             q = read_row("inputs", inputs, chain.straight.size)
         wanted = chain.lengths(q) if wanted is None else wanted
-        self._hoist = Hoist(self.model, self.data, self.site)
-        self._feed = self._fed = self._hoist.read_command(feed)
+        self._mast_drives = MastDrives(self.model, self.data, self.site)
+        self._mast = self._stood = self._mast_drives.read_command(feed, turn)
         self._digger = find_digger(self.model, self.site)
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
-        self._stand(q, chain.nodes(q) + [0.0, 0.0, self._feed])
+        self._stand(q, move_points(chain, chain.nodes(q), *self._mast))
         self._find_equilibrium()
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
@@ -154,6 +161,7 @@ class Plant:
         *,
         rates: ArrayLike | None = None,
         feed: float | None = None,
+        turn: float | None = None,
         tool: float | None = None,
     ) -> None:
         """Say where cylinders and mast are to be at the end of the next step, or how fast cylinders are to go from now on.
@@ -163,23 +171,24 @@ class Plant:
             rates: Shape (J,), m/s; each step adds a step's way to the commanded lengths, until the next command.
             feed: Height of the mast above its working depth, m; held until the next command. Alone it leaves the cylinders
                 their command.
+            turn: Of the mast about its axis, rad; held until the next command.
             tool: Share of its power at which the tool then removes waste, 0 to 1; held until the next command.
 
         Raises:
             CommandError: Lengths and rates are given both, or nothing is, or the size is wrong, or something is not finite,
-                or the feed is beyond its stroke, or the tool is none that removes waste in the scene's mission.
+                or the feed or the turn is out of reach, or the tool is none that removes waste in the scene's mission.
             StoppedError: The plant has stopped.
         """
         self._require_going()
         given = (lengths is not None) + (rates is not None)
-        if given == 2 or (not given and feed is None and tool is None):
+        if given == 2 or (not given and feed is None and turn is None and tool is None):
             raise CommandError("command", "neither or both", "either lengths or rates")
-        wanted = self._feed if feed is None else self._hoist.read_command(feed)
+        wanted = self._mast_drives.read_command(feed, turn, self._mast)
         if lengths is not None:
             self._target, self._rates = read_row("lengths", lengths, self._count), None
         elif rates is not None:
             self._rates = read_row("rates", rates, self._count)
-        self._feed = wanted
+        self._mast = wanted
         if tool is not None:
             if self._digger is None:
                 raise CommandError("tool", f"{tool:g}", "nothing: no step of the scene's mission cuts waste")
@@ -219,7 +228,8 @@ class Plant:
             self._require_going()
         if self._state is None:
             data, gauges = self.data, self._gauges
-            drive_force, pull = self._drive.force(), self._hoist.pull()
+            drive_force, mast = self._drive.force(), self._mast_drives
+            pull, torque = mast.feed.effort(), mast.turn.effort()
             mujoco.mj_kinematics(self.model, data)  # a step leaves the places of its begin
             self._state = PlantState(
                 time=self.time,
@@ -230,8 +240,10 @@ class Plant:
                 tool_position=data.site_xpos[gauges.tool].copy(),
                 tool_rotation=data.xmat[gauges.tip].reshape(3, 3).copy(),
                 drive_force=drive_force,
-                feed=self._hoist.height,
+                feed=mast.feed.place,
                 feed_force=pull,
+                turn=mast.turn.place,
+                turn_torque=torque,
                 speed=self._speed(),
                 calm=self.calm,
                 contacts=tuple(self._touched),
@@ -274,11 +286,11 @@ class Plant:
         if isinstance(gauges, SectionGauges):
             self._drive: Drive = find_row_drive(model, self.data, self.site)
             self._lookout = Lookout(self.site)
-            foresight = Foresight(SectionTurns(model, gauges.pose), chain, q, self._target)
+            foresight = Foresight(SectionTurns(model, gauges.pose), chain, q, self._target, self._mast[1])
         else:
             self._drive = find_drive(model, self.data, self.site, gauges.at, springs, nodes)
             if isinstance(self._drive, RigidDrive):
-                foresight = Foresight(MemberTurns(model, gauges.at, chain), chain, q, self._target)
+                foresight = Foresight(MemberTurns(model, gauges.at, chain), chain, q, self._target, self._mast[1])
         line = self.site.task.conveyance
         hose = Hose(model, self.site, gauges.nodes) if line and line.bending_stiffness else None
         self._correction = Correction(self.model, self.data, foresight, hose)
@@ -289,8 +301,8 @@ class Plant:
         touched: list[Contact] = []
         for _ in range(round(motion.patience / self.timestep)):
             self._drive.command(self._target)
-            self._hoist.command(self._feed)
-            gaps = self._correction.step(self._target, self._feed)
+            self._mast_drives.command(self._mast)
+            gaps = self._correction.step(self._target, self._mast)
             touched = touched or self._list_contacts()
             try:
                 check_state(self.model, self.data, gaps)
@@ -313,12 +325,12 @@ class Plant:
         if self._rates is not None:
             self._target = self._target + self._rates * self.timestep
         recorded = self._start_step()
-        noted, height = self._gauges.note(data), self._hoist.height
+        noted, reached = self._gauges.note(data), self._mast_drives.reached
         self._recorder.note_saturation(self._drive.command(self._target))
-        self._hoist.command(self._feed)
+        self._mast_drives.command(self._mast)
         digger = self._digger
-        gaps = self._correction.step(self._target, self._feed, None if digger is None else digger.force)
-        self._hoist.discount(gaps, self._feed - self._fed)
+        gaps = self._correction.step(self._target, self._mast, None if digger is None else digger.force)
+        self._mast_drives.discount(gaps, self._mast, self._stood)
         self._steps += 1
         try:
             check_state(self.model, data, gaps)
@@ -335,7 +347,7 @@ class Plant:
                 goal=self._goal,
                 settled=self._settled,
                 pressure=self._drive.pressure,
-                more=self._find_more() | {"feed": height},
+                more=self._find_more() | reached,
             )
         if digger is not None:
             digger.dig(data.site_xpos[self._gauges.tool], self.timestep)
@@ -356,7 +368,7 @@ class Plant:
 
     def _find_more(self) -> dict[str, float | Array]:
         """More quantities of the record of the last step, by name."""
-        more: dict[str, float | Array] = {"feed_commanded": self._fed, "feed_force": self._hoist.pull()}
+        more: dict[str, float | Array] = {**self._mast_drives.tell(self._stood)}
         if self._digger is not None:
             more |= self._digger.record
         if self._aimed is not None:
@@ -370,10 +382,10 @@ class Plant:
     def _note_rest(self) -> None:
         """Count the steps for which the arm has been slow under one command."""
         moved = self._target is not self._commanded and (self._target != self._commanded).any()
-        if moved or self._feed != self._fed:
+        if moved or self._mast != self._stood:
             self._slow = 0
         self._slow = self._slow + 1 if self._speed() < self.site.task.motion.settle_speed else 0
-        self._commanded, self._fed = self._target, self._feed
+        self._commanded, self._stood = self._target, self._mast
 
     def _list_contacts(self) -> list[Contact]:
         """What touches at the begin of the last step."""

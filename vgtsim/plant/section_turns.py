@@ -26,7 +26,9 @@ class SectionTurns:
         pose, step = self._pose, self._step
         speeds[pose.slide_speeds] = (nodes[pose.hubs] - pose.reference - data.qpos[pose.slides]) / step
         P, R = pose.find_frames(nodes)
-        lift = nodes[:3, 2].mean() - pose.feed_reference - data.qpos[pose.feed]
-        speeds[pose.feed_speed] = lift / step
+        mast = pose.mast
+        speeds[mast.feed_speed] = (mast.find_feed(nodes) - data.qpos[mast.feed]) / step
+        if mast.turn is not None:
+            speeds[mast.turn_speed] = (mast.find_turn(nodes) - data.qpos[mast.turn]) / step
         speeds[pose.move_speeds[:, None] + _TRIPLE] = (P - data.qpos[pose.moves[:, None] + _TRIPLE]) / step
         speeds[pose.move_speeds[:, None] + 3 + _TRIPLE] = find_turn(data.xmat[pose.bodies].reshape(-1, 3, 3), R) / step

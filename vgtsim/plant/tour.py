@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +78,8 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
         every = max(round(_PRESSURE_POSES / tour.timestep), 1)
         require_pressure(site, np.arange(0.0, len(lengths), every) * tour.timestep, lengths[::every])
     first = tour.legs[0]
-    plant.reset(first.lengths[0], tour.start, feed=0.0 if first.feed is None else first.feed[0])
+    feed, turn = (0.0 if places is None else float(places[0]) for places in (first.feed, first.turn))
+    plant.reset(first.lengths[0], tour.start, feed=feed, turn=turn)
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
     with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
         _play(plant, tour, tick)
@@ -96,10 +98,11 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
     step(hold)
     for leg in tour.legs:
         plant.mark(leg.goal)
-        feeds = [None] * len(leg.lengths) if leg.feed is None else leg.feed.tolist()
-        shares = [None] * len(leg.lengths) if leg.tool is None else leg.tool.tolist()
-        for lengths, feed, share in zip(leg.lengths[1:], feeds[1:], shares[1:], strict=True):
-            plant.command(lengths, feed=feed, tool=share)
+        beside = (
+            [None] * len(leg.lengths) if item is None else item.tolist() for item in (leg.feed, leg.turn, leg.tool)
+        )
+        for lengths, feed, turn, share in islice(zip(leg.lengths, *beside, strict=True), 1, None):
+            plant.command(lengths, feed=feed, turn=turn, tool=share)
             step(1)
         for _ in range(patience):
             if plant.calm:

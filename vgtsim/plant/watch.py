@@ -49,6 +49,7 @@ class PlantState:
         tool_rotation: Rotation of frame T of the tip plate, shape (3, 3).
         drive_force: Force of each drive on its rod, tension positive, shape (J,), N.
         feed: Height of the mast above its working depth, m; `feed_force` is the force of the hoist on it, upward, N.
+        turn: Of the mast about its axis, rad; `turn_torque` is the torque of its drive on it, N·m.
         speed: Greatest speed of a node along an axis, m/s.
         calm: Whether the arm has come to rest: slower than the scene's `settle_speed`, an elastic arm for a whole period
             of its slowest mode, since the command last changed.
@@ -66,6 +67,8 @@ class PlantState:
     drive_force: Array
     feed: float
     feed_force: float
+    turn: float
+    turn_torque: float
     speed: float
     calm: bool
     contacts: tuple[Contact, ...]

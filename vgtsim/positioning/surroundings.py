@@ -13,6 +13,7 @@ from vgtsim.description import Tank
 from vgtsim.geometry import (
     Bed,
     MemberPairs,
+    NearRows,
     Obstacles,
     Profile,
     Walls,
@@ -174,30 +175,14 @@ class Surroundings:
         flag_clear(*args, points, reach, all_of_them, clear)
         return clear
 
-    def _near(self, points: Array, reach: float, payload: bool) -> tuple[Index, Array, Index, Index, Array]:
-        """Configurations, gaps, bodies, points and slopes of all near pairs, see `find_near`."""
-        capsules, pillars = self.capsules, self._pillars
-        room = _ROOM * len(points)
+    def _near(self, points: Array, reach: float, payload: bool) -> NearRows:
+        capsules, room = self.capsules, _ROOM * len(points)
+        args = self._walls, capsules.far_pairs, self._pillars.meets, capsules.point_radii, points, reach, payload
         while True:
-            config, gap = np.empty(room, np.intp), np.empty(room)
-            held, slope = np.empty((room, 4), np.intp), np.empty((room, 4, 3))
-            bodies = np.empty((room, 3), np.intp)
-            count = find_near(
-                self._walls,
-                capsules.far_pairs,
-                pillars.meets,
-                capsules.point_radii,
-                points,
-                reach,
-                payload,
-                config,
-                gap,
-                bodies,
-                held,
-                slope,
-            )
+            rows = NearRows.make(room)
+            count = find_near(*args, rows)
             if count <= room:
-                return config[:count], gap[:count], bodies[:count], held[:count], slope[:count]
+                return rows.first(count)
             room = count
 
     def find_nearest(self, points: Array, reach: float) -> LeastGap | None:

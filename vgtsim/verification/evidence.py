@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.geometry import RISER, Clearance, find_nearest
+from vgtsim.kinematics import move_points
 from vgtsim.proximity import Proximity
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -41,47 +42,75 @@ class PlannedLeader(Protocol):
     """The path that an arm follows on its way in or out: greatest planned deviation from it, m, and the least possible one, m."""
 
     @property
-    def deviation(self) -> float: ...  # noqa: D102
+    def deviation(self) -> float:
+        """Greatest planned distance of the arm's axis from the path, m."""
+        ...
 
     @property
-    def bound(self) -> float: ...  # noqa: D102
+    def bound(self) -> float:
+        """Least distance that any arm with these straight sections can keep, m."""
+        ...
 
-    def measure(self, points: Array) -> Array: ...  # noqa: D102
+    def measure(self, points: Array) -> Array:
+        """Distances of points of frame G, shape (..., 3), m, from the path, shape (...), m."""
+        ...
 
 
 class PlannedLeg(Protocol):
     """Lengths of the cylinders on the way to the goal of an index, at every step, shape (S, J), m.
 
-    Where they change, the feed, m, and the share of the tool's power stand beside them, shape (S,). The arm may follow a leader.
+    Where they change, the feed, m, the turn of the mast, rad, and the share of the tool's power stand beside them, shape (S,).
+    The arm may follow a leader.
     """
 
     @property
-    def goal(self) -> int: ...  # noqa: D102
+    def goal(self) -> int:
+        """Index of the goal that the leg leads to."""
+        ...
 
     @property
-    def lengths(self) -> Array: ...  # noqa: D102
+    def lengths(self) -> Array:
+        """Shape (S, J), m."""
+        ...
 
     @property
-    def feed(self) -> Array | None: ...  # noqa: D102
+    def feed(self) -> Array | None:
+        """Height of the mast above its working depth, shape (S,), m; None where it stays."""
+        ...
 
     @property
-    def tool(self) -> Array | None: ...  # noqa: D102
+    def turn(self) -> Array | None:
+        """Turn of the mast about its axis, shape (S,), rad; None where it stays."""
+        ...
 
     @property
-    def leader(self) -> PlannedLeader | None: ...  # noqa: D102
+    def tool(self) -> Array | None:
+        """Share of the tool's power, shape (S,); None where the tool is off."""
+        ...
+
+    @property
+    def leader(self) -> PlannedLeader | None:
+        """The path that the arm follows; None on the way to a goal."""
+        ...
 
 
 class PlannedTour(Protocol):
     """What the commands of a log are held against: legs in their order, with the time step, s."""
 
     @property
-    def legs(self) -> Sequence[PlannedLeg]: ...  # noqa: D102
+    def legs(self) -> Sequence[PlannedLeg]:
+        """In their order."""
+        ...
 
     @property
-    def timestep(self) -> float: ...  # noqa: D102
+    def timestep(self) -> float:
+        """Time between two rows of lengths, s."""
+        ...
 
     @property
-    def digest(self) -> str: ...  # noqa: D102
+    def digest(self) -> str:
+        """Of the whole programme."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,15 +170,23 @@ class Evidence:
         found = self._differentiate(self.wide.nodes)
         return NodeMotion(found.velocity, self.log.acceleration) if self.log.acceleration.size else found
 
-    @property
-    def lift(self) -> Array:
-        """The height of the mast as a displacement of all nodes, shape (T, 1, 3), m."""
-        return self.log.height[:, None, None] * np.array([0.0, 0.0, 1.0])
+    def carry(self, nodes: Array, rows: slice | Index = slice(None)) -> Array:
+        """Nodes under a mast that is not moved, shape (S, N, 3), m, where the mast of some records carries them."""
+        return move_points(self.site.chain, nodes, self.log.height[rows], self.log.turned[rows])
 
     @cached_property
     def feed_acceleration(self) -> Array:
         """Of the mast, upward, from that of the hubs at its flange, shape (T,), m/s²."""
         return self.motion.acceleration[:, self.site.truss.base, 2].mean(axis=1)
+
+    @cached_property
+    def turn_acceleration(self) -> Array:
+        """Of the mast about its axis, likewise, shape (T,), rad/s²."""
+        base = self.site.truss.base
+        arm = self.log.nodes[:, base, :2] - self.site.chain.mount[:2, 3]
+        pull = self.motion.acceleration[:, base, :2]
+        across = arm[..., 0] * pull[..., 1] - arm[..., 1] * pull[..., 0]
+        return (across / np.sum(arm**2, axis=-1)).mean(axis=1)
 
     @cached_property
     def speeds(self) -> Array:

@@ -1,36 +1,99 @@
-"""The mast's feed and its hoist: did it go where it was sent, within its ratings, and under the headroom?"""
+"""The mast's feed and turn with their drives: did it go where it was sent, within its ratings, and under the headroom?"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal
 
 import numpy as np
 
-from vgtsim.description import Feed
+from vgtsim.description import Feed, Slew
 from vgtsim.kinematics import axis_of
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, absent, least_of, missing, report_as, worst_of
+from vgtsim.verification.measures import Finding, Measure, absent, least_of, missing, report_as, worst_of
 from vgtsim.verification.tracking import measure_plan_error
 
-_NAME = ("mast/feed",)
 _LIFTED = 1e-3  # m of feed: a mast at its working depth leads no arm
 _ALONG = np.linspace(0.0, 1.0, 7)[1:-1]  # places on each piece of the axis, besides its ends, that are measured
 _BUFFER = 1e-3  # m that a hoist's end buffers give; servos sag by micrometres
 _LEAST_FORCE = 1.0  # N, of a mast and an arm without weight
 
 
-def has_feed(site: Site) -> bool:
-    """Whether the mast of a scene moves."""
-    return site.task.mast.feed is not None
+@dataclass(frozen=True)
+class _Motion:
+    """A motion of the mast by the word of its keys, the name and effort of its drive, and what an error of that is told over."""
+
+    word: Literal["feed", "turn"]
+    name_of_drive: str
+    effort: str
+    scale: str
+
+    @property
+    def name(self) -> tuple[str]:
+        """Its place in the report."""
+        return (f"mast/{self.word}",)
+
+    def applies(self, site: Site) -> bool:
+        """Whether the mast of a scene moves so."""
+        return getattr(site.task.mast, self.word) is not None
+
+    def is_stiff(self, site: Site) -> bool:
+        """Whether it then goes where it is sent."""
+        return self.applies(site) and site.task.simulation.drive != "servo"
+
+    def drive(self, site: Site) -> Feed | Slew:
+        """Its drive."""
+        return getattr(site.task.mast, self.word)
+
+    def arm(self, site: Site) -> float:
+        """What makes metres of its places: 1 of a feed, of a turn the straight arm's length, which is the farthest out."""
+        return (
+            1.0 if self.word == "feed" else float(site.chain.mount[2, 3] - site.chain.tool(site.chain.straight)[0][2])
+        )
+
+    def lacks(self, run: Evidence) -> Finding | None:
+        """That the log has nothing of it."""
+        return None if getattr(run.log, self.word).size else missing(f"the log has no {self.word}", self.name[0])
+
+
+_FEED = _Motion("feed", "hoist", "force", "force")
+_TURN = _Motion("turn", "turning drive's", "torque", "mast's moment")
+_MOTIONS = (_FEED, _TURN)
+has_feed = _FEED.applies
+
+
+def _report(
+    check: str,
+    quantity: str,
+    find: Callable[[_Motion, Evidence], Finding],
+    *,
+    unit: str,
+    limit: str,
+    sense: Literal["at most", "at least"] = "at most",
+    planned: bool = False,
+    stiff: bool = False,
+) -> tuple[Measure, ...]:
+    """A row for each motion of the mast, whose words are filled into the quantity; one that a servo would fail is `stiff`."""
+
+    def make(motion: _Motion) -> Measure:
+        return report_as(
+            check,
+            quantity.format(motion=motion),
+            unit=unit,
+            limit=limit,
+            sense=sense,
+            applies=motion.is_stiff if stiff else motion.applies,
+            planned=planned,
+        )(lambda run: motion.lacks(run) or find(motion, run))
+
+    return tuple(make(motion) for motion in _MOTIONS)
 
 
 def _has_rated_guide(site: Site) -> bool:
     return site.tank.guide is not None and site.tank.guide.force is not None
-
-
-def _has_stiff_feed(site: Site) -> bool:
-    return has_feed(site) and site.task.simulation.drive != "servo"
 
 
 def is_inserted(site: Site) -> bool:
@@ -42,71 +105,77 @@ def _has_headroom(site: Site) -> bool:
     return has_feed(site) and site.tank.headroom is not None
 
 
-def _hoist(run: Evidence) -> Feed:
-    feed = run.site.task.mast.feed
-    assert feed is not None  # the rows are for scenes with a feed
-    return feed
+def _find_room(motion: _Motion, run: Evidence) -> Finding:
+    """Least distance from the ends of the reach; a millimetre beyond is taken up by the buffers there."""
+    low, high = motion.drive(run.site).range
+    place = getattr(run.log, motion.word)
+    room = np.minimum(place - low, high - place) * motion.arm(run.site)
+    room[(room < 0) & (room >= -_BUFFER)] = 0.0
+    return least_of(room[:, None], run.log.time, motion.name)
 
 
-def _lacks_feed(run: Evidence) -> Finding | None:
-    return None if run.log.feed.size else missing("the log has no feed", _NAME[0])
-
-
-@report_as(
+check_room = _report(
     "actuator_stroke",
-    "distance to the end of the feed",
+    "distance to the end of the {motion.word}",
+    _find_room,
     unit="m",
     limit="actuator_stroke",
-    applies=has_feed,
     sense="at least",
 )
-def check_feed_room(run: Evidence) -> Finding:
-    """Least distance of the feed from the ends of its stroke; a millimetre beyond is taken up by the buffers there."""
-    room = np.minimum(run.log.height, _hoist(run).stroke - run.log.height)
-    room[(room < 0) & (room >= -_BUFFER)] = 0.0
-    return _lacks_feed(run) or least_of(room[:, None], run.log.time, _NAME)
 
 
-@report_as("actuator_speed", "feed speed over rated speed", unit="1", limit="actuator_speed", applies=has_feed)
-def check_feed_speed(run: Evidence) -> Finding:
-    """Greatest speed of the feed over its rated one, from differences."""
-    speed = np.abs(np.diff(run.wide.height)) / np.diff(run.wide.time)
-    return _lacks_feed(run) or worst_of(speed[:, None] / _hoist(run).rate, run.wide.time[1:], _NAME)
+def _find_speed(motion: _Motion, run: Evidence) -> Finding:
+    """Greatest speed over the rated one, from differences."""
+    speed = np.abs(np.diff(getattr(run.wide, motion.word))) / np.diff(run.wide.time)
+    return worst_of(speed[:, None] / motion.drive(run.site).rate, run.wide.time[1:], motion.name)
 
 
-@report_as(
+check_speed = _report(
+    "actuator_speed", "{motion.word} speed over rated speed", _find_speed, unit="1", limit="actuator_speed"
+)
+
+
+def _find_acceleration(motion: _Motion, run: Evidence) -> Finding:
+    """Greatest acceleration that was asked for, over the rated one, from differences."""
+    step = run.wide.time[1] - run.wide.time[0]
+    asked = getattr(run.wide, f"{motion.word}_commanded")
+    part = np.abs(np.diff(asked, n=2)) / (step**2 * motion.drive(run.site).acceleration)
+    return worst_of(part[:, None], run.wide.time[1:-1], motion.name)
+
+
+check_acceleration = _report(
     "actuator_speed",
-    "commanded feed acceleration over rated",
+    "commanded {motion.word} acceleration over rated",
+    _find_acceleration,
     unit="1",
     limit="actuator_acceleration",
-    applies=has_feed,
 )
-def check_feed_acceleration(run: Evidence) -> Finding:
-    """Greatest acceleration that the feed was asked for, over its rated one, from differences."""
-    if lack := _lacks_feed(run):
-        return lack
-    step = run.wide.time[1] - run.wide.time[0]
-    part = np.abs(np.diff(run.wide.feed_commanded, n=2)) / (step**2 * _hoist(run).acceleration)
-    return worst_of(part[:, None], run.wide.time[1:-1], _NAME)
 
 
-@report_as("tracking", "feed to its command", unit="m", limit="command", applies=_has_stiff_feed)
-def check_feed(run: Evidence) -> Finding:
-    """Greatest distance of the feed from its command; servos trail, and are judged at the goals."""
-    return _lacks_feed(run) or worst_of(np.abs(run.log.height - run.log.feed_commanded)[:, None], run.log.time, _NAME)
+def _find_off(motion: _Motion, run: Evidence) -> Finding:
+    """Greatest distance of a place from its command; servos trail, and are judged at the goals."""
+    off = getattr(run.log, motion.word) - getattr(run.log, f"{motion.word}_commanded")
+    return worst_of(motion.arm(run.site) * np.abs(off)[:, None], run.log.time, motion.name)
 
 
-@report_as("tracking", "commanded feed to the plan", unit="m", limit="command", applies=has_feed, planned=True)
-def check_feed_plan(run: Evidence) -> Finding:
-    """Greatest distance of a logged command of the feed from the planned one of its instant."""
+check_command = _report("tracking", "{motion.word} to its command", _find_off, unit="m", limit="command", stiff=True)
+
+
+def _find_off_plan(motion: _Motion, run: Evidence) -> Finding:
+    """Greatest distance of a logged command from the planned one of its instant."""
     assert run.tour is not None  # the row is for reports with a plan
-    if lack := _lacks_feed(run):
-        return lack
-    height, feeds = 0.0, []
+    place, places = 0.0, []
     for leg in run.tour.legs:
-        feeds.append((np.full(len(leg.lengths), height) if leg.feed is None else leg.feed)[:, None])
-        height = float(feeds[-1][-1, 0])
-    return worst_of(measure_plan_error(run, run.log.feed_commanded[:, None], feeds), run.log.time, _NAME)
+        planned = getattr(leg, motion.word)
+        places.append((np.full(len(leg.lengths), place) if planned is None else planned)[:, None])
+        place = float(places[-1][-1, 0])
+    found = measure_plan_error(run, getattr(run.log, f"{motion.word}_commanded")[:, None], places)
+    return worst_of(motion.arm(run.site) * found, run.log.time, motion.name)
+
+
+check_plan = _report(
+    "tracking", "commanded {motion.word} to the plan", _find_off_plan, unit="m", limit="command", planned=True
+)
 
 
 @report_as(
@@ -141,29 +210,31 @@ def check_leader(run: Evidence) -> Finding:
     return max(found, key=lambda item: item.value) if found else absent("the arm was on no way in or out")
 
 
-@report_as(
-    "axial_force", "hoist force error at rest over the force", unit="1", limit="axial_force_settled", applies=has_feed
-)
-def check_hoist_at_rest(run: Evidence) -> Finding:
-    """As `check_hoist`, for the settled records."""
-    return _find_hoist_error(run, settled=True)
-
-
-@report_as("axial_force", "hoist force error over the force", unit="1", limit="axial_force_moving", applies=has_feed)
-def check_hoist(run: Evidence) -> Finding:
-    """Greatest error of the hoist's force against weight and inertia of mast and arm, over the force of the instant."""
-    return _find_hoist_error(run, settled=False)
-
-
-def _find_hoist_error(run: Evidence, *, settled: bool) -> Finding:
-    if lack := _lacks_feed(run):
-        return lack
+def _find_effort_error(motion: _Motion, run: Evidence, *, settled: bool) -> Finding:
+    """Greatest error of the drive's effort against weight and inertia of mast and arm, over what there is of the instant."""
     rows, _ = run.expect(settled=settled)
     if not len(rows):
         return absent("the arm never settled")
-    expected = expect_hoist(run, settled=settled)
-    error = np.abs(run.log.feed_force[rows] - expected) / np.maximum(np.abs(expected), _LEAST_FORCE)
-    return worst_of(error[:, None], run.log.time[rows], _NAME)
+    expected = expect_hoist(run, settled=settled) if motion is _FEED else expect_slew(run, settled=settled)
+    scale = np.abs(expected) if motion is _FEED else np.linalg.norm(run.log.mast_reaction[rows, 3:], axis=1)
+    error = np.abs(getattr(run.log, f"{motion.word}_{motion.effort}")[rows] - expected)
+    return worst_of((error / np.maximum(scale, _LEAST_FORCE))[:, None], run.log.time[rows], motion.name)
+
+
+check_effort_at_rest = _report(
+    "axial_force",
+    "{motion.name_of_drive} {motion.effort} error at rest over the {motion.scale}",
+    partial(_find_effort_error, settled=True),
+    unit="1",
+    limit="axial_force_settled",
+)
+check_effort = _report(
+    "axial_force",
+    "{motion.name_of_drive} {motion.effort} error over the {motion.scale}",
+    partial(_find_effort_error, settled=False),
+    unit="1",
+    limit="axial_force_moving",
+)
 
 
 def expect_hoist(run: Evidence, *, settled: bool) -> Array:
@@ -175,10 +246,30 @@ def expect_hoist(run: Evidence, *, settled: bool) -> Array:
     return forces.reaction[:, 2] - touched + run.site.mast.mass * (run.site.gravity + lift)
 
 
-@report_as("actuator_force", "hoist force over rated force", unit="1", limit="actuator_force", applies=has_feed)
-def check_hoist_use(run: Evidence) -> Finding:
-    """Greatest force of the hoist over its rated one."""
-    return _lacks_feed(run) or worst_of(np.abs(run.log.feed_force)[:, None] / _hoist(run).force, run.log.time, _NAME)
+def expect_slew(run: Evidence, *, settled: bool) -> Array:
+    """Torque of the drive that turns the mast, from masses and motion, of the settled records or of all, N·m.
+
+    What touches the mast presses on its axis.
+    """
+    rows, forces = run.expect(settled=settled)
+    still = settled and not run.rings
+    spin = np.zeros(len(rows)) if still else run.turn_acceleration[rows]
+    return forces.reaction[:, 5] + run.site.mast.axial_inertia * spin
+
+
+def _find_use(motion: _Motion, run: Evidence) -> Finding:
+    """Greatest force or torque over the rated one."""
+    effort = np.abs(getattr(run.log, f"{motion.word}_{motion.effort}"))
+    return worst_of(effort[:, None] / getattr(motion.drive(run.site), motion.effort), run.log.time, motion.name)
+
+
+check_use = _report(
+    "actuator_force",
+    "{motion.name_of_drive} {motion.effort} over rated {motion.effort}",
+    _find_use,
+    unit="1",
+    limit="actuator_force",
+)
 
 
 @report_as("actuator_force", "guide force over rated force", unit="1", limit="actuator_force", applies=_has_rated_guide)

@@ -35,7 +35,7 @@ def check_kinematics(run: Evidence) -> Finding:
         q = chain.inputs_from_lengths(log.actual)
     except AssemblyError as error:
         return missing(str(error), error.module)
-    return worst_of(np.linalg.norm(log.nodes - chain.nodes(q) - run.lift, axis=-1), log.time, chain.truss.nodes)
+    return worst_of(np.linalg.norm(log.nodes - run.carry(chain.nodes(q)), axis=-1), log.time, chain.truss.nodes)
 
 
 @report_as(
@@ -88,7 +88,7 @@ def _unload(run: Evidence, picked: Index, left: NodeMotion) -> Array:
         lengths = log.actual[picked]
         for _ in range(_OIL_PASSES):
             lengths = log.actual[picked] - (bar / elastic.stiffness(lengths))[:, chain.truss.actuated]
-    return chain.nodes(chain.inputs_from_lengths(lengths)) + run.lift[picked]
+    return run.carry(chain.nodes(chain.inputs_from_lengths(lengths)), picked)
 
 
 @report_as("kinematics_agreement", "logged tool to its nodes", unit="m", limit="kinematics_agreement")

@@ -21,12 +21,14 @@ from vgtsim.web.tape import Tape
 PERIOD = 0.02  # s, of a cycle
 _BEHIND = 0.2  # s by which the loop may be late and catch up; what is more is lost, and the arm is so much later
 _SEEN = 100  # cycles over which their rate is told
+_EVERY = 2  # cycles between states while nobody commands: 25 pictures a second, as in a film, at half the page's work
 
 
 class LiveLoop:
-    """Drives a site's arm as the letters say, and sends its state after each cycle in which something changed.
+    """Drives a site's arm as the letters say, and sends its state where something changed.
 
-    The run goes on while it is played and a page is open. The site is one of `make_live`.
+    After a letter it is sent with the same cycle, otherwise with every second one. The run goes on while it is played and a page
+    is open. The site is one of `make_live`.
 
     Attributes:
         operation: Plant and controller.
@@ -43,11 +45,16 @@ class LiveLoop:
         store: Callable[[Piece], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
+        every: int = _EVERY,
     ) -> None:
-        """Stand at the start; a `store` is given the log, which is dropped without one, see `Plant`."""
+        """Stand at the start; a `store` is given the log, which is dropped without one, see `Plant`.
+
+        A state is sent `every` so many cycles, and after a letter at once.
+        """
         self.site, self.line, self.tape = site, line, tape
         self._store, self._clock, self._sleep = store or _drop, clock, sleep
         self.shown: deque[Shown] = deque(maxlen=1000)
+        self._every, self._waited, self._asked = every, 0, False
         self.pages = self.count = 0
         self.playing, self.said = True, ""
         self._limits = {"twist": 6, "goal": 6, "inputs": site.chain.straight.size, "lengths": len(site.truss.actuated)}
@@ -91,9 +98,10 @@ class LiveLoop:
             self._advance()
         else:
             self._cycles.clear()
-        if self._changed and self.line.ready:
+        self._waited += 1
+        if self._changed and self.line.ready and (self._asked or self._waited >= self._every):
             self.line.send(self.tell())
-            self._changed, self._arrived = False, 0.0
+            self._changed, self._asked, self._waited, self._arrived = False, False, 0, 0.0
 
     def _advance(self) -> None:
         self._changed = True
@@ -108,7 +116,8 @@ class LiveLoop:
 
     def take(self, letter: Letter) -> None:
         """Do what a letter says; what cannot be done is said, and changes nothing."""
-        self._changed = self._changed or not isinstance(letter, Shown)
+        self._asked = self._asked or not isinstance(letter, Shown)
+        self._changed = self._changed or self._asked
         try:
             match letter:
                 case Wish():

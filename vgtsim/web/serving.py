@@ -6,10 +6,12 @@ import contextlib
 import io
 import signal
 import sys
+import tempfile
 import threading
 import time
 from math import nan
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
 import viser
@@ -18,6 +20,7 @@ from vgtsim.description import Scene
 from vgtsim.output.colours import scale_end
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
+from vgtsim.web.client import open_client
 from vgtsim.web.controls import Controls
 from vgtsim.web.display import Display, Sight
 from vgtsim.web.letters import Letter, LiveState, Pages, Served, Shown
@@ -33,8 +36,8 @@ def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int) -> Non
     """Serve a page until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, which closes the pipe
     sys.setswitchinterval(_TURN)
-    with contextlib.redirect_stdout(io.StringIO()):  # of viser
-        page = Page(pipe, Site(scene), host, port)
+    with contextlib.redirect_stdout(io.StringIO()), tempfile.TemporaryDirectory() as folder:  # what viser prints
+        page = Page(pipe, Site(scene), open_client(host, port, f"vgtsim: {scene.task.name}", Path(folder)))
         with contextlib.suppress(EOFError, OSError):
             while True:
                 page.show(pipe.recv())
@@ -44,11 +47,11 @@ def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int) -> Non
 class Page:
     """Display and controls in one server, at the page's end of the pipe."""
 
-    def __init__(self, pipe: Connection[Any, Any], site: Site, host: str, port: int) -> None:
-        """Begin to serve."""
+    def __init__(self, pipe: Connection[Any, Any], site: Site, server: viser.ViserServer) -> None:
+        """Fill a server and say that it serves."""
         self._pipe, self._site, self._lock, self._delay = pipe, site, threading.Lock(), nan
         self._answered = False  # whether the last state followed a command
-        self.server = viser.ViserServer(host, port, label=f"vgtsim: {site.task.name}", verbose=False)
+        self.server = server
         end = scale_end(_SCALE * solve_members(site.load_model, site.chain.nodes(site.start)).near_axial)
         with self.server.atomic():
             self._display = Display(self.server, site, end)

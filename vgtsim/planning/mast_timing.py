@@ -1,4 +1,4 @@
-"""A fed way in time, inside the limits of cylinders and mast.
+"""Ways on which the mast moves, in time, inside the limits of cylinders and mast.
 
 While the mast is fed the rates of different actuators take turns, and a way that is slow enough everywhere for its sharpest
 bend would take twice the time. So a fed way has a speed of its own at each place: see `_pace`.
@@ -25,14 +25,14 @@ _WINDOW = 9  # places that a speed is averaged over, three times: 0.1 m of 20; w
 
 
 @dataclass(frozen=True)
-class FeedLimits:
-    """Greatest speed, m/s, and acceleration, m/s², of the mast's feed."""
+class MastLimits:
+    """Greatest speed and acceleration of the mast: of its feed, m/s and m/s², or of its turn, rad/s and rad/s²."""
 
     rate: float
     acceleration: float
 
 
-def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits, mast: FeedLimits) -> TimedPath:
+def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits, mast: MastLimits) -> TimedPath:
     """Time splines of inputs and of the mast's feed, m, over 0 to 1, inside the limits of cylinders and mast."""
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 
@@ -50,9 +50,25 @@ def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits,
         return np.concatenate([chain.lengths(spline(place)), feed(place)[:, None]], axis=1)
 
     time = np.linspace(0.0, 1.0, 4 * _FED_GRID)
-    duration *= overrun(pull(time), time[1] * duration, rates, accelerations)
+    duration *= overrun(pull(time), time[1] * duration, rates, accelerations)[0]
     return TimedPath(
         curve=spline, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration, feed=feed
+    )
+
+
+def time_turn(q: Array, first: float, last: float, mast: MastLimits) -> TimedPath:
+    """An arm of inputs, shape (n,), that keeps its shape while the mast turns from an angle to another, rad."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
+
+    ends, reach = np.array([0.0, 1.0]), abs(last - first) / mast.rate
+    fraction, duration = ramp_profile(reach, 1.875 * mast.rate / mast.acceleration)
+    return TimedPath(
+        curve=make_interp_spline(ends, np.array([q, q]), k=1),
+        parameter=make_interp_spline(reach * ends, ends, k=1),
+        fraction=fraction,
+        reach=reach,
+        duration=duration,
+        turn=make_interp_spline(ends, np.array([first, last]), k=1),
     )
 
 

@@ -1,0 +1,44 @@
+"""Viser's client in a server of its own, with a word ahead of it to browsers that draw without a graphics card."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import viser
+from viser import ViserServer, infra
+
+_HEAD = "<head>"
+
+
+def make_client() -> str:
+    """The page of viser's client, whose edges are not smoothed where pixels are worked out by a processor.
+
+    Smoothing is two fifths of what such a picture costs.
+    """
+    page = (_find_folder() / "index.html").read_text(encoding="utf-8")
+    return page.replace(_HEAD, _HEAD + files("vgtsim.web").joinpath("pages", "software.html").read_text("utf-8"), 1)
+
+
+def open_client(host: str, port: int, label: str, folder: Path) -> ViserServer:
+    """A viser server at an address that gives `make_client`, which is written to a folder.
+
+    Viser has no setting for its page, so the folder of the page is changed between the server's making and its start.
+    """
+    (folder / "index.html").write_text(make_client(), encoding="utf-8")
+    start = infra.WebsockServer.start
+
+    def start_here(server: Any) -> None:
+        server._http_server_root = folder
+        start(server)
+
+    infra.WebsockServer.start = start_here  # pyright: ignore[reportAttributeAccessIssue]
+    try:
+        return ViserServer(host, port, label=label, verbose=False)
+    finally:
+        infra.WebsockServer.start = start
+
+
+def _find_folder() -> Path:
+    return Path(viser.__file__).parent / "client" / "build"
