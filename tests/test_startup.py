@@ -9,6 +9,8 @@ import pytest
 import scipy
 from packaging.version import Version
 
+import vgtsim
+
 SCIPY = {f"scipy.{part}" for part in ("interpolate", "optimize", "signal", "spatial")}
 if Version(scipy.__version__) >= Version("1.17"):  # before that, `scipy.linalg` loads it by itself
     SCIPY.add("scipy.sparse")
@@ -52,3 +54,8 @@ def test_what_has_no_model_and_draws_nothing_loads_neither(room):
 
 def test_the_model_of_an_arm_needs_no_mesh_and_no_plot():
     assert not find_loaded("import vgtsim.mjcf, vgtsim.plant") & (SCIPY | DRAWING)
+
+
+def test_the_package_runs_as_a_module():
+    done = subprocess.run([sys.executable, "-m", "vgtsim", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.split()[-1] == vgtsim.__version__

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from vgtsim.logfiles import (
     write_text,
 )
 from vgtsim.replacing import flush_to_disk
-from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, RunLog, join_pieces
+from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, Revision, RunLog, join_pieces
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -86,6 +86,8 @@ class LogWriter:
         """Add what is left, and how the run ended: the log is whole then."""
         self.write({name: getattr(rest, name) for name in _list_known(rest)})
         end = {"warnings": list(rest.warnings), "performance": rest.performance, "stopped": rest.stopped}
+        if rest.revisions:
+            end["revisions"] = [asdict(revision) for revision in rest.revisions]
         write_text(self.folder / END, {"records": self._records} | end)
 
     @staticmethod
@@ -118,6 +120,7 @@ class LogBook:
     files: tuple[Path, ...] = field(repr=False)
     edges: NDArray[np.intp] = field(repr=False)  # first record of each file, and their count
     contacts: Piece = field(repr=False)
+    revisions: tuple[Revision, ...] = ()
 
     @property
     def count(self) -> int:
@@ -140,6 +143,7 @@ class LogBook:
             versions=self.versions,
             digests=self.digests,
             stopped=self.stopped,
+            revisions=self.revisions,
         )
 
 
@@ -180,6 +184,7 @@ def open_log(folder: str | Path) -> LogBook:
         warnings=tuple(end["warnings"]) if end else (),
         performance=end["performance"] if end else _guess_performance(scene, records),
         stopped=_say_lacks(scene, records, end),
+        revisions=end["revisions"] if end else (),
         files=files,
         edges=np.cumsum([0, *counts]),
         contacts={

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
 from vgtsim.replacing import replacing
-from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece
+from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, Revision
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -28,6 +28,7 @@ _ENTRIES: dict[str, dict[str, type]] = {
     BEGIN: {"scene": dict, "versions": dict, "digests": dict},
     END: {"records": int, "warnings": list, "performance": dict, "stopped": str},
 }
+_MAY_LACK = {END: {"revisions"}}  # entries of logs in which a tour was planned anew
 PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
 _RECORDED = {name: form for name, form in ARRAYS.items() if form[1][0] == "T"}
 TOUCHES = "contact_time", "contact_pair", "contact_distance", "contact_force", "contact_point"
@@ -184,7 +185,7 @@ def read_text(file: Path) -> dict[str, Any]:
         if not isinstance(data.get(name), kind):
             found = type(data[name]).__name__ if name in data else "nothing"
             raise DescriptionError(file, name, found, f"{kind.__name__}, as a log of this version of vgtsim has it")
-    for name in set(data) - set(wanted):
+    for name in set(data) - set(wanted) - _MAY_LACK.get(file.name, set()):
         raise DescriptionError(file, name[:80], "an unknown entry", f"one of {', '.join(wanted)}")
     texts = [*enumerate(data.get("warnings", [])), *data.get("versions", {}).items(), *data.get("digests", {}).items()]
     for name, value in texts:
@@ -192,7 +193,20 @@ def read_text(file: Path) -> dict[str, Any]:
             raise DescriptionError(file, str(name), str(value)[:80], "a text")
     if "performance" in wanted:
         data["performance"] = _read_performance(file, data["performance"])
+    if file.name == END:
+        data["revisions"] = _read_revisions(file, data.get("revisions", []))
     return data
+
+
+def _read_revisions(file: Path, found: Any) -> tuple[Revision, ...]:
+    """When a tour was planned anew."""
+    try:
+        rows = [Revision(float(item["time"]), int(item["leg"]), int(item["row"])) for item in found]
+    except (TypeError, ValueError, KeyError, OverflowError):
+        raise DescriptionError(file, "revisions", str(found)[:80], "rows of `time`, `leg` and `row`") from None
+    if not all(0 <= item.time <= _LONGEST and item.leg >= 0 and item.row >= 0 for item in rows):
+        raise DescriptionError(file, "revisions", str(found)[:80], "instants and rows of a tour")
+    return tuple(rows)
 
 
 def _read_performance(file: Path, found: Mapping[str, Any]) -> dict[str, float]:

@@ -163,6 +163,14 @@ class Proximity:
         payload = np.append(parts, len(self._radii) + count)
         return replace(found, body=payload[found.body])
 
+    def leave_out(self, found: Clearance, time: NDArray[np.float64] | float) -> Clearance:
+        """Distances at times of the run, shape (...), s, of which those from things that had not appeared yet are infinite."""
+        since = np.array([self.site.tank.appearances.get(place, 0.0) for place in found.places])
+        if not since.any():
+            return found
+        there = since <= np.asarray(time)[..., None]
+        return replace(found, distance=np.where(there, found.distance, np.inf))
+
     def by_module(self, nodes: Array, tool: Array) -> tuple[Array, tuple[str, ...]]:
         """Distances of each module from tank, riser, equipment and waste, shape (..., K, P), m, and the names of the places."""
         site, found = self.site, []

@@ -36,6 +36,15 @@ MAY_BE_EMPTY = (
 
 
 @dataclass(frozen=True)
+class Revision:
+    """An instant at which what appeared in the tank made a tour be planned anew: its time, s, and row of the leg of an index."""
+
+    time: float
+    leg: int
+    row: int
+
+
+@dataclass(frozen=True)
 class RunLog:
     """Records of one run; T records, N nodes, M members, J actuators, C contacts.
 
@@ -66,6 +75,7 @@ class RunLog:
         stopped: Why the run ended early, or an empty string.
         digests: Of the `description` (scene, arm and tank), the `programme` (the timed lengths of a tour) and the `code` of
             this package; empty in logs of versions that made none.
+        revisions: When the tour was planned anew; empty in most runs.
         saturation: What each cylinder had reached since the record before, bits of 1 flow or speed, 2 force or
             pressure, 4 stroke and 8 cavity, shape (T, J); empty in logs of versions that did not look.
         target: Where an operator wanted the tool: position, m, and direction, shape (T, 6); empty in other runs.
@@ -103,6 +113,7 @@ class RunLog:
     versions: dict[str, str]
     stopped: str = ""
     digests: dict[str, str] = field(default_factory=dict)
+    revisions: tuple[Revision, ...] = ()
     saturation: Annotated[NDArray[np.int64], "i", "TJ"] = field(
         default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
     )

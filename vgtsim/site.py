@@ -72,12 +72,13 @@ class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
     `heights` are those of the waste in the diggings, shape (P,), m, where some of it is cut away already; the mast is turned by
-    an angle, rad.
+    an angle, rad. What appears in the tank after the time `until`, s, is not known yet to what is planned.
     """
 
     scene: Scene
     heights: Array | None = None
     turn: float = 0.0
+    until: float = 0.0
 
     def __post_init__(self) -> None:
         """Look up the places of goals.
@@ -299,7 +300,7 @@ class Site:
         task, sag = self.task, self._sag if self.sags else None
         return Surroundings(
             chain=self.chain,
-            tank=self.tank,
+            tank=self.tank.known_at(self.until),
             payload_radius=task.payload.radius,
             mast_radius=task.mast.outer_diameter / 2,
             sag=sag,
@@ -313,6 +314,13 @@ class Site:
         object.__setattr__(later, "heights", heights)
         for name in ("bed", "surroundings"):
             later.__dict__.pop(name, None)
+        return later
+
+    def learn(self, until: float) -> Site:
+        """The same site with what has appeared in the tank up to a time of the run, s."""
+        later = copy(self)
+        object.__setattr__(later, "until", until)
+        later.__dict__.pop("surroundings", None)
         return later
 
     def _sag(self, nodes: Array) -> Array:

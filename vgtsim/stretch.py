@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.runlog import BESIDE, Array, RunLog
+from vgtsim.runlog import BESIDE, Array, Revision, RunLog
 
 _LENGTH = 3000  # records: two minutes of a shipped scene, of which verification makes some 200 MB
 _OVERVIEW = 6000  # records: what plots can show, and some more
@@ -38,6 +38,9 @@ class LogSource(Protocol):
     def digests(self) -> dict[str, str]:
         """Digests of the description and the programme, by name."""
         ...
+
+    @property
+    def revisions(self) -> tuple[Revision, ...]: ...  # noqa: D102
 
     def read(self, first: int, stop: int, every: int = 1) -> RunLog:
         """The records from one to before another, or every so many of them, with all contacts."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -60,6 +61,26 @@ def test_all_faults_of_a_scene_and_its_files_are_listed(tmp_path):
         "tip_plate.tool_offset: found nothing",
     ):
         assert words in said
+
+
+@pytest.mark.parametrize(
+    ("key", "wrong", "words"),
+    [
+        (
+            'do = "hold"',
+            'do = "holds"',
+            r"mission\.5\.do: found 'holds'; allowed: one of insert, .*; did you mean 'hold'\?",
+        ),
+        ('do = "hold"', "", r"mission\.5\.do: found nothing; allowed: this key"),
+        ('goal = "aside"', 'goals = "aside"', r"mission\.2: unknown key 'goals'; did you mean 'goal'\?"),
+        ('time = { value = "5 s"', 'time = { value = "5 m"', r"mission\.5\.time: found '5 m'"),
+    ],
+)
+def test_a_wrong_step_of_a_mission_is_told_by_its_place(tmp_path, key, wrong, words):
+    shipped = list_shipped("scene")["type_ii_mission"]
+    file = tmp_path / "mission.toml"
+    file.write_text(shipped.read_text(encoding="utf-8").replace(key, wrong), encoding="utf-8")
+    assert any(re.search(words, str(fault)) for fault in list_faults(file, "scene"))
 
 
 def test_a_file_of_no_kind_is_refused(tmp_path):

@@ -126,3 +126,12 @@ def test_an_opened_dome_has_a_hole_as_wide_as_the_riser():
 def test_a_riser_at_the_edge_of_the_dome_is_refused():
     with pytest.raises(DescriptionError, match=r"riser_42in\.radius.*stands on the dome"):
         enclosure_distance(beside(11.2, 0.0), PROFILE, np.zeros(3))
+
+
+def test_the_pipe_of_a_riser_stands_on_the_dome_not_its_bore_alone():
+    """The dome ends where the haunch begins; half a wall beyond that is too far."""
+    edge = PROFILE.pieces[-1].start[0] - BORE
+    wall = TANK.arm_riser.wall
+    with pytest.raises(DescriptionError, match=rf"at most {edge - wall:.4g} m"):
+        enclosure_distance(beside(edge - wall / 2, 0.0), PROFILE, np.zeros(3))
+    enclosure_distance(beside(edge - 1.1 * wall, 0.0), PROFILE, np.zeros(3))

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 
+from vgtsim.description.waste import Mound
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import bend_start
 from vgtsim.mjcf import build_model, load_model, names, qpos_from_nodes, write_scene_files
 from vgtsim.mjcf.files import measure_sag
+from vgtsim.mjcf.keyframes import withdrawn_poses
 from vgtsim.mjcf.rigging import contact_bits
 from vgtsim.site import Site
 from vgtsim.statics.loads import make_load_model
@@ -83,6 +87,17 @@ def test_keyframes_touch_nothing(model):
         mujoco.mj_forward(model, data)
         touching = {(model.geom(c.geom[0]).name, model.geom(c.geom[1]).name) for c in data.contact if c.dist <= 0}
         assert not touching, model.key(key).name
+
+
+def test_a_straight_arm_hangs_over_the_top_of_uneven_waste(reach_scene):
+    """A mound on the axis lifts the keyframe by its height at the nearest of the bed's heights, which is its top."""
+    level, tank = Site(reach_scene), reach_scene.tank
+    mound = Mound(radius=0.0, azimuth=0.0, height=0.8, foot=2.0)
+    waste = tank.waste.model_copy(update={"mounds": (mound,)})
+    uneven = Site(replace(reach_scene, tank=tank.model_copy(update={"waste": waste})))
+    lifted = withdrawn_poses(uneven)["straight"][1] - withdrawn_poses(level)["straight"][1]
+    assert lifted == pytest.approx(0.8, abs=1e-9)
+    assert withdrawn_poses(uneven)["stowed"][1] == withdrawn_poses(level)["stowed"][1]
 
 
 def test_neighbours_never_meet_and_others_do():

@@ -69,12 +69,24 @@ def tank(
 ) -> None:
     """Write a shipped tank under a name of its own, with plain figures, and what is known of each as a comment."""
     from vgtsim.description import find_file
-    from vgtsim.description.toml_file import read_toml
+    from vgtsim.description.files import read_tables
 
     name = _prepare(file, force)
     kind = _ask("Type of tank", kind, "type_ii")
-    data = read_toml(find_file(kind, "tank"))
-    _write("tank.toml", file, name=name, kind=kind, title=_plain(data["title"]), tables=list(_tables(data)))
+    shipped = find_file(kind, "tank")
+    data = read_tables(shipped, "tank")
+    _copy_meshes(data, shipped.parent, file.parent, force)
+    plain = [item for item in data.items() if not isinstance(item[1], list) and not _is_table(item[1])]
+    figures = [_line(item) for item in plain if item[0] not in ("name", "title")]
+    _write(
+        "tank.toml",
+        file,
+        name=name,
+        kind=kind,
+        title=_plain(data["title"]),
+        figures=figures,
+        tables=list(_tables(data)),
+    )
     _follow_up(file, f"vgtsim new scene my_scene.toml --tank {file}")
 
 
@@ -89,11 +101,14 @@ def scene(
     riser: Annotated[str | None, typer.Option(help="Riser of the tank to hang in [default: the arm's own].")] = None,
     pivot_depth: Annotated[str, typer.Option(help="Of the arm's base face below the tank's crown.")] = "1.75 m",
     goals: Annotated[int, typer.Option(min=1, max=16, help="Goals to look for.")] = 4,
+    mission: Annotated[
+        bool, typer.Option("--mission", help="A whole mission: in through the riser, to the goals, and out.")
+    ] = False,
     force: Force = False,
 ) -> None:
     """Write a scene with goals that the arm comes to: over the waste, at the wall, beside equipment."""
     from vgtsim.errors import DescriptionError
-    from vgtsim.planning.drafting import choose_goals, sample_goals
+    from vgtsim.planning.drafting import choose_goals, draft_feed, sample_goals
     from vgtsim.site import Site
 
     name = _prepare(file, force)
@@ -101,6 +116,7 @@ def scene(
     load = _quantity("--payload", _ask("Payload", payload, "1000 lb"), "kg")
     depth = _quantity("--pivot-depth", pivot_depth, "m")
     drafted, tables = _draft_scene(file, name, (arm, tank), load, depth, riser)
+    feed = draft_feed(Site(drafted)) if mission else None
     with ERR.status("looking for goals"):
         chosen = choose_goals(Site(drafted), goals)
         if not chosen:
@@ -119,6 +135,7 @@ def scene(
         arm=_beside(arm, file),
         tank=_beside(tank, file),
         mast=task.mast,
+        feed=feed,
         payload=f"{load:.6g}",
         goals=[{"name": tables[k]["name"], "at": ", ".join(_entries(tables[k]["at"]))} for k in chosen],
     )
@@ -242,11 +259,27 @@ def _beside(name: str, file: Path) -> str:
     return os.path.relpath(name, file.parent) if os.path.isfile(name) else name
 
 
+def _copy_meshes(data: dict[str, Any], source: Path, target: Path, force: bool) -> None:
+    """Put the meshes that a tank's tables name beside its new file, and their names into the tables."""
+    from shutil import copyfile
+
+    from vgtsim.description.mesh_file import list_meshes
+    from vgtsim.errors import DescriptionError
+
+    for mesh in list_meshes(data):
+        there, here = source / mesh["file"], target / Path(mesh["file"]).name
+        if here.exists() and not force and here.read_bytes() != there.read_bytes():
+            raise DescriptionError(here, "", "a file that is there", "a new file, or --force")
+        copyfile(there, here)
+        mesh["file"] = here.name
+        list_files(here)
+
+
 def _tables(data: dict[str, Any]) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
     """Tables of a file of a tank with a heading each: keys, values as TOML, and notes."""
     for key, entry in data.items():
         several = isinstance(entry, list)
-        if key == "risers" or not (several or _is_table(entry)):  # risers besides the arm's own do not matter to an arm
+        if not (several or _is_table(entry)):
             continue
         tables: list[dict[str, Any]] = entry if several else [entry]
         for table in tables:

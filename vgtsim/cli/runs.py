@@ -104,7 +104,7 @@ def _play(site: Site, programme: _Programme, folder: Path, *, resume: bool) -> t
         programme.record(site, writer)
     log = open_log(folder / LOG)
     with ERR.status("verifying"):
-        return log, judge(site, log, programme.plan(log))
+        return log, judge(site, log, programme.plan(site, log))
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class _Programme:
     pose: NDArray[np.float64]
     begin: Callable[[Site, Path, bool], LogWriter]
     record: Callable[[Site, LogWriter], None]
-    plan: Callable[[LogSource], PlannedTour]
+    plan: Callable[[Site, LogSource], PlannedTour]
 
 
 def _prepare(sites: Sequence[Site]) -> list[_Programme]:
@@ -130,7 +130,7 @@ def _prepare(sites: Sequence[Site]) -> list[_Programme]:
             pose=site.start,
             begin=lambda site, folder, resume: begin_operation(site, folder, resume=resume),
             record=record_operation,
-            plan=lambda log: rehearse(site, log),
+            plan=rehearse,
         )
         return [programme]
     with ERR.status("planning the tour"):
@@ -138,13 +138,14 @@ def _prepare(sites: Sequence[Site]) -> list[_Programme]:
 
 
 def _programme(tour: Tour) -> _Programme:
+    from vgtsim.planning import revise_as_run
     from vgtsim.plant import begin_log, record
 
     return _Programme(
         pose=tour.legs[0].q,
         begin=lambda site, folder, resume: begin_log(site, tour, folder, resume=resume),
         record=lambda site, writer: record(site, tour, writer),
-        plan=lambda _: tour,
+        plan=lambda site, log: revise_as_run(site, tour, log.revisions),
     )
 
 
@@ -182,6 +183,7 @@ def verify(
 ) -> None:
     """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
     from vgtsim.output import find_results, list_runs, prepare_folder, write_mission, write_pdf, write_reports
+    from vgtsim.plant import carry_waste
     from vgtsim.site import Site
     from vgtsim.verification import PhaseRun, join_phases
     from vgtsim.verification import verify as judge
@@ -197,7 +199,8 @@ def verify(
     runs = []
     for index, ((place, _, log), site, (_, notes)) in enumerate(zip(loaded, sites, found, strict=True)):
         with ERR.status("verifying"):
-            report = judge(site, log, programmes[index].plan(log) if programmes else None, (*notes, *more))
+            here = carry_waste(site, runs[-1].log) if runs else site
+            report = judge(here, log, programmes[index].plan(here, log) if programmes else None, (*notes, *more))
         write_reports(site, log, report, prepare_folder(place))
         runs.append(PhaseRun(site, log, report))
     report, missing = runs[0].report, None

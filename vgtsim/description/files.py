@@ -17,7 +17,7 @@ from vgtsim.description.modules import KINDS
 from vgtsim.description.motion import BENDS, POSTURE, WORD
 from vgtsim.description.operator import OperatorCommand, load_commands
 from vgtsim.description.scene import Scene, SceneFile
-from vgtsim.description.schema import UNKNOWN_KEY, Description, Provenance
+from vgtsim.description.schema import UNKNOWN_KEY, Description, Provenance, near
 from vgtsim.description.shipped import Kind, find_file
 from vgtsim.description.study import AXES, VERBS, Study, StudyFile
 from vgtsim.description.tank import Tank
@@ -31,6 +31,9 @@ _Model = TypeVar("_Model", bound=Description)
 
 _BASES = 16  # files that a scene or a tank may stand on, one over the other
 _CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES, BENDS, POSTURE, WORD}  # a union adds the choice to the path of an error
+_KINDS = {"union_tag_invalid", "union_tag_not_found"}  # names that pydantic has for a table of no known kind
+_NEEDED = "this key, which is needed"
+_STEPS = ("mission",)  # the same, behind the index of a step: its name may also be a key
 _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
@@ -296,14 +299,28 @@ def translate_all(error: ValidationError, file: Path | None, prefix: str = "") -
     """Turn each of pydantic's complaints into ours."""
     found = []
     for item in error.errors(include_url=False):
-        path = [str(part) for part in item["loc"] if part not in _CHOICES]
+        place = item["loc"]
+        path = [
+            str(part) for k, part in enumerate(place) if part not in _CHOICES and not (k > 1 and place[k - 2] in _STEPS)
+        ]
         # those of a whole table say themselves what they found
         whole = item["type"] in ("value_error", UNKNOWN_KEY) and isinstance(item["input"], dict)
         there = "nothing" if item["type"] == "missing" else "" if whole else _short(item["input"])
-        allowed = "this key, which is needed" if item["type"] == "missing" else item["msg"]
+        allowed = _NEEDED if item["type"] == "missing" else item["msg"]
+        if item["type"] in _KINDS and "ctx" in item:  # of several tables, told apart by one key
+            path.append(item["ctx"]["discriminator"].strip("'"))
+            there, allowed = _tell_kinds(item["ctx"])
         key = ".".join([prefix, *path] if prefix else path)
         found.append(DescriptionError(file, key, there, allowed.removeprefix("Value error, ")))
     return found
+
+
+def _tell_kinds(context: dict[str, str]) -> tuple[str, str]:
+    """The kind of table that was read, and the known ones."""
+    if "tag" not in context:
+        return "nothing", _NEEDED
+    tag, names = context["tag"], [name.strip("'") for name in context["expected_tags"].split(", ")]
+    return repr(tag), f"one of {', '.join(names)}{near(tag, names)}"
 
 
 def _short(value: Any) -> str:

@@ -309,6 +309,11 @@ class Scene:
         if self.task.phase is None:
             self._check_mission()
         self._check_cuts()
+        if tank.appearances and (self.task.operator is not None or self.task.mission):
+            found = f"{next(iter(tank.appearances))}, which appears during the run"
+            raise self.error(
+                "tank", found, "what is there from the beginning, or a tour of goals, whose way is planned anew"
+            )
         if not 0 < self.pivot_height < tank.shell.crown:
             found = f"{mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m"
             allowed = f"a depth that leaves the pivot inside the tank, 0 to {tank.shell.crown:.4g} m"

@@ -12,7 +12,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, model_validator
 
-from vgtsim.description.figures import Angle, Force, Gap, Length, Size
+from vgtsim.description.figures import Angle, Force, Gap, Length, Size, Wait
 from vgtsim.description.schema import Description, Name, Provenance, Title, closest
 from vgtsim.description.waste import Waste
 from vgtsim.units import to_si
@@ -37,6 +37,7 @@ class Shell(Description):
         profile: Rows of height and radius, from [0, 0] to the edge of the dome cap, a part of a sphere that ends at `crown`. They
             take the place of `inner_diameter`, `dish_depth` and `wall_top`. Corners are rounded by arcs of `knuckle_radius` up to
             where the tank is widest, and of `haunch_radius` above; absent, 5 cm.
+        open: A test stand above ground: wall and dome are the space that the arm has to stay in, and are not drawn.
     """
 
     profile: tuple[tuple[Gap, Gap], ...] | None = Field(default=None, min_length=3, max_length=1000)
@@ -49,6 +50,7 @@ class Shell(Description):
     dome_thickness: Size
     liner_thickness: Size
     soil_cover: Gap
+    open: bool = False
 
     @model_validator(mode="before")
     @classmethod
@@ -130,6 +132,7 @@ class Equipment(Description):
         bottom: Absent when it stands on the floor.
         top: Absent when it hangs from the dome.
         top_radius: Of the upper end of an axis that leans, with `top_azimuth`; absent, those of the lower end.
+        appears: Time of the run at which it comes in; nothing is planned for it before. Absent, it is there from the beginning.
     """
 
     name: Name
@@ -140,6 +143,7 @@ class Equipment(Description):
     top: Length | None = None
     top_radius: Gap | None = None
     top_azimuth: Angle | None = None
+    appears: Wait | None = None
     count: int | None = _COUNT
     first: int = _FIRST
 
@@ -167,6 +171,7 @@ class Box(Description):
         heading: Of its length from +x about +z; absent, away from the tank axis.
         bottom: Absent when it stands on the floor.
         top: Absent when it hangs from the dome.
+        appears: As that of equipment.
     """
 
     name: Name
@@ -177,6 +182,7 @@ class Box(Description):
     heading: Angle | None = None
     bottom: Gap | None = None
     top: Length | None = None
+    appears: Wait | None = None
     count: int | None = _COUNT
     first: int = _FIRST
 
@@ -199,6 +205,7 @@ class MeshThing(Description):
         heading: Of the mesh's x axis from +x about +z; absent, away from the tank axis.
         height: Of the mesh's origin; absent, its lowest point stands on the floor.
         parts: Corners of its convex parts about its origin; the file gives them, or they take its place.
+        appears: As that of equipment.
     """
 
     name: Name
@@ -209,6 +216,7 @@ class MeshThing(Description):
     heading: Angle | None = None
     height: Length | None = None
     parts: tuple[Part, ...] = Field(default=(), max_length=1000)
+    appears: Wait | None = None
     count: int | None = _COUNT
     first: int = _FIRST
 
@@ -321,6 +329,21 @@ class Tank(Description):
         """Everything in the tank that has a name: cylinders and then solids, rings taken apart."""
         return (*self.standing, *self.solids)
 
+    @property
+    def appearances(self) -> dict[str, float]:
+        """When each thing appears that is not there from the beginning, s, by its name."""
+        return {item.name: item.appears for item in self.things if item.appears is not None}
+
+    def known_at(self, time: float) -> Tank:
+        """The tank without the things that appear after a time of the run, s."""
+        if all(when <= time for when in self.appearances.values()):
+            return self
+        kept = {
+            kind: tuple(item for item in getattr(self, kind) if (item.appears or 0.0) <= time)
+            for kind in ("equipment", "boxes", "meshes")
+        }
+        return self.model_copy(update=kept)
+
     def enter_by(self, name: str | None) -> Tank:
         """The tank with another of its risers as the arm's; its own stays among the risers.
 
@@ -338,7 +361,9 @@ class Tank(Description):
     @model_validator(mode="after")
     def _contents_fit(self) -> Tank:
         if self.waste.level >= self.shell.wall_top:
-            raise ValueError(f"waste.level below the top of the wall, {self.shell.wall_top:.4g} m")
+            raise ValueError(
+                f"waste.level below the top of the wall, {self.shell.wall_top:.4g} m, not {self.waste.level:.4g} m"
+            )
         inner = self.shell.inner_diameter / 2
         for item in (self.arm_riser, *self.risers, *self.equipment, *self.boxes, *self.meshes):
             if item.radius >= inner:
@@ -351,6 +376,9 @@ class Tank(Description):
         for item in (self.arm_riser, *self.risers):
             if item.bore >= inner:
                 raise ValueError(f"{item.name}: bore of {item.bore:.4g} m below the tank radius {inner:.4g} m")
+            aside = item.radius + item.bore / 2 + item.wall
+            if aside > inner:
+                raise ValueError(f"{item.name}: a pipe inside the tank radius {inner:.4g} m; it comes to {aside:.4g} m")
         parts = [self.arm_riser, *self.risers, *self.things, *(item for item in (self.guide, self.clamp) if item)]
         taken = [item.name for item in parts] + ["shell", "riser", "waste"]
         if len(set(taken)) != len(taken):

@@ -42,14 +42,15 @@ def find_mouth(tank: Tank, profile: Profile) -> Array:
     """The arm riser's mouth on the dome, shape (6,), m, see `gaps`.
 
     Raises:
-        DescriptionError: The riser does not stand on the dome: it meets its edge or the haunch.
+        DescriptionError: The riser's pipe does not stand on the dome: it meets its edge or the haunch.
     """
     riser, dome = tank.arm_riser, profile.pieces[-1]
     bore, edge = riser.bore / 2, dome.start[0]
-    if riser.radius + bore > edge:
-        found = f"{riser.radius:.4g} m, a bore that comes {riser.radius + bore:.4g} m from the tank's axis"
+    pipe = bore + riser.wall
+    if riser.radius + pipe > edge:
+        found = f"{riser.radius:.4g} m, a pipe that comes {riser.radius + pipe:.4g} m from the tank's axis"
         raise DescriptionError(
-            None, f"{riser.name}.radius", found, f"at most {edge - bore:.4g} m: the arm's riser stands on the dome"
+            None, f"{riser.name}.radius", found, f"at most {edge - pipe:.4g} m: the arm's riser stands on the dome"
         )
     return np.array([bore, profile.rim(bore, riser.radius), dome.centre[1], *riser.place, dome.radius])
 

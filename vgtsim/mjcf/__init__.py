@@ -8,7 +8,7 @@ from vgtsim.mjcf.pit import show_pit
 from vgtsim.mjcf.pose import MastPose, PoseMap, fill_qpos, make_mast_pose, make_pose_map, qpos_from_nodes
 from vgtsim.mjcf.rows import load_model, retime, select_drive, stiffen
 from vgtsim.mjcf.sections import SectionPose, make_section_pose
-from vgtsim.mjcf.tank import lower_waste
+from vgtsim.mjcf.tank import lower_waste, show_things
 
 __all__ = [
     "MastPose",
@@ -30,6 +30,7 @@ __all__ = [
     "retime",
     "select_drive",
     "show_pit",
+    "show_things",
     "stiffen",
     "withdrawn_poses",
     "write_arm_files",

@@ -62,11 +62,13 @@ def _within_strokes(chain: Chain, q: Array) -> bool:
 def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:
     """Inputs and lift of the mast, m, of the two keyframes that do not fit under a mast at its working depth.
 
-    Stowed: the tool at the crown, all of the arm in and above the riser. Straight: the tool a metre above the waste;
+    Stowed: the tool at the crown, all of the arm in and above the riser. Straight: the tool a metre above the waste's top;
     what is still in the riser has to be stowed.
     """
     chain, arm, pivot, crown = site.chain, site.arm, site.scene.pivot_height, site.tank.shell.crown
-    low = site.tank.waste.level + site.task.payload.radius + _WASTE_GAP
+    bed = site.surroundings.obstacles.bed
+    top = site.tank.waste.level if bed is None else float(bed.heights.max())
+    low = top + site.task.payload.radius + _WASTE_GAP
     q, height = np.array(chain.straight), low + arm.tip_plate.tool_offset
     faces = chain.frames(chain.straight)[1]
     active = len(chain.layout.names)

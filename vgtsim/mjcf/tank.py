@@ -46,6 +46,7 @@ FRONT_COVER_GROUP = 5  # front half of dome, soil and risers
 POOL = f"{names.TANK}/waste/pool"  # mesh of the waste that is seen
 _PARTS = 8  # bodies around the axis for each part of the shell
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
+_COVERS = ("liner", "wall", "dome", "soil")  # which an open stand has not
 
 _COLOURS = {
     "liner": (0.62, 0.65, 0.68, 1.0),
@@ -161,6 +162,17 @@ def lower_waste(model: mujoco.MjModel, diggings: Diggings, heights: Array) -> No
         whole[shown[field.name]] = np.reshape(heights, diggings.shape).T / field.size[2]
 
 
+def show_things(model: mujoco.MjModel, tank: Tank, time: float) -> None:
+    """Let a compiled model show and feel, of what appears in its tank, what has come in until a time of the run, s."""
+    for name, when in tank.appearances.items():
+        there, whole = when <= time, names.equipment(name)
+        for index in range(model.ngeom):
+            geom = model.geom(index)
+            if geom.name == whole or geom.name.startswith(f"{whole}/"):
+                geom.contype[0] = there
+                geom.group[0] = INSIDE_GROUP if there else CONTACT_GROUP
+
+
 def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
     from vgtsim.geometry import solids
 
@@ -178,6 +190,8 @@ def _add_shell(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: P
             (tank.arm_riser.name, "riser", solids.make_arm_riser(tank, profile, front), riser),
         )
         for name, material, mesh, group in parts:
+            if tank.shell.open and name in _COVERS:
+                continue
             _add_mesh(spec, body, f"{name}/{side}", mesh, material, group)
 
 

@@ -11,9 +11,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.description import Tank
 from vgtsim.graphics import explain_no_picture, mujoco
 from vgtsim.kinematics import find_axis, trace_line
-from vgtsim.mjcf import build_model, build_spec, finish_model, lower_waste, names, show_pit, tank
+from vgtsim.mjcf import build_model, build_spec, finish_model, lower_waste, names, show_pit, show_things, tank
 from vgtsim.output.replay import make_replay, pose_model, project
 from vgtsim.output.things import name_things
 from vgtsim.site import Site
@@ -56,6 +57,11 @@ def compile_view(site: Site) -> mujoco.MjModel:
     return model
 
 
+def count_appeared(tank: Tank, time: float) -> int:
+    """How many of the things that appear in a tank are there at a time of the run, s."""
+    return sum(when <= time for when in tank.appearances.values())
+
+
 class Stage:
     """A model that is posed and drawn, with a thread of its own, which its OpenGL context needs; several draw at once."""
 
@@ -79,6 +85,7 @@ class Stage:
         self._grounds: dict[str, Picture] = {}
         self._diggings = site.diggings
         self._heights: Array | None = None
+        self._tank, self._seen = site.tank, -1
         points = [*(goal.position for goal in site.task.motion.goals), *name_things(site).values()]
         self._points = np.array(points).reshape(-1, 3)
         self._line, self._truss = site.task.conveyance, site.truss
@@ -92,14 +99,15 @@ class Stage:
             raise explain_no_picture(error) from None
 
     def draw(
-        self, camera: str, nodes: Array, axial: Array, heights: Array | None = None
+        self, camera: str, nodes: Array, axial: Array, heights: Array | None = None, time: float = 0.0
     ) -> Future[tuple[Picture, Array]]:
         """Draw nodes in frame G, shape (N, 3), m, members coloured by axial force, shape (M,), N.
 
-        Heights, shape (P,), m, are those of waste that is cut. The picture, shape (height, width, 3), comes with column and row
+        Heights, shape (P,), m, are those of waste that is cut. What appears after a time, s, is not seen.
+        The picture, shape (height, width, 3), comes with column and row
         of every goal and thing, see `project`.
         """
-        return self._thread.submit(self._draw, camera, nodes, axial, heights)
+        return self._thread.submit(self._draw, camera, nodes, axial, heights, time)
 
     def close(self) -> None:
         """End the thread and free the memory of the graphics."""
@@ -114,9 +122,15 @@ class Stage:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         self._close = lambda: (self._context.free(), context.free())[0]
 
-    def _draw(self, camera: str, nodes: Array, axial: Array, heights: Array | None) -> tuple[Picture, Array]:
+    def _draw(
+        self, camera: str, nodes: Array, axial: Array, heights: Array | None, time: float
+    ) -> tuple[Picture, Array]:
         pose_model(self._replay, nodes, axial)
         self._lower(heights)
+        if (seen := count_appeared(self._tank, time)) != self._seen:
+            show_things(self._model, self._tank, time)
+            self._seen = seen
+            self._grounds.clear()
         whole = (0, 0, *self._size)
         if self._model.body_weldid[self._model.cam(camera).bodyid].any():  # the camera moves, and all with it
             self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)

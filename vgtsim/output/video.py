@@ -20,7 +20,7 @@ from vgtsim.output.colours import scale_end
 from vgtsim.output.overlay import LABELS, Mark, Overlay, draw_overlay, make_overlay
 from vgtsim.output.readings import read_instant
 from vgtsim.output.replay import camera_at, frame_times, interpolate
-from vgtsim.output.stage import Picture, Stage, compile_view
+from vgtsim.output.stage import Picture, Stage, compile_view, count_appeared
 from vgtsim.output.things import name_things
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
@@ -103,6 +103,8 @@ class _Instant:
     nodes: Array
     axial: Array
     heights: Array | None = None
+    here: float = 0.0
+    appeared: int = 0
 
     def repeats(self, other: _Instant, end: float) -> bool:
         """Whether the picture of another instant is this one's too; the colour scale ends at this force, N."""
@@ -110,7 +112,10 @@ class _Instant:
         pair = self.heights, other.heights
         dug = pair[0] is not None and pair[1] is not None and bool((pair[0] != pair[1]).any())
         return (
-            self.camera == other.camera and still and not dug and np.abs(self.axial - other.axial).max() < _SHADE * end
+            (self.camera, self.appeared) == (other.camera, other.appeared)
+            and still
+            and not dug
+            and np.abs(self.axial - other.axial).max() < _SHADE * end
         )
 
 
@@ -144,6 +149,8 @@ def draw_frames(
             nodes=nodes,
             axial=forces,
             heights=log.bed[record] if log.bed.size else None,
+            here=float(time),
+            appeared=count_appeared(site.tank, float(time)),
         )
         for time in times
         for record, nodes, forces in [interpolate(log, axial, float(time))]
@@ -171,10 +178,10 @@ def _share(
     """Give the stages instants to draw, in turns; an instant that repeats the one drawn last shares its picture."""
     turns = cycle(stages)
     shown = next(instants)
-    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial, shown.heights)
+    drawing = next(turns).draw(shown.camera, shown.nodes, shown.axial, shown.heights, shown.here)
     for now in chain([shown], instants):
         if not now.repeats(shown, end):
-            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial, now.heights)
+            shown, drawing = now, next(turns).draw(now.camera, now.nodes, now.axial, now.heights, now.here)
         yield now, drawing
 
 
@@ -190,17 +197,29 @@ def _label(
     """Write texts and the names of goals and things of an instant on its picture."""
     picture, places = drawing.result()
     sought = goal_name(site, int(log.goal[now.record]))
+    hidden = {name for name, when in site.tank.appearances.items() if when > now.here}
     named = zip(names, places.tolist(), strict=True)
-    marks = tuple(Mark(text=name, column=x, row=y, active=name == sought) for name, (x, y) in named)
+    marks = tuple(
+        Mark(text=name, column=x, row=y, active=name == sought) for name, (x, y) in named if name not in hidden
+    )
     speed = site.task.video.speed
     time = f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else "")
     texts = (time, *read_instant(site, log, report, now.record, now.axial), *_tell_removed(site, log, now.record))
+    if site.tank.appearances:
+        texts += (_tell_revision(log, now.here),)
     return draw_overlay(overlay, picture, texts, marks)
 
 
 def _list_labels(site: Site) -> tuple[str, ...]:
-    """Labels of the texts: that of the removed waste only where some is cut."""
-    return LABELS if site.diggings is None else (*LABELS, "waste removed")
+    """Labels of the texts: those of removed waste and of new plans only where there are such."""
+    labels = LABELS if site.diggings is None else (*LABELS, "waste removed")
+    return (*labels, "planned anew") if site.tank.appearances else labels
+
+
+def _tell_revision(log: RunLog, time: float) -> str:
+    """When the tour was planned anew, the last time up to an instant, s."""
+    times = [revision.time for revision in log.revisions if revision.time <= time]
+    return f"at {times[-1]:.2f} s" if times else "not yet"
 
 
 def _tell_removed(site: Site, log: RunLog, record: int) -> tuple[str, ...]:

@@ -37,9 +37,19 @@ def check_assembly_room(site: Site) -> None:
         DescriptionError: There is no hoist; a unit does not pass the riser; something stands below its mouth; the waste is above
             the pivot; or stroke or headroom are too small for a unit: by how much.
     """
-    scene, tank, feed = site.scene, site.tank, require_feed(site)
+    require_feed(site)
     check_riser(site)
     check_mouth(site)
+    check_unit_room(site)
+
+
+def check_unit_room(site: Site) -> None:
+    """Refuse a hoist or a headroom that is too small to set the longest unit of an arm on the part in the clamp.
+
+    Raises:
+        DescriptionError: By how much.
+    """
+    scene, tank, feed = site.scene, site.tank, require_feed(site)
     longest = float(unit_lengths(PlanarArm(site.chain, 0.0)).max())
     top = tank.clamp_height + longest
     lift, needed = top - scene.pivot_height, top + site.mast.length - tank.grade

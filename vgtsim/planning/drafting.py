@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import cos, hypot, sin, sqrt
+from dataclasses import dataclass, replace
+from math import ceil, cos, hypot, sin, sqrt
 from typing import Any
 
 import numpy as np
 
 from vgtsim.constants import GRAVITY, PAYLOAD_RADIUS, SAFETY_FACTOR
-from vgtsim.description import Catalogue, Goal, LoadCase, Manipulator, Payload, Tank
+from vgtsim.description import Catalogue, Feed, Goal, LoadCase, Manipulator, Payload, Tank
 from vgtsim.errors import DescriptionError, PathError, ReachError
-from vgtsim.kinematics import Chain, check_strokes, hanging_mount
+from vgtsim.kinematics import Chain, PlanarArm, check_strokes, hanging_mount
 from vgtsim.planning.checks import RISER_SPARE, find_faults, riser_fit
 from vgtsim.planning.design import passing_sizes, sample_postures
+from vgtsim.planning.entry_checks import check_entry, start_feed
 from vgtsim.planning.path import plan_path
 from vgtsim.planning.resolution import default_resolution, goal_keep, resolve_goal
 from vgtsim.planning.trajectory import Corridor
@@ -44,6 +45,7 @@ _DEEPEST, _FARTHEST = 0.55, 0.8  # parts of its length that an arm reaches down 
 _MISSES = 6  # goals in a row out of reach: a second or so each
 _ROOM = 0.1  # m beyond the clearance that a posture keeps whose tool is a place to try
 _SECTOR = 45  # degrees, of which one such place is tried
+_LIFT_RATE, _LIFT_START = 0.3, 0.1  # m/s and m/s², of a crane's hoist
 _BESIDE = 3  # entries of equipment that are gone beside
 _CASES = (  # as the shipped scene asks for
     LoadCase(name="dead", payload=0.0),
@@ -218,6 +220,20 @@ def sample_goals(site: Site) -> list[dict[str, Any]]:
         }
         tables.append({"name": f"free_{turn}", "at": at})
     return tables
+
+
+def draft_feed(site: Site) -> Feed:
+    """A hoist that lifts a site's arm out of its riser, with its force half as much again as the weight.
+
+    Raises:
+        DescriptionError: The arm cannot come through the riser, or no headroom is left for it.
+    """
+    first = start_feed(site, PlanarArm(site.chain, 0.0))
+    weight = GRAVITY * (site.load_model.mass + site.mast.mass)
+    feed = Feed(stroke=ceil(first), rate=_LIFT_RATE, acceleration=_LIFT_START, force=float(f"{1.5 * weight:.2g}"))
+    mast = site.task.mast.model_copy(update={"feed": feed})
+    check_entry(Site(replace(site.scene, task=site.task.model_copy(update={"mast": mast}))))
+    return feed
 
 
 def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:

@@ -38,11 +38,20 @@ def check_entry(site: Site) -> None:
         DescriptionError: There is no hoist; the stowed arm does not pass the riser; something stands below the riser's mouth;
             the waste is above the pivot; the hoist or the headroom is too small to hold the arm above the riser.
     """
-    scene, tank, feed = site.scene, site.tank, require_feed(site)
+    require_feed(site)
     check_riser(site)
     check_mouth(site)
-    planar = PlanarArm(site.chain, 0.0)
-    first = start_feed(site, planar)
+    check_hoist(site)
+
+
+def check_hoist(site: Site) -> None:
+    """Refuse a hoist or a headroom that is too small to hold the whole arm above the riser.
+
+    Raises:
+        DescriptionError: By how much.
+    """
+    scene, tank, feed = site.scene, site.tank, require_feed(site)
+    first = start_feed(site, PlanarArm(site.chain, 0.0))
     if feed.stroke < first:
         short = f"{feed.stroke:.4g} m, {first - feed.stroke:.3g} m less than lifts the arm's tool out of the riser"
         raise scene.error("mast.feed.stroke", short, f"at least {first:.5g} m, or an arm that is assembled on site")

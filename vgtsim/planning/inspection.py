@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from vgtsim.description import AddStep, begins_inside
 from vgtsim.errors import DescriptionError, VgtError
+from vgtsim.planning.assembly import check_unit_room
 from vgtsim.planning.checks import find_faults
+from vgtsim.planning.entry_checks import check_hoist, check_mouth
+from vgtsim.planning.passage import check_passage
 from vgtsim.planning.resolution import default_resolution, goal_keep, resolve_goal
 from vgtsim.site import Site
 
@@ -15,7 +21,7 @@ def inspect_site(site: Site) -> list[VgtError]:
 
     A goal is solved from the shape at the goal before it that could be solved.
     """
-    faults = list(find_faults(site))
+    faults = [*find_faults(site), *_find_entry_faults(site)]
     wrong = [error.key for error in faults if isinstance(error, DescriptionError)]
     if len(wrong) < len(faults) or any(not key.startswith("motion.goals.") for key in wrong):
         return faults
@@ -29,3 +35,20 @@ def inspect_site(site: Site) -> list[VgtError]:
         except VgtError as error:
             faults.append(error)
     return faults
+
+
+def _find_entry_faults(site: Site) -> Iterator[VgtError]:
+    """What keeps the stowed arm, with its line of conveyance, from coming through the riser, whatever its way."""
+    steps = site.task.mission
+    if not steps or begins_inside(steps):
+        return
+    grows = any(isinstance(step, AddStep) for step in steps)
+    for check in (check_mouth, check_unit_room if grows else check_hoist, _check_stowed_line):
+        try:
+            check(site)
+        except VgtError as error:
+            yield error
+
+
+def _check_stowed_line(site: Site) -> None:
+    check_passage(site, site.chain.stowed[None])

@@ -301,6 +301,7 @@ def _carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
         plan = _Plan(site, site.start)
     else:
         check_entry(site)
+        check_passage(site, site.chain.stowed[None])
         plan = _Plan(site, site.chain.stowed)
     check_cuts(site)
     start = np.array(plan.here)
@@ -328,7 +329,7 @@ def _carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
             leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
-    return Tour(start, tuple(legs), timestep, bounds), plan.heights
+    return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds), plan.heights
 
 
 def plan_site(site: Site) -> Tour:

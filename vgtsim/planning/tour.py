@@ -66,13 +66,16 @@ class Leg:
 class Tour:
     """Timed lengths from the start inputs, shape (n,), to every goal in turn; the time step is in s.
 
-    Each leg begins with the lengths, and with the place of the mast, at which the leg before it ended.
+    Each leg begins with the lengths, and with the place of the mast, at which the leg before it ended. Of a tour that was planned
+    anew on its way, `planned` is the digest of the first plan; `blocked` says why there was no way on from its last leg.
     """
 
     start: Array
     legs: tuple[Leg, ...]
     timestep: float
     bounds: Mapping[str, float] = field(default_factory=dict)
+    planned: str = ""
+    blocked: str = ""
 
     def __post_init__(self) -> None:
         """Make the start read-only."""
@@ -81,6 +84,8 @@ class Tour:
     @property
     def digest(self) -> str:
         """Digest of timed lengths, places of the mast and shares of the tool's power, the goals' indices and the time step."""
+        if self.planned:
+            return self.planned
         parts = []
         for leg in self.legs:
             parts += [str(leg.goal).encode(), leg.lengths.tobytes()]
@@ -122,23 +127,33 @@ def plan_tour(site: Site) -> Tour:
         raise site.scene.error(
             "motion.goals", "none: an operator drives the arm", "goals, between which a tour is planned"
         )
-    keep = goal_keep(site)
-    shapes = [site.start]
-    for goal in motion.goals:
+    return plan_goals(site, site.start)
+
+
+def plan_goals(site: Site, start: Array, first: int = 0, timestep: float | None = None) -> Tour:
+    """Plan the tour from a start, shape (n,), to the goals from the first on, with a time step, s, that is chosen or given.
+
+    Raises:
+        VgtError: As in `plan_tour`; the site is not checked.
+    """
+    motion, keep = site.task.motion, goal_keep(site)
+    goals = motion.goals[first:]
+    shapes = [start]
+    for goal in goals:
         shapes.append(pose_at(site, goal, shapes[-1], keep))
     check_passage(site, np.array(shapes))
     corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
-    ends = zip(motion.goals, shapes[:-1], shapes[1:], strict=True)
+    ends = zip(goals, shapes[:-1], shapes[1:], strict=True)
     carousel = Carousel(Ground(corridor))
     paths = [_find_paths(site, corridor, first, last, goal.name, carousel) for goal, first, last in ends]
     check_passage(site, np.concatenate([path.curve(np.linspace(0, 1, _LOOKED)) for leg in paths for path in leg]))
     ways = [[time_path(site.chain, path.curve, limits) for path in leg] for leg in paths]
     clearances = [path.clearance for leg in paths for path in leg]
     bounds = find_bounds(site, zip([way for leg in ways for way in leg], clearances, strict=True))
-    timestep = choose_step(site, bounds)
+    timestep = timestep or choose_step(site, bounds)
     legs = []
-    for index, (goal, parts, timed, last) in enumerate(zip(motion.goals, paths, ways, shapes[1:], strict=True)):
+    for index, (goal, parts, timed, last) in enumerate(zip(goals, paths, ways, shapes[1:], strict=True), start=first):
         nearest = min(parts, key=lambda path: path.clearance)
         lengths = [site.chain.lengths(way.inputs(timestep)) for way in timed]
         leg = Leg(
@@ -150,7 +165,7 @@ def plan_tour(site: Site) -> Tour:
             place=nearest.place,
         )
         legs.append(leg)
-    return Tour(site.start, tuple(legs), timestep, bounds)
+    return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds)
 
 
 def pose_at(site: Site, goal: Goal, start: Array, keep: Keep | None) -> Array:

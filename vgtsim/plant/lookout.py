@@ -22,6 +22,7 @@ class Lookout:
     def __init__(self, site: Site) -> None:
         """Look at the first step."""
         self._near, self._room = Proximity(site), -np.inf
+        self._coming = sorted(site.tank.appearances.values(), reverse=True)
 
     def look(self, time: float, nodes: Array, tool: Array, way: float, heights: Array | None = None) -> list[Contact]:
         """List what touches at a time, s.
@@ -30,10 +31,14 @@ class Lookout:
         shape (P,), m, are those of waste that is cut: it falls, so what is far stays far.
         """
         self._room -= way
+        while self._coming and self._coming[-1] <= time:
+            self._room = -np.inf
+            self._coming.pop()
         if self._room > 0:
             return []
         near = self._near
         around, (among, pair) = near.around(nodes, tool, heights), near.among(nodes, tool)
+        around = near.leave_out(around, time)
         self._room = _SHARE * min(float(around.least), float(among))
         found = [
             Contact(time, near.name_around(int(part)), place, float(gap))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,7 @@ from vgtsim.commands import read_row
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import move_points
-from vgtsim.mjcf import build_model, retime
+from vgtsim.mjcf import build_model, retime, show_things
 from vgtsim.plant.correction import Correction
 from vgtsim.plant.digger import find_digger
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
@@ -26,7 +27,7 @@ from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.section_turns import SectionTurns
 from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.watch import Contact, PlantState, check_state, list_contacts, list_warnings, name_collision
-from vgtsim.runlog import Piece, RunLog
+from vgtsim.runlog import Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import settle, solve_members
 from vgtsim.touches import Parts
@@ -143,10 +144,14 @@ class Plant:
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
+        self._coming = sorted(set(self.site.tank.appearances.values()))
+        self.appeared = 0  # instants so far at which things appeared in the tank
+        show_things(self.model, self.site.tank, 0.0)
         self._stand(q, move_points(chain, chain.nodes(q), *self._mast))
         self._find_equilibrium()
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
+        self._revisions: list[Revision] = []
         self.record_rate = self._record_rate
         self._goal, self._settled, self._aimed = -1, False, None
         self._touched: list[Contact] = []
@@ -201,6 +206,14 @@ class Plant:
         """
         self._goal, self._settled = goal, settled
         self._aimed = None if target is None else read_row("target", target, 6)
+
+    def note_revision(self, leg: int, row: int) -> None:
+        """Say for the log that a tour is planned anew now, at a row of the leg of an index."""
+        self._revisions.append(Revision(self.time, leg, row))
+
+    def end(self, reason: str) -> None:
+        """Stop for good, for a reason that the log gives."""
+        self.stopped = reason
 
     def step(self, count: int = 1) -> None:
         """Go on by a number of steps, fewer after a contact that is not allowed.
@@ -263,7 +276,8 @@ class Plant:
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
         performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
         performance |= {"timestep_s": self.timestep, "steps": float(self._steps), "nv": float(self.model.nv)}
-        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped, list_digests(self.site))
+        log = self._recorder.make_log(list_warnings(self.data), performance, self.stopped, list_digests(self.site))
+        return replace(log, revisions=tuple(self._revisions))
 
     def _require_going(self) -> None:
         if self.stopped:
@@ -355,7 +369,16 @@ class Plant:
             self._before = data.site_xpos[self._gauges.nodes]
         self._note_rest()
         self._note_contacts(self._list_contacts(), recorded=recorded)
+        if self.appeared < len(self._coming):
+            self._note_appearances()
         self._wall += time.perf_counter() - begin
+
+    def _note_appearances(self) -> None:
+        """Show and feel from now on what has appeared by now."""
+        now = self.time + _SAME_STEP * self.timestep
+        if self._coming[self.appeared] <= now:
+            self.appeared = int(np.searchsorted(self._coming, now, side="right"))
+            show_things(self.model, self.site.tank, now)
 
     def _start_step(self) -> bool:
         """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""

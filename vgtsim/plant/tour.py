@@ -6,7 +6,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from vgtsim.errors import DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.logbook import LogWriter
-from vgtsim.planning import STEP_BOUND, Tour
+from vgtsim.planning import STEP_BOUND, Tour, revise_tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.plant import Plant
 from vgtsim.plant.recorder import list_digests, list_versions
@@ -96,14 +95,26 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
             tick(plant.time)
 
     step(hold)
-    for leg in tour.legs:
-        plant.mark(leg.goal)
-        beside = (
-            [None] * len(leg.lengths) if item is None else item.tolist() for item in (leg.feed, leg.turn, leg.tool)
-        )
-        for lengths, feed, turn, share in islice(zip(leg.lengths, *beside, strict=True), 1, None):
-            plant.command(lengths, feed=feed, turn=turn, tool=share)
+    known = 0
+    for index in range(len(tour.legs)):
+        plant.mark(tour.legs[index].goal)
+        row = 0
+        while True:
+            if plant.appeared > known:
+                known = plant.appeared
+                plant.note_revision(index, row)
+                tour = revise_tour(plant.site, tour, plant.log.revisions[-1])
+            leg = tour.legs[index]
+            row += 1
+            if row == len(leg.lengths):
+                break
+            beside = (leg.feed, leg.turn, leg.tool)
+            feed, turn, share = (None if way is None else float(way[row]) for way in beside)
+            plant.command(leg.lengths[row], feed=feed, turn=turn, tool=share)
             step(1)
+        if tour.blocked and leg is tour.legs[-1]:
+            plant.end(tour.blocked)
+            return
         for _ in range(patience):
             if plant.calm:
                 plant.mark(leg.goal, settled=True)

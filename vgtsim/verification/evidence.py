@@ -303,9 +303,9 @@ class Evidence:
     def around(self) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste at every record; what may touch is left out.
 
-        So is the riser of an arm that is fed through it, whose distance is `bore`.
+        So is what has not appeared yet, and the riser of an arm that is fed through it, whose distance is `bore`.
         """
-        found = self._apart()
+        found = self.proximity.leave_out(self._apart(), self.log.time)
         if self.site.task.mast.feed is None:
             return found
         return replace(found, distance=np.where(np.array(found.places) == RISER, np.inf, found.distance))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from vgtsim.site import Site
 from vgtsim.verification.evidence import Evidence
 from vgtsim.verification.measures import Finding, has_goals, has_operator, report_as, worst_of
 from vgtsim.verification.tracking import find_holds, goal_name
 
 _ROUNDING = 1e-6  # of a record: times are sums of steps
+SAME_INSTANT = 1e-6  # s by which the clock of a run may be off where it is compared with a time of the scene
+_STILL = 1e-12  # m that commands of an arm at rest may change by
 _BESIDE = 1  # records by which a stage may be longer or shorter than its time: it begins between two records
 
 
@@ -47,6 +50,29 @@ def check_stages(run: Evidence) -> Finding:
         last = np.flatnonzero(log.goal == goal)[-1:]
         if len(there) != 1 or there[0].last != last[0] or abs(there[0].last + 1 - there[0].first - due) > _BESIDE:
             faults.append(f"the hold at {goal_name(site, goal)}")
+    return Finding(value=float(len(faults)), where=faults[0] if faults else "none", detail="; ".join(faults))
+
+
+def _has_appearances(site: Site) -> bool:
+    return bool(site.tank.appearances)
+
+
+@report_as("record", "appearances without a new plan", unit="1", limit="missing_records", applies=_has_appearances)
+def check_revisions(run: Evidence) -> Finding:
+    """Count the instants at which something appeared in the tank and the arm went on as it was planned before.
+
+    Between the appearance and the new plan the commands must stand still. An arm at its last goal needs no new plan.
+    """
+    log, whole, site = run.log, run.outline, run.site
+    last, faults = len(site.task.stages) - 1, []
+    for when in sorted(set(site.tank.appearances.values())):
+        here = int(np.searchsorted(whole.time, when - SAME_INSTANT))
+        if here >= len(whole.time) or (whole.settled[here] and whole.goal[here] == last):
+            continue
+        planned = [item.time for item in log.revisions if item.time >= when - SAME_INSTANT]
+        between = (log.time >= when) & (log.time <= min(planned, default=np.inf))
+        if not planned or np.ptp(log.commanded[between], axis=0).max(initial=0.0) > _STILL:
+            faults.append(f"what appeared at {when:.6g} s")
     return Finding(value=float(len(faults)), where=faults[0] if faults else "none", detail="; ".join(faults))
 
 

@@ -13,6 +13,7 @@ from vgtsim.stretch import LogSource, cut, outline, thinning
 from vgtsim.verification.checks import MEASURES
 from vgtsim.verification.evidence import Array, Evidence, PlannedTour
 from vgtsim.verification.measures import Finding, Measure, missing
+from vgtsim.verification.record import SAME_INSTANT
 from vgtsim.verification.report import Check, Report
 
 
@@ -45,8 +46,18 @@ def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: t
         performance=log.performance,
         versions=log.versions,
         series={name: np.concatenate([part[name] for part in shown]) for name in shown[0]} if shown else {},
-        notes=(*notes, *_compare(site, log, tour)),
+        notes=(*notes, *_tell_revisions(site, log), *_compare(site, log, tour)),
     )
+
+
+def _tell_revisions(site: Site, log: LogSource) -> Iterator[str]:
+    """Say when and why the tour was planned anew."""
+    before = 0.0
+    for revision in log.revisions:
+        names = [name for name, when in site.tank.appearances.items() if before < when <= revision.time + SAME_INSTANT]
+        goal = site.task.stages[revision.leg].name
+        yield f"{' and '.join(names)} appeared in the tank; at {revision.time:.6g} s the way to {goal} was planned anew"
+        before = revision.time + SAME_INSTANT
 
 
 def _compare(site: Site, log: LogSource, tour: PlannedTour | None) -> Iterator[str]:

@@ -57,12 +57,13 @@ def add_tank(scene: SceneApi, tank: Tank) -> None:
     profile, around = make_profile(tank.shell), obstacles(tank)
     shell = [(solids.make_liner(tank, profile, front, _FLOOR), _LINER) for front in (False, True)]
     shell += [(solids.make_concrete(tank, profile, front, _FLOOR), _CONCRETE) for front in (False, True)]
-    shell += [(solids.make_liner(tank, profile, False, _WALL), _LINER)]
-    shell += [(solids.make_concrete(tank, profile, False, _WALL), _CONCRETE)]
-    shell += [(solids.make_dome(tank, profile, False), _CONCRETE)]
+    if not tank.shell.open:
+        shell += [(solids.make_liner(tank, profile, False, _WALL), _LINER)]
+        shell += [(solids.make_concrete(tank, profile, False, _WALL), _CONCRETE)]
+        shell += [(solids.make_dome(tank, profile, False), _CONCRETE)]
+        add_baked(scene, "/tank/soil", [(solids.make_soil(tank, profile, False), _SOIL)])
     risers = [solids.make_riser(tank, profile, riser) for riser in tank.risers if sin(riser.azimuth) >= 0]
     add_baked(scene, "/tank/shell", shell)
-    add_baked(scene, "/tank/soil", [(solids.make_soil(tank, profile, False), _SOIL)])
     pipes = [solids.make_arm_riser(tank, profile, False), *risers]
     add_baked(scene, "/tank/risers", [(pipe, _RISER) for pipe in pipes])
     if tank.waste.level:

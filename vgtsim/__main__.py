@@ -1,0 +1,5 @@
+"""The command line as a module: `python -m vgtsim`."""
+
+from vgtsim.cli import main
+
+main()
