@@ -28,7 +28,8 @@ DOCUMENTS = [*TOP, *PAGES, *sorted((ROOT / "models").glob("*/README.md"))]
 NAMED = re.compile(r"`((?:[a-z0-9_]+/)+(?:[A-Za-z0-9_.]+)?|[a-z0-9_]+\.py)`")
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)\s#]+)(?:#[^)\s]*)?\)")
 ROOMS = [ROOT / "vgtsim", ROOT]
-MOST_WORDS = 450  # of the README, which is one screen of some 400
+MOST_WORDS = 400  # of the README, which is one screen
+MOST_BYTES, MOST_BYTES_OF_ALL = 300_000, 5_000_000  # of films in the gallery: a checkout stays small
 # first words of commands that are other programs'
 OTHERS = {"pip", "source", "nox", "dask", "cat", "pre-commit", "apt-get", "for", "done", "export", "cd"}
 SPINE = {"README.md", "docs/python.md", "docs/architecture.md"}
@@ -147,6 +148,16 @@ def test_a_page_is_run_block_by_block(run_pages, tmp_path):
     page.write_text("```sh\nfalse\ntrue\n```\n")
     with pytest.raises(SystemExit, match="status 1"):
         run_pages.run_page(page, tmp_path / "made")
+
+
+def test_films_of_the_gallery_are_there_and_small():
+    """Each is shown, and no more than a page of pictures is downloaded for it."""
+    shown = re.findall(r'<video[^>]* src="([^"]+)"', (DOCS / "gallery.md").read_text())
+    kept = {path: path.stat().st_size for path in (DOCS / "_static/films").glob("*.mp4")}
+    assert sorted(DOCS / name for name in shown) == sorted(kept)
+    assert {path.stem for path in kept} <= {path.stem for path in (ROOT / "scenes").glob("*.toml")}
+    assert max(kept.values()) <= MOST_BYTES
+    assert sum(kept.values()) <= MOST_BYTES_OF_ALL
 
 
 def test_the_readme_is_one_screen():

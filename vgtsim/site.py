@@ -131,9 +131,15 @@ class Site:
         stiffest = _SECTION_STEP if simulation.members == "sections" else _RIGID_STEP
         bounds = {"members_and_drives": stiffest if stiff else _SOFT_STEP, "records": 1 / simulation.log_rate}
         if simulation.members == "elastic" and simulation.damping_ratio:
-            held = self.held_model if simulation.drive == "servo" else self.elastic_model
-            bounds["damping"] = 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
+            bounds["damping"] = 2 * self.damper
         return bounds
+
+    @cached_property
+    def damper(self) -> float:
+        """Damper of elastic members over their stiffness, s, by which the start posture has the damping ratio, above 0."""
+        simulation = self.task.simulation
+        held = self.held_model if simulation.drive == "servo" else self.elastic_model
+        return damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
 
     @property
     def yields(self) -> bool:
