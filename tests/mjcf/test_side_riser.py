@@ -11,7 +11,7 @@ from vgtsim.mjcf.tank import add_tank
 from vgtsim.proximity import Proximity
 
 APART = 2e-6  # m: what MuJoCo's search for the distance of convex solids leaves
-STANDS_BACK = 0.0035  # m: of boxes and wedges about the riser
+STANDS_BACK = 0.002  # m: of the wedges about the bore, at the most
 
 
 @pytest.fixture(scope="module")
