@@ -106,8 +106,9 @@ class Proximity:
 
     @cached_property
     def _tank(self) -> tuple[Tank, Profile, Obstacles]:
-        tank = self.site.tank
-        return tank, make_profile(tank.shell), obstacles(tank)
+        tank, bed = self.site.tank, self.site.bed
+        around = obstacles(tank)
+        return tank, make_profile(tank.shell), around if bed is None else replace(around, bed=bed)
 
     @cached_property
     def _walls(self) -> Walls:

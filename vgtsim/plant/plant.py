@@ -149,7 +149,7 @@ class Plant:
         wanted = chain.lengths(q) if wanted is None else wanted
         self._mast_drives = MastDrives(self.model, self.data, self.site)
         self._mast = self._stood = self._mast_drives.read_command(feed, turn)
-        self._digger = find_digger(self.model, self.site.diggings)
+        self._digger = find_digger(self.model, self.site)
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
