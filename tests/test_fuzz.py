@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from fuzzing import RUNS, VERBS, make_case
+from spoilt_verbs import RUNS, VERBS, make_case
 
 from vgtsim import cli
 

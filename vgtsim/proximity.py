@@ -103,8 +103,9 @@ class Proximity:
 
     @cached_property
     def _tank(self) -> tuple[Tank, Profile, Obstacles]:
-        tank = self.site.tank
-        return tank, make_profile(tank.shell), obstacles(tank)
+        tank, bed = self.site.tank, self.site.bed
+        around = obstacles(tank)
+        return tank, make_profile(tank.shell), around if bed is None else replace(around, bed=bed)
 
     def _place_waste(self, heights: Array | None) -> tuple[Tank, Profile, Obstacles]:
         """The tank with waste of some heights."""

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Piece = Mapping[str, NDArray[Any]]  # arrays of a log by name, records along the first axis
 
 CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene, which a kill loses at most
-BESIDE = 4  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
+BESIDE = 6  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
 FEED = ("feed", "feed_commanded", "feed_force")
 TURN = ("turn", "turn_commanded", "turn_torque")
@@ -63,8 +63,8 @@ class RunLog:
         settled: True while a goal is held after settling, shape (T,).
         contact_pair: Names of the two geoms, shape (C, 2).
         contact_distance: Gap, negative in penetration, shape (C,), m.
-        acceleration: Of the nodes, by the places of three steps, shape (T, N, 3), m/s²; only in logs of scenes that allow
-            contacts, as records are too far apart to tell it where something knocks.
+        acceleration: Of the nodes, by the places of three steps, shape (T, N, 3), m/s²; only in logs of missions and of
+            scenes that allow contacts, as records are too far apart to tell it where a quick move ends or something knocks.
         contact_force: Force on the arm, of two of its parts on the second one, shape (C, 3), N; NaN where lengths are imposed.
         contact_point: Where it acts, shape (C, 3), m. Both are empty in logs of versions that did not tell.
         warnings: Warnings of MuJoCo.

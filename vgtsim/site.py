@@ -71,12 +71,12 @@ _ROUNDING = 1e-9
 class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
-    The bed is the surface of the waste, where some of it is cut away already; the mast is turned by an angle, rad. What appears
-    in the tank after the time `until`, s, is not known yet to what is planned.
+    `heights` are those of the waste in the diggings, shape (P,), m, where some of it is cut away already; the mast is turned by
+    an angle, rad. What appears in the tank after the time `until`, s, is not known yet to what is planned.
     """
 
     scene: Scene
-    bed: Bed | None = None
+    heights: Array | None = None
     turn: float = 0.0
     until: float = 0.0
 
@@ -131,9 +131,15 @@ class Site:
         stiffest = _SECTION_STEP if simulation.members == "sections" else _RIGID_STEP
         bounds = {"members_and_drives": stiffest if stiff else _SOFT_STEP, "records": 1 / simulation.log_rate}
         if simulation.members == "elastic" and simulation.damping_ratio:
-            held = self.held_model if simulation.drive == "servo" else self.elastic_model
-            bounds["damping"] = 2 * damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
+            bounds["damping"] = 2 * self.damper
         return bounds
+
+    @cached_property
+    def damper(self) -> float:
+        """Damper of elastic members over their stiffness, s, by which the start posture has the damping ratio, above 0."""
+        simulation = self.task.simulation
+        held = self.held_model if simulation.drive == "servo" else self.elastic_model
+        return damping_time(held, self.chain.nodes(self.start), simulation.damping_ratio)
 
     @property
     def yields(self) -> bool:
@@ -194,8 +200,8 @@ class Site:
     @cached_property
     def searched_start(self) -> tuple[Array, int]:
         """Inputs of a posture clear of everything near the first goal, shape (n,), and the number of postures tried."""
-        places = [goal.position for goal in self.task.motion.goals]
-        places += [stage.path.start for stage in self.task.stages if stage.path]
+        places = [stage.position for stage in self.task.stages if stage.position is not None]
+        places = places or [goal.position for goal in self.task.motion.goals]
         if not places:
             raise self.scene.error("motion.start", "nothing", "a posture, where there are neither goals nor paths")
         near = np.array(places[0])
@@ -271,14 +277,25 @@ class Site:
 
     @cached_property
     def diggings(self) -> Diggings | None:
-        """The part of the waste that the mission cuts; None where it cuts none."""
+        """The part of the waste that the whole mission cuts, as it is described; None where it cuts none."""
         task, waste = self.task, self.tank.waste
         cut = {step.patch for step in task.mission if isinstance(step, CutStep)}
+        cut |= set(task.phase.patches if task.phase else ())
         bed = make_bed(self.tank)
         if not cut or task.tool is None or bed is None:
             return None
         patches = [patch for patch in task.patches if patch.name in cut]
         return make_diggings(bed, make_profile(self.tank.shell), task.tool, task.tool.rate_in(waste), patches)
+
+    @property
+    def begun(self) -> Array | None:
+        """Heights of the waste in the diggings as a run begins, shape (P,), m; None where none is cut."""
+        return self.heights if self.heights is not None or self.diggings is None else self.diggings.start
+
+    @cached_property
+    def bed(self) -> Bed | None:
+        """The surface of the waste, where some of it is cut away already."""
+        return None if self.heights is None or self.diggings is None else self.diggings.cut_bed(self.heights)
 
     @cached_property
     def surroundings(self) -> Surroundings:
@@ -300,8 +317,9 @@ class Site:
         """The same site with waste of some heights in its diggings, shape (P,), m; all that does not depend on them is kept."""
         assert self.diggings is not None
         later = copy(self)
-        object.__setattr__(later, "bed", self.diggings.cut_bed(heights))
-        later.__dict__.pop("surroundings", None)
+        object.__setattr__(later, "heights", heights)
+        for name in ("bed", "surroundings"):
+            later.__dict__.pop(name, None)
         return later
 
     def learn(self, until: float) -> Site:

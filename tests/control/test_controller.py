@@ -112,7 +112,7 @@ def check_erratic(ride):
     assert box.spare(lengths).min() >= 0
     assert site.surroundings.clearance(np.array(ride.inputs[::10]))[0].min() > 0.9 * site.clearance
     nodes = ride.nodes
-    moving = motion_from_log(STEP * np.arange(len(nodes)), nodes, window=3)
+    moving = motion_from_log(STEP * np.arange(len(nodes)), nodes, STEP)
     still, shaken = solve_members(site.load_model, nodes), solve_members(site.load_model, nodes, moving)
     added = np.abs(shaken.near_axial - still.near_axial).max(axis=1) / np.abs(still.near_axial).max(axis=1)
     assert added.max() < ADDED
@@ -126,7 +126,7 @@ def test_the_same_hand_without_filters_and_bounds_adds_more(site):
     ride = Ride(Site(dataclasses.replace(site.scene, task=rough)))
     Hand("twist", seed=7).drive(ride, 3.0)
     nodes = ride.nodes
-    moving = motion_from_log(STEP * np.arange(len(nodes)), nodes, window=3)
+    moving = motion_from_log(STEP * np.arange(len(nodes)), nodes, STEP)
     still, shaken = solve_members(site.load_model, nodes), solve_members(site.load_model, nodes, moving)
     added = np.abs(shaken.near_axial - still.near_axial).max(axis=1) / np.abs(still.near_axial).max(axis=1)
     assert added.max() > ADDED

@@ -63,6 +63,21 @@ def test_shorter_arms_go_in_first():
     assert all(begins_anew(phase) for phase in list_phases(scene))
 
 
+def test_a_shorter_arm_may_work_at_another_depth():
+    deep = {"do": "insert", "modules": 2, "pivot_depth": 0.6}
+    scene = scene_of(deep, WITHDRAW, deep | {"pivot_depth": 1.1}, WITHDRAW, INSERT, WITHDRAW)
+    phases = list_phases(scene)
+    mast = scene.task.mast
+    assert [phase.task.mast.pivot_depth for phase in phases] == [0.6, 1.1, mast.pivot_depth]
+    assert [phase.pivot_height for phase in phases] == [
+        scene.tank.shell.crown - p.task.mast.pivot_depth for p in phases
+    ]
+    assert len(list_phases(scene_of(INSERT | {"pivot_depth": 0.6}))) == 1
+    assert list_phases(scene_of(INSERT | {"pivot_depth": 0.6}))[0].task.mast.pivot_depth == 0.6
+    with pytest.raises(DescriptionError, match=r"mast\.pivot_depth: found 20 m"):
+        list_phases(scene_of(deep | {"pivot_depth": 20.0}))
+
+
 def test_a_mission_of_one_arm_is_one_scene():
     scene = scene_of(INSERT, MOVE, WITHDRAW)
     assert list_phases(scene) == (scene,)
@@ -92,14 +107,17 @@ def test_modules_are_added_in_a_clamp():
         scene_of(add(5.0), clamp=None)
 
 
-def test_waste_is_not_carried_from_phase_to_phase():
+def test_phases_know_all_patches_that_the_mission_cuts():
     scene = vgtsim.load("type_ii_heel").scene
-    steps = STEPS.validate_python(({"do": "insert", "modules": 1},))
-    cut = tuple(step for step in scene.task.mission if step.do in ("move", "cut"))[:2]
-    mission = (*steps, *cut, *STEPS.validate_python((WITHDRAW, INSERT, WITHDRAW)))
-    whole = replace(scene, task=scene.task.model_copy(update={"mission": mission}))
-    with pytest.raises(DescriptionError, match="do: found cut in a mission of 2 phases"):
-        list_phases(whole)
+    short, cut = STEPS.validate_python(({"do": "insert", "modules": 1},)), scene.task.mission[1:4]
+    other = scene.task.patches[0].model_copy(update={"name": "left_alone"})
+    mission = (*short, *cut, *STEPS.validate_python((WITHDRAW, INSERT, WITHDRAW)))
+    task = scene.task.model_copy(update={"mission": mission, "patches": (*scene.task.patches, other)})
+    phases = list_phases(replace(scene, task=task))
+    assert [phase.task.phase.patches for phase in phases] == [("outer_heel",)] * 2
+    first, last = (vgtsim.Site(phase).diggings for phase in phases)
+    assert (first.places == last.places).all()
+    assert (first.rows, first.columns) == (last.rows, last.columns)
 
 
 def test_a_user_writes_no_phase(tmp_path):

@@ -33,4 +33,4 @@ def egl():
     try:
         ctypes.CDLL("libEGL.so.1")
     except OSError:
-        pytest.skip("libEGL is not installed")
+        pytest.skip("libEGL is not installed; on Debian: apt-get install libegl1 libgl1-mesa-dri")

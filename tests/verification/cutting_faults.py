@@ -66,6 +66,7 @@ CUT_LOG_FAULTS = (
         field("tool_force", lambda f, _: (1 + 1e-5) * f),
         "tool force error over its rating",
     ),
+    Fault("accelerations ten times too high", field("acceleration", lambda a, _: 10 * a), MOVING),
     Fault("power of the tool a record late", field("tool_share", lambda s, _: late(s)), "commanded tool to the plan"),
     Fault(
         "no waste in the log",

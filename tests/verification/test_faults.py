@@ -8,14 +8,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from fault_page import PAGE, PARTS, write_page
-from faults import LOG_FAULTS, MODEL_FAULTS, RUN_FAULTS, STOPS
+from faults import LOG_FAULTS, MODEL_FAULTS, RUN_FAULTS
 from playing import bend, change, hoist, shorten
+from spoiling import each, failed, judge, run_spoilt_model, run_spoilt_plant
 
 from vgtsim.description.conveyance import Conveyance
-from vgtsim.errors import DivergenceError
-from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
-from vgtsim.plant import Plant, run, tour
+from vgtsim.plant import run
 from vgtsim.site import Site, load_site
 from vgtsim.verification import verify
 
@@ -64,48 +63,30 @@ def log(site, program):
     return run(site, program)
 
 
-def test_run_without_a_fault_passes(site, program, log):
-    report = verify(site, log, program)
-    assert report.passed, [(check.quantity, check.measured) for check in report.checks if not check.passed]
+@pytest.fixture(scope="module")
+def clean(site, program, log):
+    return verify(site, log, program)
 
 
-def judge(fault, site, log, program):
-    """The row that is there for the fault fails; without one, the report passes for the reason told."""
-    report = verify(site, log, program)
-    failed = {check.quantity: check.measured / max(check.limit, 1e-12) for check in report.checks if not check.passed}
-    assert bool(fault.caught) is not bool(fault.reason)
-    assert (fault.caught in failed) if fault.caught else report.passed, failed
+def test_run_without_a_fault_passes(clean):
+    assert clean.passed, failed(clean)
 
 
-def ids(fault):
-    return fault.what
+@each(LOG_FAULTS)
+def test_fault_in_the_log(site, program, log, clean, fault):
+    judge(fault, verify(site, fault.spoil(log), program), clean)
 
 
-@pytest.mark.parametrize("fault", LOG_FAULTS, ids=ids)
-def test_fault_in_the_log(site, program, log, fault):
-    judge(fault, site, fault.spoil(log), program)
+@each(MODEL_FAULTS)
+def test_fault_in_the_model(site, program, clean, fault):
+    log = run_spoilt_model(fault, site, program)
+    if log is not None:
+        judge(fault, verify(site, log, program), clean)
 
 
-@pytest.mark.parametrize("fault", MODEL_FAULTS, ids=ids)
-def test_fault_in_the_model(site, program, fault):
-    model = build_model(site)
-    fault.spoil(model)
-    if fault.caught == STOPS:
-        with pytest.raises(DivergenceError):
-            run(site, program, model)
-        return
-    judge(fault, site, run(site, program, model), program)
-
-
-@pytest.mark.parametrize("fault", RUN_FAULTS, ids=ids)
-def test_fault_in_the_run(site, program, monkeypatch, fault):
-    class Spoilt(Plant):
-        def _advance(self):
-            fault.spoil(self)
-            super()._advance()
-
-    monkeypatch.setattr(tour, "Plant", Spoilt)
-    judge(fault, site, run(site, program), program)
+@each(RUN_FAULTS)
+def test_fault_in_the_run(site, program, clean, monkeypatch, fault):
+    judge(fault, verify(site, run_spoilt_plant(fault, site, program, monkeypatch), program), clean)
 
 
 def test_every_fault_has_its_line_in_the_docs():

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from other_faults import CONTACT_FAULTS, CONTROLLER_FAULTS, OPERATION_FAULTS, SECTION_FAULTS
 from playing import bend, change, climb, shorten
+from spoiling import each, failed, judge, run_spoilt_model
 
 from vgtsim.control import rehearse
 from vgtsim.description import AllowedContact, Operator, OperatorCommand
 from vgtsim.description.waste import Mound
-from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, operate, run
 from vgtsim.site import Site, load_site
@@ -28,17 +28,6 @@ COMMANDS = (
 )
 DEEP = 0.05  # m that the tool goes down, most of them in the air
 LEANING = 1e-2  # of the largest force, in motion and with knocks
-
-
-def judge(fault, report, clean):
-    """The row that is there for the fault fails, and did not before; without one, nothing else fails than before."""
-    before, after = ({row.quantity for row in each.checks if not row.passed} for each in (clean, report))
-    assert bool(fault.caught) is not bool(fault.reason)
-    assert (fault.caught in after - before) if fault.caught else after == before, (before, after)
-
-
-def ids(fault):
-    return fault.what
 
 
 @pytest.fixture(scope="module")
@@ -59,16 +48,14 @@ def sections(two):
     site = Site(dataclasses.replace(site.scene, task=site.task.model_copy(update={"motion": motion})))
     tour = Tour(start, (Leg(name="goal", goal=0, lengths=lengths, q=end, clearance=1.0, place="nothing"),), STEP)
     report = verify(site, run(site, tour), tour)
-    assert report.passed, [(row.quantity, row.measured) for row in report.checks if not row.passed]
+    assert report.passed, failed(report)
     return site, tour, report
 
 
-@pytest.mark.parametrize("fault", SECTION_FAULTS, ids=ids)
+@each(SECTION_FAULTS)
 def test_fault_in_the_model_of_rigid_sections(sections, fault):
     site, tour, clean = sections
-    model = build_model(site)
-    fault.spoil(model)
-    judge(fault, verify(site, run(site, tour, model), tour), clean)
+    judge(fault, verify(site, run_spoilt_model(fault, site, tour), tour), clean)
 
 
 @pytest.fixture(scope="module")
@@ -79,18 +66,18 @@ def operation(two):
     site = Site(dataclasses.replace(scene, task=task, commands=COMMANDS))
     log = operate(site)
     report = verify(site, log, rehearse(site, log))
-    assert report.passed, [(row.quantity, row.measured) for row in report.checks if not row.passed]
+    assert report.passed, failed(report)
     return site, log, report
 
 
-@pytest.mark.parametrize("fault", CONTROLLER_FAULTS, ids=ids)
+@each(CONTROLLER_FAULTS)
 def test_fault_in_the_controller(operation, fault):
     site, _, clean = operation
     log = operate(fault.spoil(site))
     judge(fault, verify(site, log, rehearse(site, log)), clean)
 
 
-@pytest.mark.parametrize("fault", OPERATION_FAULTS, ids=ids)
+@each(OPERATION_FAULTS)
 def test_fault_in_the_log_of_an_operator(operation, fault):
     site, log, clean = operation
     spoilt = fault.spoil(log)
@@ -129,7 +116,7 @@ def leaning():
     return site, log, verify(site, log)
 
 
-@pytest.mark.parametrize("fault", CONTACT_FAULTS, ids=ids)
+@each(CONTACT_FAULTS)
 def test_fault_in_the_log_of_a_leaning_tool(leaning, fault):
     site, log, clean = leaning
     judge(fault, verify(site, fault.spoil(log)), clean)

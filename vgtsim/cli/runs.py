@@ -47,14 +47,16 @@ def run(
     `--resume` ends it with the same log.
     """
     from vgtsim.output import stage_results, write_mission, write_verdict
+    from vgtsim.plant import carry_waste
     from vgtsim.verification import PhaseRun, join_phases
 
     sites = _list_sites(scene_name)
     folder = out or Path("out") / sites[0].task.name
     programmes = _prepare(sites)
     with stage_results(folder, resume=resume) as stage:
-        runs = []
-        for site, programme, place in zip(sites, programmes, _place_runs(sites, stage), strict=True):
+        runs: list[PhaseRun] = []
+        for described, programme, place in zip(sites, programmes, _place_runs(sites, stage), strict=True):
+            site = carry_waste(described, runs[-1].log) if runs else described
             log, report = _play(site, programme, place, resume=resume)
             runs.append(PhaseRun(site, log, report))
             if len(sites) > 1:
@@ -97,22 +99,22 @@ def _play(site: Site, programme: _Programme, folder: Path, *, resume: bool) -> t
 
     folder.mkdir(parents=True, exist_ok=True)
     write_scene_files(site, programme.pose, folder)
-    writer = programme.begin(folder / LOG, resume)
+    writer = programme.begin(site, folder / LOG, resume)
     if not writer.ended:
-        programme.record(writer)
+        programme.record(site, writer)
     log = open_log(folder / LOG)
     with ERR.status("verifying"):
-        return log, judge(site, log, programme.plan(log))
+        return log, judge(site, log, programme.plan(site, log))
 
 
 @dataclass(frozen=True)
 class _Programme:
-    """What a scene's run plays: how its log is begun and recorded, inputs for a picture, and the plan of a log."""
+    """What a scene's run plays: how the log of its site is begun and recorded, inputs for a picture, and the plan of a log."""
 
     pose: NDArray[np.float64]
-    begin: Callable[[Path, bool], LogWriter]
-    record: Callable[[LogWriter], None]
-    plan: Callable[[LogSource], PlannedTour]
+    begin: Callable[[Site, Path, bool], LogWriter]
+    record: Callable[[Site, LogWriter], None]
+    plan: Callable[[Site, LogSource], PlannedTour]
 
 
 def _prepare(sites: Sequence[Site]) -> list[_Programme]:
@@ -126,24 +128,24 @@ def _prepare(sites: Sequence[Site]) -> list[_Programme]:
         check_operation(site)
         programme = _Programme(
             pose=site.start,
-            begin=lambda folder, resume: begin_operation(site, folder, resume=resume),
-            record=lambda writer: record_operation(site, writer),
-            plan=lambda log: rehearse(site, log),
+            begin=lambda site, folder, resume: begin_operation(site, folder, resume=resume),
+            record=record_operation,
+            plan=rehearse,
         )
         return [programme]
     with ERR.status("planning the tour"):
-        return [_programme(site, tour) for site, tour in zip(sites, plan_phases(sites), strict=True)]
+        return [_programme(tour) for tour in plan_phases(sites)]
 
 
-def _programme(site: Site, tour: Tour) -> _Programme:
+def _programme(tour: Tour) -> _Programme:
     from vgtsim.planning import revise_as_run
     from vgtsim.plant import begin_log, record
 
     return _Programme(
         pose=tour.legs[0].q,
-        begin=lambda folder, resume: begin_log(site, tour, folder, resume=resume),
-        record=lambda writer: record(site, tour, writer),
-        plan=lambda log: revise_as_run(site, tour, log.revisions),
+        begin=lambda site, folder, resume: begin_log(site, tour, folder, resume=resume),
+        record=lambda site, writer: record(site, tour, writer),
+        plan=lambda site, log: revise_as_run(site, tour, log.revisions),
     )
 
 
@@ -181,6 +183,7 @@ def verify(
 ) -> None:
     """Make every check again from the log of a run, by its scene's file where that is there; write the report again."""
     from vgtsim.output import find_results, list_runs, prepare_folder, write_mission, write_pdf, write_reports
+    from vgtsim.plant import carry_waste
     from vgtsim.site import Site
     from vgtsim.verification import PhaseRun, join_phases
     from vgtsim.verification import verify as judge
@@ -196,7 +199,8 @@ def verify(
     runs = []
     for index, ((place, _, log), site, (_, notes)) in enumerate(zip(loaded, sites, found, strict=True)):
         with ERR.status("verifying"):
-            report = judge(site, log, programmes[index].plan(log) if programmes else None, (*notes, *more))
+            here = carry_waste(site, runs[-1].log) if runs else site
+            report = judge(here, log, programmes[index].plan(here, log) if programmes else None, (*notes, *more))
         write_reports(site, log, report, prepare_folder(place))
         runs.append(PhaseRun(site, log, report))
     report, missing = runs[0].report, None

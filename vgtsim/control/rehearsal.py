@@ -26,6 +26,7 @@ class RehearsedLeg:
     lengths: Array
     goal: int = -1
     feed: None = None
+    turn: None = None
     leader: None = None
     tool: None = None
 

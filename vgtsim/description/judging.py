@@ -62,7 +62,7 @@ class Limits(Description):
     lumped_shear: Force = Field(default=1e-6, gt=0)
     axial_force_settled: Number = Field(default=1e-6, gt=0)
     axial_force_moving: Number = Field(default=1e-3, gt=0)
-    pressure_force: Number = Field(default=0.01, gt=0)  # pressures stand half a step from forces
+    pressure_force: Number = Field(default=0.01, gt=0)  # the damper beside the oil is of the start posture
     member_utilisation: Number = Field(default=1.0, gt=0)
     actuator_force: Number = Field(default=1.0, gt=0)
     actuator_stroke: Gap = 0.0

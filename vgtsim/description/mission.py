@@ -21,10 +21,12 @@ class InsertStep(Description):
     Attributes:
         do: Always `insert`.
         modules: Active modules of a shorter arm, counted from the tool; absent for the whole arm.
+        pivot_depth: Depth of the arm's base face below the crown at which it works until it is withdrawn; absent, the mast's.
     """
 
     do: Literal["insert"]
     modules: int | None = Field(default=None, ge=1, le=100)
+    pivot_depth: Size | None = None
 
 
 class AddStep(Description):

@@ -14,11 +14,12 @@ _LEFT = ("mission.", "motion.start")  # keys whose figures are others in a phase
 
 @dataclass
 class _Part:
-    """A part of a mission: active modules of its arm, its steps, and whether the arm stands in the clamp."""
+    """A part of a mission: active modules of its arm, its steps, whether the arm stands in the clamp, and a pivot depth, m."""
 
     modules: int
     steps: list[MissionStep]
     stands: bool = False
+    depth: float | None = None
 
 
 def cut_arm(arm: Manipulator, first: int) -> Manipulator:
@@ -35,35 +36,29 @@ def shorten_arm(arm: Manipulator, count: int) -> Manipulator:
 
 
 def list_phases(scene: Scene) -> tuple[Scene, ...]:
-    """The phases of a scene's mission in their order, each as a scene; of any other scene, and of a phase, itself.
-
-    Raises:
-        DescriptionError: A phase before the last one cuts waste.
-    """
+    """The phases of a scene's mission in their order, each as a scene; of any other scene, and of a phase, itself."""
     task, whole = scene.task, len(scene.manipulator.active)
     if task.phase is not None or not task.mission:
         return (scene,)
     parts = _split(task.mission, whole)
-    if len(parts) == 1 and parts[0].modules == whole and not parts[0].stands:
+    if len(parts) == 1 and (parts[0].modules, parts[0].stands, parts[0].depth) == (whole, False, None):
         return (scene,)
-    if any(isinstance(step, CutStep) for part in parts[:-1] for step in part.steps):
-        index = next(i for i, step in enumerate(task.mission) if isinstance(step, CutStep))
-        found = f"cut in a mission of {len(parts)} phases, of which the next does not know what waste is left"
-        raise scene.error(
-            f"mission.{index}.do", found, "a cut in the last phase, or a mission of an arm that keeps its length"
-        )
+    patches = tuple(dict.fromkeys(step.patch for step in task.mission if isinstance(step, CutStep)))
     provenance = {key: label for key, label in task.provenance.items() if not key.startswith(_LEFT)}
-    motion = task.motion.model_copy(update={"start": None})
+    anywhere = task.motion.model_copy(update={"start": None})  # a shorter arm has other postures
     phases = []
     for number, part in enumerate(parts, start=1):
         said = f"phase {number} of {len(parts)}, {part.modules} module{'s' * (part.modules > 1)}"
         changed = {
             "title": f"{task.title}: {said}",
             "mission": tuple(part.steps),
-            "motion": motion,
-            "phase": Phase(number=number, count=len(parts), stands=part.stands),
+            "motion": task.motion if part.modules == whole else anywhere,
+            "phase": Phase(number=number, count=len(parts), stands=part.stands, patches=patches),
             "provenance": provenance,
         }
+        if part.depth is not None:
+            changed["mast"] = task.mast.model_copy(update={"pivot_depth": part.depth})
+            changed["provenance"] = {key: label for key, label in provenance.items() if key != "mast.pivot_depth"}
         arm = shorten_arm(scene.manipulator, part.modules)
         phases.append(replace(scene, task=task.model_copy(update=changed), manipulator=arm))
     return tuple(phases)
@@ -97,8 +92,8 @@ def _split(steps: Sequence[MissionStep], whole: int) -> list[_Part]:
     for step in steps:
         if isinstance(step, InsertStep):
             modules = step.modules or whole
-            if not parts or waits or parts[-1].modules != modules:
-                parts.append(_Part(modules, []))
+            if not parts or waits or (parts[-1].modules, parts[-1].depth) != (modules, step.pivot_depth):
+                parts.append(_Part(modules, [], depth=step.pivot_depth))
             waits = []
             parts[-1].steps.append(step)
         elif isinstance(step, AddStep):

@@ -216,11 +216,13 @@ class Phase(Description):
     Attributes:
         number: From 1, of `count` phases.
         stands: Whether the arm stands in the clamp, at the end or at the beginning.
+        patches: Names of those that the whole mission cuts.
     """
 
     number: int = Field(ge=1)
     count: int = Field(ge=1)
     stands: bool
+    patches: tuple[Name, ...] = ()
 
 
 class SceneFile(Description):

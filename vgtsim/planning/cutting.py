@@ -104,9 +104,9 @@ def check_cuts(site: Site) -> None:
     Raises:
         DescriptionError: See `plan_cut`.
     """
-    if site.diggings is None:
+    if site.diggings is None or site.begun is None:
         return
-    heights = site.diggings.start.copy()
+    heights = site.begun.copy()
     for index, step in enumerate(site.task.mission):
         if isinstance(step, CutStep):
             plan = plan_cut(site, index, step, heights)

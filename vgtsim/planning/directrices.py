@@ -108,10 +108,10 @@ def _room(site: Site, curve: LeadCurve, towards: float, reach: float, straight: 
     flat, _ = curve.at(np.arange(0.0, max(reach, _SPACING), _SPACING))
     points = PlanarArm(site.chain, towards).place(flat)
     half = site.tank.arm_riser.bore / 2 + _BULGE + site.clearance
-    gaps = [
-        enclosure_distance(site.tank, around.profile, points)[0].min(),
-        points[:, 2].min() - around.obstacles.waste_level,
-    ]
+    bed, above = around.obstacles.bed, points[:, 2] - around.obstacles.waste_level
+    if bed is not None and np.ptp(bed.heights) > 0:
+        above = bed.distance(points)[0]
+    gaps = [enclosure_distance(site.tank, around.profile, points)[0].min(), above.min()]
     gaps += around.obstacles.distances(points[:-1], points[1:]).tolist()
     leave = abs(float(curve.offsets(np.array([0.0, straight]))[0]))
     return float(min(gaps)) - half - _BACK * leave

@@ -85,7 +85,7 @@ class _Plan:
     ends: list[Array] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.heights = None if self.site.diggings is None else self.site.diggings.start
+        self.heights = self.site.begun
         self._enter(self.site)
 
     def _enter(self, site: Site) -> None:
@@ -287,6 +287,11 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
         ReachError: A goal cannot be met.
         FollowError: The posture would jump on a path.
     """
+    return _carry_out(site, way)[0]
+
+
+def _carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
+    """A mission's tour, and heights of the waste that it will leave in the diggings, shape (P,), m, if it cuts any."""
     steps = site.task.mission
     check_site(site)
     if way is not None:
@@ -324,7 +329,7 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
             leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
         )
         legs.append(leg)
-    return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds)
+    return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds), plan.heights
 
 
 def plan_site(site: Site) -> Tour:
@@ -345,7 +350,8 @@ def plan_site(site: Site) -> Tour:
 def plan_phases(sites: Sequence[Site]) -> tuple[Tour, ...]:
     """Plan all phases of a mission, see `list_phases`: a tour for each, of which the next begins as the one before ended.
 
-    An arm that grows in the riser has one way in, that of its longest phase.
+    An arm that grows in the riser has one way in, that of its longest phase. Each phase is planned over the waste that those
+    before it will leave.
 
     Raises:
         DescriptionError: As in `plan_mission` and `check_assembly_room`; `PathError`, `ReachError`, `FollowError` likewise.
@@ -357,15 +363,26 @@ def plan_phases(sites: Sequence[Site]) -> tuple[Tour, ...]:
         if begins_anew(site.scene) or not campaigns:
             campaigns.append([])
         campaigns[-1].append(site)
-    return tuple(tour for campaign in campaigns for tour in _plan_campaign(campaign))
+    tours: list[Tour] = []
+    heights = sites[0].begun
+    for campaign in campaigns:
+        ways = _grow(campaign, heights)
+        for site in campaign:
+            tour, heights = _carry_out(_lay(site, heights), ways[len(site.arm.active) - 1] if ways else None)
+            tours.append(tour)
+    return tuple(tours)
 
 
-def _plan_campaign(sites: Sequence[Site]) -> list[Tour]:
-    """Tours of the phases between two instants at which nothing is in the tank."""
+def _lay(site: Site, heights: Array | None) -> Site:
+    """A site over waste of some heights in its diggings, shape (P,), m."""
+    return site if heights is None else site.lower_waste(heights)
+
+
+def _grow(sites: Sequence[Site], heights: Array | None) -> tuple[Insertion, ...]:
+    """Ways in of an arm that grows from phase to phase, by the number of its modules less one; none of one that does not."""
     if not any(isinstance(step, AddStep) for site in sites for step in site.task.mission):
-        return [plan_mission(site) for site in sites]
-    longest = max(sites, key=lambda site: len(site.arm.active))
+        return ()
+    longest = _lay(max(sites, key=lambda site: len(site.arm.active)), heights)
     check_site(longest)
     check_assembly_room(longest)
-    ways = cut_way(longest, plan_insertion(longest))
-    return [plan_mission(site, ways[len(site.arm.active) - 1]) for site in sites]
+    return cut_way(longest, plan_insertion(longest))

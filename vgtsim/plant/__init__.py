@@ -1,5 +1,6 @@
 """The stepped arm: drives, oil, valves, springs and contact behind one step, and the recorder of its log."""
 
+from vgtsim.plant.digger import carry_waste
 from vgtsim.plant.operating import Operation, begin_operation, operate, record_operation
 from vgtsim.plant.plant import Plant
 from vgtsim.plant.tour import begin_log, record, run
@@ -12,6 +13,7 @@ __all__ = [
     "PlantState",
     "begin_log",
     "begin_operation",
+    "carry_waste",
     "operate",
     "record",
     "record_operation",

@@ -9,6 +9,8 @@ from vgtsim.errors import CommandError
 from vgtsim.geometry import Diggings
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import lower_waste
+from vgtsim.site import Site
+from vgtsim.stretch import LogSource
 
 Array = NDArray[np.float64]
 
@@ -24,11 +26,11 @@ class Digger:
         removed: Volume removed so far, m³.
     """
 
-    def __init__(self, model: mujoco.MjModel, diggings: Diggings) -> None:
-        """Begin with the waste as it is described."""
+    def __init__(self, model: mujoco.MjModel, diggings: Diggings, begun: Array) -> None:
+        """Begin with waste of some heights, shape (P,), m; volume is counted from the described ones."""
         self._model, self._diggings = model, diggings
-        self.share = self.wanted = self.removed = 0.0
-        self.heights = diggings.start.copy()
+        self.share = self.wanted = 0.0
+        self.heights, self.removed = begun.copy(), float(diggings.removed(begun))
         lower_waste(model, diggings, self.heights)
 
     @property
@@ -61,6 +63,14 @@ class Digger:
             lower_waste(self._model, self._diggings, self.heights)
 
 
-def find_digger(model: mujoco.MjModel, diggings: Diggings | None) -> Digger | None:
+def find_digger(model: mujoco.MjModel, site: Site) -> Digger | None:
     """The digger of a site whose mission cuts waste."""
-    return None if diggings is None else Digger(model, diggings)
+    if site.diggings is None or site.begun is None:
+        return None
+    return Digger(model, site.diggings, site.begun)
+
+
+def carry_waste(site: Site, log: LogSource) -> Site:
+    """The site of a mission's next phase, over the waste as the log of the phase before left it."""
+    last = log.read(log.count - 1, log.count)
+    return site.lower_waste(last.bed[0]) if last.bed.size else site

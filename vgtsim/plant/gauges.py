@@ -175,7 +175,8 @@ class SectionGauges:
     def complete(self, records: Records) -> Records:
         """See `Gauges.complete`: forces, and ends of members, which are off their hubs by what their rows are off."""
         site, truss, nodes = self._site, self._site.truss, records["nodes"]
-        motion = motion_from_log(records["time"], nodes)
+        motion = motion_from_log(records["time"], nodes, self._timestep)
+        motion = NodeMotion(motion.velocity, records.get("acceleration", motion.acceleration))
         still = (records["settled"] | ~np.isfinite(motion.acceleration).all(axis=(1, 2)))[:, None, None]
         # at rest differences of records from before the rest say nothing
         known = NodeMotion(*(np.where(still, 0.0, item) for item in (motion.velocity, motion.acceleration)))

@@ -81,7 +81,8 @@ class Plant:
         self._count = len(site.truss.actuated)
         self._recorder = Recorder(gauges=self._gauges, store=store)
         self._parts, self._yields = Parts(site), site.yields
-        self._knocks = self._yields and bool(site.task.contacts)
+        # what is knocked, and the ends of quick moves, fall between two records
+        self._jerks = bool(self._yields and site.task.contacts) or bool(site.task.mission)
         self._steps, self._wall = 0, 0.0
         self.record_rate = simulation.log_rate if record_rate is None else record_rate
         self.stopped = _NEVER_RESET
@@ -140,7 +141,7 @@ class Plant:
         wanted = chain.lengths(q) if wanted is None else wanted
         self._mast_drives = MastDrives(self.model, self.data, self.site)
         self._mast = self._stood = self._mast_drives.read_command(feed, turn)
-        self._digger = find_digger(self.model, self.site.diggings)
+        self._digger = find_digger(self.model, self.site)
         self.stopped = _NEVER_RESET  # until the arm stands
         self._target = self._commanded = wanted
         self._rates: Array | None = None
@@ -365,7 +366,7 @@ class Plant:
             )
         if digger is not None:
             digger.dig(data.site_xpos[self._gauges.tool], self.timestep)
-        if self._knocks:
+        if self._jerks:
             self._before = data.site_xpos[self._gauges.nodes]
         self._note_rest()
         self._note_contacts(self._list_contacts(), recorded=recorded)
@@ -396,7 +397,7 @@ class Plant:
             more |= self._digger.record
         if self._aimed is not None:
             more["target"] = self._aimed
-        if self._knocks:
+        if self._jerks:
             here, there = self.data.site_xpos, self._correction.find_sites(self.data)
             nodes = self._gauges.nodes
             more["acceleration"] = (there[nodes] - 2 * here[nodes] + self._before) / self.timestep**2

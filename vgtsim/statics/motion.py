@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 
 _SPACING = 1e-6  # relative change of the record spacing that ends a run: far above rounding, far below one step
+_WINDOWS = (5, 7)  # records of a polynomial: nine follow the ends of a move no better, and take more records beside
+_LEAST_PART = 1e-3  # of the spacing: over a shorter step differences lose digits, and are derivatives to 1e-7
+_STEPS = 3  # records that hold two steps, where each step is recorded
 
 
 @dataclass(frozen=True)
@@ -31,12 +35,16 @@ class NodeMotion:
         return NodeMotion(self.velocity[instants], self.acceleration[instants])
 
 
-def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5) -> NodeMotion:
+def motion_from_log(time: ArrayLike, nodes: ArrayLike, step: float = 0.0) -> NodeMotion:
     """Differentiate node positions, shape (T, N, 3), m, at increasing times, shape (T,), s, by local polynomials.
 
-    Only records of constant spacing are differenced together; NaN where there are fewer of these than a polynomial takes.
-    A polynomial goes through all records of its window: five are best for smooth motion; with three the accelerations are those
-    of MuJoCo's steps, if each step is recorded.
+    Only records of constant spacing are differenced together; NaN where there are fewer of these than five. A polynomial
+    goes through seven records, or five of fewer.
+
+    With the step of a simulation, s, velocities are those of the step that led to a record, and accelerations those from that
+    step to the next one: differences of places a step apart. These are what the simulated forces go with, where derivatives
+    at the record are off by a twelfth of the step squared times the fourth derivative. Where every step is recorded, the
+    differences are those of three records.
 
     Source: A. Savitzky and M. J. E. Golay, Analytical Chemistry 36 (1964), 1627-1639.
     """
@@ -45,20 +53,42 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike, window: int = 5) -> NodeM
     for run in uniform_runs(t):
         stretch = n[run]
         spacing = float(t[run.stop - 1] - t[run.start]) / max(len(stretch) - 1, 1)
-        if len(stretch) < window or spacing <= 0:
+        part = step / spacing if _LEAST_PART * spacing < step < spacing * (1 + _SPACING) else 0.0
+        window = _fit_window(len(stretch), part)
+        if not window or spacing <= 0:
             continue
         # differences from the mean keep the digits that the distance from the tank's origin would cost
-        offset = stretch - stretch.mean(axis=0)
-        velocity[run] = _differentiate(offset, 1, window) / spacing
-        acceleration[run] = _differentiate(offset, 2, window) / spacing**2
+        offset, weights = stretch - stretch.mean(axis=0), _weigh(window, part)
+        velocity[run] = _combine(offset, weights[0]) / spacing
+        acceleration[run] = _combine(offset, weights[1]) / spacing**2
     return NodeMotion(velocity, acceleration)
 
 
-def _differentiate(values: Array, order: int, window: int) -> Array:
-    """Derivatives of values, shape (T, ...), by the number of the record; those at either end from one polynomial."""
-    half, places = window // 2, np.arange(window) - window // 2
-    slopes = polyval(places, polyder(np.eye(window), order))  # of every power, at every place
-    weights = np.linalg.solve(np.vander(places, increasing=True).T, slopes).T
+def _fit_window(count: int, part: float) -> int:
+    """Records of a polynomial, of so many of one spacing, for a step of that part of the spacing; 0 if too few."""
+    windows = (_STEPS,) if abs(part - 1) < _SPACING else _WINDOWS
+    return max((window for window in windows if window <= count), default=0)
+
+
+@lru_cache(maxsize=8)
+def _weigh(window: int, part: float) -> Array:
+    """Weights of a window's records, one apart, in both derivatives at each of its places, shape (2, window, window).
+
+    For a part of the spacing they are differences of places so far apart.
+    """
+    places = np.arange(window) - window // 2
+    weights = np.linalg.inv(np.vander(places, increasing=True).astype(float))  # of the records in each power
+    if not part:
+        slopes = np.stack([polyval(places, polyder(np.eye(window), order)).T for order in (1, 2)])
+        return slopes @ weights
+    before, at, after = (np.vander(places + move, window, increasing=True) for move in (-part, 0.0, part))
+    return np.stack([(at - before) / part, (after - 2 * at + before) / part**2]) @ weights
+
+
+def _combine(values: Array, weights: Array) -> Array:
+    """Values of a run, shape (T, ...), by the weights of a window at each of its places; near the ends one window serves all."""
+    window = len(weights)
+    half = window // 2
     found = np.empty_like(values)
     found[half:-half] = sum(w * values[j : len(values) + j + 1 - window] for j, w in enumerate(weights[half]))
     found[:half] = np.tensordot(weights[:half], values[:window], axes=1)

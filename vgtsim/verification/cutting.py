@@ -146,7 +146,7 @@ def _find_most(run: Evidence) -> Array:
 def _follow(run: Evidence) -> Array:
     """Volume that the tool removed since the first record by its path, its share of power and its rate, shape (T,), m³."""
     log, ground = run.log, _diggings(run)
-    step = log.performance.get("timestep_s", run.site.timestep)
+    step = run.step
     heights, gone, total = log.bed[0].copy(), 0.0, np.zeros(len(log.time))
     for k in range(len(log.time) - 1):
         if log.tool_share[k] > 0 or log.tool_share[k + 1] > 0:

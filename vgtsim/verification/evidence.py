@@ -34,7 +34,7 @@ from vgtsim.touches import Touches, find_touches
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-_BESIDE = 2  # records on either side of one that its acceleration is made of, see `motion_from_log`
+_BESIDE = 3  # records on either side of one that its acceleration is made of, see `motion_from_log`
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run
 
 
@@ -142,10 +142,14 @@ class Evidence:
         """Number in the run of the log's first record."""
         return self.stretch.first if self.stretch else 0
 
+    @property
+    def step(self) -> float:
+        """Step of the plant, s."""
+        return self.log.performance.get("timestep_s", self.site.timestep)
+
     def _differentiate(self, values: Array) -> NodeMotion:
-        """Velocities and accelerations of points in wide records, shape (T', P, 3), m, at the log's."""
-        live = self.site.task.operator is not None  # every step is recorded, and accelerations jump from step to step
-        found = motion_from_log(self.wide.time, values, window=3 if live else 5)
+        """Velocities and accelerations of points in wide records, shape (T', P, 3), m, at the log's: of the plant's steps."""
+        found = motion_from_log(self.wide.time, values, self.step)
         inner = self.stretch.inner if self.stretch else slice(None)
         return NodeMotion(found.velocity[inner], found.acceleration[inner])
 
@@ -190,13 +194,22 @@ class Evidence:
 
     @cached_property
     def speeds(self) -> Array:
-        """Speeds of the cylinders half a step before each record, from differenced lengths, shape (T, J), m/s.
+        """Speeds of the cylinders in the step that led to each record, from differenced lengths, shape (T, J), m/s.
 
-        MuJoCo's speeds, which the log has, stand there: they are those of the step that led to the record.
+        MuJoCo's speeds, which the log has, are those.
         """
-        found = self._differentiate(self.wide.actual[..., None])
-        step = self.log.performance.get("timestep_s", self.site.timestep)
-        return (found.velocity - step / 2 * found.acceleration)[..., 0]
+        return self._differentiate(self.wide.actual[..., None]).velocity[..., 0]
+
+    def find_pull(self, pull: Array) -> Array:
+        """Pull of cylinders by the oil's in wide records, shape (T', J), N, and the damper beside the oil, at the log's.
+
+        The damper resists stretching as the members' do, over which the oil's pull changes: the two are in one place.
+        """
+        damper = (
+            self.site.damper if self.site.task.simulation.damping_ratio else self.step / 2
+        )  # the least that is stable
+        inner = self.stretch.inner if self.stretch else slice(None)
+        return pull[inner] + damper * self._differentiate(pull[..., None]).velocity[..., 0]
 
     @cached_property
     def lengths(self) -> Array:

@@ -190,17 +190,19 @@ def _find_reaction_error(run: Evidence, *, settled: bool) -> Finding:
     applies=when(drive="hydraulic"),
 )
 def check_pressure_force(run: Evidence) -> Finding:
-    """Greatest difference of pressures times areas from a drive's force, over the largest force of the instant.
+    """Greatest difference of pressures times areas, with the cylinder's damper, from a drive's force, over the instant's largest.
 
     A piston at an end of its stroke is left out: its barrel carries what the oil does not.
     """
     log, bore, rod = run.log, collect(run.site, "bore"), collect(run.site, "rod")
     if lack := lacks_pressures(log):
         return lack
-    force = np.sum(log.pressure * (np.pi / 4 * np.stack([-(bore**2), bore**2 - rod**2], axis=-1)), axis=-1)
+    force = np.sum(run.wide.pressure * (np.pi / 4 * np.stack([-(bore**2), bore**2 - rod**2], axis=-1)), axis=-1)
     most = np.maximum(np.abs(log.actuator_force).max(axis=1, keepdims=True), LEAST_FORCE)
     free = (log.saturation & _STOPPED) == 0
-    return worst_of(np.where(free, np.abs(force - log.actuator_force) / most, 0.0), log.time, run.actuator_names)
+    return worst_of(
+        np.where(free, np.abs(run.find_pull(force) - log.actuator_force) / most, 0.0), log.time, run.actuator_names
+    )
 
 
 def relative_error(measured: Array, expected: Array) -> Array:

@@ -12,6 +12,7 @@ from vgtsim.description import begins_anew
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource
 from vgtsim.verification.checks import CHECK_NAMES
+from vgtsim.verification.evidence import Array
 from vgtsim.verification.report import Check, Report
 
 _ADDED = ("simulated_s", "wall_s", "steps")
@@ -89,12 +90,20 @@ def _count_phases(runs: Sequence[PhaseRun]) -> Check:
 
 
 def _hand_over(runs: Sequence[PhaseRun], begins: Sequence[float]) -> list[Check]:
-    """Hubs and commands of the part that is in the tank, at the end of a phase and at the begin of the next."""
-    found = []
+    """Hubs and commands of the part that is in the tank, at the end of a phase and at the begin of the next, and the waste.
+
+    The waste of the first phase is held against the description.
+    """
+    ground = runs[0].site.diggings
+    found = [] if ground is None else [_hold_waste(runs[0], ground.start, "begin of phase 1", 0.0)]
     for number, (before, after) in enumerate(pairwise(runs), start=1):
+        last = before.log.read(before.log.count - 1, before.log.count)
+        if ground is not None:
+            waste = last.bed[0] if last.bed.size else ground.start
+            found.append(_hold_waste(after, waste, f"phase {number} to {number + 1}", begins[number]))
         if begins_anew(after.site.scene):
             continue
-        last, first = before.log.read(before.log.count - 1, before.log.count), after.log.read(0, 1)
+        first = after.log.read(0, 1)
         hubs = min(last.nodes.shape[1], first.nodes.shape[1])
         drives = min(last.commanded.shape[1], first.commanded.shape[1])
         apart = np.linalg.norm(last.nodes[0, -hubs:] - first.nodes[0, -hubs:], axis=-1).max()
@@ -117,3 +126,20 @@ def _hand_over(runs: Sequence[PhaseRun], begins: Sequence[float]) -> list[Check]
             )
             found.append(check)
     return found
+
+
+def _hold_waste(run: PhaseRun, before: Array, where: str, when: float) -> Check:
+    """Greatest difference of the heights with which a phase begins, from those before, shape (P,), m; NaN without heights."""
+    first, limit = run.log.read(0, 1), run.site.task.limits.command
+    changed = float(np.abs(first.bed[0] - before).max()) if first.bed.size else float("nan")
+    return Check(
+        name="record",
+        quantity="waste, phase to phase",
+        measured=changed,
+        limit=float(limit),
+        unit="m",
+        sense="at most",
+        where=where,
+        when=when,
+        source=f"{run.site.scene.file.name}: limits.command",
+    )
