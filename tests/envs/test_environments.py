@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+import os
 import warnings
 
 import numpy as np
 import pytest
 
-from vgtsim.errors import CommandError
+from vgtsim.errors import CommandError, MissingLibraryError
 
 gymnasium = pytest.importorskip("gymnasium", reason="vgtsim[env] is not installed")
 
@@ -140,18 +142,21 @@ def test_a_touch_ends_an_episode_with_its_fault():
     assert reward == pytest.approx(FAULT, abs=1.0)
 
 
-def test_vectors_of_environments_have_the_rows_of_one():
-    vector = gymnasium.make_vec("vgtsim/Reach-arm9-v0", num_envs=3, vectorization_mode="sync")
-    seen, _ = vector.reset(seed=[4, 5, 6])
-    action = np.tile(np.linspace(-1, 1, 9, dtype=np.float32), (3, 1))
+@pytest.mark.parametrize("mode", ["sync", pytest.param("async", marks=pytest.mark.long)])
+def test_vectors_of_environments_have_the_rows_of_one(mode):
+    """In one process, and with a process for each environment."""
+    more = {"context": "spawn"} if mode == "async" else {}  # threads of libraries do not survive a fork
+    vector = gymnasium.make_vec("vgtsim/Reach-arm9-v0", num_envs=2, vectorization_mode=mode, vector_kwargs=more)
+    seen, _ = vector.reset(seed=[4, 5])
+    action = np.tile(np.linspace(-1, 1, 9, dtype=np.float32), (2, 1))
     after, rewards, *_ = vector.step(action)
-    for k, seed in enumerate((4, 5, 6)):
+    vector.close()
+    for k, seed in enumerate((4, 5)):
         env = make()
         assert np.array_equal(env.reset(seed=seed)[0], seen[k])
         observation, reward, *_ = env.step(action[k])
         assert np.array_equal(observation, after[k])
         assert reward == rewards[k]
-    vector.close()
 
 
 @pytest.mark.render
@@ -170,6 +175,40 @@ def test_pictures_in_every_mode_without_a_window():
     colour, depth = env.render()
     assert colour.shape[:2] == depth.shape
     env.close()
+
+
+@pytest.mark.long
+def test_a_window_is_drawn_anew_by_every_step(monkeypatch):
+    """With a window that only counts: a machine that tests has no display."""
+    drawn = []
+
+    class Window:
+        def __init__(self, model, data, *_, **__):
+            self.data = data
+
+        def render(self, mode):
+            drawn.append((mode, self.data.qpos.copy()))
+
+        def close(self):
+            drawn.append("closed")
+
+    monkeypatch.setattr("gymnasium.envs.mujoco.mujoco_rendering.MujocoRenderer", Window)
+    monkeypatch.setattr("vgtsim.envs.picture.require_display", lambda: None)
+    env = make(render_mode="human")
+    env.reset(seed=1)
+    for _ in range(2):
+        env.step(steer(env))
+    assert [mode for mode, _ in drawn] == ["human"] * 3
+    assert all(np.abs(after - before).max() > 1e-4 for (_, before), (_, after) in itertools.pairwise(drawn))
+    env.close()
+    assert drawn[-1] == "closed"
+
+
+@pytest.mark.long
+@pytest.mark.skipif(any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY")), reason="there is a display")
+def test_a_window_without_a_display_is_refused_by_name():
+    with pytest.raises(MissingLibraryError, match="a display"):
+        make(render_mode="human").reset(seed=1)
 
 
 def test_bad_choices_are_named():

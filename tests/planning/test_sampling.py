@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -99,6 +100,23 @@ def test_a_net_gives_its_shortest_way():
     assert net.way(0, 4) is None
 
 
+@pytest.mark.parametrize(("reached", "last"), [(True, 1_000), (False, 5_000)])
+def test_a_last_search_is_short_where_it_has_no_prospect(monkeypatch, reached, last):
+    """Both ends come to parts of the net that hang apart, or one does not come to it."""
+    asked = []
+
+    def search(_, starts, goals, most):
+        asked.append(most)
+        return np.array([starts[0], goals[0]]) if most == 5_000 and reached else None
+
+    monkeypatch.setattr("vgtsim.planning.carousel.search", search)
+    carousel = Carousel(SimpleNamespace(scale=np.ones(1)))
+    net = Net(np.array([[0.0], [1.0], [9.0]]), np.array([[0], [1]]), np.array([1.0]))
+    carousel.__dict__["net"] = net
+    assert list(carousel.ways(np.zeros(1), np.full(1, 9.0))) == []
+    assert asked == [1_000, *([5_000] * (1 + reached)), last]
+
+
 @pytest.mark.long
 def test_a_path_is_found_where_no_guess_is_clear(hanging_arm, type_ii):
     """Random postures past the observation well, a query that the guesses miss; the path is judged by other code."""
@@ -118,7 +136,8 @@ def test_a_path_is_found_where_no_guess_is_clear(hanging_arm, type_ii):
 
 @pytest.mark.long
 def test_no_way_out_is_said_with_what_blocks_it(hanging_arm, type_ii, monkeypatch):
-    monkeypatch.setattr("vgtsim.planning.carousel._LAST", 500)
+    for name in ("_LAST", "_LOCKED"):
+        monkeypatch.setattr(f"vgtsim.planning.carousel.{name}", 500)
     fence = Equipment(name="fence", diameter=0.9, radius=3.2, azimuth=0.1, bottom=0.0, count=16)
     shut = type_ii.model_copy(update={"equipment": (*type_ii.equipment, fence)})
     ground = ground_of(hanging_arm, shut)

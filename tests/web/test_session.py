@@ -146,6 +146,12 @@ class TestBrowser:
         assert np.sum((red > green + 60) & (red > blue + 60)) > 50  # members in compression
         assert np.sum((blue > red + 40) & (blue > green)) > 50  # and in tension
 
+    def test_a_page_drawn_by_software_does_not_smooth_its_edges(self, person):
+        """The context of the picture, as it was made."""
+        smooth = """() => [...document.querySelectorAll("canvas")].map(canvas => canvas.getContext("webgl2"))
+            .filter(Boolean).map(context => context.getContextAttributes().antialias)"""
+        assert person.page.evaluate(smooth) == [False]
+
     def test_a_slider_moves_the_arm(self, person, served, tmp_path):
         page, before = person.page, person.picture(tmp_path / "a.png")
         box = page.locator("input[type=text], input[inputmode]").filter(visible=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.graphics import mujoco
+from vgtsim.graphics import mujoco, require_display
 from vgtsim.mjcf import build_model, fill_qpos, make_pose_map
 from vgtsim.site import Site
 
@@ -48,8 +48,14 @@ class Picture:
         mujoco.mj_forward(model, self.data)
 
     def render(self, mode: str) -> Any:
-        """Draw in one of Gymnasium's modes."""
+        """Draw in one of Gymnasium's modes.
+
+        Raises:
+            MissingLibraryError: A window is wanted where there is no display.
+        """
         if self._renderer is None:
+            if mode == "human":
+                require_display()
             from gymnasium.envs.mujoco.mujoco_rendering import MujocoRenderer
 
             self._renderer = MujocoRenderer(self.model, self.data, None, _WIDTH, _HEIGHT, 4000, camera_name=_CAMERA)

@@ -48,28 +48,32 @@ def revolve_strip(near: Array, far: Array, front: bool, sections: int = _SECTORS
     return mesh
 
 
-def make_liner(tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...]) -> trimesh.Trimesh:
-    """Half of the steel liner along some pieces of the profile."""
-    inner = _curve(profile, pieces)
+def make_liner(
+    tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...], spacing: float = _SPACING
+) -> trimesh.Trimesh:
+    """Half of the steel liner along some pieces of the profile, on points at most a spacing, m, apart."""
+    inner = _curve(profile, pieces, spacing)
     return revolve_strip(inner, _offset(profile, inner, tank.shell.liner_thickness), front)
 
 
-def make_concrete(tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...]) -> trimesh.Trimesh:
+def make_concrete(
+    tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...], spacing: float = _SPACING
+) -> trimesh.Trimesh:
     """Half of the concrete behind the liner along some pieces of the profile, drawn as thick as the dome."""
-    inner = _curve(profile, pieces)
+    inner = _curve(profile, pieces, spacing)
     liner, thickness = tank.shell.liner_thickness, tank.shell.dome_thickness
     return revolve_strip(_offset(profile, inner, liner), _offset(profile, inner, liner + thickness), front)
 
 
-def make_dome(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
+def make_dome(tank: Tank, profile: Profile, front: bool, spacing: float = _SPACING) -> trimesh.Trimesh:
     """Half of the concrete dome, open at the arm riser."""
-    inner = _ceiling(tank, profile)
+    inner = _ceiling(tank, profile, spacing)
     return _open(tank, revolve_strip(inner, _cover(tank, profile, inner), front))
 
 
-def make_soil(tank: Tank, profile: Profile, front: bool) -> trimesh.Trimesh:
+def make_soil(tank: Tank, profile: Profile, front: bool, spacing: float = _SPACING) -> trimesh.Trimesh:
     """Half of the soil on the dome up to grade."""
-    below = _cover(tank, profile, _ceiling(tank, profile))
+    below = _cover(tank, profile, _ceiling(tank, profile, spacing))
     above = np.stack([below[:, 0], np.full(len(below), tank.grade)], -1)
     return _open(tank, revolve_strip(below, above, front))
 
@@ -112,10 +116,10 @@ def make_riser(tank: Tank, profile: Profile, riser: Riser) -> trimesh.Trimesh:
     return pipe
 
 
-def make_waste(tank: Tank, profile: Profile) -> trimesh.Trimesh:
+def make_waste(tank: Tank, profile: Profile, spacing: float = _SPACING) -> trimesh.Trimesh:
     """The waste: the tank below its level, or below its bed."""
     level, bed = tank.waste.level, make_bed(tank)
-    below = _curve(profile, ("dish", "knuckle", "wall"))
+    below = _curve(profile, ("dish", "knuckle", "wall"), spacing)
     below = below[below[:, 1] < level]
     inward = np.linspace(float(profile.radius_at(level)), 0.0, 2 if bed is None else _RINGS)
     top = np.stack([inward, np.full(len(inward), level)], axis=-1)
@@ -150,19 +154,19 @@ def make_rings(tank: Tank, profile: Profile, radii: list[float]) -> trimesh.Trim
     return trimesh.Trimesh(place, np.concatenate([both, both[:, ::-1]]), process=False)
 
 
-def _curve(profile: Profile, names: tuple[str, ...]) -> Array:
+def _curve(profile: Profile, names: tuple[str, ...], spacing: float) -> Array:
     """Points along some of the pieces, ends included, shape (n, 2), m."""
     parts = []
     for piece in (piece for piece in profile.pieces if piece.name in names):
         # twelve degrees at most between neighbours, so that the tight arcs look round
-        count = max(ceil(piece.length / _SPACING) if piece.turn else 1, ceil(piece.turn / (pi / 15)))
+        count = max(ceil(piece.length / spacing) if piece.turn else 1, ceil(piece.turn / (pi / 15)))
         parts.append(piece.at(np.linspace(0, piece.length, count + 1))[1 if parts else 0 :])
     return np.concatenate(parts)
 
 
-def _ceiling(tank: Tank, profile: Profile) -> Array:
+def _ceiling(tank: Tank, profile: Profile, spacing: float) -> Array:
     """The dome's underside from the wall to the arm riser's pipe."""
-    points = _curve(profile, ("haunch", "dome"))
+    points = _curve(profile, ("haunch", "dome"), spacing)
     if tank.arm_riser.radius:  # the hole is cut beside the axis
         return np.concatenate([points[:-1], [[0.0, profile.crown]]])
     opening = tank.arm_riser.bore / 2 + tank.arm_riser.wall

@@ -31,6 +31,9 @@ _GLANCE = 9  # azimuths at which a shape that was drawn is looked at first
 _BEND, _UNLIKE = np.radians(45.0), np.radians(25.0)  # greatest bend that is drawn; least distance of kept shapes
 _LINK, _LINKING = 4_000, 20_000  # motions of a search between parts of the net, and of all of them
 _DIRECT, _OUT, _LAST = 1_000, 5_000, 12_000  # motions of searches: direct, to the net, and the last one, direct again
+# Motions of the last search where an end does not come to the net, or both come to parts that the net's own searches, with many
+# more motions, did not join.
+_LOCKED, _PARTED = 5_000, 1_000
 _CALLS = 40  # stations of the net that a way may lead to
 
 
@@ -74,31 +77,31 @@ class Carousel:
 
     def ways(self, first: Array, last: Array) -> Iterator[Array]:
         """Corners of clear ways between two clear configurations, shape (W, n) each: direct, by the net, direct with patience."""
-        for find in (self._go_direct, self._go_round, self._go_far):
-            way = find(first, last)
-            if way is not None:
-                yield way
+        way = search(self.ground, first[None], last[None], _DIRECT)
+        if way is not None:
+            yield way
+        way, patience = self._go_round(first, last)
+        if way is not None:
+            yield way
+        way = search(self.ground, first[None], last[None], patience)
+        if way is not None:
+            yield way
 
-    def _go_direct(self, first: Array, last: Array) -> Array | None:
-        return search(self.ground, first[None], last[None], _DIRECT)
-
-    def _go_far(self, first: Array, last: Array) -> Array | None:
-        return search(self.ground, first[None], last[None], _LAST)
-
-    def _go_round(self, first: Array, last: Array) -> Array | None:
+    def _go_round(self, first: Array, last: Array) -> tuple[Array | None, int]:
+        """A way by the net, if there is one, and the motions that a last search is worth."""
         net = self.net
         if net is None:
-            return None
+            return None, _LAST
         out = search(self.ground, first[None], net.stations[self._near(first)], _OUT)
         if out is None:
-            return None
+            return None, _LOCKED
         back = search(self.ground, last[None], net.stations[self._near(last)], _OUT)
         if back is None:
-            return None
+            return None, _LOCKED
         between = net.way(net.number(out[-1]), net.number(back[-1]))
         if between is None:
-            return None
-        return shorten(self.ground, np.concatenate([out[:-1], between, back[-2::-1]]))
+            return None, _PARTED
+        return shorten(self.ground, np.concatenate([out[:-1], between, back[-2::-1]])), _LAST
 
     @cached_property
     def net(self) -> Net | None:

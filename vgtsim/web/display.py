@@ -24,7 +24,7 @@ _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 _GRAIN = 2.0**-12  # 0.24 mm, and as much of a metre at the end of a bar
 _ROUND = 24  # sides of the mast
 _LARGER = 1.3  # than the mark of a goal, which the target covers
-_SECTIONS = 12  # sides of a bar, which is some pixels wide
+_SECTIONS = 8  # sides of a bar, which is some pixels wide
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -27,8 +27,8 @@ _EVERY = 2  # cycles between states while nobody commands: 25 pictures a second,
 class LiveLoop:
     """Drives a site's arm as the letters say, and sends its state where something changed.
 
-    After a letter it is sent with the same cycle, otherwise with every second one. The run goes on while it is played and a page
-    is open. The site is one of `make_live`.
+    After a letter it is sent with the same cycle, otherwise with every second one. The run goes on while it is played and a
+    page is open. The site is one of `make_live`.
 
     Attributes:
         operation: Plant and controller.

@@ -28,6 +28,9 @@ NAME = 0.8  # size of names, of the usual size of text
 _BALL, _STEM = 0.10, (0.025, 0.6)  # m: a goal's ball, and radius and length of the rod along its direction
 _SIDES, _FEW = 24, 8  # of round things, and of thin ones
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
+_SPACING = (
+    1.0  # m, of points along the tank's profile: a third of the triangles, each within a centimetre of the surface
+)
 _FIELD = np.radians(38)  # of view, upright
 
 
@@ -55,26 +58,28 @@ def add_scenery(server: ViserServer, site: Site) -> None:
 def add_tank(scene: SceneApi, tank: Tank) -> None:
     """Add the back half of a tank with all that is in it."""
     profile, around = make_profile(tank.shell), obstacles(tank)
-    shell = [(solids.make_liner(tank, profile, front, _FLOOR), _LINER) for front in (False, True)]
-    shell += [(solids.make_concrete(tank, profile, front, _FLOOR), _CONCRETE) for front in (False, True)]
+    shell = [(solids.make_liner(tank, profile, front, _FLOOR, _SPACING), _LINER) for front in (False, True)]
+    shell += [(solids.make_concrete(tank, profile, front, _FLOOR, _SPACING), _CONCRETE) for front in (False, True)]
     if not tank.shell.open:
-        shell += [(solids.make_liner(tank, profile, False, _WALL), _LINER)]
-        shell += [(solids.make_concrete(tank, profile, False, _WALL), _CONCRETE)]
-        shell += [(solids.make_dome(tank, profile, False), _CONCRETE)]
-        add_baked(scene, "/tank/soil", [(solids.make_soil(tank, profile, False), _SOIL)])
+        shell += [(solids.make_liner(tank, profile, False, _WALL, _SPACING), _LINER)]
+        shell += [(solids.make_concrete(tank, profile, False, _WALL, _SPACING), _CONCRETE)]
+        shell += [(solids.make_dome(tank, profile, False, _SPACING), _CONCRETE)]
+        add_baked(scene, "/tank/soil", [(solids.make_soil(tank, profile, False, _SPACING), _SOIL)])
     risers = [solids.make_riser(tank, profile, riser) for riser in tank.risers if sin(riser.azimuth) >= 0]
     add_baked(scene, "/tank/shell", shell)
     pipes = [solids.make_arm_riser(tank, profile, False), *risers]
     add_baked(scene, "/tank/risers", [(pipe, _RISER) for pipe in pipes])
     if tank.waste.level:
-        add_baked(scene, "/tank/waste", [(solids.make_waste(tank, profile), _WASTE)])
+        add_baked(scene, "/tank/waste", [(solids.make_waste(tank, profile, _SPACING), _WASTE)])
     for name, axis, radius in zip(around.names, around.axes, around.radii, strict=False):  # cylinders come first
         pipe = trimesh.creation.cylinder(float(radius), segment=axis, sections=_SIDES)
         add_baked(scene, f"/tank/{name}", [(pipe, _EQUIPMENT)])
     for item in tank.solids:
         hulls = [trimesh.convex.convex_hull(corners) for corners in find_hulls(item, profile)]
         add_baked(scene, f"/tank/{item.name}", [(hull, _EQUIPMENT) for hull in hulls])
-    add_baked(scene, "/tank/rings", [(solids.make_rings(tank, profile, ring_radii(tank)), _RINGS)])
+    rings = solids.make_rings(tank, profile, ring_radii(tank))
+    rings.update_faces(np.arange(len(rings.faces)) < len(rings.faces) // 2)  # surfaces are seen from both sides here
+    add_baked(scene, "/tank/rings", [(rings, _RINGS)])
 
 
 def _name(scene: SceneApi, site: Site) -> None:

@@ -36,7 +36,7 @@ def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int) -> Non
     """Serve a page until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, which closes the pipe
     sys.setswitchinterval(_TURN)
-    with contextlib.redirect_stdout(io.StringIO()), tempfile.TemporaryDirectory() as folder:  # what viser prints
+    with contextlib.redirect_stdout(io.StringIO()), tempfile.TemporaryDirectory() as folder:  # viser speaks
         page = Page(pipe, Site(scene), open_client(host, port, f"vgtsim: {scene.task.name}", Path(folder)))
         with contextlib.suppress(EOFError, OSError):
             while True:

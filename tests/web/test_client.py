@@ -1,0 +1,33 @@
+"""The page of viser's client with a word ahead of it."""
+
+from __future__ import annotations
+
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+viser = pytest.importorskip("viser")
+
+from vgtsim.web.client import make_client, open_client  # noqa: E402
+
+
+def test_the_client_is_viser_s_with_one_script_ahead():
+    client = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+    page, cut = make_client(), client.index("<head>") + len("<head>")
+    added = len(page) - len(client)
+    assert page[:cut] + page[cut + added :] == client
+    script = page[cut : cut + added].strip()
+    assert script.startswith("<script>")
+    assert script.endswith("</script>")
+    assert "antialias: false" in script
+
+
+def test_the_server_gives_it_and_another_server_gives_viser_s(tmp_path):
+    ours, other = open_client("127.0.0.1", 0, "a label", tmp_path), viser.ViserServer("127.0.0.1", 0, verbose=False)
+    found = []
+    for server in (ours, other):
+        with urllib.request.urlopen(f"http://127.0.0.1:{server.get_port()}/", timeout=60) as answer:
+            found.append("antialias: false" in answer.read().decode())
+        server.stop()
+    assert found == [True, False]
