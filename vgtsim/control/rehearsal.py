@@ -94,4 +94,4 @@ def rehearse(site: Site, log: LogSource, commands: Sequence[OperatorCommand] | N
             pairs = [(now, str(a), str(b), 0.0) for a, b in part.contact_pair[touched]]
             seen = _Seen(commanded=found[-1], lengths=part.actual[k], contacts=tuple(pairs))
             found.append(found[-1] if ended else controller.step(seen))
-    return Rehearsal((RehearsedLeg(np.array(found)),), step, digest_commands(record))
+    return Rehearsal((RehearsedLeg(lengths=np.array(found)),), step, digest_commands(record))
