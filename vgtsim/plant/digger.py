@@ -80,3 +80,14 @@ def carry_waste(site: Site, log: LogSource) -> Site:
     """The site of a mission's next phase, over the waste as the log of the phase before left it."""
     last = log.read(log.count - 1, log.count)
     return site.lower_waste(last.bed[0]) if last.bed.size else site
+
+
+def command_tool(digger: Digger | None, share: float) -> None:
+    """Say which share of its power a plant's tool has at the end of the next step.
+
+    Raises:
+        CommandError: It is no share, or the tool removes no waste.
+    """
+    if digger is None:
+        raise CommandError("tool", f"{share:g}", "nothing: no step of the scene's mission cuts waste")
+    digger.command(share)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,36 +13,28 @@ from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import move_points
 from vgtsim.mjcf import build_model, retime, show_things
-from vgtsim.plant.correction import Correction, Load
-from vgtsim.plant.digger import find_digger
-from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
-from vgtsim.plant.foresight import Foresight
-from vgtsim.plant.gauges import SectionGauges, find_gauges
-from vgtsim.plant.hose import Hose
-from vgtsim.plant.lookout import Lookout
+from vgtsim.plant.clock import RecordClock
+from vgtsim.plant.digger import command_tool, find_digger
+from vgtsim.plant.feeler import Feeler
+from vgtsim.plant.gauges import find_gauges
 from vgtsim.plant.mast_drive import MastDrives
-from vgtsim.plant.member_turns import MemberTurns
 from vgtsim.plant.recorder import Recorder, list_digests
-from vgtsim.plant.section_turns import SectionTurns
-from vgtsim.plant.springs import fit_springs
+from vgtsim.plant.standing import stand_arm
 from vgtsim.plant.watch import (
     Contact,
     PlantState,
     check_state,
-    list_contacts,
     list_warnings,
     name_collision,
-    turn_force,
 )
 from vgtsim.runlog import Piece, Revision, RunLog
 from vgtsim.site import Site
-from vgtsim.statics import settle, solve_members
-from vgtsim.touches import Parts
+from vgtsim.statics import solve_members
 
 Array = NDArray[np.float64]
 
 _SENSOR_BIT = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-_SAME_STEP = 1e-6  # of a step: by which rounding may move the instant of a record
+_SAME_STEP = 1e-6  # of a step: by which rounding may move an instant
 _NEVER_RESET = "it has not been reset yet"
 
 
@@ -88,11 +79,10 @@ class Plant:
         self._gauges = find_gauges(self.model, site)
         self._count = len(site.truss.actuated)
         self._recorder = Recorder(gauges=self._gauges, store=store)
-        self._parts, self._yields = Parts(site), site.yields
         # what is knocked, and the ends of quick moves, fall between two records
-        self._jerks = bool(self._yields and site.task.contacts) or bool(site.task.mission)
+        self._jerks = bool(site.yields and site.task.contacts) or bool(site.task.mission)
         self._steps, self._wall = 0, 0.0
-        self.record_rate = simulation.log_rate if record_rate is None else record_rate
+        self._clock = RecordClock(self.timestep, simulation.log_rate if record_rate is None else record_rate)
         self.stopped = _NEVER_RESET
 
     @property
@@ -102,16 +92,12 @@ class Plant:
         A record is made at the first step at or after the instant that the rate asks for. So the log is evenly spaced,
         which verification needs, only where the rate is a whole fraction of the rate of steps.
         """
-        return self._record_rate
+        return self._clock.rate
 
     @record_rate.setter
     def record_rate(self, rate: float) -> None:
         """Set the rate from the coming step on, Hz."""
-        most = 1 / self.timestep
-        if not 0 <= rate <= most * (1 + _SAME_STEP):
-            raise CommandError("record_rate", f"{rate:g} Hz", f"0 to {most:g} Hz, the rate of steps")
-        self._record_rate = rate
-        self._first, self._taken = self._steps, 0
+        self._clock.set_rate(rate, self._steps)
 
     @property
     def time(self) -> float:
@@ -156,12 +142,24 @@ class Plant:
         self._coming = sorted(set(self.site.tank.appearances.values()))
         self.appeared = 0  # instants so far at which things appeared in the tank
         show_things(self.model, self.site.tank, 0.0)
-        self._stand(q, move_points(chain, chain.nodes(q), *self._mast))
+        standing = stand_arm(
+            self.model,
+            self.data,
+            self.site,
+            self._gauges,
+            inputs=q,
+            nodes=move_points(chain, chain.nodes(q), *self._mast),
+            lengths=wanted,
+            turn=self._mast[1],
+            loads=[] if self._digger is None else [self._digger],
+        )
+        self._drive, self._correction = standing.drive, standing.correction
+        self._calm_steps = standing.calm_steps
+        self._feeler = Feeler(self.model, self.data, self.site, self._gauges, standing.lookout, self._digger)
         self._find_equilibrium()
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
-        self._revisions: list[Revision] = []
-        self.record_rate = self._record_rate
+        self._clock.set_rate(self._clock.rate, 0)
         self._goal, self._settled, self._aimed = -1, False, None
         self._touched: list[Contact] = []
         self._slow = int(self._speed() < self.site.task.motion.settle_speed)
@@ -204,9 +202,7 @@ class Plant:
             self._rates = read_row("rates", rates, self._count)
         self._mast = wanted
         if tool is not None:
-            if self._digger is None:
-                raise CommandError("tool", f"{tool:g}", "nothing: no step of the scene's mission cuts waste")
-            self._digger.command(tool)
+            command_tool(self._digger, tool)
 
     def mark(self, goal: int, *, settled: bool = False, target: ArrayLike | None = None) -> None:
         """Say for the records which goal is approached from now on, or held, settled; -1 for none.
@@ -218,7 +214,7 @@ class Plant:
 
     def note_revision(self, leg: int, row: int) -> None:
         """Say for the log that a tour is planned anew now, at a row of the leg of an index."""
-        self._revisions.append(Revision(self.time, leg, row))
+        self._recorder.note_revision(Revision(self.time, leg, row))
 
     def end(self, reason: str) -> None:
         """Stop for good, for a reason that the log gives."""
@@ -285,40 +281,11 @@ class Plant:
         simulated, wall = self.time, max(self._wall, 1e-9)  # no division by zero before the first step
         performance = {"simulated_s": simulated, "wall_s": wall, "real_time_factor": simulated / wall}
         performance |= {"timestep_s": self.timestep, "steps": float(self._steps), "nv": float(self.model.nv)}
-        log = self._recorder.make_log(list_warnings(self.data), performance, self.stopped, list_digests(self.site))
-        return replace(log, revisions=tuple(self._revisions))
+        return self._recorder.make_log(list_warnings(self.data), performance, self.stopped, list_digests(self.site))
 
     def _require_going(self) -> None:
         if self.stopped:
             raise StoppedError(self.stopped)
-
-    def _stand(self, q: Array, nodes: Array) -> None:
-        """Put the hubs at nodes, of the unloaded arm, shape (N, 3), m; an elastic arm sags to where it settles.
-
-        The inputs are those of the nodes, shape (n,).
-        """
-        mujoco.mj_resetData(self.model, self.data)
-        springs, self._calm_steps = None, 2  # what is lost of the speed in the first slow step is still a force
-        if self.site.task.simulation.members == "elastic":
-            springs = fit_springs(self.model, self.data, self.site, nodes)
-            nodes = settle(self.site.held_model, nodes)
-            self._calm_steps = round(springs.period / self.timestep)  # a ringing arm stands still twice a period
-        model, chain, gauges = self.model, self.site.chain, self._gauges
-        gauges.stand(self.data, nodes)
-        self._lookout = None
-        if isinstance(gauges, SectionGauges):
-            self._drive: Drive = find_row_drive(model, self.data, self.site)
-            self._lookout, turns = Lookout(self.site), SectionTurns(model, gauges.pose)
-        else:
-            self._drive = find_drive(model, self.data, self.site, gauges.at, springs, nodes)
-            turns = MemberTurns(model, gauges.at, chain)
-        imposed = isinstance(self._drive, RigidDrive)
-        foresight = Foresight(turns, chain, q, self._target, self._mast[1]) if imposed else None
-        line = self.site.task.conveyance
-        loads: list[Load] = [] if self._digger is None else [self._digger]
-        if line and line.bending_stiffness:
-            loads.append(Hose(model, self.site, gauges.nodes))
-        self._correction = Correction(self.model, self.data, foresight, loads)
 
     def _find_equilibrium(self) -> None:
         """Let the constraints take up the weight before time zero: kinematics give the posture, but not its forces."""
@@ -328,7 +295,7 @@ class Plant:
             self._drive.command(self._target)
             self._mast_drives.command(self._mast)
             gaps = self._correction.step(self._target, self._mast)
-            touched = touched or self._list_contacts()
+            touched = touched or self._feeler.list_contacts()
             try:
                 check_state(self.model, self.data, gaps)
             except DivergenceError:
@@ -379,7 +346,7 @@ class Plant:
         if self._jerks:
             self._before = data.site_xpos[self._gauges.nodes]
         self._note_rest()
-        self._note_contacts(self._list_contacts(), recorded=recorded)
+        self._note_contacts(self._feeler.list_contacts(), recorded=recorded)
         if self.appeared < len(self._coming):
             self._note_appearances()
         self._wall += time.perf_counter() - begin
@@ -393,9 +360,7 @@ class Plant:
 
     def _start_step(self) -> bool:
         """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""
-        due = self._taken / (self._record_rate * self.timestep) if self._record_rate else np.inf
-        recorded = self._steps - self._first >= due - _SAME_STEP
-        self._taken += recorded
+        recorded = self._clock.is_due(self._steps)
         flags = self.model.opt.disableflags
         self.model.opt.disableflags = flags & ~_SENSOR_BIT if recorded else flags | _SENSOR_BIT
         return recorded
@@ -421,27 +386,12 @@ class Plant:
         self._slow = self._slow + 1 if self._speed() < self.site.task.motion.settle_speed else 0
         self._commanded, self._stood = self._target, self._mast
 
-    def _list_contacts(self) -> list[Contact]:
-        """What touches at the begin of the last step."""
-        data = self.data
-        if self._lookout is None:
-            return list_contacts(self.model, data, forces=self._yields) if data.ncon else []
-        places = data.site_xpos
-        return self._lookout.look(
-            time=data.time - self.timestep,
-            nodes=places[self._gauges.nodes],
-            tool=places[self._gauges.tool],
-            heights=None if self._digger is None else self._digger.heights,
-        )
-
     def _note_contacts(self, contacts: list[Contact], *, recorded: bool) -> None:
         """Note what touches; loads are noted with the record that they act in, collisions at once."""
-        turned = [turn_force(contact, self._parts) for contact in contacts]
-        self._touched += turned
-        loads, collisions = [], []
-        for contact in turned:
-            allowed = self._yields and self._parts.find_rule(contact[1:3]) is not None
-            (loads if allowed else collisions).append(contact)
+        if not contacts:
+            return
+        loads, collisions = self._feeler.sort(contacts)
+        self._touched += loads + collisions
         if recorded:
             now = (self._steps - 1) * self.timestep
             self._recorder.note_contacts([contact._replace(time=now) for contact in loads])

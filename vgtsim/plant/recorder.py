@@ -17,7 +17,7 @@ from vgtsim.digests import digest_code
 from vgtsim.graphics import mujoco
 from vgtsim.plant.gauges import Gauges
 from vgtsim.plant.watch import Contact
-from vgtsim.runlog import BESIDE, CHUNK, Piece, RunLog, empty_records, join_pieces
+from vgtsim.runlog import BESIDE, CHUNK, Piece, Revision, RunLog, empty_records, join_pieces
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -42,6 +42,7 @@ class Recorder:
     _pieces: list[Piece] = field(default_factory=list)
     _contacts: list[Contact] = field(default_factory=list)  # since the last piece
     _saturated: NDArray[np.int64] | int = 0
+    _revisions: list[Revision] = field(default_factory=list)
 
     def note_saturation(self, bits: NDArray[np.int64]) -> None:
         """Keep what a step saturated, shape (J,), for the next record."""
@@ -50,6 +51,10 @@ class Recorder:
     def note_contacts(self, contacts: list[Contact]) -> None:
         """Add the contacts of a step."""
         self._contacts += contacts
+
+    def note_revision(self, revision: Revision) -> None:
+        """Add that a tour was planned anew."""
+        self._revisions.append(revision)
 
     def record(
         self,
@@ -125,8 +130,10 @@ class Recorder:
         self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str, digests: dict[str, str]
     ) -> RunLog:
         """Make the log of all records that were not given away."""
+        records: dict[str, Any] = join_pieces([*self._pieces, self._make_piece()])
         return RunLog(
-            **join_pieces([*self._pieces, self._make_piece()]),
+            **records,
+            revisions=tuple(self._revisions),
             warnings=warnings,
             performance=performance,
             versions=list_versions(),

@@ -1,0 +1,77 @@
+"""An arm stood in a posture: hubs in their places, and drives, correction and lookout made for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.graphics import mujoco
+from vgtsim.plant.correction import Correction, Load
+from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
+from vgtsim.plant.foresight import Foresight
+from vgtsim.plant.gauges import MemberGauges, SectionGauges
+from vgtsim.plant.hose import Hose
+from vgtsim.plant.lookout import Lookout
+from vgtsim.plant.member_turns import MemberTurns
+from vgtsim.plant.section_turns import SectionTurns
+from vgtsim.plant.springs import fit_springs
+from vgtsim.site import Site
+from vgtsim.statics import settle
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What steps an arm from a posture on.
+
+    Attributes:
+        lookout: Finds contacts where MuJoCo does not.
+        calm_steps: Slow steps after which the arm is at rest.
+    """
+
+    drive: Drive
+    correction: Correction
+    lookout: Lookout | None
+    calm_steps: int
+
+
+def stand_arm(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    site: Site,
+    gauges: MemberGauges | SectionGauges,
+    *,
+    inputs: Array,
+    nodes: Array,
+    lengths: Array,
+    turn: float,
+    loads: Sequence[Load],
+) -> Standing:
+    """Put the hubs at nodes, of the unloaded arm, shape (N, 3), m; an elastic arm sags to where it settles.
+
+    Inputs, shape (n,), and lengths, shape (J,), m, are those of the nodes; the mast is turned, rad. Loads act beside the weight
+    and that of the line of conveyance.
+    """
+    mujoco.mj_resetData(model, data)
+    chain, elastic = site.chain, site.task.simulation.members == "elastic"
+    springs, calm = None, 2  # what is lost of the speed in the first slow step is still a force
+    if elastic:
+        springs = fit_springs(model, data, site, nodes)
+        nodes = settle(site.held_model, nodes)
+        calm = round(springs.period / model.opt.timestep)  # a ringing arm stands still twice a period
+    gauges.stand(data, nodes)
+    lookout = None
+    if isinstance(gauges, SectionGauges):
+        drive: Drive = find_row_drive(model, data, site)
+        lookout, turns = Lookout(site), SectionTurns(model, gauges.pose)
+    else:
+        drive = find_drive(model, data, site, gauges.at, springs, nodes)
+        turns = MemberTurns(model, gauges.at, chain)
+    foresight = Foresight(turns, chain, inputs, lengths, turn) if isinstance(drive, RigidDrive) else None
+    line = site.task.conveyance
+    stiff = [Hose(model, site, gauges.nodes)] if line and line.bending_stiffness else []
+    return Standing(drive, Correction(model, data, foresight, [*loads, *stiff]), lookout, calm)
