@@ -235,8 +235,7 @@ class Site:
     @property
     def sags(self) -> bool:
         """Whether the arm gives under its load: by its members and oil, or by its servos."""
-        simulation = self.task.simulation
-        return simulation.members == "elastic" or simulation.drive == "servo"
+        return self.task.simulation.members == "elastic" or self.task.simulation.drive == "servo"
 
     @cached_property
     def load_model(self) -> LoadModel:
@@ -266,9 +265,8 @@ class Site:
     @cached_property
     def elastic_model(self) -> ElasticModel:
         """Masses and stiffnesses of the arm, its cylinders as soft as their oil and rods."""
-        task = self.task
-        lumped, line = task.simulation.lumped, task.conveyance
-        return make_elastic_model(self.chain, task.payload, self.gravity, lumped=lumped, line=line)
+        task, lumped = self.task, self.task.simulation.lumped
+        return make_elastic_model(self.chain, task.payload, self.gravity, lumped=lumped, line=task.conveyance)
 
     @cached_property
     def held_model(self) -> ElasticModel:
@@ -316,17 +314,17 @@ class Site:
     def lower_waste(self, heights: Array) -> Site:
         """The same site with waste of some heights in its diggings, shape (P,), m; all that does not depend on them is kept."""
         assert self.diggings is not None
-        later = copy(self)
-        object.__setattr__(later, "heights", heights)
-        for name in ("bed", "surroundings"):
-            later.__dict__.pop(name, None)
-        return later
+        return self._change("heights", heights, "bed", "surroundings")
 
     def learn(self, until: float) -> Site:
         """The same site with what has appeared in the tank up to a time of the run, s."""
+        return self._change("until", until, "surroundings")
+
+    def _change(self, name: str, value: object, *stale: str) -> Site:
         later = copy(self)
-        object.__setattr__(later, "until", until)
-        later.__dict__.pop("surroundings", None)
+        object.__setattr__(later, name, value)
+        for item in stale:
+            later.__dict__.pop(item, None)
         return later
 
     def _sag(self, nodes: Array) -> Array:

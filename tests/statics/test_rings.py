@@ -395,12 +395,5 @@ def test_allowable_payload_of_a_bent_actuator_is_found_by_scanning(double):
         worst = np.array([use.worst.max() for use in used])
         assert np.all((worst[:-1] <= 1.0) == (steps <= most))
         assert worst[-1] == pytest.approx(1.0, abs=1e-7)
-        by_limit = [
-            used[-1].tension,
-            used[-1].compression,
-            used[-1].rod,
-            used[-1].pressure,
-            used[-1].pin,
-            used[-1].bent,
-        ]
+        by_limit = [getattr(used[-1], name) for name in ("tension", "compression", "rod", "pressure", "pin", "bent")]
         assert by_limit[limit][member] == pytest.approx(1.0, abs=1e-7)
