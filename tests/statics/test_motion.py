@@ -94,3 +94,15 @@ def test_rounded_times_of_a_long_record_are_one_run(rate):
 
 def test_neighbouring_runs_share_the_record_where_the_spacing_changes():
     assert uniform_runs(np.array([0.0, 1.0, 2.0, 2.5, 3.0])) == (slice(0, 3), slice(2, 5))
+
+
+@pytest.mark.parametrize("step", [0.01, 0.02, 0.04])
+def test_an_arm_that_stands_until_time_zero_is_moved_by_the_step_that_follows(step):
+    """Growth by the fourth power from rest: no polynomial through the records knows that the arm stood before."""
+    time = np.arange(20) * 0.04
+    nodes = 0.7 * time[:, None, None] ** 4 * np.arange(1, 7).reshape(1, 2, 3)
+    motion = motion_from_log(time, nodes, step)
+    assert not motion.velocity[0].any()
+    assert motion.acceleration[0] == pytest.approx(0.7 * step**2 * np.arange(1, 7).reshape(2, 3), abs=1e-9)
+    later = motion_from_log(time + 1.0, nodes, step)  # of a stretch of a log, in which nothing stood still
+    assert later.velocity[0].any() or step == 0.04

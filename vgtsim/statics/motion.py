@@ -44,7 +44,7 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike, step: float = 0.0) -> Nod
     With the step of a simulation, s, velocities are those of the step that led to a record, and accelerations those from that
     step to the next one: differences of places a step apart. These are what the simulated forces go with, where derivatives
     at the record are off by a twelfth of the step squared times the fourth derivative. Where every step is recorded, the
-    differences are those of three records.
+    differences are those of three records. A simulation begins at time zero at rest: no step led to a record of that instant.
 
     Source: A. Savitzky and M. J. E. Golay, Analytical Chemistry 36 (1964), 1627-1639.
     """
@@ -61,6 +61,9 @@ def motion_from_log(time: ArrayLike, nodes: ArrayLike, step: float = 0.0) -> Nod
         offset, weights = stretch - stretch.mean(axis=0), _weigh(window, part)
         velocity[run] = _combine(offset, weights[0]) / spacing
         acceleration[run] = _combine(offset, weights[1]) / spacing**2
+        if part and t[run.start] == 0.0:
+            ahead = np.tensordot(_step_ahead(window, part), offset[:window], axes=1)
+            velocity[run.start], acceleration[run.start] = 0.0, (ahead - offset[0]) / (part * spacing) ** 2
     return NodeMotion(velocity, acceleration)
 
 
@@ -83,6 +86,15 @@ def _weigh(window: int, part: float) -> Array:
         return slopes @ weights
     before, at, after = (np.vander(places + move, window, increasing=True) for move in (-part, 0.0, part))
     return np.stack([(at - before) / part, (after - 2 * at + before) / part**2]) @ weights
+
+
+@lru_cache(maxsize=8)
+def _step_ahead(window: int, part: float) -> Array:
+    """Weights of a window's records in the place that is a part of the spacing after the first, shape (window,)."""
+    places = np.arange(window)
+    return np.vander([part], window, increasing=True)[0] @ np.linalg.inv(
+        np.vander(places, increasing=True).astype(float)
+    )
 
 
 def _combine(values: Array, weights: Array) -> Array:
