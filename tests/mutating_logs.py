@@ -70,7 +70,9 @@ def _mutate_files(log: Path, chunks: list[Path], rng: random.Random) -> str:
         chunks[1].rename(chunks[0])
         (log / "x").rename(chunks[1])
     elif kind == "beside":
-        (log / rng.choice(("00.parquet", "1\n.parquet", "000009.parquet", "[b].parquet"))).mkdir(exist_ok=True)
+        place = log / rng.choice(("00.parquet", "1\n.parquet", "000009.parquet", "[b].parquet"))
+        if not place.exists():
+            place.mkdir()
     elif kind == "all gone":
         for file in chunks:
             file.unlink()

@@ -59,7 +59,6 @@ Array = NDArray[np.float64]
 _START_MARGIN = 0.02  # m beyond the planned clearance, so that a path can leave a start that is looked for
 _STROKE_MARGIN = 0.005  # m at the ends of strokes of an arm alone: what the shipped scenes keep
 
-
 # Longest steps, s: of an arm of imposed lengths, whose loops, nodes and greatest forces at twice the step still pass on the
 # reference tour but with forces 0.2 % off; and of one that rings at about 1 Hz, whose period is then right to 0.2 % and its
 # damping to 2 %; with valves and oil the greatest forces at 10 ms are those at 4 ms to 2e-5.
@@ -71,8 +70,10 @@ _ROUNDING = 1e-9
 class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
-    `heights` are those of the waste in the diggings, shape (P,), m, where some of it is cut away already; the mast is turned by
-    an angle, rad. What appears in the tank after the time `until`, s, is not known yet to what is planned.
+    Attributes:
+        heights: Of the waste in the diggings, shape (P,), m, where some of it is cut away already.
+        turn: Angle of the mast, rad.
+        until: What appears in the tank after this time, s, is not known yet to what is planned.
     """
 
     scene: Scene
@@ -248,8 +249,7 @@ class Site:
         return self._weigh(split=False)
 
     def _weigh(self, *, split: bool) -> LoadModel:
-        task = self.task
-        lumped, line = task.simulation.lumped, task.conveyance
+        task, lumped, line = self.task, self.task.simulation.lumped, self.task.conveyance
         return make_load_model(self.chain, task.payload, self.gravity, split=split, lumped=lumped, line=line)
 
     @cached_property

@@ -40,6 +40,15 @@ def test_straight_is_explained_for_each_kind():
     assert len(meanings) == len(models) == 4
 
 
+def test_a_scene_on_another_may_hold_some_keys_of_a_table_in_a_table():
+    schema, file = json.loads(write_schema("scene")), list_shipped("scene")["type_ii_mission"]
+    whole = tomllib.loads(file.read_text(encoding="utf-8"))
+    part = {"feed": {"stroke": "20 m"}}
+    assert holds(schema, {"base": "type_ii_mission", "mast": part}, schema)
+    assert not holds(schema, {"base": "type_ii_mission", "mast": {"feed": {"stork": "20 m"}}}, schema)
+    assert not holds(schema, whole | {"mast": whole["mast"] | part}, schema)
+
+
 @pytest.mark.parametrize(("kind", "file"), SHIPPED, ids=lambda item: getattr(item, "stem", item))
 def test_each_shipped_file_opens_with_its_schema(kind, file):
     first = file.read_text(encoding="utf-8").splitlines()[0]

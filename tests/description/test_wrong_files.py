@@ -6,7 +6,7 @@ import os
 
 import pytest
 
-from vgtsim.description import load_manipulator, load_scene
+from vgtsim.description import load_manipulator, load_scene, load_tool_path
 from vgtsim.description.shipped import list_shipped
 from vgtsim.errors import DescriptionError
 
@@ -104,3 +104,12 @@ def test_bases_end_after_some_files_or_in_a_loop_of_links(tmp_path):
     refuse(tmp_path / "first.toml", "does not lead back here", load_scene)
     (tmp_path / "zero.toml").write_text('base = "x\\u0000.toml"\n')
     refuse(tmp_path / "zero.toml", "zero byte", load_scene)
+
+
+def test_an_integer_that_no_message_can_show_is_refused(tmp_path, capfd):
+    """Written in base 16, where Python reads any length; as the kind of a table it made pydantic print a traceback."""
+    path = tmp_path / "line.toml"
+    path.write_text(f'name = "line"\nstart = [0, 0, 0]\ndirection = [0, 0, 1]\n[[pieces]]\nshape = 0x{"f" * 5000}\n')
+    with pytest.raises(DescriptionError, match="an integer of thousands of digits"):
+        load_tool_path(path)
+    assert capfd.readouterr() == ("", "")

@@ -230,7 +230,7 @@ def test_a_bad_module_names_file_and_key(tmp_path):
     (tmp_path / "bad.toml").write_text(text.replace('kind = "octahedral"', 'kind = "octahedron"'))
     with pytest.raises(DescriptionError, match="octahedral") as caught:
         load_manipulator(tmp_path / "bad.toml")
-    assert caught.value.key == "modules.7"
+    assert caught.value.key == "modules.7.kind"
 
 
 def test_chains_of_one_kind_and_of_two_agree():

@@ -6,6 +6,7 @@ import inspect
 import json
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from enum import Enum
 from pathlib import Path
@@ -136,11 +137,7 @@ def write_schema(kind: str) -> str:
             _describe(table, models[name])
     if kind in _BASED:
         whole["properties"]["base"] = {"type": "string", "description": _BASED[kind][0]}
-        needed = {key: tables[part["$ref"].split("/")[-1]].pop("required", []) for key, part in _tables_of(whole)}
-        demand = {
-            "required": whole.pop("required"),
-            "properties": {key: {"required": keys} for key, keys in needed.items()},
-        }
+        demand = _free(whole, tables)
         if kind == "tank":  # a table of the profile takes the place of some figures
             shell = demand["properties"]["shell"]
             shell["required"] = [key for key in shell["required"] if key not in _BY_TABLE]
@@ -162,9 +159,33 @@ def _open_axes(tables: dict[str, Any]) -> None:
     tables["StudyFile"]["$defs"]["Axes"] = {"type": "object", "additionalProperties": inner}
 
 
-def _tables_of(whole: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
-    """Keys of a scene that hold one table which another scene may complete."""
-    return [(key, part) for key, part in whole["properties"].items() if "$ref" in part and key in whole["required"]]
+def _free(table: dict[str, Any], tables: dict[str, Any]) -> dict[str, Any]:
+    """Let a table and those in it hold some of their keys alone, as a file's base has the others; returns what else is needed."""
+    demand: dict[str, Any] = {"required": table.pop("required", []), "properties": {}}
+    users = Counter(
+        name for each in tables.values() for part in each.get("properties", {}).values() for name in _refer(part)
+    )
+    for key, part in table["properties"].items():
+        names, words = _refer(part), {word for word, _ in _list_words(part)}
+        # not those of lists and unions, which a file gives whole, nor those that stand in other tables too
+        name = next(iter(names), "")
+        if len(names) == users[name] == 1 and not words & {"items", "oneOf"} and "properties" in tables[name]:
+            demand["properties"][key] = _free(tables[name], tables)
+    return demand
+
+
+def _refer(part: Any) -> set[str]:
+    """Names of the tables that a part of a schema may be."""
+    return {value.split("/")[-1] for word, value in _list_words(part) if word == "$ref"}
+
+
+def _list_words(part: Any) -> Iterator[tuple[str, Any]]:
+    """All words of a part of a schema with their values, those inside too."""
+    for word, value in part.items() if isinstance(part, dict) else ():
+        yield word, value
+        yield from _list_words(value)
+    for item in part if isinstance(part, list) else ():
+        yield from _list_words(item)
 
 
 def _describe(table: dict[str, Any], model: type[BaseModel]) -> None:

@@ -6,6 +6,7 @@ import codecs
 import os
 import stat
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,9 @@ from vgtsim.errors import DescriptionError
 
 _LARGEST = 1_000_000  # bytes; the largest shipped file has a thirtieth of it
 _DEEPEST = 12  # tables in tables and lists in lists; shipped files have six
+_LONGEST = (
+    14_284  # bits of an integer: 4,300 digits, more of which Python does not write, nor read but as 0x, 0o and 0b
+)
 _MARKS = ((codecs.BOM_UTF32_LE, "UTF-32"), (codecs.BOM_UTF16_LE, "UTF-16"), (codecs.BOM_UTF16_BE, "UTF-16"))
 
 
@@ -31,7 +35,7 @@ def read_toml(file: Path) -> dict[str, Any]:
         raise DescriptionError(file, "", f"a TOML syntax error, {error}", "TOML 1.0") from None
     except ValueError as error:  # an integer of thousands of digits
         raise DescriptionError(file, "", str(error).split(";")[0], "TOML 1.0 with figures of sensible length") from None
-    _require_shallow(file, data)
+    _require_plain(file, data)
     return data
 
 
@@ -68,12 +72,21 @@ def _decode(file: Path, content: bytes) -> str:
         raise DescriptionError(file, "", found, "text in UTF-8: save the file so in the editor") from None
 
 
-def _require_shallow(file: Path, data: Any) -> None:
-    """Refuse dotted keys that nest deeper than any description: what reads the tables calls itself for each level."""
-    level: list[Any] = [data]
+def _require_plain(file: Path, data: Any) -> None:
+    """Refuse dotted keys that nest deeper than any description, as what reads the tables calls itself for each level.
+
+    So are integers that no message could show.
+    """
+    level: list[tuple[str, Any]] = [("", data)]
     for _ in range(_DEEPEST):
-        level = [entry for node in level for entry in (node.values() if isinstance(node, dict) else node)]
-        level = [entry for entry in level if isinstance(entry, dict | list)]
+        level = [(f"{key}.{name}".lstrip("."), entry) for key, node in level for name, entry in _list_entries(node)]
+        if long := [key for key, entry in level if isinstance(entry, int) and entry.bit_length() > _LONGEST]:
+            raise DescriptionError(file, long[0], "an integer of thousands of digits", "figures of sensible length")
+        level = [(key, entry) for key, entry in level if isinstance(entry, dict | list)]
         if not level:
             return
     raise DescriptionError(file, "", "deeper nesting", f"tables and lists {_DEEPEST} deep at most")
+
+
+def _list_entries(node: dict[str, Any] | list[Any]) -> Iterable[tuple[Any, Any]]:
+    return node.items() if isinstance(node, dict) else enumerate(node)

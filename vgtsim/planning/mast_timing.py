@@ -50,7 +50,8 @@ def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits,
         return np.concatenate([chain.lengths(spline(place)), feed(place)[:, None]], axis=1)
 
     time = np.linspace(0.0, 1.0, 4 * _FED_GRID)
-    duration *= overrun(pull(time), time[1] * duration, rates, accelerations)[0]
+    jerks = np.append(limits.jerk, np.inf)  # the mast's own is bounded by its ramps and the windows of `_pace`
+    duration *= overrun(pull(time), time[1] * duration, rates, accelerations, jerks)[0]
     return TimedPath(
         curve=spline, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration, feed=feed
     )

@@ -40,13 +40,8 @@ class SpeedLimits:
 
     @property
     def jerk(self) -> Array:
-        """Greatest jerk of each actuator, shape (J,), m/s³: see `bound_jerk`."""
-        return bound_jerk(self.rate, self.acceleration)
-
-
-def bound_jerk(rate: Array, acceleration: Array | float) -> Array:
-    """Greatest jerk, m/s³, for rates, m/s, and accelerations, m/s²: five times acceleration over the time to full rate."""
-    return _JERK * np.square(acceleration) / rate
+        """Greatest jerk of each actuator, shape (J,), m/s³: five times acceleration over the time to full rate."""
+        return _JERK * self.acceleration**2 / self.rate
 
 
 def make_limits(chain: Chain, rate_fraction: float, acceleration: float) -> SpeedLimits:
@@ -129,7 +124,7 @@ def _time_by_norm(
     fraction, duration = ramp_profile(reach[-1], ramp)
     time = np.linspace(0.0, 1.0, 4 * _GRID)
     length = chain.lengths(curve(np.clip(parameter(run_ramps(time, fraction) * reach[-1]), 0.0, 1.0)))
-    factor, jerks = overrun(length, float(time[1]) * duration, limits.rate, limits.acceleration)
+    factor, jerks = overrun(length, float(time[1]) * duration, limits.rate, limits.acceleration, limits.jerk)
     timed = TimedPath(
         curve=curve, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration * factor
     )
@@ -166,13 +161,12 @@ def run_ramps(time: ArrayLike, fraction: float) -> Array:
     return np.where(t <= 0.5, half, 1 - half)
 
 
-def overrun(rows: Array, step: float, rates: Array, accelerations: Array | float) -> tuple[float, bool]:
-    """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits.
+def overrun(rows: Array, step: float, rates: Array, accelerations: Array | float, jerks: Array) -> tuple[float, bool]:
+    """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits, shape (C,).
 
     The second value tells whether it is the jerk that asks for most.
     """
     too_fast = float(np.max(np.abs(np.diff(rows, axis=0)) / step / rates))
     too_hard = float(np.sqrt(np.max(np.abs(np.diff(rows, n=2, axis=0)) / step**2 / accelerations)))
-    jerks = np.abs(np.diff(rows, n=3, axis=0)) / step**3 / bound_jerk(rates, accelerations)
-    too_sudden = float(np.cbrt(np.max(jerks)))
+    too_sudden = float(np.cbrt(np.max(np.abs(np.diff(rows, n=3, axis=0)) / step**3 / jerks)))
     return _SPARE * max(too_fast, too_hard, too_sudden), too_sudden > max(too_fast, too_hard)
