@@ -72,7 +72,7 @@ def live(reach_scene):
 @pytest.fixture
 def page(live, tmp_path):
     def loop_of(line, clock, sleep):
-        return LiveLoop(live, line, Tape(live, tmp_path / "records"), clock=clock, sleep=sleep, every=1)
+        return LiveLoop(live, line, Tape(live, tmp_path / "records"), clock=clock, wait=sleep, every=1)
 
     page = Page(loop_of)
     yield page
@@ -97,7 +97,7 @@ def test_a_record_replays_to_the_same_log(live, tmp_path):
     pieces = []
 
     def loop_of(line, clock, sleep):
-        return LiveLoop(live, line, Tape(live, tmp_path), store=pieces.append, clock=clock, sleep=sleep, every=1)
+        return LiveLoop(live, line, Tape(live, tmp_path), store=pieces.append, clock=clock, wait=sleep, every=1)
 
     page = Page(loop_of)
     page.go(5)
@@ -196,7 +196,7 @@ def test_a_page_that_hangs_holds_nothing_up_and_sees_the_latest_state_afterwards
 
 
 def test_a_state_is_sent_every_second_cycle_and_after_a_letter_at_once(live, tmp_path):
-    page = Page(lambda line, clock, sleep: LiveLoop(live, line, Tape(live, tmp_path), clock=clock, sleep=sleep))
+    page = Page(lambda line, clock, sleep: LiveLoop(live, line, Tape(live, tmp_path), clock=clock, wait=sleep))
     sent = []
     for cycle in range(12):
         if cycle == 5:
@@ -209,6 +209,22 @@ def test_a_state_is_sent_every_second_cycle_and_after_a_letter_at_once(live, tmp
         if states:
             page.post(Shown(0.0, 0.0))
     assert sent == [1, 0, 1, 0, 1, 1, 0, 1, 0, 1, 1, 0]  # and what stands still is not sent again
+
+
+def test_a_state_that_the_page_was_not_ready_for_is_sent_between_two_cycles(live, tmp_path):
+    sent = []
+
+    def wait(seconds):  # a quarter of a cycle; the page has shown the last state in the second one
+        page.now += min(seconds, PERIOD / 4)
+        sent.extend((round(page.now / PERIOD, 3), state.arrived) for state in page.take())
+        if page.now == pytest.approx(1.5 * PERIOD):
+            page.post(DOWN, Shown(0.0, 0.0))
+        return page.loop.line.wait(0.0)
+
+    page = Page(lambda line, clock, sleep: LiveLoop(live, line, Tape(live, tmp_path), clock=clock, wait=wait, every=1))
+    counted = iter(range(10))
+    page.loop.run(lambda: next(counted) >= 3)
+    assert sent == [(0.25, 0.0), (1.75, 0.0)]  # the second without the command, whose cycle is still to come
 
 
 def test_of_wishes_for_one_thing_in_a_row_only_the_last_is_given(page):

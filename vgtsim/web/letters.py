@@ -123,13 +123,20 @@ class Line:
     pipe: Connection[Any, Any]
     ready: bool = False
 
-    def receive(self) -> list[Letter]:
-        """The letters that have come, of wishes for one thing in a row only the last.
+    def wait(self, seconds: float) -> bool:
+        """Wait for a letter, and tell whether there is one. Errors are those of `receive`."""
+        try:
+            return self.pipe.poll(seconds)
+        except OSError:
+            raise PageError("page", "its server has ended") from None
+
+    def receive(self, before: Sequence[Letter] = ()) -> list[Letter]:
+        """The letters that have come after those before, of wishes for one thing in a row only the last.
 
         Raises:
             PageError: The server has ended.
         """
-        found: list[Letter] = []
+        found = list(before)
         try:
             for _ in range(_AT_ONCE):
                 if not self.pipe.poll():

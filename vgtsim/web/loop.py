@@ -44,15 +44,17 @@ class LiveLoop:
         *,
         store: Callable[[Piece], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
-        sleep: Callable[[float], None] = time.sleep,
+        wait: Callable[[float], object] | None = None,
         every: int = _EVERY,
     ) -> None:
         """Stand at the start; a `store` is given the log, which is dropped without one, see `Plant`.
 
-        A state is sent `every` so many cycles, and after a letter at once.
+        A state is sent `every` so many cycles, and after a letter at once. To `wait` is to let some time go by, s, or less if a
+        letter comes, which is then told.
         """
         self.site, self.line, self.tape = site, line, tape
-        self._store, self._clock, self._sleep = store or _drop, clock, sleep
+        self._store, self._clock, self._wait = store or _drop, clock, wait or line.wait
+        self._letters: list[Letter] = []  # that came between two cycles
         self.shown: deque[Shown] = deque(maxlen=1000)
         self._every, self._waited, self._asked = every, 0, False
         self.pages = self.count = 0
@@ -63,7 +65,7 @@ class LiveLoop:
     def _begin(self) -> None:
         self.operation = Operation(self.site, self._store)
         self.steps = max(round(PERIOD / self.operation.plant.timestep), 1)
-        self.ended, self._arrived, self._changed = "", 0.0, True
+        self.ended, self._arrived, self._changed, self._late = "", 0.0, True, False
         self._cycles: deque[float] = deque(maxlen=_SEEN)
 
     @property
@@ -86,11 +88,20 @@ class LiveLoop:
         while not until():
             self.cycle()
             due = max(due + self.period, self._clock() - _BEHIND)
-            self._sleep(max(due - self._clock(), 0.0))
+            self._rest(due)
+
+    def _rest(self, due: float) -> None:
+        """Let time go by until the next cycle; a state that the page was not ready for is sent as soon as it is."""
+        while (left := due - self._clock()) > 0:
+            if self._wait(left):
+                self._letters = self.line.receive(self._letters)
+                if self._late and self.line.ready:
+                    self._send()
 
     def cycle(self) -> None:
         """Read the letters, go on by one cycle if the run does, and send the state."""
-        for letter in self.line.receive():
+        letters, self._letters = self.line.receive(self._letters), []
+        for letter in letters:
             self.take(letter)
         if self.running:
             self._cycles.append(self._clock())
@@ -99,9 +110,13 @@ class LiveLoop:
         else:
             self._cycles.clear()
         self._waited += 1
-        if self._changed and self.line.ready and (self._asked or self._waited >= self._every):
-            self.line.send(self.tell())
-            self._changed, self._asked, self._waited, self._arrived = False, False, 0, 0.0
+        self._late = self._changed and (self._asked or self._waited >= self._every)
+        if self._late and self.line.ready:
+            self._send()
+
+    def _send(self) -> None:
+        self.line.send(self.tell())
+        self._changed, self._asked, self._late, self._waited, self._arrived = False, False, False, 0, 0.0
 
     def _advance(self) -> None:
         self._changed = True
