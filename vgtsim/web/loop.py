@@ -100,8 +100,9 @@ class LiveLoop:
         while (left := due - early - self._clock()) > 0:
             if self._wait(left):
                 self._letters = self.line.receive(self._letters)
-                early = 0.0 if all(isinstance(letter, Shown) for letter in self._letters) else self.period
-                if self._late and self.line.ready:
+                if any(not isinstance(letter, Shown) for letter in self._letters):
+                    early = self.period
+                elif self._late and self.line.ready:
                     self._send()
 
     def cycle(self) -> None:
