@@ -84,7 +84,9 @@ def _check_start(site: Site) -> None:
         try:
             chain.lengths(alone)
         except (AssemblyError, ValueError) as error:
-            raise scene.error(_find_key(motion.start, a), f"a shape {name} cannot take: {error}", "a smaller bend") from None
+            raise scene.error(
+                _find_key(motion.start, a), f"a shape {name} cannot take: {error}", "a smaller bend"
+            ) from None
     length = chain.lengths(q)
     spare = box.spare(length)
     if np.min(spare) <= 0:
