@@ -24,6 +24,7 @@ from vgtsim.plant.watch import (
     Contact,
     PlantState,
     check_state,
+    find_greatest,
     list_warnings,
     name_collision,
 )
@@ -309,7 +310,7 @@ class Plant:
 
     def _speed(self) -> float:
         """Greatest speed of a node along an axis, m/s."""
-        return float(np.abs(self.data.qvel[self._gauges.hub_speeds]).max())
+        return find_greatest(self.data.qvel, self._gauges.hub_speeds)
 
     def _advance(self) -> None:
         """One step: drives, MuJoCo, divergence, record, rest, contact."""
@@ -362,7 +363,8 @@ class Plant:
         """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""
         recorded = self._clock.is_due(self._steps)
         flags = self.model.opt.disableflags
-        self.model.opt.disableflags = flags & ~_SENSOR_BIT if recorded else flags | _SENSOR_BIT
+        if bool(flags & _SENSOR_BIT) == recorded:
+            self.model.opt.disableflags = flags ^ _SENSOR_BIT
         return recorded
 
     def _find_more(self) -> dict[str, float | Array]:
