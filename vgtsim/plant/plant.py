@@ -20,14 +20,7 @@ from vgtsim.plant.gauges import find_gauges
 from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
-from vgtsim.plant.watch import (
-    Contact,
-    PlantState,
-    check_state,
-    find_greatest,
-    list_warnings,
-    name_collision,
-)
+from vgtsim.plant.watch import Contact, PlantState, check_state, find_greatest, list_warnings, name_collision
 from vgtsim.runlog import Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
@@ -322,7 +315,8 @@ class Plant:
         self._recorder.note_saturation(self._drive.command(self._target))
         self._mast_drives.command(self._mast)
         digger = self._digger
-        gaps = self._correction.step(self._target, self._mast)
+        with self._feeler.sparing(self._correction.foreseen):
+            gaps = self._correction.step(self._target, self._mast)
         self._mast_drives.discount(gaps, self._mast, self._stood)
         self._steps += 1
         try:
@@ -358,6 +352,7 @@ class Plant:
         if self._coming[self.appeared] <= now:
             self.appeared = int(np.searchsorted(self._coming, now, side="right"))
             show_things(self.model, self.site.tank, now)
+            self._feeler.forget()
 
     def _start_step(self) -> bool:
         """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""

@@ -108,10 +108,10 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData, gaps: Array) -> None
 @compiled
 def are_below(values: Array, limit: float) -> bool:
     """Whether all magnitudes of values, shape (E,), are below a limit; of no number they are not."""
-    for i in range(len(values)):
-        if not abs(values[i]) < limit:
-            return False
-    return True
+    sound = True
+    for value in values:
+        sound = sound and abs(value) < limit
+    return sound
 
 
 @compiled
