@@ -119,7 +119,7 @@ def find_greatest(values: Array, which: Index) -> float:
     """Greatest magnitude of some values, at indices of shape (R,); no number where one is none."""
     greatest = 0.0
     for i in which:
-        size = abs(values[i])
+        size = abs(float(values[i]))
         if size > greatest or size != size:
             greatest = size
     return greatest
