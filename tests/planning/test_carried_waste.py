@@ -11,9 +11,9 @@ from playing import bend
 
 from vgtsim.description.scene import Phase
 from vgtsim.errors import DescriptionError
-from vgtsim.planning import mission as planned
+from vgtsim.planning import phases as planned
 from vgtsim.planning.checks import check_site
-from vgtsim.planning.mission import plan_phases
+from vgtsim.planning.phases import plan_phases
 from vgtsim.plant import Plant, carry_waste, run
 from vgtsim.proximity import Proximity
 from vgtsim.site import Site
@@ -85,7 +85,7 @@ def test_phases_are_planned_over_what_those_before_leave(site, cut, monkeypatch)
         seen.append(place.begun)
         return f"tour {len(seen)}", cut
 
-    monkeypatch.setattr(planned, "_carry_out", carry_out)
+    monkeypatch.setattr(planned, "carry_out", carry_out)
     assert plan_phases([*number([site, site])]) == ("tour 1", "tour 2")
     np.testing.assert_array_equal(seen[0], site.diggings.start)
     assert seen[1] is cut
