@@ -31,7 +31,7 @@ TOWARDS = np.radians(-10.0)  # of the way in's plane, about the hanging base: 10
 def scene():
     """Two modules of the nine-actuator arm, whose pivot hangs so high that both must bend little to reach the patch."""
     base = vgtsim.load("arm9_nullspace").scene
-    base = hoist(change(base, members="sections", log_rate=25.0), acceleration=0.5)
+    base = hoist(change(base, members="sections", log_rate=40.0), acceleration=0.5)
     waste = base.tank.waste.model_copy(update={"level": 1.0, "grid": 0.2, "strength": 1e3})
     tank = base.tank.model_copy(
         update={"waste": waste, "headroom": None, "clamp": Clamp(name="jaws", above_flange=0.3)}
