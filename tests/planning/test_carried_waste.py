@@ -11,6 +11,7 @@ from playing import bend
 
 from vgtsim.description.scene import Phase
 from vgtsim.errors import DescriptionError
+from vgtsim.mjcf import build_spec, lower_waste
 from vgtsim.planning import phases as planned
 from vgtsim.planning.checks import check_site
 from vgtsim.planning.phases import plan_phases
@@ -76,6 +77,13 @@ def test_model_of_the_next_phase_has_the_waste_of_the_log(site, log):
     first = plant.log
     assert first.bed[0].tobytes() == log.bed[-1].tobytes()
     assert first.removed[0] == pytest.approx(log.removed[-1], rel=1e-12)
+
+
+def test_model_as_it_is_written_has_the_pit(site, cut):
+    described, later = (build_spec(place).compile() for place in (site, site.lower_waste(cut)))
+    assert (later.hfield_data != described.hfield_data).any()
+    lower_waste(described, site.diggings, cut)
+    assert later.hfield_data == pytest.approx(described.hfield_data, abs=1e-6)
 
 
 def test_phases_are_planned_over_what_those_before_leave(site, cut, monkeypatch):
