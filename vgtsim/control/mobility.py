@@ -54,6 +54,6 @@ def find_mobility(task: Array) -> Mobility:
 
 
 @compiled
-def _find_squares(task: Array) -> Array:
+def _find_squares(task: Array) -> NDArray[np.floating]:
     """Squares of the singular values of rows, shape (m, J), in rising order, shape (m,)."""
     return np.linalg.eigvalsh(task @ task.T)
