@@ -75,6 +75,7 @@ def lint(session: nox.Session) -> None:
 def docs(session: nox.Session) -> None:
     """Make the documents site in docs/_build: pages are run, warnings are errors; arguments after `--` go to Sphinx."""
     session.run("python", "scripts/run_pages", env=ENVIRONMENT)
+    session.run("python", "scripts/run_commands", env=ENVIRONMENT)
     session.run("sphinx-build", "-W", "--keep-going", "-q", "-b", "html", *session.posargs, "docs", "docs/_build")
 
 

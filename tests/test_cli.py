@@ -8,6 +8,8 @@ import tempfile
 from pathlib import Path
 
 import pytest
+import typer
+from typer.testing import CliRunner
 
 import vgtsim.site
 from vgtsim import cli
@@ -125,6 +127,26 @@ def test_help_shows_an_example(verb, monkeypatch, capsys):
         cli.main()
     assert not ended.value.code
     assert f"vgtsim {verb} " in " ".join(capsys.readouterr().out.split()).split("Example:")[1]
+
+
+def test_help_shows_every_word_of_its_options():
+    """Square brackets too, such as those of a default."""
+    seen = []
+    for names, verb in list_verbs(typer.main.get_command(cli.app)):
+        shown = CliRunner().invoke(cli.app, [*names, "--help"], env={"COLUMNS": "500"}).output
+        for option in verb.params:
+            if option.help and not option.hidden:
+                assert option.help.split("`")[0] in shown, (names, option.name)
+                seen.append(option.help)
+    assert any("[default: 45 ft]" in told for told in seen)
+
+
+def list_verbs(command, names=()):
+    """Each verb with the names that lead to it."""
+    inner = getattr(command, "commands", {})
+    yield from (found for name, verb in inner.items() for found in list_verbs(verb, (*names, name)))
+    if not inner:
+        yield names, command
 
 
 def test_a_defect_of_the_program_has_a_status_of_its_own(monkeypatch, capsys, tmp_path):

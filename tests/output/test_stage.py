@@ -75,3 +75,12 @@ def test_the_line_of_conveyance_is_drawn_along_the_axis(stage, site, log):
     assert len(other) > 50
     away = np.hypot(other[:, :1] - rows, other[:, 1:] - columns).min(axis=1)
     assert away.max() < 8
+
+
+def test_an_open_stand_is_drawn_without_a_wall(site, log, egl):
+    shell = site.tank.shell.model_copy(update={"open": True})
+    bare = Site(replace(site.scene, tank=site.tank.model_copy(update={"shell": shell})))
+    axial = log.axial(site.truss.ends)
+    with closing(Stage(bare, compile_view(bare), SIZE, scale_end(axial))) as made:
+        picture, _ = made.draw("cutaway", log.nodes[100], axial[100]).result()
+    assert picture.std() > LEVELS

@@ -69,6 +69,48 @@ def test_sag_that_the_readme_tells_is_that_of_the_tool(hanging_arm, poses, paylo
     assert np.linalg.norm(after - before) > np.linalg.norm(face) + 2e-3
 
 
+def test_sag_of_the_readme_is_that_of_virtual_work(hanging_arm):
+    """Forces by equilibrium alone, each over its k as EA / L and the oil give it by hand, against what a newton does there.
+
+    For the great sag the unit load acts at the shape midway, where the change of a squared length is exactly the work of
+    the chord; what a bar stretches is then (L1² - L0²) / 2 over its midway length.
+    """
+    arm, weights = hanging_arm.manipulator, [Payload(mass=mass, radius=0.15) for mass in (453.6, 453.6 + 1 / 9.80665)]
+    loaded, heavier = (make_elastic_model(hanging_arm, weight, 9.80665) for weight in weights)
+    rest = hanging_arm.nodes(reach_pose(hanging_arm))
+    settled = settle(loaded, rest)
+    ends = hanging_arm.truss.ends
+    first, middle, last = (
+        np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=1) for nodes in (rest, (rest + settled) / 2, settled)
+    )
+    unit = (
+        solve_members(heavier.loads, (rest + settled) / 2).bar - solve_members(loaded.loads, (rest + settled) / 2).bar
+    )
+    stiffness = _stiffness_by_hand(arm, hanging_arm.truss, first)
+    length = first + solve_members(loaded.loads, settled).bar / stiffness
+    sag = np.sum(unit * (length**2 - first**2) / 2 / middle)
+    before, after = (tool_point(loaded.loads, nodes) for nodes in (rest, settled))
+    assert before[2] - after[2] == pytest.approx(sag, rel=1e-5)
+    assert last == pytest.approx(length, abs=1e-9)
+
+
+def _stiffness_by_hand(arm, truss, lengths):
+    """EA / L of tubes; of a cylinder two oil columns beside the piston, in series with the rod; the tip's plate is rigid."""
+    found = np.zeros(len(lengths))
+    for i, member in enumerate(truss.members):
+        if i in truss.actuated:
+            part = arm.cylinders[member.section]
+            bore, annulus = np.pi / 4 * part.bore**2, np.pi / 4 * (part.bore**2 - part.rod**2)
+            out = lengths[i] - part.retracted
+            oil = 1.4e9 * (bore / (out + TRAPPED) + annulus / (part.stroke - out + TRAPPED))
+            found[i] = 1 / (1 / oil + part.rod_length / (200e9 * np.pi / 4 * part.rod**2))
+        else:
+            tube = arm.tubes[member.section]
+            area = np.pi * (tube.outer_diameter - tube.wall) * tube.wall
+            found[i] = 200e9 * area / lengths[i]
+    return found
+
+
 def test_compliance_is_symmetric_and_positive(model, poses):
     """Maxwell and Betti."""
     compliance = tip_compliance(model, poses)

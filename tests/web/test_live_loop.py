@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from multiprocessing import Pipe
 
 import numpy as np
@@ -216,15 +217,40 @@ def test_a_state_that_the_page_was_not_ready_for_is_sent_between_two_cycles(live
 
     def wait(seconds):  # a quarter of a cycle; the page has shown the last state in the second one
         page.now += min(seconds, PERIOD / 4)
-        sent.extend((round(page.now / PERIOD, 3), state.arrived) for state in page.take())
+        sent.extend(round(page.now / PERIOD, 3) for _ in page.take())
         if page.now == pytest.approx(1.5 * PERIOD):
-            page.post(DOWN, Shown(0.0, 0.0))
+            page.post(Shown(0.0, 0.0))
         return page.loop.line.wait(0.0)
 
     page = Page(lambda line, clock, sleep: LiveLoop(live, line, Tape(live, tmp_path), clock=clock, wait=wait, every=1))
     counted = iter(range(10))
     page.loop.run(lambda: next(counted) >= 3)
-    assert sent == [(0.25, 0.0), (1.75, 0.0)]  # the second without the command, whose cycle is still to come
+    assert sent == [0.25, 1.75]
+
+
+def test_a_command_does_not_wait_for_the_clock_and_the_cycles_after_it_keep_to_it(live, tmp_path):
+    begun, sent = [], []
+
+    def wait(seconds):  # a quarter of a cycle; a command comes at 1.25, at 1.5, and at 3.5 cycles
+        page.now += min(seconds, PERIOD / 4)
+        sent.extend((round(page.now / PERIOD, 3), state.arrived) for state in page.take())
+        if any(page.now == pytest.approx(k * PERIOD) for k in (1.25, 1.5, 3.5)):
+            page.post(replace(DOWN, arrived=round(page.now / PERIOD, 3)), Shown(0.0, 0.0))
+        return page.loop.line.wait(0.0)
+
+    page = Page(lambda line, clock, sleep: LiveLoop(live, line, Tape(live, tmp_path), clock=clock, wait=wait, every=1))
+    work = page.loop.cycle
+
+    def cycle():
+        begun.append(round(page.now / PERIOD, 3))
+        work()
+
+    page.loop.cycle = cycle
+    counted = iter(range(100))
+    page.loop.run(lambda: next(counted) >= 6)
+    assert begun == [0.0, 1.0, 1.25, 2.0, 3.5, 5.0]  # the second command waits: the loop is a cycle ahead
+    answers = [(when, arrived) for when, arrived in sent if arrived]
+    assert answers == [(1.5, 1.25), (2.25, 1.5), (3.75, 3.5)]  # and no older state comes before them
 
 
 def test_of_wishes_for_one_thing_in_a_row_only_the_last_is_given(page):

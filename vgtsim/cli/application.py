@@ -29,7 +29,7 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
+    rich_markup_mode="markdown",
     help="Simulate a long-reach variable-geometry-truss arm in a waste tank, and verify every claim about it.",
 )
 # Texts from files and paths are no markup. A pipe has no width of its own.

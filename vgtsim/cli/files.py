@@ -61,7 +61,8 @@ def _inspect_scene(file: Path) -> tuple[list[VgtError], str]:
         return faults, ""
     gap, place = site.surroundings.least(site.start)
     start = "a start was searched" if motion.start is None else "it starts as the file says"
-    return [], f"{site.arm.name} in {site.tank.name}: {start}, {gap:.2f} m from {place}; {count} goals within reach"
+    goals = f"{count} goal{'s' * (count != 1)} within reach"
+    return [], f"{site.arm.name} in {site.tank.name}: {start}, {gap:.2f} m from {place}; {goals}"
 
 
 def _inspect_arm(file: Path) -> tuple[list[VgtError], str]:

@@ -51,7 +51,14 @@ def ik(
         table.add_row(row.name, *wanted, f"{row.residual:.2e}")
     OUT.print(table)
     for name, value in answer.facts.items():
-        OUT.print(f"{name}: {value}", soft_wrap=True)
+        told = (
+            ", ".join(value) or "none"
+            if isinstance(value, list)
+            else f"{value:.4g}"
+            if isinstance(value, float)
+            else value
+        )
+        OUT.print(f"{name}: {told}", soft_wrap=True)
     figures = ", ".join(repr(value) for value in answer.q.tolist())
     OUT.print(f"\n[motion.start]\ninputs = [{figures}]", soft_wrap=True)
     if json_file is not None:

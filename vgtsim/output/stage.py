@@ -74,8 +74,8 @@ class Stage:
         self._model, self._size = copy(model), size
         self._model.vis.global_.offwidth, self._model.vis.global_.offheight = size
         self._replay = make_replay(self._model, site.truss, end)
-        self._near = self._model.geom(f"{names.TANK}/liner/front")
-        self._wall = int(self._near.matid[0]), self._near.rgba.copy(), int(self._near.group[0])
+        self._near = () if site.tank.shell.open else (self._model.geom(f"{names.TANK}/liner/front"),)
+        self._wall = [(int(near.matid[0]), near.rgba.copy(), int(near.group[0])) for near in self._near]
         self._scene = mujoco.MjvScene(self._model, _MOST)
         for effect in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
             self._scene.flags[effect] = 0
@@ -166,8 +166,8 @@ class Stage:
         """Fill the scene with what a camera sees; those outside the tank see of its front half a ghost of the wall."""
         view, eye, inside = mujoco.MjvOption(), mujoco.MjvCamera(), camera in _INSIDE
         view.geomgroup[[tank.FRONT_GROUP, tank.FRONT_COVER_GROUP]] = inside
-        shape = self._wall if inside else (-1, _GHOST, tank.INSIDE_GROUP)
-        self._near.matid, self._near.rgba, self._near.group = shape
+        for near, wall in zip(self._near, self._wall, strict=True):  # an open stand has none
+            near.matid, near.rgba, near.group = wall if inside else (-1, _GHOST, tank.INSIDE_GROUP)
         eye.type, eye.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self._model.cam(camera).id
         mujoco.mjv_updateScene(self._model, self._replay.data, view, None, eye, shown, self._scene)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import begins_inside
+from vgtsim.description import Bend, StartPosture, begins_inside
 from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
 from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections, member_radii
@@ -84,13 +84,16 @@ def _check_start(site: Site) -> None:
         try:
             chain.lengths(alone)
         except (AssemblyError, ValueError) as error:
-            raise scene.error(f"motion.start.{a}", f"a shape {name} cannot take: {error}", "a smaller bend") from None
+            raise scene.error(
+                _find_key(motion.start, a), f"a shape {name} cannot take: {error}", "a smaller bend"
+            ) from None
     length = chain.lengths(q)
     spare = box.spare(length)
     if np.min(spare) <= 0:
         worst = int(np.argmin(spare))
         actuator = chain.truss.members[chain.truss.actuated[worst]].name
-        where, found = f"motion.start.{names.index(actuator.split('/')[0])}", f"{actuator} at {length[worst]:.4f} m"
+        where = _find_key(motion.start, names.index(actuator.split("/")[0]))
+        found = f"{actuator} at {length[worst]:.4f} m"
         allowed = f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m: its stroke less the margin"
         raise scene.error(where, found, allowed)
     _check_coupling(site)
@@ -99,13 +102,21 @@ def _check_start(site: Site) -> None:
         return
     collisions = list_collisions(site, q, motion.clearance)
     lines = "".join(f"\n  {line}" for line in tell_collisions(collisions))
-    found = f"a posture that comes to {clearance:.3f} m of {place}:{lines}\n"
+    found = f"a posture {abs(clearance):.3f} m {'inside' if clearance < 0 else 'from'} {place}"
     allowed = f"{motion.clearance:.3f} m from everything; without motion.start a posture is searched"
     if motion.start is None:
         found = f"no posture clear of everything among {site.searched_start[1]}; the best is {found}"
         allowed = f"{motion.clearance:.3f} m from everything, or an arm and a tank that leave room for it"
     where = scene.file, "motion.start"
-    raise PostureError(where, found, allowed, name=scene.task.name, site=site, q=q, collisions=collisions)
+    raise PostureError(where, found, allowed + lines, name=scene.task.name, site=site, q=q, collisions=collisions)
+
+
+def _find_key(start: tuple[Bend, ...] | StartPosture | str | None, module: int) -> str:
+    """Key of what sets the inputs of an active module at the start."""
+    if isinstance(start, tuple):
+        return f"motion.start.{module}"
+    given = (key for key in ("inputs", "lengths", "position") if getattr(start, key, None) is not None)
+    return ".".join(["motion.start", *given])
 
 
 def _check_coupling(site: Site) -> None:
@@ -117,7 +128,7 @@ def _check_coupling(site: Site) -> None:
         if apart > _COUPLED:
             found = f"inputs of {names[follower]} that differ by {apart:.4g} from those of {names[leader]}"
             allowed = f"the bend of {names[leader]}: the two are coupled, on the way too"
-            raise site.scene.error(f"motion.start.{follower}", found, allowed)
+            raise site.scene.error(_find_key(site.task.motion.start, follower), found, allowed)
 
 
 def _find_goal_faults(site: Site) -> Iterator[VgtError]:

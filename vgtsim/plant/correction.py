@@ -132,6 +132,8 @@ class Correction:
             speeds += now - 2 * last + before
             self._foresight.correct(data, lengths, mast, speeds)
         self._past = last, now
+        # the solver begins there: what rounding leaves of the moments of balls is a share of the way that it goes
+        data.qacc_warmstart = (speeds - now) / model.opt.timestep
         ahead.qpos = data.qpos
         mujoco.mj_integratePos(model, ahead.qpos, speeds, model.opt.timestep)
         model.geom_sameframe[:] = _BODY  # of the tank's two thousand geoms nothing is asked

@@ -27,8 +27,9 @@ _EVERY = 2  # cycles between states while nobody commands: 25 pictures a second,
 class LiveLoop:
     """Drives a site's arm as the letters say, and sends its state where something changed.
 
-    After a letter it is sent with the same cycle, otherwise with every second one. The run goes on while it is played and a
-    page is open. The site is one of `make_live`.
+    A letter does not wait for the clock: its cycle comes at once, the next ones at their times, so that simulated time is
+    at most one cycle ahead. After a letter the state is sent with the same cycle, otherwise with every second one. The run
+    goes on while it is played and a page is open. The site is one of `make_live`.
 
     Attributes:
         operation: Plant and controller.
@@ -91,11 +92,17 @@ class LiveLoop:
             self._rest(due)
 
     def _rest(self, due: float) -> None:
-        """Let time go by until the next cycle; a state that the page was not ready for is sent as soon as it is."""
-        while (left := due - self._clock()) > 0:
+        """Let time go by until the next cycle, or up to a period less where a person asks for something.
+
+        A state that the page was not ready for is sent as soon as it is.
+        """
+        early = 0.0
+        while (left := due - early - self._clock()) > 0:
             if self._wait(left):
                 self._letters = self.line.receive(self._letters)
-                if self._late and self.line.ready:
+                if any(not isinstance(letter, Shown) for letter in self._letters):
+                    early = self.period
+                elif self._late and self.line.ready:
                     self._send()
 
     def cycle(self) -> None:

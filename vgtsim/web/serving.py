@@ -81,8 +81,9 @@ class Page:
             gap=near.ends if near else None,
             near=f"{near.gap:.2f} m" if near else "",
         )
-        self._display.show(sight)
-        self._controls.show(state, words, self._delay)
+        with self.server.atomic():  # one message, for which the thread that writes is woken once
+            self._display.show(sight)
+            self._controls.show(state, words, self._delay)
         self.server.flush()
         self._answered = bool(state.arrived)
         if self._answered:
