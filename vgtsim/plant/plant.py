@@ -20,13 +20,7 @@ from vgtsim.plant.gauges import find_gauges
 from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
-from vgtsim.plant.watch import (
-    Contact,
-    PlantState,
-    check_state,
-    list_warnings,
-    name_collision,
-)
+from vgtsim.plant.watch import Contact, PlantState, check_state, find_greatest, list_warnings, name_collision
 from vgtsim.runlog import Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
@@ -309,7 +303,7 @@ class Plant:
 
     def _speed(self) -> float:
         """Greatest speed of a node along an axis, m/s."""
-        return float(np.abs(self.data.qvel[self._gauges.hub_speeds]).max())
+        return find_greatest(self.data.qvel, self._gauges.hub_speeds)
 
     def _advance(self) -> None:
         """One step: drives, MuJoCo, divergence, record, rest, contact."""
@@ -321,7 +315,8 @@ class Plant:
         self._recorder.note_saturation(self._drive.command(self._target))
         self._mast_drives.command(self._mast)
         digger = self._digger
-        gaps = self._correction.step(self._target, self._mast)
+        with self._feeler.sparing(self._correction.foreseen):
+            gaps = self._correction.step(self._target, self._mast)
         self._mast_drives.discount(gaps, self._mast, self._stood)
         self._steps += 1
         try:
@@ -357,12 +352,14 @@ class Plant:
         if self._coming[self.appeared] <= now:
             self.appeared = int(np.searchsorted(self._coming, now, side="right"))
             show_things(self.model, self.site.tank, now)
+            self._feeler.forget()
 
     def _start_step(self) -> bool:
         """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""
         recorded = self._clock.is_due(self._steps)
         flags = self.model.opt.disableflags
-        self.model.opt.disableflags = flags & ~_SENSOR_BIT if recorded else flags | _SENSOR_BIT
+        if bool(flags & _SENSOR_BIT) == recorded:
+            self.model.opt.disableflags = flags ^ _SENSOR_BIT
         return recorded
 
     def _find_more(self) -> dict[str, float | Array]:
