@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+import vgtsim
 from vgtsim.description import load_manipulator, load_tank
 from vgtsim.description.waste import Roughness
 from vgtsim.geometry.clearance import arm_clearance, obstacles, self_clearance
 from vgtsim.geometry.distance import enclosure_distance, interior_distance, segment_distance
 from vgtsim.geometry.gaps import WASTE
+from vgtsim.geometry.pairs import pair_members
 from vgtsim.geometry.profile import make_profile
 from vgtsim.kinematics import Chain, bend_all, hanging_mount
 from vgtsim.positioning import Surroundings
@@ -285,6 +287,19 @@ def test_two_neighbouring_modules_have_no_self_clearance_to_measure():
     gap, pair = self_clearance(np.eye(3), np.array([[0, 1], [1, 2]]), [0.1, 0.1], np.array([0, 1]))
     assert np.isinf(gap)
     assert pair.tolist() == [-1, -1]
+
+
+def test_members_that_meet_in_a_hub_are_no_pair():
+    """A hinge module keeps two hubs of the section before it in the section behind it."""
+    truss = vgtsim.load_arm("tetra4").truss
+    radii = np.full(len(truss.ends), 0.04)
+    pairs = pair_members(truss.ends, radii, truss.module, 2)
+    first, second = truss.ends[pairs.members[0]], truss.ends[pairs.members[1]]
+    assert (first[:, :, None] != second[:, None, :]).all()
+    apart = np.abs(truss.module[:, None] - truss.module) >= 2
+    meet = (truss.ends[:, None, :, None] == truss.ends[None, :, None, :]).any(axis=(2, 3))
+    assert (apart & meet).any()
+    assert len(first) == pairs.begin[-1] == (apart & ~meet).sum() // 2
 
 
 def test_obstacles_cannot_be_changed():

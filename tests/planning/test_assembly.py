@@ -17,7 +17,8 @@ from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.planning.assembly import check_assembly_room, cut_way
 from vgtsim.planning.directrix import make_directrix
 from vgtsim.planning.insertion import follow_directrix
-from vgtsim.planning.mission import plan_mission, plan_phases, plan_site
+from vgtsim.planning.mission import plan_mission
+from vgtsim.planning.phases import plan_phases, plan_site
 
 pytestmark = pytest.mark.long
 HOIST = Feed(stroke=9.0, rate=0.3, acceleration=0.1, force=8e4)

@@ -11,9 +11,10 @@ from playing import bend
 
 from vgtsim.description.scene import Phase
 from vgtsim.errors import DescriptionError
-from vgtsim.planning import mission as planned
+from vgtsim.mjcf import build_spec, lower_waste
+from vgtsim.planning import phases as planned
 from vgtsim.planning.checks import check_site
-from vgtsim.planning.mission import plan_phases
+from vgtsim.planning.phases import plan_phases
 from vgtsim.plant import Plant, carry_waste, run
 from vgtsim.proximity import Proximity
 from vgtsim.site import Site
@@ -78,6 +79,13 @@ def test_model_of_the_next_phase_has_the_waste_of_the_log(site, log):
     assert first.removed[0] == pytest.approx(log.removed[-1], rel=1e-12)
 
 
+def test_model_as_it_is_written_has_the_pit(site, cut):
+    described, later = (build_spec(place).compile() for place in (site, site.lower_waste(cut)))
+    assert (later.hfield_data != described.hfield_data).any()
+    lower_waste(described, site.diggings, cut)
+    assert later.hfield_data == pytest.approx(described.hfield_data, abs=1e-6)
+
+
 def test_phases_are_planned_over_what_those_before_leave(site, cut, monkeypatch):
     seen = []
 
@@ -85,7 +93,7 @@ def test_phases_are_planned_over_what_those_before_leave(site, cut, monkeypatch)
         seen.append(place.begun)
         return f"tour {len(seen)}", cut
 
-    monkeypatch.setattr(planned, "_carry_out", carry_out)
+    monkeypatch.setattr(planned, "carry_out", carry_out)
     assert plan_phases([*number([site, site])]) == ("tour 1", "tour 2")
     np.testing.assert_array_equal(seen[0], site.diggings.start)
     assert seen[1] is cut

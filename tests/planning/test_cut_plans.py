@@ -135,3 +135,9 @@ def test_a_step_that_cuts_needs_a_goal_before(scene):
     steps = (scene.task.mission[0], CutStep(do="cut", patch="here", depth=DEPTH, rows=2))
     with pytest.raises(DescriptionError, match="cut from where the insertion ends"):
         dataclasses.replace(scene, task=scene.task.model_copy(update={"mission": steps}))
+
+
+def test_a_cut_whose_direction_is_free_needs_no_goal_before(scene):
+    steps = (scene.task.mission[0], CutStep(do="cut", patch="here", depth=DEPTH, rows=2, direction="free"))
+    changed = dataclasses.replace(scene, task=scene.task.model_copy(update={"mission": steps}))
+    assert changed.task.stages[-1].name == "cut"

@@ -5,12 +5,13 @@ import pytest
 from offset_arms import with_offset
 from scenes_of_kinds import make_general_arm
 
-from vgtsim.description import ToolPath, load_manipulator, load_tool_path
-from vgtsim.errors import DescriptionError, FollowError, ReachError
-from vgtsim.geometry.stretches import make_stretches, spline
+from vgtsim.description import ToolPath, cut_arm, load_manipulator, load_tool_path
+from vgtsim.errors import DescriptionError, FollowError, GoalError, ReachError
+from vgtsim.geometry.stretches import find_nearest, make_stretches, spline
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.planning.following import follow_request, report
-from vgtsim.positioning import bring_inside
+from vgtsim.planning.following import follow, follow_request, report
+from vgtsim.planning.resolution import aim_tool
+from vgtsim.positioning import MidStroke, Problem, bring_inside
 from vgtsim.site import ArmAlone, load_site
 
 pytestmark = pytest.mark.long
@@ -188,3 +189,19 @@ def test_a_coupled_scene_is_coupled_all_along_its_path():
     followed = follow_request(site, line, ("mid_stroke",))
     assert site.subspace.find_errors(followed.q).max() < 1e-9
     assert np.ptp(followed.q, axis=0).max() > 0.005
+
+
+def test_one_module_follows_points_while_its_tool_points_as_it_likes():
+    chain = Chain(cut_arm(load_manipulator("arm9"), 4), hanging_mount(7.0))
+    assert len(chain.layout.names) == 1
+    rows = {"shape": "raster", "width": [0.3, 0.0, 0.0], "depth": [0.0, 0.2, 0.0], "rows": 2}
+    path = make_path(start=[0.5, 0.1, 3.5], direction=[0.0, 0.0, -1.0], pieces=[rows])
+    place = ArmAlone(chain)
+    problem = Problem(place.box, aim_tool(path.start, None), MidStroke())
+    run = follow(problem, path, place.start, place.timestep, place.subspace, free=True)
+    tool, direction = chain.tool(run.q)
+    nearest = find_nearest(make_stretches(path), tool)
+    assert np.linalg.norm(tool - nearest[:, :3], axis=1).max() < path.tolerance
+    assert np.arccos(direction @ [0.0, 0.0, -1.0]).max() > np.radians(5.0)  # it leans
+    with pytest.raises(GoalError):  # three cylinders and five rows
+        follow(problem, path, place.start, place.timestep, place.subspace)

@@ -43,6 +43,22 @@ def test_accelerations_stay_within_their_limit(lengths):
     assert acceleration.max() <= ACCELERATION * DIFFERENCES
 
 
+def test_a_path_that_turns_back_keeps_the_limits_at_its_turn(hanging_arm, limits):
+    """A module bends and comes back while another hardly moves: at the turn every actuator is slow at once."""
+    part = np.linspace(0, 1, 41)[:, None]
+    start = bend_all(hanging_arm, np.radians([15.0, 20.0, 20.0, 10.0, -10.0]), 0.0)
+    out, drift = np.zeros((2, len(start)))
+    out[0], drift[3] = 0.2, 1e-4
+    spline = make_interp_spline(part[:, 0], start + 4 * part * (1 - part) * out + part * drift, k=5)
+    fine = 5e-4
+    lengths = time_lengths(hanging_arm, spline, limits, fine)
+    acceleration = np.abs(np.diff(lengths, n=2, axis=0)).max() / fine**2
+    assert acceleration <= ACCELERATION * DIFFERENCES
+    assert acceleration > 0.5 * ACCELERATION
+    speed = np.abs(np.diff(lengths, axis=0)) / fine / limits.rate
+    assert 0.5 < speed.max() <= DIFFERENCES
+
+
 def test_acceleration_has_no_steps(lengths):
     acceleration = np.diff(lengths, n=2, axis=0) / TIMESTEP**2
     jump = np.abs(np.diff(acceleration, axis=0)).max()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from cutting_faults import CUT_LOG_FAULTS, CUT_RUN_FAULTS
 from faults import LOG_FAULTS, MODEL_FAULTS, RUN_FAULTS
-from other_faults import CONTACT_FAULTS, CONTROLLER_FAULTS, OPERATION_FAULTS, SECTION_FAULTS
+from other_faults import CONTACT_FAULTS, CONTROLLER_FAULTS, ELASTIC_FAULTS, OPERATION_FAULTS, SECTION_FAULTS
 from turn_faults import TURN_LOG_FAULTS, TURN_MODEL_FAULTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
@@ -19,6 +19,7 @@ PARTS = (
     ("the model of a mast that turns", TURN_MODEL_FAULTS),
     ("a log of its turn", TURN_LOG_FAULTS),
     ("the model of rigid sections", SECTION_FAULTS),
+    ("the description of an elastic arm", ELASTIC_FAULTS),
     ("the controller of an operator", CONTROLLER_FAULTS),
     ("the log of an operator", OPERATION_FAULTS),
     ("the log of a tool that leans on uneven waste", CONTACT_FAULTS),

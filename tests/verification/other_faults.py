@@ -1,4 +1,4 @@
-"""Faults of runs of other kinds: rigid sections, an operator's record, a tool that leans on uneven waste. See `faults.py`."""
+"""Faults of runs of other kinds: rigid sections, elastic members, an operator, a tool on uneven waste. See `faults.py`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from vgtsim.site import Site
 
 AIM, AIM_WAY = "tool position to the operator's target", "tool direction to the operator's target"
 OPERATED = "stages of the operation missing or out of place"
+STIFF = "settled node to stiffness solution"
 TOUCHED, PRESSED = "logged contacts", "allowed contact force over its limit"
 
 SECTION_FAULTS = (
@@ -22,6 +23,38 @@ SECTION_FAULTS = (
     Fault("a hub 10 g heavier", body("m1/mid/1", "mass", more=0.01), AT_REST),
     Fault("the mast 0.1 mm aside", body(names.MAST, "pos", more=[1e-4, 0, 0]), NODES),
     Fault("wind of 10 m/s", option(density=1.2, viscosity=1.8e-5, wind=np.array([10.0, 0, 0])), MOVING),
+)
+
+# into the description that the plant is made of; the report is that of the description without the fault
+
+
+def soften(kind: str, figure: str) -> Callable[[Site], Site]:
+    """One per cent less of a figure of all materials or cylinders."""
+
+    def spoil(site: Site) -> Site:
+        parts = {
+            name: part.model_copy(update={figure: 0.99 * getattr(part, figure)})
+            for name, part in getattr(site.arm, kind).items()
+        }
+        return Site(replace(site.scene, manipulator=site.arm.model_copy(update={kind: parts})))
+
+    return spoil
+
+
+def damp(site: Site) -> Site:
+    simulation = site.task.simulation
+    simulation = simulation.model_copy(update={"damping_ratio": 2 * simulation.damping_ratio})
+    return Site(replace(site.scene, task=site.task.model_copy(update={"simulation": simulation})))
+
+
+ELASTIC_FAULTS = (
+    Fault("steel 1 % softer", soften("materials", "youngs_modulus"), STIFF),
+    Fault("oil 1 % softer", soften("cylinders", "bulk_modulus"), STIFF),
+    Fault(
+        "twice the damping",
+        damp,
+        reason="a damper acts along its member as the spring does; `tests/plant/test_elastic.py` holds how swings decay",
+    ),
 )
 
 # into the controller, of which the plant makes the run; the report is that of the scene without the fault

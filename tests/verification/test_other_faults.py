@@ -1,4 +1,4 @@
-"""Faults in runs of other kinds are caught by the row that is there for each: sections, an operator, a leaning tool."""
+"""Faults in runs of other kinds are caught: sections, elastic members, an operator, a leaning tool."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from other_faults import CONTACT_FAULTS, CONTROLLER_FAULTS, OPERATION_FAULTS, SECTION_FAULTS
+from other_faults import CONTACT_FAULTS, CONTROLLER_FAULTS, ELASTIC_FAULTS, OPERATION_FAULTS, SECTION_FAULTS
 from playing import bend, change, climb, shorten
 from spoiling import each, failed, judge, run_spoilt_model
 
@@ -56,6 +56,30 @@ def sections(two):
 def test_fault_in_the_model_of_rigid_sections(sections, fault):
     site, tour, clean = sections
     judge(fault, verify(site, run_spoilt_model(fault, site, tour), tour), clean)
+
+
+@pytest.fixture(scope="module")
+def elastic():
+    """One module of the elastic arm, which bends a little and settles."""
+    site = Site(change(shorten(load_site("type_ii_elastic").scene, 1), log_rate=50.0))
+    start, end = bend(site.scene, [0.3], [0.2]), bend(site.scene, [0.35], [0.4])
+    s = climb(1.0, 2.4, site.timestep)[:, None]
+    lengths = site.chain.lengths(start + s * (end - start))
+    position, direction = site.chain.tool(end)
+    goal = site.task.motion.goals[0].model_copy(update={"position": tuple(position), "direction": tuple(direction)})
+    motion = site.task.motion.model_copy(update={"goals": (goal,), "acceleration": 0.1, "hold": 0.6})
+    site = Site(dataclasses.replace(site.scene, task=site.task.model_copy(update={"motion": motion})))
+    leg = Leg(name=goal.name, goal=0, lengths=lengths, q=end, clearance=1.0, place="nothing")
+    tour = Tour(start, (leg,), site.timestep)
+    report = verify(site, run(site, tour), tour)
+    assert report.passed, failed(report)
+    return site, tour, report
+
+
+@each(ELASTIC_FAULTS)
+def test_fault_in_the_description_of_an_elastic_arm(elastic, fault):
+    site, tour, clean = elastic
+    judge(fault, verify(site, run(fault.spoil(site), tour), tour), clean)
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.kinematics import Chain, State
 
 Array = NDArray[np.float64]
@@ -42,11 +43,9 @@ class ArmNow:
         """Velocity of the tool point over angular velocity of the tip plate per rate of each cylinder, shape (6, J)."""
         return self.state.tool_jacobian[0] @ self.inputs_by_length
 
-    @cached_property
-    def lift(self) -> Array:
-        """Least rates of the cylinders per twist of the tool, shape (J, 6); directions that are nearly lost are damped."""
-        square = self.jacobian @ self.jacobian.T
-        return self.jacobian.T @ np.linalg.inv(square + _DAMPED * np.trace(square) * np.eye(6))
+    def ask_most(self, twist: Array) -> float:
+        """Greatest of the least rates of the cylinders, m/s, for a twist of the tool, shape (6,); see `_ask_most`."""
+        return _ask_most(self.jacobian, twist)
 
     @property
     def position(self) -> Array:
@@ -57,3 +56,37 @@ class ArmNow:
     def direction(self) -> Array:
         """Outward unit normal of the tip plate in frame G, shape (3,)."""
         return self.state.tool[1][0]
+
+
+@compiled
+def _ask_most(jacobian: Array, twist: Array) -> float:
+    """Greatest of J'(J J' + d I)^-1 t, for J of shape (6, J) and t of shape (6,): nearly lost directions are damped by d."""
+    rows, count = jacobian.shape
+    lower, left = np.empty((rows, rows)), twist.copy()
+    damped = 0.0
+    for i in range(rows):
+        for k in range(i + 1):
+            lower[i, k] = 0.0
+            for j in range(count):
+                lower[i, k] += jacobian[i, j] * jacobian[k, j]
+        damped += _DAMPED * lower[i, i]
+    for i in range(rows):  # Cholesky's factor, and the solution with it forward
+        lower[i, i] += damped
+        for k in range(i + 1):
+            for m in range(k):
+                lower[i, k] -= lower[i, m] * lower[k, m]
+            lower[i, k] = np.sqrt(lower[i, i]) if k == i else lower[i, k] / lower[k, k]
+        for k in range(i):
+            left[i] -= lower[i, k] * left[k]
+        left[i] /= lower[i, i]
+    for i in range(rows - 1, -1, -1):
+        for k in range(i + 1, rows):
+            left[i] -= lower[k, i] * left[k]
+        left[i] /= lower[i, i]
+    most = 0.0
+    for j in range(count):
+        rate = 0.0
+        for i in range(rows):
+            rate += jacobian[i, j] * left[i]
+        most = max(most, abs(rate))
+    return most

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.positioning import CONDITION_LIMIT, name_direction
 
 Array = NDArray[np.float64]
 
 _AXES = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
+_CLEAR = 1e3  # condition number up to which squares of singular values are good to ten digits
 _ASKED = 1e-3  # part of a wish along a lost direction that is worth a word
 
 
@@ -40,8 +43,17 @@ def find_mobility(task: Array) -> Mobility:
 
     Source: section 6.2.1: past a condition number of 1e5 the smallest singular values are given up.
     """
+    squares = _find_squares(by_rows(task))
+    if squares[0] > squares[-1] * _CLEAR**-2:  # the squares tell it well
+        return Mobility(sqrt(squares[-1] / squares[0]), np.empty((0, len(task))))
     U, values, _ = np.linalg.svd(task, full_matrices=len(task) > task.shape[1])
     whole = np.zeros(len(task))
     whole[: len(values)] = values
     condition = float(whole[0] / whole[-1]) if whole[-1] > 0 else np.inf
     return Mobility(condition, U[:, whole <= whole[0] / CONDITION_LIMIT].T)
+
+
+@compiled
+def _find_squares(task: Array) -> NDArray[np.floating]:
+    """Squares of the singular values of rows, shape (m, J), in rising order, shape (m,)."""
+    return np.linalg.eigvalsh(task @ task.T)

@@ -66,11 +66,31 @@ def solve_rates(
     z, _, flag, info = daqp.solve(H, f, C, bounds[1], bounds[0], sense)
     if flag < 1:  # not seen; the arm then slows as it can
         return Rates(np.clip(0.0, low, high), 0.0, np.zeros(count), np.zeros(len(rows)))
-    force = np.asarray(info["lam"])
-    signs = np.where(np.abs(force) > _HELD * max(float(np.abs(force).max(initial=0.0)), 1.0), np.sign(force), 0.0)
-    rates = np.clip(np.asarray(z[:count]) * full, low, high)
-    done = float(wish @ (task @ rates - back)) / float(wish @ wish) if size > 0 else 1.0
-    return Rates(rates, min(max(done, 0.0), 1.0), signs[:count], signs[count + 1 :])
+    rates, signs = np.empty(count), np.asarray(info["lam"])
+    done = _read_solution(by_rows(z), full, low, high, by_rows(task), wish, back, rates, signs)
+    return Rates(rates, min(max(done, 0.0), 1.0) if size > 0 else 1.0, signs[:count], signs[count + 1 :])
+
+
+@compiled
+def _read_solution(
+    z: Array, full: Array, low: Array, high: Array, task: Array, wish: Array, back: Array, rates: Array, signs: Array
+) -> float:
+    """Rates from daqp's unknowns, the signs of its multipliers in place of them, and the part of the wish that is done."""
+    most = 1.0
+    for k in range(len(signs)):
+        most = max(most, abs(signs[k]))
+    for k in range(len(signs)):
+        signs[k] = np.sign(signs[k]) if abs(signs[k]) > _HELD * most else 0.0
+    for j in range(len(rates)):
+        rates[j] = min(max(z[j] * full[j], low[j]), high[j])
+    along = size = 0.0
+    for i in range(len(wish)):
+        size += wish[i] * wish[i]
+        done = -back[i]
+        for j in range(len(rates)):
+            done += task[i, j] * rates[j]
+        along += wish[i] * done
+    return along / size
 
 
 @compiled

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import sqrt
+from math import expm1, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.control.arm_now import ArmNow
 from vgtsim.control.turns import find_turn, split_twist, turn
 
@@ -43,17 +44,9 @@ class Filter:
 
     def advance(self, wanted: Array, measure: Measure, timestep: float) -> None:
         """Follow a wanted velocity for a step, s."""
-        change = wanted - self.raw
-        needed = measure(change)
-        self.raw += change * min(1.0, timestep / needed) if needed > 0 else change
-        share = -np.expm1(-timestep / self.time)
-        self.first += share * (self.raw - self.first)
-        self.second += share * (self.first - self.second)
-        if (
-            not wanted.any()
-            and max(np.abs(self.raw).max(), np.abs(self.first).max(), np.abs(self.second).max()) < _STILL
-        ):
-            self.raw, self.first, self.second = (np.zeros_like(wanted) for _ in range(3))
+        needed = measure(wanted - self.raw)
+        part, share = min(1.0, timestep / needed) if needed > 0 else 1.0, -expm1(-timestep / self.time)
+        _pass_on(wanted, part, share, self.raw, self.first, self.second)
 
     @property
     def still(self) -> bool:
@@ -64,6 +57,21 @@ class Filter:
     def left(self) -> Array:
         """The way that is still made if nothing more is wanted, shape (k,)."""
         return self.time * (self.first + self.second)
+
+
+@compiled
+def _pass_on(wanted: Array, part: float, share: float, raw: Array, first: Array, second: Array) -> None:
+    """Go a part of the way to what is wanted, and shares of it through both filters, in place; what is left of a rest goes."""
+    most = 0.0
+    for k in range(len(wanted)):
+        raw[k] += part * (wanted[k] - raw[k])
+        first[k] += share * (raw[k] - first[k])
+        second[k] += share * (first[k] - second[k])
+        if wanted[k] != 0.0:
+            most = _STILL
+        most = max(most, abs(raw[k]), abs(first[k]), abs(second[k]))
+    if most < _STILL:
+        raw[:] = first[:] = second[:] = 0.0
 
 
 def approach(way: Array, at_full_speed: float, at_full_acceleration: float) -> Array:
@@ -102,7 +110,7 @@ class ToolTarget:
         """
 
         def measure(change: Array) -> float:
-            return max(_size(change) / self.acceleration, float(np.abs(arm.lift @ change).max()) / most)
+            return max(_size(change) / self.acceleration, arm.ask_most(change) / most)
 
         wanted = self._want(measure)
         self.filter.advance(wanted, measure, timestep)
@@ -129,7 +137,7 @@ class ToolTarget:
     def _want(self, measure: Measure) -> Array:
         if self.twist is not None:
             size = _size(self.twist)
-            return self.twist * min(1.0, self.speed / size) if size else self.twist
+            return self.twist * min(1.0, self.speed / size) if size else np.zeros(6)
         if self.goal is None:
             return np.zeros(6)
         end = turn(self.direction, self.filter.left[3:])

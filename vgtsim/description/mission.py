@@ -68,6 +68,7 @@ class RasterStep(Description):
         depth: Across all rows.
         rows: Number of rows.
         tolerance: Greatest distance of the tool from the rows, m, and of its direction, rad.
+        direction: The tool keeps the direction that it has before (`kept`), or points as the arm likes (`free`).
     """
 
     do: Literal["raster"]
@@ -75,10 +76,11 @@ class RasterStep(Description):
     depth: tuple[Length, Length, Length]
     rows: int = Field(ge=2, le=1000)
     tolerance: Tolerance = 1e-4
+    direction: Literal["kept", "free"] = "kept"
 
 
 class CutStep(Description):
-    """The tool removes a layer of waste from a patch, in rows to and fro; it keeps the direction that it has before.
+    """The tool removes a layer of waste from a patch, in rows to and fro.
 
     The rows are level: the tool cuts no deeper than its reach, so the layer's bottom is level too.
 
@@ -89,6 +91,8 @@ class CutStep(Description):
         rows: Number of rows.
         speed: Greatest speed of the tool; absent for that at which it can remove the whole layer in one pass.
         tolerance: Greatest distance of the tool from the rows, m, and of its direction, rad.
+        direction: The tip plate keeps the direction that it has before (`kept`), or points as the arm likes (`free`): what cuts
+            hangs plumb in any case. Free, the rows need no `move` before them, and an arm of one module can run them.
     """
 
     do: Literal["cut"]
@@ -97,6 +101,7 @@ class CutStep(Description):
     rows: int = Field(ge=2, le=1000)
     speed: Speed | None = None
     tolerance: Tolerance = 1e-4
+    direction: Literal["kept", "free"] = "kept"
 
 
 class _OrFile:
@@ -211,7 +216,8 @@ def find_disorder(
         elif isinstance(step, FollowStep):
             posed = True
         elif isinstance(step, RasterStep | CutStep):
-            if not posed:
+            free = isinstance(step, CutStep) and step.direction == "free"
+            if not posed and not free:
                 allowed = "move to a goal first: the rows begin there, or near it"
                 return index, f"{step.do} from where the insertion ends", allowed
         elif isinstance(step, WithdrawStep):

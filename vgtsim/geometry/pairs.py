@@ -38,7 +38,10 @@ class MemberPairs(NamedTuple):
 
 
 def pair_members(ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np.integer], apart: int) -> MemberPairs:
-    """Tabulate the pairs of M members, ends of shape (M, 2), whose modules, shape (M,), differ by at least `apart`."""
+    """Tabulate the pairs of M members, ends of shape (M, 2), whose modules, shape (M,), differ by at least `apart`.
+
+    Members that meet in a point are no pair.
+    """
     ends = np.array(ends, np.intp)
     thick = np.broadcast_to(np.asarray(radii, float), (len(ends),))
     names, row = np.unique(np.asarray(module), return_inverse=True)
@@ -49,6 +52,9 @@ def pair_members(ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np
     low, high = np.nonzero(names[None, :] - names[:, None] >= apart)
     first = [np.repeat(members[k], len(members[m])) for k, m in zip(low, high, strict=True)]
     second = [np.tile(members[m], len(members[k])) for k, m in zip(low, high, strict=True)]
+    for k, (one, other) in enumerate(zip(first, second, strict=True)):  # a hinge keeps hubs of one section in the next
+        free = (ends[one, :, None] != ends[other, None, :]).all(axis=(1, 2))
+        first[k], second[k] = one[free], other[free]
     none = np.zeros(0, np.intp)
     return MemberPairs(
         ends=ends,

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description import Manipulator
-from vgtsim.kinematics.composition import correct
+from vgtsim.kinematics.composition import correct, spread_rates
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.layout import Layout, Place, make_layout
 from vgtsim.kinematics.state import State
@@ -198,11 +198,9 @@ class Chain:
     def _input_rates(self, state: State) -> Array:
         rates = np.zeros((len(state.q), self.layout.inputs, self.layout.actuators))
         for place, slopes in zip(self.layout.places, state.blocks, strict=True):
-            names, usual = place.modules.names, np.linalg.norm(place.modules.straight_legs[1], axis=-2)
-            block = invert_sound(slopes, usual, lambda where, names=names: names[where[-1]])
-            module, leg = np.nonzero(place.modules.actuated)
-            picked = np.moveaxis(block[:, module, :, leg], 0, -2)  # the picked legs come first
-            rates[:, place.columns[module], place.lengths[module, leg][:, None]] = picked
+            names = place.modules.names
+            block = invert_sound(slopes, place.modules.usual_slopes, lambda where, names=names: names[where[-1]])
+            spread_rates(place.lengths, place.columns, block, rates)
         return rates
 
     def inputs_from_lengths(self, actuators: ArrayLike, start: ArrayLike | None = None) -> Array:

@@ -165,6 +165,17 @@ def spread(legs: Index, columns: Index, block: Array, whole: Array) -> None:
 
 
 @compiled
+def spread_rates(lengths: Index, columns: Index, block: Array, whole: Array) -> None:
+    """Rates of all inputs by all actuators, (b, n, J), of those of a place's inputs by its legs, (b, M, inputs, legs)."""
+    for b in range(len(block)):
+        for m in range(block.shape[1]):
+            for leg in range(block.shape[3]):
+                if lengths[m, leg] >= 0:
+                    for i in range(block.shape[2]):
+                        whole[b, columns[m, i], lengths[m, leg]] = block[b, m, i, leg]
+
+
+@compiled
 def correct(legs: Index, columns: Index, block: Array, off: Array, change: Array) -> bool:
     """Changes of a place's inputs, shape (n,), that make its legs longer, shape (J + S,), m, to first order, for one row.
 

@@ -63,7 +63,7 @@ def build_spec(
     spec, bare = (
         _start_spec(task.name, step, simulation.gravity, simulation.weight_scale, limited=limited) for _ in range(2)
     )
-    add_tank(spec, site.tank)
+    add_tank(spec, site.tank, site.bed)
     for each in (spec, bare):
         add_arm(each, rigging)
     add_goal_markers(spec, task.motion.goals)

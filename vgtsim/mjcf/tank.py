@@ -61,8 +61,10 @@ _COLOURS = {
 _SHINE = {"liner": 0.4, "riser": 0.4, "equipment": 0.3}
 
 
-def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
+def add_tank(spec: mujoco.MjSpec, tank: Tank, bed: Bed | None = None) -> None:
     """Add a tank with its risers, waste and equipment to the world, whose frame is G.
+
+    A bed is the waste where some of it is cut away already.
 
     Differs:
         The dissertation draws its tank; here the arm can touch it. For contact the tank is enclosed in boxes
@@ -82,7 +84,7 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank) -> None:
         _add_mesh(
             spec, body, POOL.removeprefix(f"{names.TANK}/"), solids.make_waste(tank, profile), "waste", INSIDE_GROUP
         )
-        _add_waste(spec, body, tank, profile)
+        _add_waste(spec, body, tank, profile, make_bed(tank) if bed is None else bed)
     rings = solids.make_rings(tank, profile, ring_radii(tank))
     _add_mesh(spec, body, "rings", rings, "rings", INSIDE_GROUP)
     around = obstacles(tank)
@@ -127,9 +129,8 @@ def _add_hull(
     return _add_felt(body, name, mujoco.mjtGeom.mjGEOM_MESH, material, info, meshname=name)
 
 
-def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile) -> None:
+def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: Profile, bed: Bed | None) -> None:
     """Waste as it is felt: a disc where it is level, or a field of the heights of its bed."""
-    bed = make_bed(tank)
     if bed is None:
         size = [float(profile.radius_at(tank.waste.level)), DEPTH / 2, 0]
         waste = _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_CYLINDER, "contact", "tank.waste", size=size)

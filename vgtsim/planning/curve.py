@@ -37,6 +37,18 @@ class Curve:
         return (basis @ (np.swapaxes(basis, 1, 2) @ slope[..., None]))[..., 0].reshape(near.shape)
 
 
+def reverse_spline(spline: BSpline) -> BSpline:
+    """The spline over 0 to 1 run from 1 to 0."""
+    from scipy.interpolate import BSpline  # slow to load
+
+    return BSpline(1 - spline.t[::-1], spline.c[::-1], spline.k)
+
+
+def reverse_curve(curve: BSpline | Curve) -> BSpline | Curve:
+    """The curve over 0 to 1 run from 1 to 0."""
+    return Curve(reverse_spline(curve.spline), curve.space) if isinstance(curve, Curve) else reverse_spline(curve)
+
+
 def make_curve(space: Subspace, inputs: Array) -> BSpline | Curve:
     """Curve over 0 to 1 through inputs of the subspace at even parameters, shape (W, n); its fourth derivative is continuous."""
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it

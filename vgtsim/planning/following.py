@@ -19,7 +19,7 @@ from vgtsim.errors import FollowError, ReachError
 from vgtsim.geometry import Stretch, make_stretches
 from vgtsim.kinematics import Chain, Subspace
 from vgtsim.planning.curve import Curve, make_curve
-from vgtsim.planning.resolution import make_objective
+from vgtsim.planning.resolution import aim_tool, make_objective
 from vgtsim.planning.timing import SpeedLimits, make_limits, time_lengths
 from vgtsim.positioning import (
     NewtonSettings,
@@ -100,10 +100,13 @@ def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) ->
     return follow(problem, path, place.start, place.timestep, place.subspace)
 
 
-def follow(problem: Problem, path: ToolPath, start: Array, timestep: float, space: Subspace) -> Followed:
+def follow(
+    problem: Problem, path: ToolPath, start: Array, timestep: float, space: Subspace, *, free: bool = False
+) -> Followed:
     """Solve a path from inputs of shape (n,) and time it, within its tolerance and inside all rates and accelerations.
 
     The problem's goal is replaced. The inputs stay in a subspace, that of the problem's reduction. The time step is in s.
+    A tool that is `free` follows the path's points and points anywhere.
 
     Raises:
         DescriptionError: The path is none.
@@ -114,8 +117,8 @@ def follow(problem: Problem, path: ToolPath, start: Array, timestep: float, spac
     stretches, limits = make_stretches(path), make_limits(chain, path.rate_fraction, path.acceleration)
     here, lengths, which, off, solved = start, [np.empty((0, chain.layout.actuators))], [], [], []
     for i, stretch in enumerate(stretches):
-        curve, found = _solve(problem, space, stretch, here, path.tolerance, first=i == 0)
-        off.append(_deviation(chain, stretch, curve, _BETWEEN * (len(found.q) - 1) + 1))
+        curve, found = _solve(problem, space, stretch, here, path.tolerance, first=i == 0, free=free)
+        off.append(_deviation(chain, stretch, curve, _BETWEEN * (len(found.q) - 1) + 1, free=free))
         rows = _timed(chain, curve, limits, timestep, path.speed)
         lengths.append(rows if i == 0 else rows[1:])
         which += [i] * len(lengths[-1])
@@ -169,13 +172,13 @@ def report(place: Place, followed: Followed) -> dict[str, str | float | int]:
 
 
 def _solve(
-    problem: Problem, space: Subspace, stretch: Stretch, start: Array, tolerance: float, *, first: bool
+    problem: Problem, space: Subspace, stretch: Stretch, start: Array, tolerance: float, *, first: bool, free: bool
 ) -> tuple[BSpline | Curve, Solution]:
     """Inputs over the parameter 0 to 1, and the goals they go through, in order."""
     points, directions = stretch.points(_FIRST), stretch.directions(_FIRST)
     parts, here = [], start
     for k in range(_FIRST):
-        single = replace(problem, goal=tool_goal(points[k], directions[k]))
+        single = replace(problem, goal=aim_tool(points[k], None if free else directions[k]))
         found = solve_anywhere(single, here, _SOLVING) if first and k == 0 else solve(single, here, _SOLVING)
         _refuse(problem, stretch, found, np.array([k]), _FIRST)
         parts.append(found)
@@ -187,14 +190,15 @@ def _solve(
         twice = 2 * count - 1
         middle = np.arange(1, twice, 2)
         guess = curve(np.linspace(0.0, 1.0, twice)[middle])
-        off = max(_off(problem.chain, guess, stretch.points(twice)[middle], stretch.directions(twice)[middle]))
+        ahead = None if free else stretch.directions(twice)[middle]
+        off = max(_off(problem.chain, guess, stretch.points(twice)[middle], ahead))
         if off <= tolerance:
             return curve, every
         if twice > _MOST:
             raise FollowError(stretch.name, off, tolerance, count)
         between = (every.q[1:] + every.q[:-1]) / 2
         guess = np.where(inside(problem.box, guess)[:, None], guess, between)
-        goal = tool_goal(stretch.points(twice)[middle], stretch.directions(twice)[middle])
+        goal = aim_tool(stretch.points(twice)[middle], ahead)
         found = solve(replace(problem, goal=goal), guess, _SOLVING)
         _refuse(problem, stretch, found, middle, twice)
         order = np.argsort(np.concatenate([np.arange(0, twice, 2), middle]))
@@ -208,17 +212,20 @@ def _refuse(problem: Problem, stretch: Stretch, found: Solution, which: NDArray[
         raise ReachError(name, short, binding_actuators(problem.box, found.q[i]))
 
 
-def _off(chain: Chain, q: Array, points: Array, directions: Array) -> tuple[float, float]:
-    """Greatest distance of the tool, m, and of its direction, rad, from where they should be."""
+def _off(chain: Chain, q: Array, points: Array, directions: Array | None) -> tuple[float, float]:
+    """Greatest distance of the tool, m, and of its direction, rad, from where they should be, if that counts."""
     position, direction = chain.tool(q)
+    directions = direction if directions is None else directions
     sine = np.linalg.norm(np.cross(direction, directions), axis=-1)
     angle = np.arctan2(sine, np.sum(direction * directions, axis=-1))
     return float(np.max(np.linalg.norm(position - points, axis=-1))), float(np.max(angle))
 
 
-def _deviation(chain: Chain, stretch: Stretch, curve: BSpline | Curve, count: int) -> tuple[float, float]:
+def _deviation(
+    chain: Chain, stretch: Stretch, curve: BSpline | Curve, count: int, *, free: bool
+) -> tuple[float, float]:
     q = curve(np.linspace(0.0, 1.0, count))
-    return _off(chain, q, stretch.points(count), stretch.directions(count))
+    return _off(chain, q, stretch.points(count), None if free else stretch.directions(count))
 
 
 def _timed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float, speed: float | None) -> Array:

@@ -19,6 +19,7 @@ from vgtsim.errors import PathError
 from vgtsim.geometry import RISER
 from vgtsim.kinematics import PlanarArm
 from vgtsim.planning.checks import asked_spare
+from vgtsim.planning.curve import reverse_spline
 from vgtsim.planning.directrices import propose_directrices
 from vgtsim.planning.directrix import LeadCurve
 from vgtsim.planning.entry import Entry
@@ -96,7 +97,7 @@ class Insertion:
 
     def reverse(self) -> Insertion:
         """The same way backwards."""
-        return replace(self, spline=_reverse(self.spline), feed=_reverse(self.feed))
+        return replace(self, spline=reverse_spline(self.spline), feed=reverse_spline(self.feed))
 
 
 def plan_insertion(site: Site, last: float = 0.0) -> Insertion:
@@ -239,10 +240,3 @@ def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Inse
         pressure=float(used.pressure.max()),
         travel=float(np.abs(np.diff(length, axis=0)).max() / (h[0] - h[1])),
     )
-
-
-def _reverse(spline: BSpline) -> BSpline:
-    """The spline over 0 to 1 run from 1 to 0."""
-    from scipy.interpolate import BSpline  # slow to load
-
-    return BSpline(1 - spline.t[::-1], spline.c[::-1], spline.k)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -20,14 +20,12 @@ from vgtsim.description import (
     RasterPiece,
     RasterStep,
     ToolPath,
-    begins_anew,
     begins_inside,
-    list_phases,
 )
 from vgtsim.errors import PathError
-from vgtsim.planning.assembly import check_assembly_room, cut_way
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
+from vgtsim.planning.curve import reverse_curve
 from vgtsim.planning.cutting import check_cuts, foresee_waste, plan_cut
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import check_entry
@@ -37,14 +35,14 @@ from vgtsim.planning.leader import Leader, make_leader
 from vgtsim.planning.mast_timing import MastLimits, time_turn
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
-from vgtsim.planning.path import plan_path
+from vgtsim.planning.path import Path, plan_path
 from vgtsim.planning.programme import ProgrammeRows, join_rows
-from vgtsim.planning.resolution import goal_keep, make_objective
+from vgtsim.planning.resolution import aim_tool, default_resolution, goal_keep, make_objective, resolve_goal
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import TimedPath, make_limits, time_path
-from vgtsim.planning.tour import Leg, Tour, plan_tour, pose_at
+from vgtsim.planning.tour import Leg, Tour, pose_at
 from vgtsim.planning.trajectory import Corridor
-from vgtsim.positioning import Nearness, Problem, tool_goal
+from vgtsim.positioning import Nearness, Problem
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -75,7 +73,10 @@ class _Piece:
 
 @dataclass
 class _Plan:
-    """What is planned so far: where the arm is, with the mast at a feed, m, and the pieces of each leg."""
+    """What is planned so far: where the arm is, with the mast at a feed, m, and the pieces of each leg.
+
+    `trail` are the ways that the arm went with its mast as it is turned.
+    """
 
     site: Site
     here: Array
@@ -83,6 +84,7 @@ class _Plan:
     way: Insertion | None = None
     pieces: list[list[_Piece]] = field(default_factory=list)
     ends: list[Array] = field(default_factory=list)
+    trail: list[Path] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.heights = self.site.begun
@@ -116,6 +118,7 @@ class _Plan:
         goals = {goal.name: goal for goal in self.site.task.motion.goals}
         if isinstance(step, InsertStep | AddStep):
             self.way = self.way or plan_insertion(self.site)
+            self.trail.clear()
             return [self._feed(self.way)]
         if isinstance(step, MoveStep):
             turn = self.site.turn if step.turn is None else step.turn
@@ -131,8 +134,25 @@ class _Plan:
         assert self.way is not None  # the order of the steps is that of the description
         there = self.height or np.array_equal(self.here, self.way.ends[1])
         straight = replace(self.site, turn=0.0) if self.site.turn else self.site
-        pieces = [] if there and not self.site.turn else self._come(self.way.ends[1], "the way out", straight)
+        pieces = [] if there and not self.site.turn else self._return(self.way.ends[1], straight)
         return [*pieces, self._feed(self.way.reverse())]
+
+    def _return(self, there: Array, straight: Site) -> list[_Piece]:
+        """Go to the end of the way in, inputs of shape (n,), with the mast straight; where no way is found, as the arm came."""
+        try:
+            return self._come(there, "the way out", straight)
+        except PathError:
+            if self.site.turn or not self.trail or not np.allclose(self.trail[0].curve(0.0), there):
+                raise
+        pieces = []
+        for path in reversed(self.trail.copy()):
+            end = path.curve(1.0)
+            if not np.allclose(self.here, end):  # rows of the tool lie between
+                pieces += self._go(end, "the way out")
+            back = time_path(self.site.chain, reverse_curve(path.curve), self.limits)
+            pieces.append(self._run(path.clearance, path.place, back))
+            self.here = path.curve(0.0)
+        return pieces
 
     def _come(self, there: Array, name: str, site: Site) -> list[_Piece]:
         """Go to inputs, shape (n,), with the mast turned as it is at a site; it turns before the way or after it."""
@@ -164,6 +184,7 @@ class _Plan:
             turned = f"{place}, while the mast turns from {np.degrees(first):.3g} to {np.degrees(last):.3g} degrees"
             raise PathError(name, gap, turned)
         self._enter(site)
+        self.trail.clear()
         return self._run(gap, place, time_turn(self.here, first, last, MastLimits(slew.rate, slew.acceleration)))
 
     def _stand(self, time: float) -> _Piece:
@@ -204,6 +225,7 @@ class _Plan:
     def _go(self, there: Array, name: str) -> list[_Piece]:
         path = plan_path(self.corridor, self.here, there, name, self.carousel)
         self.here = there
+        self.trail.append(path)
         return [self._run(path.clearance, path.place, time_path(self.site.chain, path.curve, self.limits))]
 
     def _raster(self, step: RasterStep) -> list[_Piece]:
@@ -220,7 +242,7 @@ class _Plan:
             pieces=(RasterPiece(shape="raster", width=step.width, depth=step.depth, rows=step.rows),),
         )
         middle = position + (np.array(step.width) + step.depth) / 2
-        pieces, rows = self._run_rows(path, middle)
+        pieces, rows = self._run_rows(path, middle, free=step.direction == "free")
         return [*pieces, rows]
 
     def _cut(self, step: CutStep) -> list[_Piece]:
@@ -230,7 +252,7 @@ class _Plan:
         index = next(i for i, item in enumerate(site.task.mission) if item is step)
         cut = plan_cut(site, index, step, self.heights)
         path = cut.make_path(site.chain.tool(self.here)[1], motion.rate_fraction, motion.acceleration)
-        pieces, rows = self._run_rows(path, cut.middle)
+        pieces, rows = self._run_rows(path, cut.middle, free=step.direction == "free")
 
         def run(timestep: float) -> ProgrammeRows:
             lengths, share = cut.add_rests(rows.rows(timestep).lengths, timestep)
@@ -242,26 +264,34 @@ class _Plan:
         self._enter(site.lower_waste(self.heights))
         return [*pieces, replace(rows, rows=run)]
 
-    def _run_rows(self, path: ToolPath, middle: Array) -> tuple[list[_Piece], _Piece]:
-        """The way to the begin of rows, and the rows, near a posture that is clear of everything at their middle, (3,), m."""
-        goal = Goal(name="rows", position=tuple(middle.tolist()), direction=path.direction)
-        clear = pose_at(self.site, goal, self.here, self.keep)
-        run, piece = self._follow(path, clear)
+    def _run_rows(self, path: ToolPath, middle: Array, *, free: bool) -> tuple[list[_Piece], _Piece]:
+        """The way to the begin of rows, and the rows, near a posture that is clear of everything at their middle, (3,), m.
+
+        A tool that is `free` points anywhere meanwhile.
+        """
+        if free:
+            how = default_resolution(self.site)
+            clear = np.array(resolve_goal(self.site, how, "rows", (middle, None), self.here, self.keep).q)
+        else:
+            goal = Goal(name="rows", position=tuple(middle.tolist()), direction=path.direction)
+            clear = pose_at(self.site, goal, self.here, self.keep)
+        run, piece = self._follow(path, clear, free=free)
         pieces = self._go(run.q[0], f"the first row of {path.name}")
         self.here = run.q[-1]
         return pieces, piece
 
-    def _follow(self, path: ToolPath, clear: Array | None = None) -> tuple[Followed, _Piece]:
+    def _follow(self, path: ToolPath, clear: Array | None = None, *, free: bool = False) -> tuple[Followed, _Piece]:
         """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates.
 
         With a clear posture, shape (n,), all postures stay as near to it as they can.
         """
-        site, goal, motion = self.site, tool_goal(path.start, path.direction), self.site.task.motion
+        site, motion = self.site, self.site.task.motion
+        goal = aim_tool(path.start, None if free else path.direction)
         slow = {name: min(getattr(path, name), getattr(motion, name)) for name in ("rate_fraction", "acceleration")}
         path = path.model_copy(update=slow)
         near = make_objective(site, goal, _SMOOTH) if clear is None else Nearness(site.chain.lengths(clear))
         problem = Problem(site.box, goal, near)
-        run = follow(problem, path, self.here if clear is None else clear, site.timestep, site.subspace)
+        run = follow(problem, path, self.here if clear is None else clear, site.timestep, site.subspace, free=free)
         start = run.q[0]
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])
         worst = int(np.argmin(gaps))
@@ -270,8 +300,9 @@ class _Plan:
         check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
         def rows(timestep: float) -> ProgrammeRows:
-            again = run if timestep == site.timestep else follow(problem, path, start, timestep, site.subspace)
-            return ProgrammeRows(again.lengths)
+            if timestep == site.timestep:
+                return ProgrammeRows(run.lengths)
+            return ProgrammeRows(follow(problem, path, start, timestep, site.subspace, free=free).lengths)
 
         return run, self._make_piece(float(gaps[worst]), places[worst], rows)
 
@@ -287,10 +318,10 @@ def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
         ReachError: A goal cannot be met.
         FollowError: The posture would jump on a path.
     """
-    return _carry_out(site, way)[0]
+    return carry_out(site, way)[0]
 
 
-def _carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
+def carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
     """A mission's tour, and heights of the waste that it will leave in the diggings, shape (P,), m, if it cuts any."""
     steps = site.task.mission
     check_site(site)
@@ -330,59 +361,3 @@ def _carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
         )
         legs.append(leg)
     return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds), plan.heights
-
-
-def plan_site(site: Site) -> Tour:
-    """Plan what a scene asks for: its mission, or the tour of its goals; see `plan_mission` and `plan_tour`.
-
-    Raises:
-        DescriptionError: The mission is one in phases, see `plan_phases`, or another reason of those two.
-    """
-    if not site.task.mission:
-        return plan_tour(site)
-    phases = list_phases(site.scene)
-    if site.scene not in phases:
-        found = f"a mission in {len(phases)} phases, as the arm does not keep its length"
-        raise site.scene.error("mission", found, "a plan for each: vgtsim.planning.plan_phases")
-    return plan_mission(site)
-
-
-def plan_phases(sites: Sequence[Site]) -> tuple[Tour, ...]:
-    """Plan all phases of a mission, see `list_phases`: a tour for each, of which the next begins as the one before ended.
-
-    An arm that grows in the riser has one way in, that of its longest phase. Each phase is planned over the waste that those
-    before it will leave.
-
-    Raises:
-        DescriptionError: As in `plan_mission` and `check_assembly_room`; `PathError`, `ReachError`, `FollowError` likewise.
-    """
-    if len(sites) == 1 and sites[0].task.phase is None:
-        return (plan_site(sites[0]),)
-    campaigns: list[list[Site]] = []
-    for site in sites:
-        if begins_anew(site.scene) or not campaigns:
-            campaigns.append([])
-        campaigns[-1].append(site)
-    tours: list[Tour] = []
-    heights = sites[0].begun
-    for campaign in campaigns:
-        ways = _grow(campaign, heights)
-        for site in campaign:
-            tour, heights = _carry_out(_lay(site, heights), ways[len(site.arm.active) - 1] if ways else None)
-            tours.append(tour)
-    return tuple(tours)
-
-
-def _lay(site: Site, heights: Array | None) -> Site:
-    """A site over waste of some heights in its diggings, shape (P,), m."""
-    return site if heights is None else site.lower_waste(heights)
-
-
-def _grow(sites: Sequence[Site], heights: Array | None) -> tuple[Insertion, ...]:
-    """Ways in of an arm that grows from phase to phase, by the number of its modules less one; none of one that does not."""
-    if not any(isinstance(step, AddStep) for site in sites for step in site.task.mission):
-        return ()
-    longest = _lay(max(sites, key=lambda site: len(site.arm.active)), heights)
-    check_site(longest)
-    check_assembly_room(longest)
-    return cut_way(longest, plan_insertion(longest))

@@ -22,6 +22,7 @@ from vgtsim.positioning import (
     MidStroke,
     NewtonSettings,
     Objective,
+    Position,
     Problem,
     RowReport,
     Solution,
@@ -84,15 +85,22 @@ def goal_keep(place: Place) -> Keep | None:
     return place.surroundings and Keep(place.surroundings.unloaded, place.clearance + MARGIN)
 
 
+def aim_tool(position: ArrayLike, direction: ArrayLike | None) -> GoalSpace:
+    """Goal rows of a tool point, m, and a direction, as `tool_goal`; without one the tool points anywhere."""
+    return GoalSpace((Position(np.asarray(position, float)),)) if direction is None else tool_goal(position, direction)
+
+
 def resolve_goal(
     place: Place,
     how: Resolution,
     name: str,
-    goal: tuple[ArrayLike, ArrayLike],
+    goal: tuple[ArrayLike, ArrayLike | None],
     start: ArrayLike,
     keep: Keep | None = None,
 ) -> Solution:
     """Find a configuration for a tool point, m, and direction in frame G, shape (3,) each, from inputs of shape (n,).
+
+    Without a direction the tool points anywhere.
 
     Raises:
         DescriptionError: An objective is not known, or needs a scene; or coupled modules are turned to each
@@ -101,7 +109,7 @@ def resolve_goal(
         ReachError: It cannot be met, or not clear of the surroundings of `keep`.
     """
     chain = place.chain
-    rows = tool_goal(*goal)
+    rows = aim_tool(*goal)
     objective = make_objective(place, rows, how.objective)
     reduction = None
     if how.coupling:

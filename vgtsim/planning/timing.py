@@ -28,6 +28,7 @@ _POWERS = (12, 6, 4, 2)  # of the p-norm: with 12, 15 equal rates count 1.25 tim
 # Of the squared acceleration over the rate. The ramp of a path takes 1.64 if one actuator leads all the way; four are usual.
 _JERK = 5.0
 _GRID = 801  # points of the path at which speeds are measured
+_CORNER = 1.1  # of the acceleration limit: more than this was missed; the shipped scenes' paths have 0.35 at the most
 _SPARE = 1.005  # margin on the time for peaks between the points of the grid
 
 
@@ -101,24 +102,26 @@ def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> Time
     rates = chain.length_rates(curve(parameter), curve(parameter, 1)) / limits.rate
     if np.max(_find_norm(rates, _POWERS[0])) * limits.rate.max() < 1e-9:
         return TimedPath(curve=curve, parameter=None, fraction=0.5, reach=0.0, duration=0.0)
-    timed, jerks = _time_by_norm(chain, curve, limits, rates, _POWERS[0])
+    norm = _find_norm(rates, _POWERS[0])
+    timed, jerks = _time_by_speed(chain, curve, limits, norm)
+    if _find_corner(timed, rates * limits.rate, norm) > _CORNER * limits.acceleration:
+        return _time_by_speed(chain, curve, limits, _slow_at_bends(rates, limits))[0]
     if not jerks:
         return timed
-    others = [_time_by_norm(chain, curve, limits, rates, power)[0] for power in _POWERS[1:]]
+    others = [_time_by_speed(chain, curve, limits, _find_norm(rates, power))[0] for power in _POWERS[1:]]
     return min([timed, *others], key=lambda path: path.duration)
 
 
-def _time_by_norm(
-    chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, rates: Array, power: int
-) -> tuple[TimedPath, bool]:
-    """The curve in time by a norm of the scaled rates, shape (P, J), s, and whether its jerk had to be brought down."""
+def _time_by_speed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, speed: Array) -> tuple[TimedPath, bool]:
+    """The curve in time, and whether its jerk had to be brought down.
+
+    The time over the curve's parameter, shape (P,), s, is that of full speed.
+    """
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 
-    grid, speed = np.linspace(0.0, 1.0, len(rates)), _find_norm(rates, power)
-    # a floor keeps the parameter's change finite where the path hardly moves an actuator
-    speed = np.maximum(speed, 1e-3 * np.max(speed))
-    steps = (speed[1:] + speed[:-1]) / 2 * np.diff(grid)
-    reach = np.concatenate([[0.0], np.cumsum(steps)])
+    grid = np.linspace(0.0, 1.0, len(speed))
+    speed = _raise_least(speed)
+    reach = _add_up(speed)
     parameter = make_interp_spline(reach, grid, k=5)
     ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
     fraction, duration = ramp_profile(reach[-1], ramp)
@@ -129,6 +132,38 @@ def _time_by_norm(
         curve=curve, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration * factor
     )
     return timed, jerks
+
+
+def _raise_least(speed: Array) -> Array:
+    """A floor keeps the parameter's change finite where the path hardly moves an actuator."""
+    return np.maximum(speed, 1e-3 * np.max(speed))
+
+
+def _add_up(speed: Array) -> Array:
+    """Time from the start of the curve to each point of its grid, shape (P,), s."""
+    steps = (speed[1:] + speed[:-1]) / 2 * np.diff(np.linspace(0.0, 1.0, len(speed)))
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _find_corner(timed: TimedPath, rates: Array, speed: Array) -> float:
+    """Greatest acceleration, m/s², of a path at full speed between the points of the curve's grid.
+
+    Where a path goes back the way that it came, all of its turn may lie between two points of a grid in time.
+    """
+    speed = _raise_least(speed)
+    full = timed.reach / (timed.duration * (1 - timed.fraction))  # seconds of the way in a second
+    steps = np.diff(_add_up(speed))[:, None]
+    return float(np.max(np.abs(np.diff(rates / speed[:, None], axis=0)) / steps)) * full**2
+
+
+def _slow_at_bends(rates: Array, limits: SpeedLimits) -> Array:
+    """Time over the curve's parameter, shape (P,), s, that is long enough where an actuator turns back, too.
+
+    There its speed is zero, and its acceleration is its second derivative over the square of that time.
+    """
+    bend = np.gradient(rates * limits.rate, 1 / (len(rates) - 1), axis=0)
+    slow = np.sqrt(np.max(np.abs(bend), axis=1) / limits.acceleration)
+    return _find_norm(np.column_stack([rates, slow]), _POWERS[2])
 
 
 def time_lengths(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float) -> Array:

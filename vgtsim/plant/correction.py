@@ -83,6 +83,11 @@ class Correction:
             load.press(self._data, self._pressed)
         self._data.xfrc_applied += self._pressed - before
 
+    @property
+    def foreseen(self) -> Array:
+        """Places of all sites at the end of the last step, shape (sites, 3), m, as they were foreseen or found."""
+        return self._ahead.site_xpos
+
     def find_sites(self, data: mujoco.MjData) -> Array:
         """Places of all sites after the last step, shape (sites, 3), m; those in the data are still of its begin."""
         self._ahead.qpos = data.qpos
@@ -127,6 +132,8 @@ class Correction:
             speeds += now - 2 * last + before
             self._foresight.correct(data, lengths, mast, speeds)
         self._past = last, now
+        # the solver begins there: what rounding leaves of the moments of balls is a share of the way that it goes
+        data.qacc_warmstart = (speeds - now) / model.opt.timestep
         ahead.qpos = data.qpos
         mujoco.mj_integratePos(model, ahead.qpos, speeds, model.opt.timestep)
         model.geom_sameframe[:] = _BODY  # of the tank's two thousand geoms nothing is asked

@@ -143,6 +143,8 @@ def solve_loadings(truss: Truss, nodes: ArrayLike, loadings: Sequence[Loading]) 
     ]
     step = max(_CHUNK // len(each), _LEAST)
     parts = [_solve_chunk(truss, flat, slice(i, i + step), each) for i in range(0, max(len(flat), 1), step)]
+    if len(parts) == len(batch) == 1:
+        return parts[0]
     whole = {}
     for name in _FORCES:
         values = [getattr(part, name) for part in parts]

@@ -209,6 +209,11 @@ class ModuleSet(ABC):
         length, block = self.at(self.straight[None]).legs
         return length[0], block[0]
 
+    @cached_property
+    def usual_slopes(self) -> Array:
+        """Sizes of the columns of those derivatives, shape (M, inputs)."""
+        return np.linalg.norm(self.straight_legs[1], axis=-2)
+
     @abstractmethod
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
         """Follow leg lengths, shape (..., M, legs), from a start, shape (..., M, inputs), on its assembly mode.
