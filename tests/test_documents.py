@@ -25,6 +25,8 @@ PAGES = [path for path in sorted(DOCS.rglob("*.md")) if not {"made", "_build"} &
 TOP = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 DOCUMENTS = [*TOP, *PAGES, *sorted((ROOT / "models").glob("*/README.md"))]
 NAMED = re.compile(r"`((?:[a-z0-9_]+/)+(?:[A-Za-z0-9_.]+)?|[a-z0-9_]+\.py)`")
+TEST = re.compile(r"`(test_[a-z0-9_]+)`")
+CODE = re.compile(r"`([A-Za-z_]+(?:\.[A-Za-z_]+)+)`")
 LINK = re.compile(r"\]\((?!https?:|mailto:)([^)\s#]+)(?:#[^)\s]*)?\)")
 ROOMS = [ROOT / "vgtsim", ROOT]
 MOST_WORDS = 400  # of the README, which is one screen
@@ -52,17 +54,56 @@ def run_commands():
 
 def exists(name):
     """A path from the checkout, from the package or, for a file alone, anywhere in either."""
-    if name.startswith(("out/", "dist/")) or name.startswith(("docs/made/", "docs/_build/")):  # left by commands
+    if (
+        name.startswith(("out/", "dist/", "docs/made/", "docs/_build/")) or name == "truss_pynite.py"
+    ):  # left by commands
         return True
     if any((room / name).exists() for room in ROOMS):
         return True
-    return "/" not in name and any((ROOT / top).rglob(name) for top in ("vgtsim", "tests", "studies", "examples"))
+    tops = ("vgtsim", "tests", "studies", "examples", "scripts")
+    return "/" not in name and any(True for top in tops for _ in (ROOT / top).rglob(name))
+
+
+def test_a_file_that_is_nowhere_would_be_seen():
+    for name in ("kkt.py", "positioning/kkt.py"):
+        assert exists(name)
+        assert not exists(name.replace("kkt", "nowhere"))
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)
 def test_files_that_a_document_names_are_there(document):
     named = NAMED.findall(document.read_text(encoding="utf-8"))
     assert [name for name in named if not exists(name)] == []
+
+
+@pytest.fixture(scope="module")
+def sources():
+    """Text of the package and its studies, and of the tests."""
+    code, tests = (
+        "\n".join(path.read_text(encoding="utf-8") for room in rooms for path in (ROOT / room).rglob("*.py"))
+        for rooms in (("vgtsim", "studies"), ("tests",))
+    )
+    return code, tests
+
+
+@pytest.mark.parametrize("document", PAGES, ids=name_of)
+def test_tests_that_a_page_names_are_there(document, sources):
+    named = TEST.findall(document.read_text(encoding="utf-8"))
+    assert [name for name in named if f"def {name}(" not in sources[1] and not exists(f"{name}.py")] == []
+
+
+def test_code_that_stands_beside_an_equation_is_there(sources):
+    """Names such as `file.function` and `Class.method`: the first part is a file, a folder or a class."""
+    page = (DOCS / "dissertation.md").read_text(encoding="utf-8")
+    named = [name for name in CODE.findall(page) if not name.endswith((".md", ".py"))]
+    rooms = {
+        path.stem for room in ("vgtsim", "studies") for path in (ROOT / room).rglob("*") if path.suffix in ("", ".py")
+    }
+    rooms |= {"vgtsim", "studies"}
+    classes = set(re.findall(r"^class (\w+)", sources[0], re.MULTILINE))
+    made = re.findall(r"\bdef (\w+)|^(?:    )?(\w+)(?:: | = )", sources[0], re.MULTILINE)
+    known = rooms | classes | {name for pair in made for name in pair}
+    assert [name for name in named if name.split(".")[0] not in rooms | classes or set(name.split(".")) - known] == []
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
 from vgtsim.replacing import replacing
-from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, Revision
+from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, TYPES, Piece, Revision
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -23,7 +23,6 @@ _MOST_TEXT = 1 << 24  # bytes of a text beside the chunks; that of the largest s
 _LONGEST = 1e9  # s of simulated time: thirty years
 _MOST_RECORDS = 100 * CHUNK  # of one chunk that is read
 _MOST_BYTES = 1 << 28  # of one chunk that is read; a chunk of the largest shipped arm has a tenth of it
-_TYPES = {"f": np.dtype(np.float64), "i": np.dtype(np.int64), "b": np.dtype(np.bool_)}
 _ENTRIES: dict[str, dict[str, type]] = {
     BEGIN: {"scene": dict, "versions": dict, "digests": dict},
     END: {"records": int, "warnings": list, "performance": dict, "stopped": str},
@@ -123,7 +122,7 @@ def survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Touch]]:
         raise DescriptionError(file, lacking[0], "nothing", "a chunk of this version of vgtsim has it")
     groups = [footer.row_group(i) for i in range(footer.num_row_groups)]
     stored = sum(group.column(i).total_uncompressed_size for group in groups for i in range(group.num_columns))
-    size = count * sum(prod(shape) * _TYPES[_RECORDED[name][0]].itemsize for name, shape in shapes.items())
+    size = count * sum(prod(shape) * TYPES[_RECORDED[name][0]].itemsize for name, shape in shapes.items())
     if not 0 <= count <= _MOST_RECORDS or max(size, stored) > _MOST_BYTES:
         allowed = f"at most {_MOST_RECORDS} records and {_MOST_BYTES} bytes in a chunk"
         raise DescriptionError(file, "", f"{count} records, {max(size, stored)} bytes", allowed)
@@ -140,8 +139,8 @@ def _read_shape(file: Path, name: str, kind: Any) -> tuple[int, ...]:
     tensor = isinstance(kind, pa.FixedShapeTensorType)
     shape, value = (tuple(kind.shape), kind.value_type) if tensor else ((), kind)
     plain = not tensor or kind.permutation is None
-    if value != pa.from_numpy_dtype(_TYPES[letter]) or len(shape) != len(sizes) - 1 or not plain:
-        raise DescriptionError(file, name, str(kind)[:200], f"{_TYPES[letter]} in {len(sizes)} dimensions")
+    if value != pa.from_numpy_dtype(TYPES[letter]) or len(shape) != len(sizes) - 1 or not plain:
+        raise DescriptionError(file, name, str(kind)[:200], f"{TYPES[letter]} in {len(sizes)} dimensions")
     return shape
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.description import Tank
 from vgtsim.geometry import (
     Clearance,
@@ -56,10 +57,26 @@ class _Shape:
 
     def place(self, nodes: Array) -> Array:
         """Points of the part, shape (..., P, 3), m, of an arm with nodes of shape (..., N, 3), m."""
-        near, far = nodes[..., self.cylinders[:, 0], :], nodes[..., self.cylinders[:, 1], :]
-        along = (far - near) / np.linalg.norm(far - near, axis=-1, keepdims=True)
-        pairs = np.stack([near + self.eyes[:, None] * along, near + self.mouths[:, None] * along], axis=-2)
-        return np.concatenate([nodes[..., self.nodes, :], pairs.reshape(*nodes.shape[:-2], -1, 3)], axis=-2)
+        flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
+        points = np.empty((len(flat), len(self.nodes) + 2 * len(self.cylinders), 3))
+        _place_points(flat, self.nodes, self.cylinders, self.eyes, self.mouths, points)
+        return points.reshape(*nodes.shape[:-2], -1, 3)
+
+
+@compiled
+def _place_points(nodes: Array, which: Index, cylinders: Index, eyes: Array, mouths: Array, points: Array) -> None:
+    """Write some nodes, shape (T, N, 3), m, and then the eyes and mouths of cylinders, in pairs, into shape (T, P, 3)."""
+    for t in range(len(nodes)):
+        for i in range(len(which)):
+            points[t, i] = nodes[t, which[i]]
+        for c in range(len(cylinders)):
+            near, far, length = nodes[t, cylinders[c, 0]], nodes[t, cylinders[c, 1]], 0.0
+            for k in range(3):
+                length += (far[k] - near[k]) ** 2
+            length, eye = np.sqrt(length), len(which) + 2 * c
+            for k in range(3):
+                along = (far[k] - near[k]) / length
+                points[t, eye, k], points[t, eye + 1, k] = near[k] + eyes[c] * along, near[k] + mouths[c] * along
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +151,10 @@ class Proximity:
         """Heights of the ends of the mast's capsule above the arm's base face, as displacements, shape (2, 3), m."""
         return np.outer([self.site.mast.outer_diameter / 2, self.site.mast.length], [0, 0, 1])
 
+    def points(self, nodes: Array, tool: Array) -> Array:
+        """Nodes, eyes and mouths of cylinders, and the tool point, shape (..., P, 3), m: all between them goes no farther."""
+        return np.concatenate([self._whole.place(nodes), tool[..., None, :]], axis=-2)
+
     def around(self, nodes: Array, tool: Array, heights: Array | None = None) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste, whose heights are given where it is cut, shape (P,), m."""
         return self._measure(nodes, tool, frozenset(), heights)
@@ -154,9 +175,9 @@ class Proximity:
     def _measure(self, nodes: Array, tool: Array, without: frozenset[str], heights: Array | None) -> Clearance:
         """Distances of an arm whose parts of some kinds are so thin that they are far from everything."""
         radii, parts = self._outline(without)
-        balls = self._whole.place(nodes)
-        if self.site.task.payload.mass:
-            balls = np.concatenate([balls, tool[..., None, :]], axis=-2)
+        balls = self.points(nodes, tool)
+        if not self.site.task.payload.mass:
+            balls = balls[..., :-1, :]
         walls, names = self._place_waste(heights), self._tank[2].names
         found = wall_clearance(balls, self._whole.ends, radii, walls, names)
         return replace(found, body=parts[found.body])
@@ -186,9 +207,10 @@ class Proximity:
 
     def leave_out(self, found: Clearance, time: NDArray[np.float64] | float) -> Clearance:
         """Distances at times of the run, shape (...), s, of which those from things that had not appeared yet are infinite."""
-        since = np.array([self.site.tank.appearances.get(place, 0.0) for place in found.places])
-        if not since.any():
+        appearances = self.site.tank.appearances
+        if not appearances:
             return found
+        since = np.array([appearances.get(place, 0.0) for place in found.places])
         there = since <= np.asarray(time)[..., None]
         return replace(found, distance=np.where(there, found.distance, np.inf))
 

@@ -218,6 +218,7 @@ ARRAYS: dict[str, tuple[str, str]] = {
     for name, hint in get_type_hints(RunLog, include_extras=True).items()
     if hasattr(hint, "__metadata__")
 }
+TYPES = {"f": np.dtype(np.float64), "i": np.dtype(np.int64), "b": np.dtype(np.bool_)}  # of arrays, by kind
 
 
 def _read_shape(sizes: str, counts: Mapping[str, int]) -> tuple[int, ...]:
@@ -226,9 +227,9 @@ def _read_shape(sizes: str, counts: Mapping[str, int]) -> tuple[int, ...]:
 
 def empty_records(nodes: int, members: int, actuators: int) -> dict[str, NDArray[Any]]:
     """Arrays of a log without any record, by name, contacts apart."""
-    counts, types = {"T": 0, "N": nodes, "M": members, "J": actuators, "P": 0}, {"f": float, "i": np.int64, "b": bool}
+    counts = {"T": 0, "N": nodes, "M": members, "J": actuators, "P": 0}
     records = {name: form for name, form in ARRAYS.items() if form[1][0] == "T"}
-    return {name: np.zeros(_read_shape(sizes, counts), dtype=types[kind]) for name, (kind, sizes) in records.items()}
+    return {name: np.zeros(_read_shape(sizes, counts), dtype=TYPES[kind]) for name, (kind, sizes) in records.items()}
 
 
 def join_pieces(pieces: Sequence[Piece]) -> dict[str, NDArray[Any]]:

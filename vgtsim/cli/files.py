@@ -96,4 +96,5 @@ def _inspect_tank(file: Path) -> tuple[list[VgtError], str]:
     tank = load_tank(file)
     volume = make_profile(tank.shell).volume()
     text = f"{tank.name}: {tank.shell.inner_diameter:.2f} m across, {tank.shell.crown:.2f} m high, {volume:.0f} m³; "
-    return [], f"{text}{len(tank.things)} pieces of equipment, a riser with a bore of {tank.arm_riser.bore:.3f} m"
+    pieces = f"{len(tank.things)} piece{'s' * (len(tank.things) != 1)} of equipment"
+    return [], f"{text}{pieces}, a riser with a bore of {tank.arm_riser.bore:.3f} m"

@@ -83,6 +83,11 @@ class Correction:
             load.press(self._data, self._pressed)
         self._data.xfrc_applied += self._pressed - before
 
+    @property
+    def foreseen(self) -> Array:
+        """Places of all sites at the end of the last step, shape (sites, 3), m, as they were foreseen or found."""
+        return self._ahead.site_xpos
+
     def find_sites(self, data: mujoco.MjData) -> Array:
         """Places of all sites after the last step, shape (sites, 3), m; those in the data are still of its begin."""
         self._ahead.qpos = data.qpos

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.errors import AssemblyError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, State, move_points
@@ -37,17 +38,14 @@ class Foresight:
         """Start at rest at inputs, shape (n,), with lengths, shape (J,), m, and a turn of the mast, rad."""
         self._turns, self._chain = turns, chain
         self._last = chain.state(np.array(q)[None])
-        self._past = [np.append(lengths, turn)] * 4
+        self._past = np.tile(np.append(lengths, turn), (5, 1))  # commands of the last steps, this one at the end
 
     def correct(self, data: mujoco.MjData, lengths: Array, mast: tuple[float, float], speeds: Array) -> None:
         """Correct foreseen speeds in place, shape (nv,), where the lengths at the step's end, shape (J,), m, say better.
 
         The mast is then at a feed, m, and a turn, rad. The feed lifts all nodes alike, so its jumps open no loop.
         """
-        asked = np.append(lengths, mast[1])  # a radian counts one metre
-        first, second, third, fourth = self._past
-        self._past = [second, third, fourth, asked]
-        if np.abs(asked - 4 * (fourth + second) + 6 * third + first).max() < _SMOOTH:
+        if note_command(self._past, lengths, mast[1]) < _SMOOTH:  # a radian counts one metre
             return
         state = self._chain.follow(lengths, self._last) or self._search(lengths)
         if state is not None:
@@ -60,3 +58,16 @@ class Foresight:
             return self._chain.state(self._chain.inputs_from_lengths(lengths, self._last.q[0])[None])
         except AssemblyError:
             return None
+
+
+@compiled
+def note_command(past: Array, lengths: Array, turn: float) -> float:
+    """Move the last commands, shape (5, J + 1), on by one, and tell by how much it misses the parabola of those before, m."""
+    worst = 0.0
+    for i in range(past.shape[1]):
+        for k in range(4):
+            past[k, i] = past[k + 1, i]
+        past[4, i] = lengths[i] if i < len(lengths) else turn
+        miss = past[4, i] - 4 * (past[3, i] + past[1, i]) + 6 * past[2, i] + past[0, i]
+        worst = max(worst, abs(miss))
+    return worst

@@ -20,6 +20,7 @@ Index = NDArray[np.intp]
 Records = Mapping[str, NDArray[Any]]
 
 _TRIPLE = np.arange(3)
+FELT = "felt_acceleration"  # as `RunLog.acceleration`, of records that no log keeps
 
 
 class Gauges(Protocol):
@@ -59,8 +60,8 @@ class Gauges(Protocol):
         """Quantities of a record at the begin of the last step, before which something was noted."""
         ...
 
-    def complete(self, records: Records) -> Records:
-        """Add to stacked records the quantities that follow from them."""
+    def complete(self, records: Records, part: slice) -> Records:
+        """A part of stacked records, with the quantities that follow from all of them."""
         ...
 
 
@@ -110,9 +111,9 @@ class MemberGauges:
             "mast_reaction": (wrench @ flange.T).ravel(),
         }
 
-    def complete(self, records: Records) -> Records:
+    def complete(self, records: Records, part: slice) -> Records:
         """See `Gauges.complete`: nothing is missing."""
-        return records
+        return {name: value[part] for name, value in records.items()}
 
 
 class SectionGauges:
@@ -178,11 +179,13 @@ class SectionGauges:
             "row_force": -data.efc_force[self._order],
         }
 
-    def complete(self, records: Records) -> Records:
+    def complete(self, records: Records, part: slice) -> Records:
         """See `Gauges.complete`: forces, and ends of members, which are off their hubs by what their rows are off."""
+        motion = motion_from_log(records["time"], records["nodes"], self._timestep)
+        felt = records.get("acceleration", records.get(FELT, motion.acceleration))
+        motion = NodeMotion(motion.velocity, felt).at(part)
+        records = {name: value[part] for name, value in records.items() if name != FELT}
         site, truss, nodes = self._site, self._site.truss, records["nodes"]
-        motion = motion_from_log(records["time"], nodes, self._timestep)
-        motion = NodeMotion(motion.velocity, records.get("acceleration", motion.acceleration))
         still = (records["settled"] | ~np.isfinite(motion.acceleration).all(axis=(1, 2)))[:, None, None]
         # at rest differences of records from before the rest say nothing
         known = NodeMotion(*(np.where(still, 0.0, item) for item in (motion.velocity, motion.acceleration)))
@@ -208,7 +211,8 @@ class SectionGauges:
         }
         if "turn_torque" in records:  # the same mass, nearer to the mast's axis than in the hubs
             added["turn_torque"] = records["turn_torque"] + (described.reaction - both.reaction[1])[:, 5]
-        return {name: value for name, value in records.items() if name != "row_force"} | added
+        del records["row_force"]
+        return records | added
 
 
 def _push(model: LoadModel, records: Records) -> Array | None:

@@ -16,17 +16,11 @@ from vgtsim.mjcf import build_model, retime, show_things
 from vgtsim.plant.clock import RecordClock
 from vgtsim.plant.digger import command_tool, find_digger
 from vgtsim.plant.feeler import Feeler
-from vgtsim.plant.gauges import find_gauges
+from vgtsim.plant.gauges import FELT, SectionGauges, find_gauges
 from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
-from vgtsim.plant.watch import (
-    Contact,
-    PlantState,
-    check_state,
-    list_warnings,
-    name_collision,
-)
+from vgtsim.plant.watch import Contact, PlantState, check_state, find_greatest, list_warnings, name_collision
 from vgtsim.runlog import Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
@@ -80,9 +74,11 @@ class Plant:
         self._count = len(site.truss.actuated)
         self._recorder = Recorder(gauges=self._gauges, store=store)
         # what is knocked, and the ends of quick moves, fall between two records
-        self._jerks = bool(site.yields and site.task.contacts) or bool(site.task.mission)
+        jerks = bool(site.yields and site.task.contacts) or bool(site.task.mission)
         self._steps, self._wall = 0, 0.0
         self._clock = RecordClock(self.timestep, simulation.log_rate if record_rate is None else record_rate)
+        skips = self._clock.rate * self.timestep < 1 - _SAME_STEP and isinstance(self._gauges, SectionGauges)
+        self._felt = "acceleration" if jerks else FELT * skips  # by steps, of records that are steps apart
         self.stopped = _NEVER_RESET
 
     @property
@@ -309,7 +305,7 @@ class Plant:
 
     def _speed(self) -> float:
         """Greatest speed of a node along an axis, m/s."""
-        return float(np.abs(self.data.qvel[self._gauges.hub_speeds]).max())
+        return find_greatest(self.data.qvel, self._gauges.hub_speeds)
 
     def _advance(self) -> None:
         """One step: drives, MuJoCo, divergence, record, rest, contact."""
@@ -321,7 +317,8 @@ class Plant:
         self._recorder.note_saturation(self._drive.command(self._target))
         self._mast_drives.command(self._mast)
         digger = self._digger
-        gaps = self._correction.step(self._target, self._mast)
+        with self._feeler.sparing(self._correction.foreseen):
+            gaps = self._correction.step(self._target, self._mast)
         self._mast_drives.discount(gaps, self._mast, self._stood)
         self._steps += 1
         try:
@@ -343,7 +340,7 @@ class Plant:
             )
         if digger is not None:
             digger.dig(data.site_xpos[self._gauges.tool], self.timestep)
-        if self._jerks:
+        if self._felt:
             self._before = data.site_xpos[self._gauges.nodes]
         self._note_rest()
         self._note_contacts(self._feeler.list_contacts(), recorded=recorded)
@@ -357,12 +354,14 @@ class Plant:
         if self._coming[self.appeared] <= now:
             self.appeared = int(np.searchsorted(self._coming, now, side="right"))
             show_things(self.model, self.site.tank, now)
+            self._feeler.forget()
 
     def _start_step(self) -> bool:
         """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""
         recorded = self._clock.is_due(self._steps)
         flags = self.model.opt.disableflags
-        self.model.opt.disableflags = flags & ~_SENSOR_BIT if recorded else flags | _SENSOR_BIT
+        if bool(flags & _SENSOR_BIT) == recorded:
+            self.model.opt.disableflags = flags ^ _SENSOR_BIT
         return recorded
 
     def _find_more(self) -> dict[str, float | Array]:
@@ -372,10 +371,10 @@ class Plant:
             more |= self._digger.record
         if self._aimed is not None:
             more["target"] = self._aimed
-        if self._jerks:
+        if self._felt:
             here, there = self.data.site_xpos, self._correction.find_sites(self.data)
             nodes = self._gauges.nodes
-            more["acceleration"] = (there[nodes] - 2 * here[nodes] + self._before) / self.timestep**2
+            more[self._felt] = (there[nodes] - 2 * here[nodes] + self._before) / self.timestep**2
         return more
 
     def _note_rest(self) -> None:

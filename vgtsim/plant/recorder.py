@@ -10,14 +10,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
 from vgtsim.graphics import mujoco
 from vgtsim.plant.gauges import Gauges
 from vgtsim.plant.watch import Contact
-from vgtsim.runlog import BESIDE, CHUNK, Piece, Revision, RunLog, empty_records, join_pieces
+from vgtsim.runlog import ARRAYS, BESIDE, CHUNK, TYPES, Piece, Revision, RunLog, empty_records, join_pieces
 from vgtsim.site import Site
 
 Array = NDArray[np.float64]
@@ -37,7 +37,8 @@ class Recorder:
 
     gauges: Gauges
     store: Callable[[Piece], None] | None = None
-    _rows: dict[str, list[Any]] = field(default_factory=dict)
+    _rows: dict[str, NDArray[Any]] = field(default_factory=dict)  # with room for a chunk and the records beside it
+    _count: int = 0
     _given: int = 0  # of the first rows, which are kept for the motion of those after them
     _pieces: list[Piece] = field(default_factory=list)
     _contacts: list[Contact] = field(default_factory=list)  # since the last piece
@@ -75,12 +76,12 @@ class Recorder:
         quantities by name.
         """
         gauges = self.gauges
-        row = {
+        row: dict[str, Any] = {
             "time": time,
             "commanded": commanded,
             **gauges.read(data, noted),
-            "tool_position": data.site_xpos[gauges.tool].copy(),
-            "tool_direction": data.xmat[gauges.tip].reshape(3, 3)[:, 2].copy(),
+            "tool_position": data.site_xpos[gauges.tool],
+            "tool_direction": data.xmat[gauges.tip, 2::3],
             "goal": goal,
             "settled": settled,
             "saturation": self._saturated | np.zeros(len(commanded), dtype=np.int64),
@@ -88,18 +89,22 @@ class Recorder:
         if pressure is not None:
             row["pressure"] = pressure
         row |= more or {}
+        rows, index = self._rows, self._count
         for name, value in row.items():
-            self._rows.setdefault(name, []).append(value)
-        self._saturated = 0
-        if len(self._rows["time"]) == self._given + CHUNK + BESIDE:
+            if name not in rows:
+                rows[name] = _make_rows(name, value)
+            rows[name][index] = value
+        self._saturated, self._count = 0, index + 1
+        if self._count == self._given + CHUNK + BESIDE:
             self._give()
 
     def axial(self, ends: NDArray[np.intp]) -> Array | None:
         """Axial forces of the members at the last record, see `RunLog.axial`; none before the first."""
-        if not self._rows:
+        if not self._count:
             return None
-        last = {name: np.array(values[-_MOTION:]) for name, values in self._rows.items()}
-        records = self.gauges.complete(last)
+        first, stop = max(self._count - _MOTION, 0), self._count
+        last = {name: rows[first:stop] for name, rows in self._rows.items()}
+        records = self.gauges.complete(last, slice(stop - first - 1, None))
         nodes = records["nodes"][-1]
         along = nodes[ends[:, 1]] - nodes[ends[:, 0]]
         return np.einsum("mk,mk->m", records["member_force"][-1], along) / np.linalg.norm(along, axis=1)
@@ -108,16 +113,21 @@ class Recorder:
         """Give a chunk away."""
         (self.store or self._pieces.append)(self._make_piece(CHUNK))
         drop = max(self._given + CHUNK - BESIDE, 0)
-        self._rows, self._contacts = {name: values[drop:] for name, values in self._rows.items()}, []
+        left = self._count - drop
+        for name, rows in self._rows.items():
+            kept = rows[drop : self._count]
+            self._rows[name] = _make_rows(name, rows[0])
+            self._rows[name][:left] = kept
+        self._contacts, self._count = [], left
         self._given += CHUNK - drop
 
     def _make_piece(self, count: int | None = None) -> Piece:
         """Stack some records that wait, or all, with the contacts that wait."""
         records: Mapping[str, NDArray[Any]] = empty_records(*self.gauges.counts)
-        if self._rows:
-            stacked = self.gauges.complete({name: np.array(values) for name, values in self._rows.items()})
-            last = None if count is None else self._given + count
-            records = {name: value[self._given : last] for name, value in stacked.items()}
+        if self._count:
+            stacked = {name: rows[: self._count] for name, rows in self._rows.items()}
+            part = slice(self._given, None if count is None else self._given + count)
+            records = self.gauges.complete(stacked, part)
         return dict(records) | {
             "contact_time": np.array([contact.time for contact in self._contacts], dtype=float),
             "contact_pair": np.array([contact[1:3] for contact in self._contacts], dtype=str).reshape(-1, 2),
@@ -140,6 +150,12 @@ class Recorder:
             stopped=stopped,
             digests=digests,
         )
+
+
+def _make_rows(name: str, value: ArrayLike) -> NDArray[Any]:
+    """Rows for as many records of a quantity as wait at once, shape (R, ...); not a number until they are told."""
+    kind = ARRAYS[name][0] if name in ARRAYS else "f"
+    return np.full((CHUNK + 2 * BESIDE, *np.shape(value)), np.nan if kind == "f" else 0, TYPES[kind])
 
 
 @lru_cache(maxsize=1)

@@ -9,11 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.errors import DivergenceError
 from vgtsim.graphics import mujoco
 from vgtsim.touches import Parts
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 OPEN_GAP = 0.02  # m; a loop open by this much is no longer the mechanism, whatever MuJoCo says of it
 
@@ -96,11 +98,31 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData, gaps: Array) -> None
     Raises:
         DivergenceError: A warning was counted, a coordinate is not finite, or a loop has opened.
     """
-    if np.abs(gaps).max(initial=0.0) < OPEN_GAP and not data.warning.number.any():
+    if are_below(gaps, OPEN_GAP) and not data.warning.number.any():
         return
     worst = int(np.argmax(np.where(np.isfinite(gaps), np.abs(gaps), np.inf))) if len(gaps) else -1
     row = model.equality(int(data.efc_id[worst])).name if worst >= 0 else "none"
     raise DivergenceError(float(data.time), row, float(gaps[worst]) if worst >= 0 else float("nan"))
+
+
+@compiled
+def are_below(values: Array, limit: float) -> bool:
+    """Whether all magnitudes of values, shape (E,), are below a limit; of no number they are not."""
+    sound = True
+    for value in values:
+        sound = sound and abs(value) < limit
+    return sound
+
+
+@compiled
+def find_greatest(values: Array, which: Index) -> float:
+    """Greatest magnitude of some values, at indices of shape (R,); no number where one is none."""
+    greatest = 0.0
+    for i in which:
+        size = abs(float(values[i]))
+        if size > greatest or size != size:
+            greatest = size
+    return greatest
 
 
 def list_warnings(data: mujoco.MjData) -> tuple[str, ...]:

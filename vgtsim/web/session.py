@@ -16,7 +16,7 @@ from vgtsim.web.loop import LiveLoop
 from vgtsim.web.serving import serve
 from vgtsim.web.tape import Tape, make_live
 
-_PATIENCE = 120.0  # s for a server to begin: on a slow machine kernels are compiled first
+_PATIENCE = 600.0  # s for a server to begin: on a busy machine kernels are compiled first, for minutes
 _FAREWELL = 5.0  # s for it to end
 
 
