@@ -15,12 +15,14 @@ from vgtsim.kinematics import find_rigid_sections, sample_inputs
 from vgtsim.mjcf import build_model, make_section_pose
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, run
+from vgtsim.runlog import ARRAYS
 from vgtsim.site import Site, load_arm
 from vgtsim.verification import verify
 
 STEP = 0.02  # s
 SAME_PLACE = 1e-5  # m between the two models
 SAME_FORCE = 1e-4  # of the largest force
+STOPS = 3e-5  # of the largest force, at a stop between two records; derivatives would be off by a third of it
 LOOPS = 1e-7  # m: length errors when accelerations jump at every second step
 
 
@@ -114,6 +116,23 @@ def test_a_weight_that_is_wrong_shows_in_the_forces(site, tour):
     checks = {check.quantity: check for check in verify(site, run(site, tour, model)).checks}
     for row in ("error at rest over largest force", "mast reaction error at rest over the reaction"):
         assert not checks[row].passed, row
+
+
+def test_forces_of_records_two_steps_apart_are_those_of_every_step(scene):
+    """A stop at full deceleration falls between records, which derivatives through seven of them would smear."""
+    site = Site(scene)
+    start, end = (site.chain.lengths(bend(scene, [0.2, angle], [0.0, 1.0])) for angle in (0.25, 0.27))
+    logs = []
+    for rate in (1 / STEP, 0.5 / STEP):
+        plant = Plant(site, record_rate=rate)
+        plant.reset(start)
+        for share in [*np.linspace(0, 1, 31)[1:] ** 2, *[1.0] * 30]:
+            plant.command(start + share * (end - start))
+            plant.step()
+        logs.append(plant.log)
+    every, second = (log.axial(site.truss.ends) for log in logs)
+    assert "acceleration" not in {name for name in ARRAYS if getattr(logs[1], name).size}
+    assert np.abs(every[::2] - second).max() < STOPS * np.abs(every).max()
 
 
 def test_lengths_hold_when_accelerations_jump(site):

@@ -30,6 +30,7 @@ TANKS = [path.stem for path in sorted(SCENES.glob("*.toml"))]
 END = 80e3  # N
 MOST = 0.010  # s of processor time that an update may take
 TIGHT = 1e-9  # m
+GRAIN = 2.0**-13  # m: half the grid that places are rounded to
 STRAIGHT = 2e-6  # m: a bar that points down to 1e-6 is drawn as one that points down
 
 
@@ -146,4 +147,29 @@ def test_every_thing_in_a_shipped_tank_is_drawn(name):
     add_tank(server.scene, tank)
     wanted = [item.name for item in (*tank.standing, *tank.solids)] + ["shell", "risers", "rings"]
     assert all(server.scene.get_handle_by_name(f"/tank/{thing}") is not None for thing in wanted)
+    server.stop()
+
+
+def test_waste_that_is_cut_falls_by_its_heights_and_a_thin_layer_waits_for_the_next():
+    site, diggings = vgtsim.load("type_ii_reach"), vgtsim.load("type_ii_heel").diggings
+    site.__dict__["diggings"], chain = diggings, site.chain  # of another tank: no path of an arm is needed here
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    display, pit = Display(server, site, END), server.scene.get_handle_by_name("/tank/pit")
+
+    def show(heights):
+        nodes = chain.nodes(chain.straight)
+        display.show(Sight(nodes=nodes, axial=np.zeros(len(chain.truss.members)), heights=heights))
+        return np.array(pit.vertices)
+
+    whole = show(None)
+    assert np.allclose(whole, np.column_stack([diggings.places, diggings.start]), atol=GRAIN)
+    across = np.cross(*(whole[pit.faces[:, k]] - whole[pit.faces[:, 0]] for k in (1, 2)))[:, 2]
+    low, high = diggings.places.min(axis=0), diggings.places.max(axis=0)
+    assert np.abs(across).sum() / 2 == pytest.approx(np.prod(high - low), rel=1e-3)  # once over the whole window
+    cut = np.array(diggings.start)
+    cut[100] -= 0.004
+    assert np.array_equal(show(cut), whole)
+    cut[100] -= 0.004
+    assert np.allclose(show(cut)[:, 2], cut, atol=GRAIN)
+    assert np.allclose(show(None), whole, atol=GRAIN)
     server.stop()

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.copying import copy_row
 from vgtsim.geometry.segments import TOUCHING, find_between
 from vgtsim.geometry.surface import to_triangle
 
@@ -120,13 +121,15 @@ def _approach(blocks: Blocks, k: int, a: Array, b: Array, slope: Array) -> tuple
             square = to_triangle(p, corners[i], corners[j], corners[m], foot)
             if square < best * best:
                 best, at = np.sqrt(square), float(end)
-                slope[:] = p - foot
+                for axis in range(3):
+                    slope[axis] = p[axis] - foot[axis]
     for r in range(blocks.begin[k, 2], blocks.begin[k + 1, 2]):
         c, d = corners[blocks.edges[r, 0]], corners[blocks.edges[r, 1]]
         away, s, t = find_between(a, b, c, d)
         if away < best:
             best, at = away, s
-            slope[:] = a + s * (b - a) - c - t * (d - c)
+            for axis in range(3):
+                slope[axis] = a[axis] + s * (b[axis] - a[axis]) - c[axis] - t * (d[axis] - c[axis])
     slope /= max(best, TOUCHING)
     return best, at
 
@@ -142,7 +145,7 @@ def _leave(blocks: Blocks, k: int, a: Array, b: Array, slope: Array) -> tuple[fl
         other = plane[0] * b[0] + plane[1] * b[1] + plane[2] * b[2]
         if plane[3] - min(one, other) < best:
             best, at = plane[3] - min(one, other), 0.0 if one <= other else 1.0
-            slope[:] = plane[:3]
+            copy_row(plane, slope)
     for r in range(first[2], last[2]):
         c, d = blocks.corners[blocks.edges[r, 0]], blocks.corners[blocks.edges[r, 1]]
         u, v, w = d[0] - c[0], d[1] - c[1], d[2] - c[2]

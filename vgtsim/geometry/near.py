@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
 from vgtsim.geometry.blocks import to_block
+from vgtsim.geometry.copying import copy_row
 from vgtsim.geometry.gaps import (
     BED,
     OWN,
@@ -119,7 +120,7 @@ def _write(rows: NearRows, row: int, config: int, gap: Any, kind: int, body: int
 @compiled
 def _write_along(rows: NearRows, row: int, ends: Index, s: float, lead: Array) -> None:
     """Slopes of a gap at a place between a member's ends, along a unit direction."""
-    rows.held[row, :2] = ends
+    rows.held[row, 0], rows.held[row, 1] = ends[0], ends[1]
     for axis in range(3):
         rows.slopes[row, 0, axis], rows.slopes[row, 1, axis] = (1 - s) * lead[axis], s * lead[axis]
 
@@ -158,7 +159,7 @@ def _add_points(
         if gap < reach:
             if _write(rows, count, config, gap, WASTE, c, 0):
                 rows.held[count, 0] = c
-                rows.slopes[count, 0] = lead
+                copy_row(lead, rows.slopes[count, 0])
             count += 1
     return count
 
@@ -220,7 +221,7 @@ def _add_pillars(
             away, s, t = find_between(a, b, axes[k, 0], axes[k, 1])
             if away - radii[m] - thick[k] < reach:
                 if _write(rows, count, config, away - radii[m] - thick[k], PILLAR, m, k):
-                    rows.held[count, :2] = ends[m]
+                    rows.held[count, 0], rows.held[count, 1] = ends[m, 0], ends[m, 1]
                     _lead_apart(a, b, axes[k, 0], axes[k, 1], away, s, t, rows.slopes[count])
                 count += 1
     return count
@@ -263,7 +264,8 @@ def _add_own(
             away, s, t = find_between(a0, a1, b0, b1)
             if away - radii[m] - radii[n] < reach:
                 if _write(rows, count, config, away - radii[m] - radii[n], OWN, m, n):
-                    rows.held[count, :2], rows.held[count, 2:] = ends[m], ends[n]
+                    copy_row(ends[m], rows.held[count, :2])
+                    copy_row(ends[n], rows.held[count, 2:])
                     _lead_apart(a0, a1, b0, b1, away, s, t, rows.slopes[count])
                 count += 1
         if count and not len(rows.gap):

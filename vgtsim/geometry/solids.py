@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from vgtsim.description import Riser, Tank
 from vgtsim.geometry.bed import make_bed
+from vgtsim.geometry.diggings import Diggings
 from vgtsim.geometry.distance import interior_distance
 from vgtsim.geometry.profile import Profile
 
@@ -24,6 +25,7 @@ _SECTORS = 36
 _PIPE_SECTORS = 12
 _LINE, _OVER = 0.03, 0.02  # m: width of a line on the waste, and how far over it
 _HALVINGS = 6  # of the faces about a hole at most, until they are an eighth of its radius
+_LEVEL = 0.1  # least upward part of the normal of a face that is of the surface; its mounds are no steeper
 _RINGS = 60  # of an uneven bed of waste: the spacing of its heights
 
 
@@ -130,6 +132,30 @@ def make_waste(tank: Tank, profile: Profile, spacing: float = _SPACING) -> trime
             corners[k, 2] = bed.height_at(*corners[k, :2])
         mesh.vertices = corners
     return mesh
+
+
+def open_waste(mesh: trimesh.Trimesh, diggings: Diggings) -> trimesh.Trimesh:
+    """The waste with a hole in its surface as wide as the diggings."""
+    from scipy.spatial import Delaunay
+
+    top = mesh.face_normals[:, 2] > _LEVEL
+    vertices = np.array(mesh.vertices)
+    surface = vertices[np.unique(mesh.faces[top])]
+    low, high = diggings.places.min(axis=0), diggings.places.max(axis=0)
+    beside = ((surface[:, :2] < low - diggings.bed.spacing) | (surface[:, :2] > high + diggings.bed.spacing)).any(
+        axis=1
+    )
+    rim = (np.isclose(diggings.places, low) | np.isclose(diggings.places, high)).any(axis=1)
+    edge = np.concatenate([diggings.places[rim], diggings.start[rim, None]], axis=1)
+    points = np.concatenate([surface[beside], edge])
+    faces = Delaunay(points[:, :2]).simplices
+    middle = points[faces][..., :2].mean(axis=1)
+    kept = faces[((middle < low) | (middle > high)).any(axis=1)]
+    turned = np.cross(*(np.diff(points[kept], axis=1).swapaxes(0, 1)))[:, 2] < 0
+    kept[turned] = kept[turned][:, ::-1]
+    return trimesh.Trimesh(
+        np.concatenate([vertices, points]), np.concatenate([mesh.faces[~top], kept + len(vertices)]), process=False
+    )
 
 
 def make_rings(tank: Tank, profile: Profile, radii: list[float]) -> trimesh.Trimesh:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.copying import copy_row
 
 Array = NDArray[np.float64]
 
@@ -146,7 +147,8 @@ def to_surface(bed: Array, ground: Array, p: Array, bound: float, slope: Array) 
                 for half in range(2):
                     square = to_triangle(p, corners[0], corners[1 + half], corners[2 + half], foot)
                     if square < best:
-                        best, nearest[:], found = square, foot, True
+                        best, found = square, True
+                        copy_row(foot, nearest)
     if not found:
         return max(bound, least)
     distance, sign = np.sqrt(best), 1.0 if above else -1.0
@@ -170,10 +172,12 @@ def along_surface(bed: Array, ground: Array, a: Array, b: Array, limit: float, s
     wide = limit + whole / (_SAMPLES - 1) / 2  # between samples it may be less by so much
     best, last = np.inf, to_surface(bed, ground, a, wide, tried)
     if last < wide:
-        best, slope[:] = last, tried
+        best = last
+        copy_row(tried, slope)
     last = to_surface(bed, ground, b, min(best, wide), tried)
     if last < min(best, wide):
-        best, at, slope[:] = last, 1.0, tried
+        best, at = last, 1.0
+        copy_row(tried, slope)
     for cut in range(_CUTS if whole > 0 else 0):
         step, middle = (high - low) / (_SAMPLES - 1), -1
         for k in range(_SAMPLES):
@@ -187,7 +191,8 @@ def along_surface(bed: Array, ground: Array, a: Array, b: Array, limit: float, s
             away = to_surface(bed, ground, p, most, tried)
             last = away + step * whole * k
             if away < most:
-                best, at, middle, slope[:] = away, t, k, tried
+                best, at, middle = away, t, k
+                copy_row(tried, slope)
         low, high = max(at - step, 0.0), min(at + step, 1.0)
         if not best < wide or (middle < 0 and step * whole < _TOUCHING):
             break

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.copying import copy_matrix
 from vgtsim.kinematics.conditioning import invert_in_place
 
 Array = NDArray[np.float64]
@@ -35,7 +36,7 @@ def compose(
     """
     spin, slide = np.empty(3), np.empty(3)
     for i in range(len(frame)):
-        base[i, 0] = root
+        copy_matrix(root, base[i, 0])
         for a in range(frame.shape[1]):
             _join(base[i, a], frame[i, a], top[i, a])
             _join(top[i, a], steps[a], base[i, a + 1])

@@ -20,6 +20,7 @@ Index = NDArray[np.intp]
 Records = Mapping[str, NDArray[Any]]
 
 _TRIPLE = np.arange(3)
+FELT = "felt_acceleration"  # as `RunLog.acceleration`, of records that no log keeps
 
 
 class Gauges(Protocol):
@@ -181,8 +182,9 @@ class SectionGauges:
     def complete(self, records: Records, part: slice) -> Records:
         """See `Gauges.complete`: forces, and ends of members, which are off their hubs by what their rows are off."""
         motion = motion_from_log(records["time"], records["nodes"], self._timestep)
-        motion = NodeMotion(motion.velocity, records.get("acceleration", motion.acceleration)).at(part)
-        records = {name: value[part] for name, value in records.items()}
+        felt = records.get("acceleration", records.get(FELT, motion.acceleration))
+        motion = NodeMotion(motion.velocity, felt).at(part)
+        records = {name: value[part] for name, value in records.items() if name != FELT}
         site, truss, nodes = self._site, self._site.truss, records["nodes"]
         still = (records["settled"] | ~np.isfinite(motion.acceleration).all(axis=(1, 2)))[:, None, None]
         # at rest differences of records from before the rest say nothing

@@ -16,7 +16,7 @@ from vgtsim.mjcf import build_model, retime, show_things
 from vgtsim.plant.clock import RecordClock
 from vgtsim.plant.digger import command_tool, find_digger
 from vgtsim.plant.feeler import Feeler
-from vgtsim.plant.gauges import find_gauges
+from vgtsim.plant.gauges import FELT, SectionGauges, find_gauges
 from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
@@ -74,9 +74,11 @@ class Plant:
         self._count = len(site.truss.actuated)
         self._recorder = Recorder(gauges=self._gauges, store=store)
         # what is knocked, and the ends of quick moves, fall between two records
-        self._jerks = bool(site.yields and site.task.contacts) or bool(site.task.mission)
+        jerks = bool(site.yields and site.task.contacts) or bool(site.task.mission)
         self._steps, self._wall = 0, 0.0
         self._clock = RecordClock(self.timestep, simulation.log_rate if record_rate is None else record_rate)
+        skips = self._clock.rate * self.timestep < 1 - _SAME_STEP and isinstance(self._gauges, SectionGauges)
+        self._felt = "acceleration" if jerks else FELT * skips  # by steps, of records that are steps apart
         self.stopped = _NEVER_RESET
 
     @property
@@ -338,7 +340,7 @@ class Plant:
             )
         if digger is not None:
             digger.dig(data.site_xpos[self._gauges.tool], self.timestep)
-        if self._jerks:
+        if self._felt:
             self._before = data.site_xpos[self._gauges.nodes]
         self._note_rest()
         self._note_contacts(self._feeler.list_contacts(), recorded=recorded)
@@ -369,10 +371,10 @@ class Plant:
             more |= self._digger.record
         if self._aimed is not None:
             more["target"] = self._aimed
-        if self._jerks:
+        if self._felt:
             here, there = self.data.site_xpos, self._correction.find_sites(self.data)
             nodes = self._gauges.nodes
-            more["acceleration"] = (there[nodes] - 2 * here[nodes] + self._before) / self.timestep**2
+            more[self._felt] = (there[nodes] - 2 * here[nodes] + self._before) / self.timestep**2
         return more
 
     def _note_rest(self) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.copying import copy_row
 from vgtsim.kinematics import compose, curve, fill_mid_planes, pull
 from vgtsim.positioning import descent
 from vgtsim.positioning.descent import carry_on
@@ -108,7 +109,9 @@ def curve_rows(which: Index, q: Array, multipliers: Array, by_length: Array, ben
     every, weights = np.empty(times, np.intp), np.empty((times, by_length.shape[1]))
     pushes = np.empty((times, multipliers.shape[1]))
     for s in range(times):
-        every[s], weights[s], pushes[s] = which[0], by_length[0], multipliers[0]
+        every[s] = which[0]
+        copy_row(by_length[0], weights[s])
+        copy_row(multipliers[0], pushes[s])
     bent[:] = 0.0
     curve_between(which, multipliers, owner, bent, raw, parts, spots, axes, targets, flange, top, angular, linear)
     pull(weights, legs, columns, block, slope)

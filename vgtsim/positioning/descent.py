@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.copying import copy_matrix, copy_row
 from vgtsim.positioning.elimination import (
     add_row,
     apply_matrix,
@@ -108,7 +109,7 @@ def _equations(
     trace = np.trace(plain)
     for a in range(k):
         plain[a, a] += 1e-10 * trace / k + 1e-14
-    W[:] = plain
+    copy_matrix(plain, W)
     numbers[PENALTY] = 0.0
     if near:
         numbers[PENALTY] = _WEIGHT * trace / np.sum(J * J)
@@ -123,7 +124,7 @@ def _equations(
         if sound:
             break
         numbers[PENALTY] = 0.0
-        W[:] = plain
+        copy_matrix(plain, W)
         sound = set_up(W, J, spread, inverse, limit)
         for a in range(k):  # only where rounding leaves nothing of the least curvature
             plain[a, a] = 2 * plain[a, a] + 1e-14
@@ -215,9 +216,13 @@ def _arrive(i: int, r: int, ways: Ways, at: Point, there: Point, learned: Array)
             add_row(change, there[2][r, m], y[m])
             add_row(change, at[2][i, m], -y[m])
         _learn(shift, change, learned[i])
-    z[:] = trial
-    at[1][i], at[2][i], at[3][i], at[4][i], at[5][i] = there[1][r], there[2][r], there[3][r], there[4][r], there[5][r]
-    at[7][i] = there[7][r]
+    copy_row(trial, z)
+    at[3][i] = there[3][r]
+    copy_row(there[1][r], at[1][i])
+    copy_row(there[4][r], at[4][i])
+    copy_row(there[7][r], at[7][i])
+    copy_matrix(there[2][r], at[2][i])
+    copy_matrix(there[5][r], at[5][i])
 
 
 @compiled
@@ -288,7 +293,7 @@ def carry_on(
                     break
                 marks[PHASE] = _MAIN
                 if how[5] > 0 and not marks[DEFINITE]:
-                    main[:] = step
+                    copy_row(step, main)
                     marks[WANT], marks[PHASE] = DOWNHILL, _LEAVE
             elif phase == _LEAVE:
                 _leave(marks, numbers, step, y, error, value, how[0])
@@ -299,7 +304,7 @@ def carry_on(
                 mode = _LONG if near and find_greatest(step) > _FULL else _SHORT
                 _search(marks, numbers, mode, _CUTS, numbers[SIZE], error, value, 0.0)
             elif phase == _TRY:
-                trial[:] = z
+                copy_row(z, trial)
                 add_row(trial, step, numbers[PART])
                 marks[PHASE] = _BACK
             elif phase == _BACK:
@@ -321,7 +326,7 @@ def carry_on(
                 _arrive(i, r, ways, at, there, further[0])
                 _count(marks, numbers, step)
             elif phase == _FAILED and marks[MODE] == _ESCAPING:
-                step[:] = main
+                copy_row(main, step)
                 marks[PHASE] = _MAIN
             elif marks[AGAIN] == _MOST_AGAIN or (phase == _FAILED and marks[MODE] == _FURTHER):
                 marks[COUNT] += 1

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.copying import copy_row
 
 Array = NDArray[np.float64]
 
@@ -238,7 +239,7 @@ def set_up(W: Array, J: Array, spread: Array, inverse: Array, limit: float) -> b
         return False
     square = np.empty(inverse.shape)
     for m in range(len(J)):
-        spread[m] = J[m]
+        copy_row(J[m], spread[m])
         _solve(W, spread[m])
     _cross(spread, J, square)
     pseudo_inverse(square, limit, inverse)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
+from vgtsim.geometry.copying import copy_row
 from vgtsim.kinematics import cross_into
 
 Array = NDArray[np.float64]
@@ -50,7 +51,9 @@ def fill_across(targets: Array) -> None:
         axis[:] = 0.0
         axis[least] = 1.0
         cross_into(target[0], axis, target[1])
-        target[1] /= np.sqrt(_dot(target[1], target[1]))
+        size = np.sqrt(_dot(target[1], target[1]))
+        for k in range(3):
+            target[1, k] /= size
         cross_into(target[0], target[1], target[2])
 
 
@@ -84,7 +87,7 @@ def measure_rows(
                 for r in range(rows):
                     error[i, row + r] = face[axes[p, r], 4] - target[0, axes[p, r]]
             elif kind == DIRECTION:
-                Z[:] = face[:, 2]
+                copy_row(face[:, 2], Z)
                 along = max(1 + _dot(Z, target[0]), _OPPOSITE)
                 for r in range(2):
                     error[i, row + r] = 2 * _dot(target[1 + r], Z) / along
@@ -196,7 +199,8 @@ def curve_between(
             _find_forms(kind, axes[p], target, multipliers[i, row : row + rows], force, bend, moment)
             for j in range(inputs):
                 cross_into(angular[i, j], face[:, 4], velocity[j])
-                velocity[j] += linear[i, j]
+                for k in range(3):
+                    velocity[j, k] += linear[i, j, k]
                 cross_into(angular[i, j], face[:, 2], turning[j])
             for a in range(inputs):
                 for b in range(a + 1, inputs):

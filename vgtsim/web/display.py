@@ -15,7 +15,7 @@ from vgtsim.site import Site
 from vgtsim.web.baking import SHARP, add_baked
 from vgtsim.web.parts import NOBODY, make_bars, place_points, turn_plate
 from vgtsim.web.scale import to_bytes
-from vgtsim.web.scenery import NAME, add_name, add_scenery, make_mark
+from vgtsim.web.scenery import NAME, add_name, add_pit, add_scenery, make_mark, place_pit
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,7 @@ _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 _GRAIN = 2.0**-12  # 0.24 mm, and as much of a metre at the end of a bar
 _ROUND = 24  # sides of the mast
 _LARGER = 1.3  # than the mark of a goal, which the target covers
+_LAYER = 0.005  # m of waste: a thinner cut is shown with the next ones
 _SECTIONS = 8  # sides of a bar, which is some pixels wide
 
 
@@ -35,6 +36,7 @@ class Sight:
         nodes: Nodes of the arm, shape (N, 3), m; mast and hoist included.
         axial: Axial force of each member, tension positive, shape (M,), N.
         height: Of the mast above its working depth, m.
+        heights: Of the waste in the site's diggings, shape (P,), m; or none, where nothing was cut.
         target: Tool point and direction that are wanted, shape (6,), m; or none.
         gap: Two points, shape (2, 3), m, between the arm and the nearest thing; or none.
         near: Name of that thing, with the distance where that is wanted.
@@ -43,6 +45,7 @@ class Sight:
     nodes: Array
     axial: Array
     height: float = 0.0
+    heights: Array | None = None
     target: Array | None = None
     gap: Array | None = None
     near: str = ""
@@ -61,6 +64,9 @@ class Display:
         self._colours = np.full((len(self._owned), 3), _STEEL, np.uint8)
         with server.atomic():
             add_scenery(server, site)
+            self._diggings = site.diggings
+            if self._diggings is not None:
+                self._pit, self._cut = add_pit(server.scene, self._diggings), self._diggings.start
             self._add_arm(site)
             self._add_mast(site)
             self._add_aids()
@@ -89,6 +95,7 @@ class Display:
             if sight.height != self._height:
                 self._mast.position = self._pivot + [0.0, 0.0, sight.height]
                 self._height = sight.height
+            self._show_pit(sight.heights)
             self._show_target(sight.target)
             self._show_gap(sight)
 
@@ -144,6 +151,13 @@ class Display:
         )
         self._gap_name = scene.add_label("/gap/name", "", font_screen_scale=NAME, anchor="bottom-left", visible=False)
         self._target.visible = False
+
+    def _show_pit(self, heights: Array | None) -> None:
+        if self._diggings is None:
+            return
+        heights = self._diggings.start if heights is None else heights
+        if np.abs(heights - self._cut).max() >= _LAYER:
+            self._pit.vertices, self._cut = _round(place_pit(self._diggings, heights)), heights
 
     def _show_target(self, target: Array | None) -> None:
         if target is not None:

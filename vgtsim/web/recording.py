@@ -158,6 +158,7 @@ class _Run:
                     nodes=log.nodes[k],
                     axial=self.axial[k],
                     height=float(log.height[k]),
+                    heights=log.bed[k] if log.bed.size else None,
                     target=self._find_target(k),
                     gap=gap and gap.ends,
                     near=f"{gap.gap:.2f} m" if gap else "",

@@ -10,13 +10,13 @@ import trimesh
 from numpy.typing import NDArray
 
 from vgtsim.description import Tank
-from vgtsim.geometry import find_hulls, make_profile, obstacles, ring_radii, solids, tool_frame
+from vgtsim.geometry import Diggings, find_hulls, make_profile, obstacles, ring_radii, solids, tool_frame
 from vgtsim.output.things import name_things
 from vgtsim.site import Site
 from vgtsim.web.baking import add_baked
 
 if TYPE_CHECKING:
-    from viser import SceneApi, ViserServer
+    from viser import MeshHandle, SceneApi, ViserServer
 
 Array = NDArray[np.float64]
 Anchor = Literal["bottom-left", "bottom-center"]
@@ -46,7 +46,7 @@ def add_scenery(server: ViserServer, site: Site) -> None:
     scene.configure_default_lights(enabled=False)
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 145, 140), intensity=2.2)
     scene.add_light_directional("/light/lamp", intensity=1.6, position=(-radius, -2 * radius, 3 * crown))
-    add_tank(scene, site.tank)
+    add_tank(scene, site.tank, site.diggings)
     _name(scene, site)
     for goal in site.task.motion.goals:
         mark, matrix = make_mark(), np.eye(4)
@@ -55,8 +55,8 @@ def add_scenery(server: ViserServer, site: Site) -> None:
         add_name(scene, f"/names/{goal.name}", goal.name, np.array(goal.position) + [0, 0, _BALL])
 
 
-def add_tank(scene: SceneApi, tank: Tank) -> None:
-    """Add the back half of a tank with all that is in it."""
+def add_tank(scene: SceneApi, tank: Tank, diggings: Diggings | None = None) -> None:
+    """Add the back half of a tank with all that is in it; the waste is open over the diggings, see `add_pit`."""
     profile, around = make_profile(tank.shell), obstacles(tank)
     shell = [(solids.make_liner(tank, profile, front, _FLOOR, _SPACING), _LINER) for front in (False, True)]
     shell += [(solids.make_concrete(tank, profile, front, _FLOOR, _SPACING), _CONCRETE) for front in (False, True)]
@@ -70,7 +70,9 @@ def add_tank(scene: SceneApi, tank: Tank) -> None:
     pipes = [solids.make_arm_riser(tank, profile, False), *risers]
     add_baked(scene, "/tank/risers", [(pipe, _RISER) for pipe in pipes])
     if tank.waste.level:
-        add_baked(scene, "/tank/waste", [(solids.make_waste(tank, profile, _SPACING), _WASTE)])
+        waste = solids.make_waste(tank, profile, _SPACING)
+        waste = waste if diggings is None else solids.open_waste(waste, diggings)
+        add_baked(scene, "/tank/waste", [(waste, _WASTE)])
     for name, axis, radius in zip(around.names, around.axes, around.radii, strict=False):  # cylinders come first
         pipe = trimesh.creation.cylinder(float(radius), segment=axis, sections=_SIDES)
         add_baked(scene, f"/tank/{name}", [(pipe, _EQUIPMENT)])
@@ -80,6 +82,30 @@ def add_tank(scene: SceneApi, tank: Tank) -> None:
     rings = solids.make_rings(tank, profile, ring_radii(tank))
     rings.update_faces(np.arange(len(rings.faces)) < len(rings.faces) // 2)  # surfaces are seen from both sides here
     add_baked(scene, "/tank/rings", [(rings, _RINGS)])
+
+
+def add_pit(scene: SceneApi, diggings: Diggings) -> MeshHandle:
+    """Add the surface of the waste that may be cut; `place_pit` gives its corners for other heights."""
+    rows, columns = diggings.shape
+    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    faces = np.concatenate(
+        [first[:, None] + [0, 1, columns], first[:, None] + [1, columns + 1, columns]]  # seen from both sides
+    )
+    return scene.add_mesh_simple(
+        "/tank/pit",
+        place_pit(diggings, diggings.start),
+        faces,
+        color=_WASTE,
+        flat_shading=True,
+        side="double",
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+
+
+def place_pit(diggings: Diggings, heights: Array) -> Array:
+    """Corners of the surface of heights, shape (P, 3), m, for heights of shape (P,), m."""
+    return np.column_stack([diggings.places, heights])
 
 
 def _name(scene: SceneApi, site: Site) -> None:

@@ -12,11 +12,11 @@ from vgtsim.errors import PageError
 from vgtsim.planning import check_site
 from vgtsim.site import Site
 from vgtsim.web.letters import Line, Served
-from vgtsim.web.loop import LiveLoop
+from vgtsim.web.loop import LiveLoop, prepare
 from vgtsim.web.serving import serve
 from vgtsim.web.tape import Tape, make_live
 
-_PATIENCE = 120.0  # s for a server to begin: on a slow machine kernels are compiled first
+_PATIENCE = 600.0  # s for a server to begin: on a busy machine kernels are compiled first, for minutes
 _FAREWELL = 5.0  # s for it to end
 
 
@@ -45,6 +45,7 @@ class Session:
         far.close()
         self._pipe, line = pipe, Line(pipe)
         try:
+            prepare(live)
             self.loop = LiveLoop(live, line, Tape(live, folder))
             self.port = self._await_server(line, host, port)
         except BaseException:

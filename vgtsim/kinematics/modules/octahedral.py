@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.compilation import compiled
 from vgtsim.description import Octahedral
 from vgtsim.errors import AssemblyError, SingularityError
+from vgtsim.geometry.copying import copy_matrix, copy_row
 from vgtsim.kinematics.modules import octahedron as single
 from vgtsim.kinematics.modules.kind import Groups, Kind, PlannedMember
 from vgtsim.kinematics.modules.sets import Chord, Fill, Mask, ModuleSet, find_short
@@ -51,21 +52,21 @@ def fill_poses(
             placed = True
             for j in range(6):
                 placed = placed and np.isfinite(x[i, m, j])
-            pose[:] = x[i, m] if placed else straight[m]
+            copy_row(x[i, m] if placed else straight[m], pose)
             _place(pose, own)
             if frame.size:
-                frame[i, m] = own
+                copy_matrix(own, frame[i, m])
             if motion.size or length.size:
                 # the first three inputs move the origin; roll turns about X of T, yaw about Z of B, pitch square to both
                 turn[0, 3] = turn[1, 4] = turn[2, 5] = turn[5, 2] = 1.0
                 turn[3, 0], turn[3, 1], turn[3, 2] = own[0, 0], own[1, 0], own[2, 0]
                 turn[4, 0], turn[4, 1] = -np.sin(pose[5]), np.cos(pose[5])
             if motion.size:
-                motion[i, m] = turn
+                copy_matrix(turn, motion[i, m])
             marks[i, m, 0] = marks[i, m, 1] = placed
             if length.size:
                 off = _reach(own, turn, figures[m], length[i, m], slope[i, m])
-                J[:] = slope[i, m]
+                copy_matrix(slope[i, m], J)
                 marks[i, m, 2] = placed and off <= _KEPT
                 marks[i, m, 3] = placed and abs(pose[4]) < _PITCH and _determinant(J) * figures[m, 42] > 0
 
