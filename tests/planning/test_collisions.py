@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -66,3 +67,4 @@ def test_a_refused_start_tells_all_its_collisions(reach_scene):
         check_site(Site(scene))
     assert len(caught.value.collisions) > 100
     assert caught.value.key == "motion.start"
+    assert re.search(r"found a posture \d\.\d+ m inside waste; allowed: 0\.\d+ m from everything", str(caught.value))

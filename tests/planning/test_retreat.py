@@ -63,6 +63,7 @@ def test_it_goes_back_as_it_came(case, monkeypatch):
     monkeypatch.setattr(mission, "plan_path", fail)
     tour = mission.plan_mission(site, way)
     _, one, two, back = tour.legs
+    assert back.feed is not None
     came = np.concatenate([one.lengths, two.lengths])
     home = int(np.argmax(back.feed > 0)) - 1  # the last instant before the mast is lifted
     step = np.abs(np.diff(came, axis=0)).sum(axis=1).max()

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vgtsim.description.motion import Bend
+from vgtsim.description.motion import Bend, StartPosture
 from vgtsim.description.scene import Mast
 from vgtsim.errors import DescriptionError, ReachError, TrussError
 from vgtsim.kinematics import Chain, bend_start, hanging_mount
@@ -164,6 +164,18 @@ def test_start_that_does_not_work_is_refused_by_key(reach_scene, bend, key):
     with pytest.raises(DescriptionError) as caught:
         check_site(Site(scene))
     assert caught.value.key == key
+
+
+@pytest.mark.parametrize("given", ["inputs", "lengths"])
+def test_a_start_out_of_its_strokes_is_refused_by_what_gave_it(reach_scene, given):
+    chain = chain_of(reach_scene)
+    q = np.array(chain.straight)
+    q[2] *= 0.75  # cylinders of the first module longer than their strokes
+    values = {"inputs": q, "lengths": chain.lengths(q)}[given]
+    assert (chain.lengths(q) > chain.stroke[1]).any()
+    with pytest.raises(DescriptionError) as caught:
+        check_site(Site(with_motion(reach_scene, start=StartPosture(**{given: tuple(values.tolist())}))))
+    assert caught.value.key == f"motion.start.{given}"
 
 
 @pytest.mark.parametrize("longeron", [0.45, 0.62])

@@ -73,6 +73,7 @@ def test_every_check_passes_over_phases_in_which_the_arm_grows_cuts_and_is_taken
     assert [(row.quantity, row.measured) for row in report.checks if not row.passed] == []
     first, cut, last = (item.log for item in runs)
     ground = sites[0].diggings
+    assert ground is not None
     assert np.array_equal(first.bed[-1], ground.start)
     assert last.bed[0].tobytes() == cut.bed[-1].tobytes()
     middle = np.add(scene.task.patches[0].corner, 0.15)

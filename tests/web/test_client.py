@@ -12,7 +12,7 @@ viser = pytest.importorskip("viser")
 from vgtsim.web.client import make_client, open_client  # noqa: E402
 
 
-def test_the_client_is_viser_s_with_one_script_ahead():
+def test_the_client_is_viser_s_with_scripts_ahead():
     client = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
     page, cut = make_client(), client.index("<head>") + len("<head>")
     added = len(page) - len(client)

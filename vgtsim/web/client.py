@@ -15,10 +15,11 @@ _HEAD = "<head>"
 def make_client() -> str:
     """The page of viser's client, whose edges are not smoothed where pixels are worked out by a processor.
 
-    Smoothing is two fifths of what such a picture costs.
+    Smoothing is two fifths of what such a picture costs. Keys that move a slider or go into a field do not turn the view.
     """
-    page = (_find_folder() / "index.html").read_text(encoding="utf-8")
-    return page.replace(_HEAD, _HEAD + files("vgtsim.web").joinpath("pages", "software.html").read_text("utf-8"), 1)
+    page, pages = (_find_folder() / "index.html").read_text(encoding="utf-8"), files("vgtsim.web").joinpath("pages")
+    words = [pages.joinpath(name).read_text("utf-8") for name in ("software.html", "keys.html")]
+    return page.replace(_HEAD, _HEAD + "".join(words), 1)
 
 
 def open_client(host: str, port: int, label: str, folder: Path) -> ViserServer:

@@ -184,8 +184,8 @@ def describe(state: LiveState, gap: str, delay: float, said: str = "") -> str:
     rows = {
         "time": f"{state.time:.1f} s{'' if state.playing else ', paused'}",
         "clearance": gap,
-        "utilisation": f"{state.utilisation:.2f}, {state.member}",
-        "condition": f"{state.condition:.3g}",
+        "utilisation": f"{state.utilisation:.2f}, {state.member}" if state.member else "not known yet",
+        "condition": "not known yet" if isnan(state.condition) else f"{state.condition:.3g}",
         "held by": ", ".join(state.held_by) or "nothing",
         "loop": tell_speed(state.rate, delay),
         "record": state.record or "off",

@@ -227,5 +227,20 @@ class LiveLoop:
         )
 
 
+def prepare(site: Site) -> None:
+    """Go through each kind of command once, so that all that a live loop needs is compiled before a person comes."""
+    operation = Operation(site, _drop)
+    controller = operation.controller
+    for _ in range(2):
+        operation.advance()
+        controller.command(lengths=operation.plant.state.commanded)
+        operation.advance()
+        controller.command(goal=controller.target)
+        operation.advance()
+        controller.command(twist=[0.01] * 6)
+        operation.advance()
+        controller.command(hold=True)
+
+
 def _drop(_: Piece) -> None:
     """Keep no log: the record of commands makes it again."""

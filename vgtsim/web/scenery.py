@@ -24,7 +24,6 @@ Anchor = Literal["bottom-left", "bottom-center"]
 _LINER, _CONCRETE, _SOIL, _RISER = (150, 158, 168), (206, 201, 190), (150, 118, 86), (140, 152, 168)
 _WASTE, _EQUIPMENT, _GOAL = (134, 132, 74), (232, 186, 52), (40, 190, 96)
 _RINGS = (84, 90, 98)
-_CUT = (118, 104, 56)  # darker than the waste: a pit is seen from afar
 NAME = 0.8  # size of names, of the usual size of text
 _BALL, _STEM = 0.10, (0.025, 0.6)  # m: a goal's ball, and radius and length of the rod along its direction
 _SIDES, _FEW = 24, 8  # of round things, and of thin ones
@@ -96,7 +95,7 @@ def add_pit(scene: SceneApi, diggings: Diggings) -> MeshHandle:
         "/tank/pit",
         place_pit(diggings, diggings.start),
         faces,
-        color=_CUT,
+        color=_WASTE,
         flat_shading=True,
         side="double",
         cast_shadow=False,

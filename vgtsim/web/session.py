@@ -12,7 +12,7 @@ from vgtsim.errors import PageError
 from vgtsim.planning import check_site
 from vgtsim.site import Site
 from vgtsim.web.letters import Line, Served
-from vgtsim.web.loop import LiveLoop
+from vgtsim.web.loop import LiveLoop, prepare
 from vgtsim.web.serving import serve
 from vgtsim.web.tape import Tape, make_live
 
@@ -45,6 +45,7 @@ class Session:
         far.close()
         self._pipe, line = pipe, Line(pipe)
         try:
+            prepare(live)
             self.loop = LiveLoop(live, line, Tape(live, folder))
             self.port = self._await_server(line, host, port)
         except BaseException:

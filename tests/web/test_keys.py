@@ -1,0 +1,53 @@
+"""Keys at a page: those of a slider move the slider, and the view stays."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+pytest.importorskip("viser")
+
+from vgtsim.web.client import open_client
+
+pytestmark = pytest.mark.long
+
+SCENE = (0, 170, 270, 400)  # the part of the page without panel and messages
+
+
+def test_arrow_keys_on_a_slider_move_it_and_do_not_turn_the_view(browser, tmp_path):
+    server = open_client("127.0.0.1", 0, "keys", tmp_path)
+    server.scene.add_box("/box", color=(200, 30, 30), dimensions=(3.0, 0.5, 0.5))
+    slider = server.gui.add_slider("length", 0, 100, 1, 50)
+    page = browser.new_page(viewport={"width": 600, "height": 400})
+    page.goto(f"http://127.0.0.1:{server.get_port()}")
+    handle = page.get_by_role("slider")
+    handle.wait_for(state="attached", timeout=60_000)
+
+    def look():
+        picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB").crop(SCENE)
+        return np.asarray(picture, int)[..., 0] - np.asarray(picture, int)[..., 1] > 60
+
+    for _ in range(60):
+        if look().sum() > 500:
+            break
+        page.wait_for_timeout(1000)
+
+    def hold(key):
+        page.wait_for_timeout(1000)
+        before = look()
+        page.keyboard.down(key)
+        page.wait_for_timeout(800)
+        page.keyboard.up(key)
+        page.wait_for_timeout(1000)
+        return np.mean(look() != before) / before.mean()
+
+    handle.focus()
+    assert hold("ArrowRight") == 0
+    assert slider.value > 50
+    page.evaluate("document.activeElement.blur()")
+    assert hold("ArrowRight") > 0.05  # elsewhere keys turn the view, as viser has it
+    page.close()
+    server.stop()
