@@ -30,7 +30,7 @@ def load(path: Path):
 def test_kept_code_answers_for_all_folders_that_it_uses():
     course = load(ROOT / "vgtsim/positioning/course.py")
     rooms = {path.relative_to(ROOT / "vgtsim").as_posix() for path in find_folders(course.pursue)}
-    assert rooms == {"positioning", "kinematics", "kinematics/modules"}
+    assert rooms == {"geometry", "positioning", "kinematics", "kinematics/modules"}
     for path in FILES:  # and nothing that is not compiled, which would be copied into the code unseen
         for item in vars(load(path)).values():
             if isinstance(item, Dispatcher) and item.__module__ == load(path).__name__:
