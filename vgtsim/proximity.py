@@ -28,6 +28,7 @@ from vgtsim.geometry import (
     pair_members,
     wall_clearance,
 )
+from vgtsim.geometry.copying import copy_row
 from vgtsim.kinematics import member_radii
 from vgtsim.site import Site
 
@@ -68,7 +69,7 @@ def _place_points(nodes: Array, which: Index, cylinders: Index, eyes: Array, mou
     """Write some nodes, shape (T, N, 3), m, and then the eyes and mouths of cylinders, in pairs, into shape (T, P, 3)."""
     for t in range(len(nodes)):
         for i in range(len(which)):
-            points[t, i] = nodes[t, which[i]]
+            copy_row(nodes[t, which[i]], points[t, i])
         for c in range(len(cylinders)):
             near, far, length = nodes[t, cylinders[c, 0]], nodes[t, cylinders[c, 1]], 0.0
             for k in range(3):

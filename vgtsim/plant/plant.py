@@ -78,7 +78,7 @@ class Plant:
         self._steps, self._wall = 0, 0.0
         self._clock = RecordClock(self.timestep, simulation.log_rate if record_rate is None else record_rate)
         skips = self._clock.rate * self.timestep < 1 - _SAME_STEP and isinstance(self._gauges, SectionGauges)
-        self._felt = "acceleration" if jerks else FELT * skips  # by steps, of records that are steps apart
+        self._felt = "acceleration" if jerks else FELT if skips else ""  # by steps, of records that are steps apart
         self.stopped = _NEVER_RESET
 
     @property
