@@ -21,6 +21,7 @@ from vgtsim.geometry import (
     Profile,
     Walls,
     arm_clearance,
+    copy_row,
     make_profile,
     make_walls,
     nearest_pair,
@@ -28,7 +29,6 @@ from vgtsim.geometry import (
     pair_members,
     wall_clearance,
 )
-from vgtsim.geometry.copying import copy_row
 from vgtsim.kinematics import member_radii
 from vgtsim.site import Site
 

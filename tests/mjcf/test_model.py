@@ -13,6 +13,7 @@ from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import bend_start
 from vgtsim.mjcf import build_model, load_model, names, qpos_from_nodes, write_scene_files
 from vgtsim.mjcf.files import measure_sag
+from vgtsim.mjcf.fittings import set_point_masses
 from vgtsim.mjcf.keyframes import withdrawn_poses
 from vgtsim.mjcf.rigging import contact_bits
 from vgtsim.site import Site
@@ -187,3 +188,16 @@ def test_foreign_xml_is_refused_by_name_of_what_it_lacks(tmp_path):
     (tmp_path / "foreign.xml").write_text("<mujoco><worldbody/></mujoco>")
     with pytest.raises(DescriptionError, match=names.WEIGHT_SCALE):
         load_model(tmp_path / "foreign.xml")
+
+
+@pytest.mark.parametrize("mass", [2.0, 3.5, 5.0])  # thirds: two of the rounded moments are less than the other
+def test_a_plate_without_thickness_is_read_back(mass):
+    spec = mujoco.MjSpec()
+    body = spec.worldbody.add_body(name="plate")
+    turn = 2 * np.pi * np.arange(3) / 3
+    corners = np.stack([np.cos(turn), np.sin(turn), np.zeros(3)], axis=1) / 3
+    set_point_masses(body, np.full(3, mass), corners, np.zeros((3, 3)))
+    spec.compile()
+    back = mujoco.MjModel.from_xml_string(spec.to_xml())
+    moments = mass / 3 * np.array([0.5, 0.5, 1.0])  # m r² / 2 about a diameter, m r² about the axis
+    np.testing.assert_allclose(np.sort(back.body_inertia[1]), moments, rtol=5e-5)

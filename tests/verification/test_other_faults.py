@@ -36,20 +36,26 @@ def two():
     return shorten(load_site("arm9_nullspace").scene, 2)
 
 
-@pytest.fixture(scope="module")
-def sections(two):
-    site = Site(change(two, members="sections", timestep=STEP, log_rate=25.0))
-    start, end = bend(two, [0.5, 0.3], [0.4, 0.9]), bend(two, [0.53, 0.28], [0.43, 0.85])
-    s = climb(1.0, 2.4, STEP)[:, None]
-    lengths = site.chain.lengths(start + s * (end - start))
+def run_leg(scene, start, end, **motion):
+    """Site, tour and clean report of one leg between two bends, in a second."""
+    site = Site(scene)
+    start, end = bend(scene, *start), bend(scene, *end)
+    lengths = site.chain.lengths(start + climb(1.0, 2.4, site.timestep)[:, None] * (end - start))
     position, direction = site.chain.tool(end)
     goal = site.task.motion.goals[0].model_copy(update={"position": tuple(position), "direction": tuple(direction)})
-    motion = site.task.motion.model_copy(update={"goals": (goal,), "acceleration": 0.1, "settle_speed": 1e-8})
-    site = Site(dataclasses.replace(site.scene, task=site.task.model_copy(update={"motion": motion})))
-    tour = Tour(start, (Leg(name="goal", goal=0, lengths=lengths, q=end, clearance=1.0, place="nothing"),), STEP)
+    changed = site.task.motion.model_copy(update={"goals": (goal,), "acceleration": 0.1, **motion})
+    site = Site(dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": changed})))
+    leg = Leg(name=goal.name, goal=0, lengths=lengths, q=end, clearance=1.0, place="nothing")
+    tour = Tour(start, (leg,), site.timestep)
     report = verify(site, run(site, tour), tour)
     assert report.passed, failed(report)
     return site, tour, report
+
+
+@pytest.fixture(scope="module")
+def sections(two):
+    scene = change(two, members="sections", timestep=STEP, log_rate=25.0)
+    return run_leg(scene, ([0.5, 0.3], [0.4, 0.9]), ([0.53, 0.28], [0.43, 0.85]), settle_speed=1e-8)
 
 
 @each(SECTION_FAULTS)
@@ -61,19 +67,8 @@ def test_fault_in_the_model_of_rigid_sections(sections, fault):
 @pytest.fixture(scope="module")
 def elastic():
     """One module of the elastic arm, which bends a little and settles."""
-    site = Site(change(shorten(load_site("type_ii_elastic").scene, 1), log_rate=50.0))
-    start, end = bend(site.scene, [0.3], [0.2]), bend(site.scene, [0.35], [0.4])
-    s = climb(1.0, 2.4, site.timestep)[:, None]
-    lengths = site.chain.lengths(start + s * (end - start))
-    position, direction = site.chain.tool(end)
-    goal = site.task.motion.goals[0].model_copy(update={"position": tuple(position), "direction": tuple(direction)})
-    motion = site.task.motion.model_copy(update={"goals": (goal,), "acceleration": 0.1, "hold": 0.6})
-    site = Site(dataclasses.replace(site.scene, task=site.task.model_copy(update={"motion": motion})))
-    leg = Leg(name=goal.name, goal=0, lengths=lengths, q=end, clearance=1.0, place="nothing")
-    tour = Tour(start, (leg,), site.timestep)
-    report = verify(site, run(site, tour), tour)
-    assert report.passed, failed(report)
-    return site, tour, report
+    scene = change(shorten(load_site("type_ii_elastic").scene, 1), log_rate=50.0)
+    return run_leg(scene, ([0.3], [0.2]), ([0.35], [0.4]), hold=0.6)
 
 
 @each(ELASTIC_FAULTS)

@@ -51,13 +51,9 @@ def ik(
         table.add_row(row.name, *wanted, f"{row.residual:.2e}")
     OUT.print(table)
     for name, value in answer.facts.items():
-        told = (
-            ", ".join(value) or "none"
-            if isinstance(value, list)
-            else f"{value:.4g}"
-            if isinstance(value, float)
-            else value
-        )
+        if isinstance(value, list):
+            value = ", ".join(value) or "none"
+        told = f"{value:.4g}" if isinstance(value, float) else value
         OUT.print(f"{name}: {told}", soft_wrap=True)
     figures = ", ".join(repr(value) for value in answer.q.tolist())
     OUT.print(f"\n[motion.start]\ninputs = [{figures}]", soft_wrap=True)

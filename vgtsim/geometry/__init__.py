@@ -14,6 +14,7 @@ from vgtsim.geometry.clearance import (
     self_clearance,
     wall_clearance,
 )
+from vgtsim.geometry.copying import copy_matrix, copy_row
 from vgtsim.geometry.diggings import Diggings, make_diggings
 from vgtsim.geometry.distance import enclosure_distance, segment_distance
 from vgtsim.geometry.gaps import PILLAR, Walls, find_between
@@ -47,6 +48,8 @@ __all__ = [
     "Wedge",
     "arm_clearance",
     "carry",
+    "copy_matrix",
+    "copy_row",
     "cylinder_axis",
     "enclose_tank",
     "enclosure_distance",

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.geometry.copying import copy_matrix
+from vgtsim.geometry import copy_matrix
 from vgtsim.kinematics.conditioning import invert_in_place
 
 Array = NDArray[np.float64]

@@ -57,6 +57,11 @@ def set_inertia(body: mujoco.MjsBody, inertia: MemberInertia, segment: tuple[int
     body.inertia = [transverse, transverse, axial]
 
 
+# Of the greatest moment of inertia, by which the sum of the others is greater at least: MJCF has six digits of each, and of
+# a plate without thickness MuJoCo would refuse what is read back.
+_ROUND = 2e-5
+
+
 def set_point_masses(body: mujoco.MjsBody, masses: Array, points: Array, tensor: Array) -> None:
     """Give a body masses, shape (P,), kg, at points of its frame, shape (P, 3), m.
 
@@ -66,6 +71,8 @@ def set_point_masses(body: mujoco.MjsBody, masses: Array, points: Array, tensor:
     offset = points - centre
     spread = np.einsum("p,pi,pj->ij", masses, offset, offset)
     tensor = tensor + np.trace(spread) * np.eye(3) - spread
+    least, middle, most = np.linalg.eigvalsh(tensor)
+    tensor = tensor + max(_ROUND * most - (least + middle - most), 0.0) * np.eye(3)
     body.explicitinertial = True
     body.mass, body.ipos = float(masses.sum()), centre
     body.fullinertia = [*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]

@@ -16,7 +16,7 @@ from vgtsim.mjcf import build_model, retime, show_things
 from vgtsim.plant.clock import RecordClock
 from vgtsim.plant.digger import command_tool, find_digger
 from vgtsim.plant.feeler import Feeler
-from vgtsim.plant.gauges import FELT, SectionGauges, find_gauges
+from vgtsim.plant.gauges import FELT, find_gauges
 from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
@@ -77,7 +77,7 @@ class Plant:
         jerks = bool(site.yields and site.task.contacts) or bool(site.task.mission)
         self._steps, self._wall = 0, 0.0
         self._clock = RecordClock(self.timestep, simulation.log_rate if record_rate is None else record_rate)
-        skips = self._clock.rate * self.timestep < 1 - _SAME_STEP and isinstance(self._gauges, SectionGauges)
+        skips = self._clock.rate * self.timestep < 1 - _SAME_STEP and simulation.members == "sections"
         self._felt = "acceleration" if jerks else FELT if skips else ""  # by steps, of records that are steps apart
         self.stopped = _NEVER_RESET
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.geometry.copying import copy_row
+from vgtsim.geometry import copy_row
 from vgtsim.kinematics import compose, curve, fill_mid_planes, pull
 from vgtsim.positioning import descent
 from vgtsim.positioning.descent import carry_on

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.geometry.copying import copy_matrix, copy_row
+from vgtsim.geometry import copy_matrix, copy_row
 from vgtsim.positioning.elimination import (
     add_row,
     apply_matrix,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.geometry.copying import copy_row
+from vgtsim.geometry import copy_row
 
 Array = NDArray[np.float64]
 

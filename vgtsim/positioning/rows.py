@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.geometry.copying import copy_row
+from vgtsim.geometry import copy_row
 from vgtsim.kinematics import cross_into
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.compilation import compiled
 from vgtsim.description import Octahedral
 from vgtsim.errors import AssemblyError, SingularityError
-from vgtsim.geometry.copying import copy_matrix, copy_row
+from vgtsim.geometry import copy_matrix, copy_row
 from vgtsim.kinematics.modules import octahedron as single
 from vgtsim.kinematics.modules.kind import Groups, Kind, PlannedMember
 from vgtsim.kinematics.modules.sets import Chord, Fill, Mask, ModuleSet, find_short
