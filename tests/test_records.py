@@ -15,7 +15,9 @@ MOST = 5  # fields that a reader can still tell by their order
 @pytest.fixture(scope="module")
 def trees():
     """Syntax trees by file: made by the tests that read them, for a module is imported by every process of the tests."""
-    return {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in ROOT.rglob("*.py")}
+    return {
+        path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in ROOT.rglob("*.py")
+    }
 
 
 @pytest.fixture(scope="module")

@@ -244,7 +244,9 @@ class Proximity:
         That costs much from afar; waste that is level at its highest is at most as far, and tells which postures can be it.
         """
         assert around.bed is not None
-        found = self._measure_module(k, nodes, tool, replace(around, bed=None, waste_level=float(around.bed.heights.max())))
+        found = self._measure_module(
+            k, nodes, tool, replace(around, bed=None, waste_level=float(around.bed.heights.max()))
+        )
         waste = found.distance[:, -1]
         lowest = np.argmin(waste, keepdims=True)
         enough = self._measure_module(k, nodes[lowest], tool[lowest], around).distance[0, -1]
