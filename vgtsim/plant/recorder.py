@@ -33,8 +33,8 @@ class Recorder:
     """Collects records and contacts; gives them away in pieces, chunk by chunk, in a second thread.
 
     A piece has all arrays of a log by name. An error of the store is raised by the next record that fills a chunk, or by `wait`
-    or `make_log`; nothing is given to the store after it. What follows from the motion is worked out for each piece with the records
-    beside it, so a log has the same bits wherever it is kept: on disk, or here if no `store` takes the pieces.
+    or `make_log`; nothing is given to the store after it. What follows from the motion is worked out for each piece with the
+    records beside it, so a log has the same bits wherever it is kept: on disk, or here if no `store` takes the pieces.
     """
 
     gauges: Gauges
@@ -119,7 +119,6 @@ class Recorder:
     def _give(self) -> None:
         """Give a chunk away; its rows are touched by nobody else any more."""
         part = slice(self._given, self._given + CHUNK)
-        take, work = self.store or self._pieces.append, partial(self._make_piece, self._stack(), part, self._contacts)
         self._courier.send(partial(self._hand_over, self._stack(), part, self._contacts))
         drop = max(part.stop - BESIDE, 0)
         left = self._count - drop
