@@ -81,7 +81,7 @@ def test_it_goes_back_as_it_came(case, monkeypatch):
 
 def test_it_is_refused_where_the_arm_did_not_come_from_the_way_in(case, monkeypatch):
     site, way = case
-    plan = mission.MissionPlan(site, way.ends[1], 0.0, way)
+    plan = mission.MissionPlan(site=site, here=way.ends[1], height=0.0, way=way)
     monkeypatch.setattr(
         mission, "plan_path", lambda *_: (_ for _ in ()).throw(PathError("the way out", 0.01, "a wall"))
     )

@@ -18,21 +18,21 @@ _BEFORE = 6  # rows before the stop that its spline goes through, too: its ends 
 _ALREADY = 1e-12  # m in a step: a cylinder that goes no farther stands, as rounding moves it as much
 
 
-class Course(NamedTuple):
+class PacedRows(NamedTuple):
     """Rows, shape (T, C), m, and their places on the rows that they are made of, shape (T,)."""
 
     rows: Array
     places: Array
 
 
-def stop_rows(rows: Array, row: int, timestep: float, acceleration: float) -> Course:
+def stop_rows(rows: Array, row: int, timestep: float, acceleration: float) -> PacedRows:
     """Rows of lengths, shape (T, C), m, up to a row, and on along the same path to rest, the soonest that an acceleration allows.
 
     A stop that takes longer than the rest of the path ends with it.
     """
     ahead, before = len(rows) - 1 - row, np.arange(row + 1.0)
     if row == 0 or np.abs(rows[row] - rows[row - 1]).max() < _ALREADY:
-        return Course(rows[: row + 1], before)
+        return PacedRows(rows[: row + 1], before)
     path = _spline(rows, row)
     count = max(int(np.ceil(_SOONEST / timestep)), 2)
     while count / 2 <= ahead:
@@ -40,19 +40,19 @@ def stop_rows(rows: Array, row: int, timestep: float, acceleration: float) -> Co
         places = row + count * (part - 2.5 * part**4 + 3 * part**5 - part**6)
         found = np.concatenate([rows[: row + 1], path(places)])
         if _ask(found[max(row - 1, 0) :], timestep) <= acceleration:
-            return Course(found, np.concatenate([before, places]))
+            return PacedRows(found, np.concatenate([before, places]))
         count = int(np.ceil(_LONGER * count))
-    return Course(rows, np.arange(float(len(rows))))
+    return PacedRows(rows, np.arange(float(len(rows))))
 
 
-def go_on_rows(rows: Array, place: float, timestep: float, acceleration: float) -> Course:
+def go_on_rows(rows: Array, place: float, timestep: float, acceleration: float) -> PacedRows:
     """Rows of lengths, shape (T, C), m, from rest at a place of them, which is left out, to their end.
 
     The speed comes back to that of the rows as soon as an acceleration allows. Twice the place is a whole number.
     """
     last, row = len(rows) - 1, int(place)
     if row == place and (row == last or np.abs(rows[row + 1] - rows[row]).max() < _ALREADY):
-        return Course(rows[row + 1 :], np.arange(row + 1.0, last + 1))
+        return PacedRows(rows[row + 1 :], np.arange(row + 1.0, last + 1))
     path = _spline(rows, row)
     here = np.tile(path(place), (2, 1))
     count = max(int(np.ceil(_SOONEST / timestep)), 2)
@@ -66,7 +66,7 @@ def go_on_rows(rows: Array, place: float, timestep: float, acceleration: float) 
             places, tail = place + (last - place) * (10 * part**3 - 15 * part**4 + 6 * part**5), np.zeros(0)
         found = np.concatenate([path(places), rows[tail.astype(int)]])
         if _ask(np.concatenate([here, found[: count + 2]]), timestep) <= acceleration:
-            return Course(found, np.concatenate([places, tail]))
+            return PacedRows(found, np.concatenate([places, tail]))
         count = int(np.ceil(_LONGER * count))
 
 

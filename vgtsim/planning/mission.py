@@ -52,12 +52,11 @@ _JUDGED = 1000  # instants of a raster at which clearance is measured
 _ROUNDING = 1e-9  # m of the feed at the end of a way
 _AGAIN = 241  # postures of a way at which it is measured anew, as many as of one that is planned
 _SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would let them jump
-
 _SWEPT = 0.1  # m that the farthest point of an arm goes between two turns of the mast at which clearance is measured
 
 
 @dataclass(frozen=True)
-class Piece:
+class LegPart:
     """A part of a leg, run from rest to rest, with its least clearance, m, from a place.
 
     `rows` gives it for a time step, s; the mast is turned by an angle, rad, if that does not change. A way that
@@ -84,7 +83,7 @@ class MissionPlan:
     here: Array
     height: float = 0.0
     way: Insertion | None = None
-    pieces: list[list[Piece]] = field(default_factory=list)
+    pieces: list[list[LegPart]] = field(default_factory=list)
     ends: list[Array] = field(default_factory=list)
     trails: list[tuple[Path, ...]] = field(default_factory=list)
     trail: list[Path] = field(default_factory=list)
@@ -115,13 +114,13 @@ class MissionPlan:
         else:
             self.lay(self.take(step))
 
-    def lay(self, leg: list[Piece]) -> None:
+    def lay(self, leg: list[LegPart]) -> None:
         """Add a leg, which ends where the arm is now."""
         self.pieces.append(leg)
         self.ends.append(self.here)
         self.trails.append(tuple(self.trail))
 
-    def approach(self, step: FollowStep) -> list[Piece]:
+    def approach(self, step: FollowStep) -> list[LegPart]:
         """The way to the begin of a path."""
         self.run = self._follow(step.path)
         return self._go(self.run[0].q[0], f"the beginning of {step.path.name}")
@@ -132,17 +131,14 @@ class MissionPlan:
         self.here = run.q[-1]
         self.lay([piece])
 
-    def check_lines(self) -> None:
-        """See `check_passage`, of all ways."""
-        for path, _ in self.timed:
+    def check_lines(self) -> list[tuple[TimedPath, float]]:
+        """Ways that bear on the time step, with their clearances, m; through all of them the line passes, see `check_passage`."""
+        timed = [(piece.timed, piece.clearance) for leg in self.pieces for piece in leg if piece.timed is not None]
+        for path, _ in timed:
             check_passage(self.site, path.inputs(_LOOKED))
+        return timed
 
-    @property
-    def timed(self) -> list[tuple[TimedPath, float]]:
-        """Ways that bear on the time step, with their clearances, m."""
-        return [(piece.timed, piece.clearance) for leg in self.pieces for piece in leg if piece.timed is not None]
-
-    def take(self, step: MissionStep) -> list[Piece]:
+    def take(self, step: MissionStep) -> list[LegPart]:
         """Pieces of one step, from where the arm is; afterwards it is at their end."""
         goals = {goal.name: goal for goal in self.site.task.motion.goals}
         if isinstance(step, InsertStep | AddStep):
@@ -166,7 +162,7 @@ class MissionPlan:
         pieces = [] if there and not self.site.turn else self._return(self.way.ends[1], straight)
         return [*pieces, self._feed(self.way.reverse())]
 
-    def _return(self, there: Array, straight: Site) -> list[Piece]:
+    def _return(self, there: Array, straight: Site) -> list[LegPart]:
         """Go to the end of the way in, inputs of shape (n,), with the mast straight; where no way is found, as the arm came."""
         try:
             return self._come(there, "the way out", straight)
@@ -193,7 +189,7 @@ class MissionPlan:
             raise PathError("the way out", float(gaps[worst]), places[worst])
         return replace(path, clearance=float(gaps[worst]), place=places[worst])
 
-    def _come(self, there: Array, name: str, site: Site) -> list[Piece]:
+    def _come(self, there: Array, name: str, site: Site) -> list[LegPart]:
         """Go to inputs, shape (n,), with the mast turned as it is at a site; it turns before the way or after it."""
         if site.turn == self.site.turn:
             return self._go(there, name)
@@ -210,7 +206,7 @@ class MissionPlan:
             except PathError as other:
                 raise max(error, other, key=lambda item: item.clearance) from None
 
-    def _swing(self, site: Site, name: str) -> Piece:
+    def _swing(self, site: Site, name: str) -> LegPart:
         """Turn the mast to where it is at a site, while the arm keeps its shape."""
         first, last, chain = self.site.turn, site.turn, self.site.chain
         slew = site.task.mast.turn
@@ -226,7 +222,7 @@ class MissionPlan:
         self.trail.clear()
         return self._run(gap, place, time_turn(self.here, first, last, MastLimits(slew.rate, slew.acceleration)))
 
-    def _stand(self, time: float) -> Piece:
+    def _stand(self, time: float) -> LegPart:
         length, height = self.site.chain.lengths(self.here), self.height
         if height:
             gaps = Entry(self.site).gaps(self.here[None], np.array([height])).least()
@@ -243,17 +239,17 @@ class MissionPlan:
 
     def _make_piece(
         self, clearance: float, place: str, rows: Callable[[float], ProgrammeRows], timed: TimedPath | None = None
-    ) -> Piece:
-        return Piece(clearance=clearance, place=place, rows=rows, turn=self.site.turn, timed=timed)
+    ) -> LegPart:
+        return LegPart(clearance=clearance, place=place, rows=rows, turn=self.site.turn, timed=timed)
 
-    def _feed(self, way: Insertion) -> Piece:
+    def _feed(self, way: Insertion) -> LegPart:
         height = float(way.feed(1.0))
         self.here, self.height = way.ends[1], height if abs(height) > _ROUNDING else 0.0
         place = min(way.gaps, key=lambda name: way.gaps[name])
         piece = self._run(way.gaps[place], place, time_way(self.site, way))
         return replace(piece, leader=make_leader(self.site, way), bound=True)
 
-    def _run(self, clearance: float, place: str, timed: TimedPath) -> Piece:
+    def _run(self, clearance: float, place: str, timed: TimedPath) -> LegPart:
         chain = self.site.chain
 
         def rows(timestep: float) -> ProgrammeRows:
@@ -261,13 +257,13 @@ class MissionPlan:
 
         return self._make_piece(clearance, place, rows, timed)
 
-    def _go(self, there: Array, name: str) -> list[Piece]:
+    def _go(self, there: Array, name: str) -> list[LegPart]:
         path = plan_path(self.corridor, self.here, there, name, self.carousel)
         self.here = there
         self.trail.append(path)
         return [self._run(path.clearance, path.place, time_path(self.site.chain, path.curve, self.limits))]
 
-    def raster(self, step: RasterStep, tool: tuple[Array, Array]) -> list[Piece]:
+    def raster(self, step: RasterStep, tool: tuple[Array, Array]) -> list[LegPart]:
         """Rows from a tool point, shape (3,), m, with a direction, shape (3,)."""
         motion, (position, direction) = self.site.task.motion, tool
         path = ToolPath(
@@ -283,7 +279,7 @@ class MissionPlan:
         pieces, rows = self._run_rows(path, middle, free=step.direction == "free")
         return [*pieces, rows]
 
-    def _cut(self, step: CutStep) -> list[Piece]:
+    def _cut(self, step: CutStep) -> list[LegPart]:
         """Rows over a patch, with rests in which the tool comes to power; what is planned after them knows what they leave."""
         site, motion = self.site, self.site.task.motion
         assert self.heights is not None  # of a scene with such a step
@@ -301,7 +297,7 @@ class MissionPlan:
         self.lower(foresee_waste(site, points, share, site.timestep, self.heights))
         return [*pieces, replace(rows, rows=run)]
 
-    def _run_rows(self, path: ToolPath, middle: Array, *, free: bool) -> tuple[list[Piece], Piece]:
+    def _run_rows(self, path: ToolPath, middle: Array, *, free: bool) -> tuple[list[LegPart], LegPart]:
         """The way to the begin of rows, and the rows, near a posture that is clear of everything at their middle, (3,), m.
 
         A tool that is `free` points anywhere meanwhile.
@@ -317,7 +313,7 @@ class MissionPlan:
         self.here = run.q[-1]
         return pieces, piece
 
-    def _follow(self, path: ToolPath, clear: Array | None = None, *, free: bool = False) -> tuple[Followed, Piece]:
+    def _follow(self, path: ToolPath, clear: Array | None = None, *, free: bool = False) -> tuple[Followed, LegPart]:
         """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates.
 
         With a clear posture, shape (n,), all postures stay as near to it as they can.
@@ -364,19 +360,18 @@ def carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
     check_site(site)
     if way is not None:
         begun = int(isinstance(next(iter(steps)), HoldStep))
-        plan = MissionPlan(site, way.ends[begun], float(way.feed(float(begun))), way)
+        plan = MissionPlan(site=site, here=way.ends[begun], height=float(way.feed(float(begun))), way=way)
     elif begins_inside(steps):
-        plan = MissionPlan(site, site.start)
+        plan = MissionPlan(site=site, here=site.start)
     else:
         check_entry(site)
         check_passage(site, site.chain.stowed[None])
-        plan = MissionPlan(site, site.chain.stowed)
+        plan = MissionPlan(site=site, here=site.chain.stowed)
     check_cuts(site)
     start = np.array(plan.here)
     for step in steps:
         plan.add(step)
-    plan.check_lines()
-    bounds = find_bounds(site, plan.timed)
+    bounds = find_bounds(site, plan.check_lines())
     timestep = choose_step(site, bounds)
     legs = tuple(make_leg(site, index, plan, index, timestep) for index in range(len(plan.pieces)))
     return Tour(start=start, legs=legs, timestep=timestep, bounds=bounds, way=plan.way), plan.heights

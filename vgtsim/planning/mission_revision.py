@@ -18,10 +18,10 @@ from vgtsim.description import FollowStep, InsertStep, MissionStep, RasterStep, 
 from vgtsim.errors import DescriptionError, FollowError, PathError, ReachError, TrussError
 from vgtsim.planning.cutting import foresee_waste
 from vgtsim.planning.entry import Entry
-from vgtsim.planning.halting import Course, go_on_rows, stop_rows
+from vgtsim.planning.halting import PacedRows, go_on_rows, stop_rows
 from vgtsim.planning.insertion import ask_gap, judge_again
 from vgtsim.planning.leader import Leader, LeaderPair
-from vgtsim.planning.mission import MissionPlan, Piece, make_leg
+from vgtsim.planning.mission import LegPart, MissionPlan, make_leg
 from vgtsim.planning.programme import ProgrammeRows
 from vgtsim.planning.tour import Leg, Tour
 from vgtsim.runlog import Revision
@@ -61,12 +61,14 @@ def revise_mission(site: Site, tour: Tour, revision: Revision) -> Tour:
     done, before = tour.legs[:index], (tour.legs[index - 1] if index else None)
     halt = _stop(site, now, revision.row, step)
     plan = _resume(learn_until(site, revision.time, step), tour, index, halt)
-    here, gap = plan.here, _measure(plan, ProgrammeRows(*(None if item is None else item[-1:] for item in halt.begun)))
+    feed = halt.begun.feed
+    last = ProgrammeRows(halt.begun.lengths[-1:], None if feed is None else feed[-1:])
+    here, gap = plan.here, _measure(plan, last)
     turn = plan.site.turn
     which, steps = _find_step(site.task.mission, index)
     try:
         pieces, leader, bound = _go_on(plan, halt, steps[0], which, tour.start if before is None else before.q)
-        plan.lay([Piece(gap[0], gap[1], lambda _: halt.begun, turn), *pieces])
+        plan.lay([LegPart(clearance=gap[0], place=gap[1], rows=lambda _: halt.begun, turn=turn), *pieces])
         if which == 0 and isinstance(steps[0], FollowStep):
             plan.add_path()
         for later in steps[1:]:
@@ -79,8 +81,8 @@ def revise_mission(site: Site, tour: Tour, revision: Revision) -> Tour:
         blocked = f"no way on from {revision.time:.6g} s, at which something appeared in the tank: {error}"
         rows = halt.begun._asdict()
         stopped = {"lengths": rows["lengths"], "feed": rows["feed"], "turn": rows["turn"], "tool": rows["share"]}
-        last = replace(now, **stopped, q=here, clearance=gap[0], place=gap[1])
-        return replace(tour, legs=(*done, last), planned=tour.digest, blocked=blocked)
+        end = replace(now, **stopped, q=here, clearance=gap[0], place=gap[1])
+        return replace(tour, legs=(*done, end), planned=tour.digest, blocked=blocked)
 
 
 def _find_step(steps: Sequence[MissionStep], leg: int) -> tuple[int, Sequence[MissionStep]]:
@@ -113,7 +115,7 @@ def _stop(site: Site, leg: Leg, row: int, timestep: float) -> _Halt:
         fall = at[-1] * (1 - _rise(site, timestep)) if at[-1] else np.zeros(0)
         share = np.concatenate([at, fall, np.zeros(rest)])
         rest += len(fall)
-    still = Course(np.tile(stopped.rows[-1], (rest, 1)), np.full(rest, stopped.places[-1]))
+    still = PacedRows(np.tile(stopped.rows[-1], (rest, 1)), np.full(rest, stopped.places[-1]))
     begun = _split(site, leg, np.concatenate([stopped.rows, still.rows]), share)
     place = float(stopped.places[-1])
     return _Halt(leg=leg, rows=rows, begun=begun, stood=stopped.rows[-1], place=place, timestep=timestep, site=site)
@@ -130,14 +132,15 @@ def _rise(site: Site, timestep: float) -> Array:
 def _split(site: Site, leg: Leg, rows: Array, share: Array | None) -> ProgrammeRows:
     """Rows of one array as those of a programme."""
     motion, mast, count = site.task.motion, site.task.mast, leg.lengths.shape[1]
-    found, column = [], count
+    found: list[Array | None] = []
+    column = count
     for places, drive in ((leg.feed, mast.feed), (leg.turn, mast.turn)):
         if places is None or drive is None:
             found.append(places)
             continue
         found.append(rows[:, column] * (drive.acceleration / motion.acceleration))
         column += 1
-    return ProgrammeRows(rows[:, :count], *found, share)
+    return ProgrammeRows(rows[:, :count], found[0], found[1], share)
 
 
 def _resume(site: Site, tour: Tour, index: int, halt: _Halt) -> MissionPlan:
@@ -158,7 +161,7 @@ def _resume(site: Site, tour: Tour, index: int, halt: _Halt) -> MissionPlan:
             way = judge_again(replace(site, turn=0.0) if turn else site, tour.way)
         except PathError:
             way = None  # another one is found when it is asked for
-    plan = MissionPlan(site, here, height if abs(height) > _ROUNDING else 0.0, way)
+    plan = MissionPlan(site=site, here=here, height=height if abs(height) > _ROUNDING else 0.0, way=way)
     plan.trail = list(tour.legs[index - 1].trail) if index and halt.begun.turn is None else []
     return plan
 
@@ -171,7 +174,7 @@ def _foresee(site: Site, rows: ProgrammeRows, heights: Array, timestep: float) -
 
 def _go_on(
     plan: MissionPlan, halt: _Halt, step: MissionStep, which: int, start: Array
-) -> tuple[list[Piece], Leader | LeaderPair | None, int | None]:
+) -> tuple[list[LegPart], Leader | LeaderPair | None, int | None]:
     """Pieces from where the arm stands to the end of the leg, what the arm follows meanwhile, and from which row, if as before.
 
     The arm had inputs of shape (n,) as the step began.
@@ -192,7 +195,11 @@ def _go_on(
         plan.height = plan.height if abs(plan.height) > _ROUNDING else 0.0
         if rest.share is not None and plan.heights is not None:
             plan.lower(_foresee(plan.site, rest, plan.heights, halt.timestep))
-        return [Piece(gap, place, lambda _: rest, plan.site.turn, bound=True)], leg.leader, leg.bound
+        return (
+            [LegPart(clearance=gap, place=place, rows=lambda _: rest, turn=plan.site.turn, bound=True)],
+            leg.leader,
+            leg.bound,
+        )
     if loose or not isinstance(step, InsertStep | WithdrawStep):
         raise PathError(f"the rest of {leg.name}", gap, place)
     back = _rest(halt, back=True)
@@ -206,7 +213,11 @@ def _go_on(
     leader = next((piece.leader for piece in pieces if piece.leader is not None), None)
     assert leg.leader is not None
     assert leader is not None  # ways in and out have one
-    return [Piece(gap, place, lambda _: back, plan.site.turn), *pieces], LeaderPair(leg.leader, leader), None
+    return (
+        [LegPart(clearance=gap, place=place, rows=lambda _: back, turn=plan.site.turn), *pieces],
+        LeaderPair(leg.leader, leader),
+        None,
+    )
 
 
 def _rest(halt: _Halt, *, back: bool = False) -> ProgrammeRows:
