@@ -168,7 +168,7 @@ def test_an_unknown_section_names_the_nearest_one(tmp_path):
             'radius = { value = "1.5 in"',
             'radius = { value = "-1 in"',
             "hub.radius",
-            "greater",
+            "more than 0",
         ),
         (
             ARM,
@@ -238,8 +238,8 @@ OBJECTIVE = 'value = ["clearance", "stroke_barrier:0.01", "in_plane:10"]'
         (OBJECTIVE, 'value = ["clearance", "in_plane:nan"]', "motion.objective.1", "'in_plane:nan'.*above zero"),
         (OBJECTIVE, 'value = ["in_plane:-1"]', "motion.objective.0", "above zero"),
         (OBJECTIVE, 'value = ["in_plane:"]', "motion.objective.0", "above zero"),
-        (OBJECTIVE, "value = [nan]", "motion.objective.0", "found nan.*string"),
-        (OBJECTIVE, "value = []", "motion.objective", "at least 1"),
+        (OBJECTIVE, "value = [nan]", "motion.objective.0", "found nan.*a text"),
+        (OBJECTIVE, "value = []", "motion.objective", "a list of 1 or more"),
         (
             METHOD,
             'method = "nullspace"\ncoupling = [["m1", "m2"]]',
