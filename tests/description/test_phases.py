@@ -54,13 +54,6 @@ def test_an_arm_grows_works_and_is_taken_apart():
     assert [phase.task.phase.number for phase in phases] == [1, 2, 3, 4, 5]
 
 
-def test_a_part_of_an_arm_begins_bent_as_in_the_whole():
-    scene = scene_of({"do": "insert", "modules": 2}, WITHDRAW, INSERT, WITHDRAW)
-    part, whole = list_phases(scene)
-    assert part.task.motion.start == scene.task.motion.start[1:]
-    assert whole.task.motion.start == scene.task.motion.start
-
-
 def test_shorter_arms_go_in_first():
     scene = scene_of({"do": "insert", "modules": 1}, WITHDRAW, INSERT, MOVE, WITHDRAW, INSERT, WITHDRAW)
     assert tell(scene) == [

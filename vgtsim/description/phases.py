@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.mission import AddStep, CutStep, HoldStep, InsertStep, MissionStep, WithdrawStep
-from vgtsim.description.motion import Motion
 from vgtsim.description.scene import Phase, Scene
 
 _LEFT = ("mission.", "motion.start")  # keys whose figures are others in a phase, or not there
@@ -46,13 +45,14 @@ def list_phases(scene: Scene) -> tuple[Scene, ...]:
         return (scene,)
     patches = tuple(dict.fromkeys(step.patch for step in task.mission if isinstance(step, CutStep)))
     provenance = {key: label for key, label in task.provenance.items() if not key.startswith(_LEFT)}
+    anywhere = task.motion.model_copy(update={"start": None})  # a shorter arm has other postures
     phases = []
     for number, part in enumerate(parts, start=1):
         said = f"phase {number} of {len(parts)}, {part.modules} module{'s' * (part.modules > 1)}"
         changed = {
             "title": f"{task.title}: {said}",
             "mission": tuple(part.steps),
-            "motion": _pose(task.motion, part.modules, whole),
+            "motion": task.motion if part.modules == whole else anywhere,
             "phase": Phase(number=number, count=len(parts), stands=part.stands, patches=patches),
             "provenance": provenance,
         }
@@ -83,14 +83,6 @@ def pick_phase(scene: Scene, like: Scene) -> Scene:
         found = f"a mission of {len(phases)} phases"
         raise scene.error("mission", found, f"one of {phase.count}, as in the log")
     return phases[phase.number - 1]
-
-
-def _pose(motion: Motion, modules: int, whole: int) -> Motion:
-    """The motion of a part of the arm: its modules begin bent as they are in the whole arm, or anywhere."""
-    if modules == whole:
-        return motion
-    start = motion.start[-modules:] if isinstance(motion.start, tuple) else None
-    return motion.model_copy(update={"start": start})
 
 
 def _split(steps: Sequence[MissionStep], whole: int) -> list[_Part]:
