@@ -106,7 +106,8 @@ def make_case(seed: int, folder: Path, runs: Path) -> Case:
     done = [spoil(place, rng) for _ in range(rng.choice((1, 1, 1, 2, 3)))]
     if verb.words[0] == "models":
         (folder / "arms/arm").mkdir(parents=True)
-        os.rename(folder / "arm.toml", folder / "arms/arm/arm.toml")
+        if os.path.lexists(folder / "arm.toml"):  # a mutation may be that it is gone
+            os.rename(folder / "arm.toml", folder / "arms/arm/arm.toml")
     return Case(seed, fill(verb.words, folder, rng), tuple(f"{target}: {text}" for text in done))
 
 

@@ -46,7 +46,7 @@ BAD_INPUT = {
     "unknown key": (SCENE, "pivot_depth", "pivot_dept", ["unknown key 'pivot_dept'", "did you mean 'pivot_depth'"]),
     "wrong dimension": (SCENE, 'mass = { value = "1000 lb"', 'mass = { value = "45 m"', ["payload.mass", "dimension"]),
     "not finite": (SCENE, 'mass = { value = "1000 lb"', "mass = { value = nan", ["payload.mass", "finite"]),
-    "out of range": (SCENE, 'hold = { value = "2 s"', 'hold = { value = "-2 s"', ["motion.hold", "greater than 0"]),
+    "out of range": (SCENE, 'hold = { value = "2 s"', 'hold = { value = "-2 s"', ["motion.hold", "more than 0"]),
     "open triangle": (ARM, LONGERON, 'longeron = { value = "15 in"', ["module m1", "do not close a triangle"]),
     "stroke": (ARM, 'stroke = { value = "23 in"', 'stroke = { value = "27 in"', ["m1", "does not assemble"]),
     "riser": (TANK, 'bore = { value = "42 in"', 'bore = { value = "40 in"', ["riser", "node"]),

@@ -70,6 +70,7 @@ def test_a_new_arm_of_the_shipped_layout_weighs_as_much(tmp_path):
     ("options", "words"),
     [
         (["--riser", "12 in"], r"riser: found a bore of 0\.305 m; allowed: some 0\.\d+ m or more"),
+        (["--reach", "1 m"], "modules: found 1 modules over 1.00 m .*; allowed: a longer reach, or a narrower riser"),
         (["--modules", "40"], "modules: found 40 modules over .*; allowed: at most 10, or a longer reach"),
         (
             ["--payload", "4000 lb", *SMALL[:4], "--modules", "3"],
@@ -83,6 +84,11 @@ def test_an_arm_that_cannot_be_is_refused_with_the_reason(tmp_path, options, wor
     result = CliRunner().invoke(app, ["new", "arm", str(tmp_path / "a.toml"), *options])
     assert re.search(words, str(result.exception))
     assert not (tmp_path / "a.toml").exists()
+
+
+def test_a_short_arm_has_as_many_modules_as_it_has_room_for(tmp_path):
+    call("new", "arm", tmp_path / "short.toml", "--reach", "6 m", "--payload", "100 kg")
+    assert "4 active modules" in call("check", tmp_path / "short.toml")
 
 
 @pytest.mark.parametrize("kind", TANKS)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vgtsim.site import load_site as load
     from vgtsim.verification import verify
 
-__version__ = "0.2.0"
+__version__ = "0.3.0.dev0"
 __all__ = [
     "Controller",
     "Plant",

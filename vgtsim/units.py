@@ -45,7 +45,7 @@ def to_si(value: float | str, unit: str, *, bare: bool = False) -> float:
         ValueError: The text is not one number and one unit, has another dimension, or is not finite.
     """
     if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(f"expected a number or a quantity such as '1 {unit}'")
+        raise ValueError(f"a number or a quantity such as '1 {unit}'")
     if isinstance(value, str):
         number, written = _read_quantity(value, unit)
         written = written or unit if bare else written

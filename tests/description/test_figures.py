@@ -30,7 +30,7 @@ def load_with(tmp_path, file, key, value):
 @pytest.mark.parametrize(
     ("file", "key", "value", "words"),
     [
-        ("scene", "timestep", '"10 s"', "simulation.timestep: found 10.0; .*less than or equal to 0.1"),
+        ("scene", "timestep", '"10 s"', "simulation.timestep: found 10.0; .*allowed: 0.1 or less"),
         (
             "scene",
             "timestep",

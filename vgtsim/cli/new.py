@@ -36,28 +36,35 @@ def arm(
     ] = None,
     riser: Annotated[str | None, typer.Option(help="Bore of the riser that it passes [default: 42 in].")] = None,
     payload: Annotated[str | None, typer.Option(help="Load at the tool [default: 1000 lb].")] = None,
-    modules: Annotated[int | None, typer.Option(min=1, max=40, help="Active modules [default: 5].")] = None,
+    modules: Annotated[
+        int | None,
+        typer.Option(min=1, max=40, help="Active modules [default: 5, or as many as the reach has room for]."),
+    ] = None,
     force: Force = False,
 ) -> None:
     """Lay out an arm for a reach and a riser and size it for a payload; on a terminal it asks for what no option says."""
     from vgtsim.description import load_catalogue
-    from vgtsim.planning.drafting import ArmRequest, draft_arm
+    from vgtsim.planning.drafting import USUAL_MODULES, ArmRequest, draft_arm, most_modules
 
     name = _prepare(file, force)
+    length = _quantity("--reach", _ask("Reach, base face to tool point", reach, "45 ft"), "m")
+    bore = _quantity("--riser", _ask("Bore of the riser", riser, "42 in"), "m")
     asked = ArmRequest(
         name=name,
-        reach=_quantity("--reach", _ask("Reach, base face to tool point", reach, "45 ft"), "m"),
-        bore=_quantity("--riser", _ask("Bore of the riser", riser, "42 in"), "m"),
+        reach=length,
+        bore=bore,
         payload=_quantity("--payload", _ask("Payload", payload, "1000 lb"), "kg"),
-        modules=_ask("Active modules", modules, 5),
+        modules=_ask("Active modules", modules, max(1, min(USUAL_MODULES, most_modules(length, bore)))),
     )
     with ERR.status("choosing sizes"):
         found = draft_arm(asked, load_catalogue())
     made = found.manipulator
     _write("arm.toml", file, arm=made, asked=asked, steel=made.materials["steel"])
     used = max(found.utilisation.values())
-    bore = f"a bore of {asked.bore:.3f} m"
-    OUT.print(f"{made.title}: {found.mass[1]:.0f} kg, strengths used up to {used:.2f}, stows in {bore}", soft_wrap=True)
+    OUT.print(
+        f"{made.title}: {found.mass[1]:.0f} kg, strengths used up to {used:.2f}, stows in a bore of {bore:.3f} m",
+        soft_wrap=True,
+    )
     _follow_up(file, f"vgtsim new scene my_scene.toml --arm {file}")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from vgtsim.description.files import translate
+from vgtsim.description.complaints import translate
 from vgtsim.description.schema import Description, closest
 from vgtsim.errors import DescriptionError
 

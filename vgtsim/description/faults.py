@@ -8,6 +8,7 @@ from typing import Any, cast
 
 from pydantic import ValidationError
 
+from vgtsim.description.complaints import translate_all
 from vgtsim.description.files import (
     load_description,
     load_scene,
@@ -15,7 +16,6 @@ from vgtsim.description.files import (
     load_tank,
     read_tables,
     take_provenance,
-    translate_all,
 )
 from vgtsim.description.kinds import ROOTS, USES, tell_kind
 from vgtsim.description.schema import UNKNOWN_KEY, Description

@@ -9,20 +9,19 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import ValidationError
 
+from vgtsim.description.complaints import shorten, translate
 from vgtsim.description.figures import warn_of_unusual
 from vgtsim.description.kinds import ROOTS, USES, articled, tell_kind
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.mesh_file import list_meshes, split_meshes
-from vgtsim.description.modules import KINDS
-from vgtsim.description.motion import BENDS, POSTURE, WORD
 from vgtsim.description.operator import OperatorCommand, load_commands
 from vgtsim.description.scene import Scene, SceneFile
-from vgtsim.description.schema import UNKNOWN_KEY, Description, Provenance, near
+from vgtsim.description.schema import Description, Provenance
 from vgtsim.description.shipped import Kind, find_file
-from vgtsim.description.study import AXES, VERBS, Study, StudyFile
+from vgtsim.description.study import Study, StudyFile
 from vgtsim.description.tank import Tank
 from vgtsim.description.toml_file import read_text, read_toml
-from vgtsim.description.tool_path import SHAPES, ToolPath
+from vgtsim.description.tool_path import ToolPath
 from vgtsim.digests import digest
 from vgtsim.errors import DescriptionError
 from vgtsim.units import to_base
@@ -30,10 +29,6 @@ from vgtsim.units import to_base
 _Model = TypeVar("_Model", bound=Description)
 
 _BASES = 16  # files that a scene or a tank may stand on, one over the other
-_CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES, BENDS, POSTURE, WORD}  # a union adds the choice to the path of an error
-_KINDS = {"union_tag_invalid", "union_tag_not_found"}  # names that pydantic has for a table of no known kind
-_NEEDED = "this key, which is needed"
-_STEPS = ("mission",)  # the same, behind the index of a step: its name may also be a key
 _ROUNDING = 1e-9  # of a range's end, for figures and ranges in different units
 
 
@@ -151,7 +146,7 @@ def read_tables(file: Path, kind: Literal["scene", "tank"] = "scene", above: tup
     if base is None:
         return data
     if not isinstance(base, str):
-        raise DescriptionError(file, "base", _short(base), f"the path of a {kind}'s file")
+        raise DescriptionError(file, "base", shorten(base), f"the path of a {kind}'s file")
     path = find_file(base, kind, beside=file.parent)
     above = (*above, Path(os.path.realpath(file)))
     if Path(os.path.realpath(path)) in above:
@@ -229,7 +224,7 @@ def take_provenance(data: dict[str, Any], kind: type[Description], file: Path) -
     plain, provenance = _split_provenance(data, "", file)
     if "provenance" in plain:
         raise DescriptionError(
-            file, "provenance", _short(plain["provenance"]), "labels beside the figures, no such key"
+            file, "provenance", shorten(plain["provenance"]), "labels beside the figures, no such key"
         )
     return plain | ({"provenance": provenance} if "provenance" in kind.model_fields else {})
 
@@ -252,17 +247,17 @@ def _require_range(file: Path, key: str, value: Any, limits: tuple[float | str, 
     """Refuse a figure outside the range that its own file declares; of a vector, every figure has that range."""
     entries = value if isinstance(value, list) else [value]
     if any(isinstance(entry, bool) or not isinstance(entry, int | float | str) for entry in entries):
-        raise DescriptionError(file, f"{key}.range", _short(list(limits)), "a range beside a figure or a vector")
+        raise DescriptionError(file, f"{key}.range", shorten(list(limits)), "a range beside a figure or a vector")
     try:
         low, high, *numbers = (to_base(item) for item in (*limits, *entries))
     except ValueError as error:
-        raise DescriptionError(file, f"{key}.range", _short(list(limits)), str(error)) from None
+        raise DescriptionError(file, f"{key}.range", shorten(list(limits)), str(error)) from None
     for entry, (number, dimension) in zip(entries, numbers, strict=True):
         if len({item for item in (dimension, low[1], high[1]) if item}) > 1:
-            raise DescriptionError(file, f"{key}.range", _short(list(limits)), f"the dimension of {_short(entry)}")
+            raise DescriptionError(file, f"{key}.range", shorten(list(limits)), f"the dimension of {shorten(entry)}")
         slack = _ROUNDING * max(abs(low[0]), abs(high[0]))
         if not low[0] - slack <= number <= high[0] + slack:
-            raise DescriptionError(file, key, _short(entry), f"{limits[0]} to {limits[1]}, the range beside it")
+            raise DescriptionError(file, key, shorten(entry), f"{limits[0]} to {limits[1]}, the range beside it")
 
 
 def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, Provenance]]:
@@ -284,49 +279,3 @@ def _split_provenance(node: Any, key: str, file: Path) -> tuple[Any, dict[str, P
     if isinstance(node, dict):
         return plain, found
     return (list(plain.values()), found) if isinstance(node, list) else (node, found)
-
-
-def translate(error: ValidationError, file: Path | None, prefix: str = "") -> DescriptionError:
-    """Turn the first of pydantic's complaints into ours, counting the others."""
-    first, *others = translate_all(error, file, prefix)
-    if others:
-        more = f" [and {len(others)} more: {', '.join(other.key for other in others[:4])}]"
-        return DescriptionError(file, first.key, first.found, first.allowed + more)
-    return first
-
-
-def translate_all(error: ValidationError, file: Path | None, prefix: str = "") -> list[DescriptionError]:
-    """Turn each of pydantic's complaints into ours."""
-    found = []
-    for item in error.errors(include_url=False):
-        place = item["loc"]
-        path = [
-            str(part) for k, part in enumerate(place) if part not in _CHOICES and not (k > 1 and place[k - 2] in _STEPS)
-        ]
-        # those of a whole table say themselves what they found
-        whole = item["type"] in ("value_error", UNKNOWN_KEY) and isinstance(item["input"], dict)
-        there = "nothing" if item["type"] == "missing" else "" if whole else _short(item["input"])
-        allowed = _NEEDED if item["type"] == "missing" else item["msg"]
-        if item["type"] in _KINDS and "ctx" in item:  # of several tables, told apart by one key
-            path.append(item["ctx"]["discriminator"].strip("'"))
-            there, allowed = _tell_kinds(item["ctx"])
-        key = ".".join([prefix, *path] if prefix else path)
-        found.append(DescriptionError(file, key, there, allowed.removeprefix("Value error, ")))
-    return found
-
-
-def _tell_kinds(context: dict[str, str]) -> tuple[str, str]:
-    """The kind of table that was read, and the known ones."""
-    if "tag" not in context:
-        return "nothing", _NEEDED
-    tag, names = context["tag"], [name.strip("'") for name in context["expected_tags"].split(", ")]
-    return repr(tag), f"one of {', '.join(names)}{near(tag, names)}"
-
-
-def _short(value: Any) -> str:
-    """Show a value from a file in at most 60 signs."""
-    try:
-        text = f"a table with {', '.join(map(repr, value))}" if isinstance(value, dict) else repr(value)
-    except ValueError:  # Python writes no integer of thousands of digits
-        text = "a figure of thousands of digits"
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from vgtsim.description.figures import Acceleration, Speed, Time, Wait
-from vgtsim.description.schema import Description
+from vgtsim.description.schema import Description, say_allowed
 from vgtsim.description.toml_file import read_text
 from vgtsim.digests import digest
 from vgtsim.errors import DescriptionError
@@ -94,7 +94,7 @@ def load_commands(file: Path) -> tuple[OperatorCommand, ...]:
             first = error.errors(include_url=False)[0]
             key = ".".join([f"line {number}", *map(str, first["loc"])])
             found = line if len(line) <= 60 else f"{line[:57]}..."
-            raise DescriptionError(file, key, found, first["msg"].removeprefix("Value error, ")) from None
+            raise DescriptionError(file, key, found, say_allowed(first)) from None
         if len(commands) > 1 and commands[-1].time < commands[-2].time:
             found = f"{commands[-1].time:g} s after {commands[-2].time:g} s"
             raise DescriptionError(file, f"line {number}.time", found, "times that do not fall")

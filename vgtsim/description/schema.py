@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic_core import ErrorDetails, PydanticCustomError
 
 UNKNOWN_KEY = "unknown_key"  # kind of pydantic's error whose context lists the keys
 _PRINTED = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]*$"  # no sign that steers a terminal or breaks a line
+
+NEEDED = "this key, which is needed"
+_ALLOWED = {  # by pydantic's name of the error; other errors keep its words
+    "missing": NEEDED,
+    "greater_than": "more than {gt:g}",
+    "greater_than_equal": "{ge:g} or more",
+    "less_than": "less than {lt:g}",
+    "less_than_equal": "{le:g} or less",
+    "finite_number": "a finite number",
+    "string_type": "a text",
+    "string_too_short": "a text of length {min_length} or more",
+    "string_too_long": "a text of length {max_length} or less",
+    "string_pattern_mismatch": "a text like the pattern {pattern}",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "int_parsing": "a whole number",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "too_short": "a list of {min_length} or more",
+    "too_long": "a list of {max_length} or fewer",
+}
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=64)]
 Title = Annotated[str, StringConstraints(pattern=_PRINTED, max_length=200)]
@@ -47,6 +75,17 @@ def near(name: str, allowed: Iterable[object]) -> str:
     """Make a part of an error message that gives the nearest allowed name; empty where none is near."""
     found = get_close_matches(name, [str(item) for item in allowed], n=1)
     return f"; did you mean {found[0]!r}?" if found else ""
+
+
+def say_allowed(complaint: ErrorDetails) -> str:
+    """What is allowed where pydantic complains, with the nearest of the names that are."""
+    kind, context = complaint["type"], complaint.get("ctx", {})
+    if kind in ("literal_error", "enum"):
+        names = re.findall(r"'([^']*)'", context["expected"])
+        return f"{context['expected']}{near(str(complaint['input']), names)}"
+    if kind in _ALLOWED:
+        return _ALLOWED[kind].format(**context)
+    return complaint["msg"].removeprefix("Value error, ")
 
 
 def require_distinct(kind: str, items: Iterable[Any]) -> None:

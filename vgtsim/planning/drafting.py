@@ -32,6 +32,7 @@ _STRAIGHT = 1.25  # face sides from face to face of a straight active module: th
 _ROUNDING = 1e-5  # m: lengths in the file have five digits
 _RETRACTED = 0.994  # of the face side: just below it, so that a stowed module passes the riser
 _EXTENDED = sqrt(3.0)  # face sides, up to which a module assembles whatever its lengths
+USUAL_MODULES = 5  # of the shipped 45 ft arm
 _SHORTEST = 0.4  # face sides, of a static module between two active ones
 _TOOL_OFFSET = 0.3  # m, flange to tool point
 _PLATE = 0.5 * _INCH
@@ -109,10 +110,22 @@ def _size(arm: Manipulator, asked: ArmRequest, catalogue: Catalogue) -> Sizing:
     return found
 
 
+def most_modules(reach: float, bore: float) -> int:
+    """Number of active modules that an arm of a reach has room for, m, as wide as a riser's bore, m, lets it be."""
+    return max(0, int((reach - _TOOL_OFFSET) / ((_STRAIGHT + _SHORTEST) * _face_side(bore))))
+
+
+def _face_side(bore: float) -> float:
+    return max(_ROUNDING, sqrt(3.0) * (bore / 2 - RISER_SPARE - _ROUNDING - _hub(bore)))
+
+
+def _hub(bore: float) -> float:
+    return _HUB * min(1.0, bore / _WIDE)
+
+
 def _lay_out(asked: ArmRequest, catalogue: Catalogue, ends: float) -> Manipulator:
     """The arm with the lightest sections; `ends` is the length of a cylinder's heads and eyes, m."""
-    hub = _HUB * min(1.0, asked.bore / _WIDE)
-    side = sqrt(3.0) * (asked.bore / 2 - RISER_SPARE - _ROUNDING - hub)
+    hub, side = _hub(asked.bore), _face_side(asked.bore)
     retracted = _RETRACTED * side
     stroke = min(_EXTENDED * side, 2 * retracted - ends) - retracted
     if stroke < _BENDS * retracted:
@@ -123,9 +136,10 @@ def _lay_out(asked: ArmRequest, catalogue: Catalogue, ends: float) -> Manipulato
     active = asked.modules * _STRAIGHT * side
     prism = (asked.reach - _TOOL_OFFSET - active) / asked.modules
     if prism < _SHORTEST * side:
-        most = int((asked.reach - _TOOL_OFFSET) / ((_STRAIGHT + _SHORTEST) * side))
+        most = most_modules(asked.reach, asked.bore)
         found = f"{asked.modules} modules over {asked.reach:.2f} m in a riser of {asked.bore:.3f} m"
-        raise DescriptionError(None, "modules", found, f"at most {most}, or a longer reach, or a narrower riser")
+        allowed = f"at most {most}, or a longer reach" if most > 0 else "a longer reach"
+        raise DescriptionError(None, "modules", found, f"{allowed}, or a narrower riser")
     tube, size = (
         catalogue.tubes[0],
         next(item for item in catalogue.cylinders if item.head + 2 * item.eye <= ends + 1e-9),
