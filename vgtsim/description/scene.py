@@ -331,7 +331,7 @@ class Scene:
         if isinstance(start, tuple) and len(start) != len(arm.active):
             allowed = f"one for each active module of {arm.name}, {len(arm.active)}"
             raise self.error("motion.start", f"{len(start)} module shapes", allowed)
-        if self.task.motion.method is Method.COUPLED:
+        if self.task.motion.method is Method.COUPLED or self.task.motion.coupling is not None:
             self.coupled_modules()
         places = ("shell", "riser", "waste", *(item.name for item in tank.things))
         for index, contact in enumerate(self.task.contacts):

@@ -189,7 +189,8 @@ def pose_at(site: Site, goal: Goal, start: Array, keep: Keep | None) -> Array:
 def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name: str, carousel: Carousel) -> list[Path]:
     """Paths to a goal, one after the other: one, or with anchoring one for each window of modules."""
     if site.task.motion.method is Method.ANCHORED:
-        return plan_stages(corridor, first, last, name)
+        groups = None if site.reduction is None else site.reduction.gather(site.chain.layout.owner)
+        return plan_stages(corridor, first, last, name, groups)
     return [plan_path(corridor, first, last, name, carousel)]
 
 
