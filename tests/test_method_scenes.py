@@ -83,6 +83,22 @@ def test_few_modules_move_at_a_time_on_an_anchored_way():
     assert hardest <= 1.01 * limits.acceleration
 
 
+def test_coupled_modules_move_and_rest_together_on_an_anchored_way():
+    """Modules m1 and m2 are one group, so the windows of three groups have four modules, and the last one goes by itself."""
+    scene = with_motion(
+        load_scene(ROOT / "scenes/arm15_coupled.toml"), method=Method.ANCHORED, coupling=(("m2", "m1"),)
+    )
+    site = Site(with_motion(scene, goals=scene.task.motion.goals[:1]))
+    tour = plan_tour(site)
+    q = site.chain.inputs_from_lengths(tour.legs[0].lengths)
+    shapes = q.reshape(len(q), -1, 3)
+    assert np.abs(shapes[:, 0] - shapes[:, 1]).max() < SOLVED
+    moving = np.abs(np.diff(shapes, axis=0)).max(axis=2) > SOLVED
+    assert {tuple(row) for row in moving} <= {(True,) * 4 + (False,), (False,) * 4 + (True,), (False,) * 5}
+    assert moving.any(axis=0).all()
+    assert np.linalg.norm(site.chain.tool(q[-1])[0] - site.task.motion.goals[0].position) < GOAL
+
+
 @pytest.mark.slow
 def test_first_leg_passes_every_check(scene, program):
     first = with_motion(scene, goals=scene.task.motion.goals[:1])

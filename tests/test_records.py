@@ -6,22 +6,35 @@ import ast
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1] / "vgtsim"
-TREES = {path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in ROOT.rglob("*.py")}
-CLASSES = [node for tree in TREES.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
 MOST = 5  # fields that a reader can still tell by their order
+
+
+@pytest.fixture(scope="module")
+def trees():
+    """Syntax trees by file: made by the tests that read them, for a module is imported by every process of the tests."""
+    return {
+        path.relative_to(ROOT).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in ROOT.rglob("*.py")
+    }
+
+
+@pytest.fixture(scope="module")
+def classes(trees):
+    return [node for tree in trees.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
 
 
 def is_record(node):
     return any("dataclass" in ast.unparse(item) for item in node.decorator_list)
 
 
-def test_records_with_many_fields_are_built_by_keyword():
-    fields = {c.name: sum(isinstance(item, ast.AnnAssign) for item in c.body) for c in CLASSES if is_record(c)}
+def test_records_with_many_fields_are_built_by_keyword(trees, classes):
+    fields = {c.name: sum(isinstance(item, ast.AnnAssign) for item in c.body) for c in classes if is_record(c)}
     assert max(fields.values()) > MOST
     wrong = [
         f"{file}:{call.lineno} {call.func.id}"
-        for file, tree in TREES.items()
+        for file, tree in trees.items()
         for call in ast.walk(tree)
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and fields.get(call.func.id, 0) > MOST
         if any(not isinstance(item, ast.Starred) for item in call.args)
@@ -29,15 +42,15 @@ def test_records_with_many_fields_are_built_by_keyword():
     assert wrong == []
 
 
-def test_names_of_classes_have_one_meaning():
-    count = Counter(node.name for node in CLASSES if not node.name.startswith("_"))
+def test_names_of_classes_have_one_meaning(classes):
+    count = Counter(node.name for node in classes if not node.name.startswith("_"))
     assert [name for name, times in count.items() if times > 1] == []
 
 
-def test_nothing_returns_a_long_tuple():
+def test_nothing_returns_a_long_tuple(trees):
     long = [
         f"{file}:{node.lineno}"
-        for file, tree in TREES.items()
+        for file, tree in trees.items()
         for node in ast.walk(tree)
         if isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple) and len(node.value.elts) > MOST
     ]

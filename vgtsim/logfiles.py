@@ -74,7 +74,9 @@ def write_table(table: pa.Table, file: Path) -> None:
     from pyarrow import parquet
 
     with replacing(file) as partial:
-        parquet.write_table(table, partial, compression="zstd", use_dictionary=False, write_page_checksum=True)
+        parquet.write_table(
+            table, partial, compression="snappy", use_dictionary=False, write_statistics=False, write_page_checksum=True
+        )
 
 
 def read_arrays(file: Path) -> dict[str, NDArray[Any]]:

@@ -215,16 +215,44 @@ class Proximity:
         there = since <= np.asarray(time)[..., None]
         return replace(found, distance=np.where(there, found.distance, np.inf))
 
-    def by_module(self, nodes: Array, tool: Array) -> tuple[Array, tuple[str, ...]]:
-        """Distances of each module from tank, riser, equipment and waste, shape (..., K, P), m, and the names of the places."""
-        site, found = self.site, []
-        for k, shape in enumerate(self._modules):
-            points = shape.place(nodes)
-            balls = np.zeros(points.shape[-2])
-            balls[: len(shape.nodes)] = site.arm.hub.radius
-            ball = (tool, site.task.payload.radius) if k == len(self._modules) - 1 else None
-            found.append(arm_clearance(points, shape.ends, shape.radii, balls, *self._tank, ball))
-        return np.stack([item.distance for item in found], axis=-2), found[0].places
+    def by_module(self, nodes: Array, tool: Array, together: bool = False) -> tuple[Array, tuple[str, ...]]:
+        """Distances of each module from tank, riser, equipment and waste, shape (..., K, P), m, and the names of the places.
+
+        If of each module's distances from the waste only the least of the whole batch counts, `together`, others may be less
+        than they are, but not less than the least.
+        """
+        around = self._tank[2]
+        flat, tools = nodes.reshape(-1, *nodes.shape[-2:]), tool.reshape(-1, 3)
+        measure = self._measure_lowest if together and around.bed is not None else self._measure_module
+        found = [measure(k, flat, tools, around) for k in range(len(self._modules))]
+        distance = np.stack([item.distance for item in found], axis=-2)
+        return distance.reshape(*nodes.shape[:-2], *distance.shape[-2:]), found[0].places
+
+    def _measure_module(self, k: int, nodes: Array, tool: Array, around: Obstacles) -> Clearance:
+        """Distances of a module in arms of nodes, shape (B, N, 3), m, and tool points, shape (B, 3), m."""
+        site, shape = self.site, self._modules[k]
+        tank, profile, _ = self._tank
+        points = shape.place(nodes)
+        balls = np.zeros(points.shape[-2])
+        balls[: len(shape.nodes)] = site.arm.hub.radius
+        ball = (tool, site.task.payload.radius) if k == len(self._modules) - 1 else None
+        return arm_clearance(points, shape.ends, shape.radii, balls, tank, profile, around, ball)
+
+    def _measure_lowest(self, k: int, nodes: Array, tool: Array, around: Obstacles) -> Clearance:
+        """The same, from uneven waste only where it can be the least of the batch.
+
+        That costs much from afar; waste that is level at its highest is at most as far, and tells which postures can be it.
+        """
+        assert around.bed is not None
+        found = self._measure_module(
+            k, nodes, tool, replace(around, bed=None, waste_level=float(around.bed.heights.max()))
+        )
+        waste = found.distance[:, -1]
+        lowest = np.argmin(waste, keepdims=True)
+        enough = self._measure_module(k, nodes[lowest], tool[lowest], around).distance[0, -1]
+        rows = np.flatnonzero(waste <= enough)
+        waste[rows] = self._measure_module(k, nodes[rows], tool[rows], around).distance[:, -1]
+        return found
 
     def among(self, nodes: Array, tool: Array) -> tuple[Array, Index]:
         """Least distance of the arm from itself and the mast, shape (...), m, and the pair of parts, shape (..., 2).

@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 
 Piece = Mapping[str, NDArray[Any]]  # arrays of a log by name, records along the first axis
 
-CHUNK = 100  # records that a log takes at once: four seconds of a shipped scene, which a kill loses at most
+# records that a log takes at once: four seconds of a shipped scene; a kill loses no more than these and those being written
+CHUNK = 100
 BESIDE = 6  # records on either side of one that its acceleration is made of, at the ends of a stretch of even spacing
 _LEAST_RECORDS = 5  # for accelerations from positions
 FEED = ("feed", "feed_commanded", "feed_force")

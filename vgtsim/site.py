@@ -160,7 +160,8 @@ class Site:
     @cached_property
     def coupling(self) -> tuple[tuple[int, int], ...]:
         """Pairs of active modules that move as one, follower and leader; none where the scene couples none."""
-        return self.scene.coupled_modules() if self.task.motion.method is Method.COUPLED else ()
+        motion = self.task.motion
+        return self.scene.coupled_modules() if motion.method is Method.COUPLED or motion.coupling is not None else ()
 
     @cached_property
     def subspace(self) -> Subspace:

@@ -240,7 +240,12 @@ OBJECTIVE = 'value = ["clearance", "stroke_barrier:0.01", "in_plane:10"]'
         (OBJECTIVE, 'value = ["in_plane:"]', "motion.objective.0", "above zero"),
         (OBJECTIVE, "value = [nan]", "motion.objective.0", "found nan.*a text"),
         (OBJECTIVE, "value = []", "motion.objective", "a list of 1 or more"),
-        (METHOD, 'method = "nullspace"\ncoupling = [["m1", "m2"]]', "motion", 'with method = "coupled" only'),
+        (
+            METHOD,
+            'method = "nullspace"\ncoupling = [["m1", "m2"]]',
+            "motion",
+            'with method = "coupled" or "anchored" only',
+        ),
         (METHOD, 'method = "coupled"\ncoupling = []', "motion.coupling", "at least one pair.*m1, m2, m3, m4, m5"),
         (METHOD, 'method = "coupled"\ncoupling = [["m1", "s2"]]', "motion.coupling", "'s2' is none.*m1, m2"),
         (METHOD, 'method = "coupled"\ncoupling = [["m1", "m1"]]', "motion.coupling", "leads and follows"),

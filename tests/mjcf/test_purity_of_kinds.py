@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -52,11 +53,16 @@ ARMS = {
 }
 
 
+@cache
+def sample(kind):
+    """Inputs of the poses, once for all tests of a kind."""
+    return sample_inputs(Chain(ARMS[kind], np.eye(4)), POSES, seed=8)
+
+
 @pytest.mark.parametrize("kind", ARMS)
 @pytest.mark.parametrize("moved", [False, True])
 def test_loops_close_and_members_carry_axial_force_alone(kind, moved):
-    arm = ARMS[kind]
-    poses = sample_inputs(Chain(arm, np.eye(4)), POSES, seed=8)
+    arm, poses = ARMS[kind], sample(kind)
     found = stand(arm, poses[:3] if moved else poses, moved)
     assert found.closure.max() < CLOSURE
     assert found.agreement.max() < AGREEMENT
@@ -69,8 +75,7 @@ def test_loops_close_and_members_carry_axial_force_alone(kind, moved):
 @pytest.mark.parametrize("kind", ARMS)
 @pytest.mark.parametrize("moved", [False, True])
 def test_members_without_mass_of_their_own_carry_no_shear_at_all(kind, moved):
-    arm = ARMS[kind]
-    poses = sample_inputs(Chain(arm, np.eye(4)), POSES, seed=8)
+    arm, poses = ARMS[kind], sample(kind)
     found = stand(arm, poses[:3] if moved else poses[:20], moved, lumped=True)
     assert found.closure.max() < CLOSURE
     assert found.agreement.max() < AGREEMENT

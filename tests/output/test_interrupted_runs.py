@@ -64,7 +64,6 @@ def fail_from(chunk: int, way: object) -> None:
 
     def spoil(writer, piece):
         if len(written) == chunk and way == "full disk":
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
         elif len(written) == chunk:
             logfiles.replacing = refuse
@@ -73,6 +72,8 @@ def fail_from(chunk: int, way: object) -> None:
     def refuse(path):
         raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
 
+    if way == "full disk":
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     LogWriter.write = spoil
 
 

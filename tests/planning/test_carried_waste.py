@@ -68,6 +68,22 @@ def test_distances_and_ways_know_the_pit(site, cut):
     assert site.begun is site.diggings.start
 
 
+def test_least_distances_from_uneven_waste_are_those_of_all_postures(site, cut):
+    """Lifted arms and bent ones: what is left out of the batch is never the least."""
+    later = Proximity(site.lower_waste(cut))
+    bends, rng = np.array(BENT), np.random.default_rng(3)
+    q = np.array([bend(site.scene, *(bends + rng.normal(0, 0.1, bends.shape))) for _ in range(40)])
+    lift = np.zeros((40, 3))
+    lift[:, 2] = rng.permutation(np.linspace(-0.1, 4.0, 40))
+    nodes, tool = site.chain.nodes(q) + lift[:, None], site.chain.tool(q)[0] + lift
+    (every, places), (some, _) = (later.by_module(nodes, tool, together=wanted) for wanted in (False, True))
+    waste = places.index("waste")
+    np.testing.assert_array_equal(some.min(axis=0), every.min(axis=0))
+    np.testing.assert_array_equal(np.delete(some, waste, -1), np.delete(every, waste, -1))
+    assert np.all(some <= every)
+    assert np.any(some[..., waste] < every[..., waste])  # over the pit those that were not measured show
+
+
 def test_model_of_the_next_phase_has_the_waste_of_the_log(site, log):
     later = carry_waste(site, log)
     plant = Plant(later)

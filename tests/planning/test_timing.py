@@ -59,6 +59,24 @@ def test_a_path_that_turns_back_keeps_the_limits_at_its_turn(hanging_arm, limits
     assert 0.5 < speed.max() <= DIFFERENCES
 
 
+@pytest.mark.parametrize("seed", [1, 27, 29])
+def test_a_path_to_and_fro_takes_little_more_than_its_rates_ask(hanging_arm, limits, seed):
+    """All actuators turn twice, at different places; each is slow at its turns, and no other one waits for long."""
+    draw, part = np.random.default_rng(seed), np.linspace(0, 1, 30)
+    first, last = (bend_all(hanging_arm, np.radians(bends), 0.0) for bends in draw.uniform(-20, 35, (2, 5)))
+    way = swing(hanging_arm, (1 - part)[:, None] * first + part[:, None] * last, 0.3 + 0.3 * part)
+    spline = make_interp_spline(
+        part, way + np.outer(np.sin(2 * np.pi * part) ** 2, draw.uniform(-0.05, 0.05, len(first))), k=5
+    )
+    even = np.linspace(0, 1, 2001)
+    rates = np.abs(hanging_arm.length_rates(spline(even), spline(even, 1))) / limits.rate
+    least = np.trapezoid(rates.max(axis=1), even)  # s, each place at the rate of its fastest actuator
+    lengths = time_lengths(hanging_arm, spline, limits, TIMESTEP)
+    assert least < len(lengths) * TIMESTEP < 1.7 * least
+    assert np.abs(np.diff(lengths, n=2, axis=0)).max() <= ACCELERATION * DIFFERENCES * TIMESTEP**2
+    assert (np.abs(np.diff(lengths, n=3, axis=0)) / limits.jerk).max() <= DIFFERENCES * TIMESTEP**3
+
+
 def test_acceleration_has_no_steps(lengths):
     acceleration = np.diff(lengths, n=2, axis=0) / TIMESTEP**2
     jump = np.abs(np.diff(acceleration, axis=0)).max()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from finite_elements import settle_with_pynite
 from offset_arms import with_offset
-from playing import bend, change, play
+from playing import bend, change, play, shorten
 
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import build_spec, finish_model, qpos_from_nodes
@@ -26,18 +26,20 @@ from vgtsim.verification import Evidence, drives, members, shape
 SAG = 5e-3  # of the greatest deflection: against another program, and what a linear solve leaves of a small sag
 SETTLED = 1e-6  # m: against equilibrium at the deformed pose
 FREQUENCY = 0.02  # of each of the six slowest modes
+QUICK = 15.0  # Hz: from here on a step of 2 ms is too long, for its own error grows with the square of the frequency
 DECAY = 0.1  # of the damping ratio set
 CLOSURE = 1e-6  # m
 POSES = {
-    "horizontal": ([np.pi / 6] * 3 + [0.0] * 2, [0.0] * 5),
-    "bent": ([0.3, 0.6, 0.4, -0.5, 0.4], [2.0] * 5),
-    "hanging": ([0.0] * 5, [0.0] * 5),
+    "horizontal": ([np.pi / 6] * 3, [0.0] * 3),
+    "bent": ([0.3, 0.6, -0.4], [2.0] * 3),
+    "hanging": ([0.0] * 3, [0.0] * 3),
 }
 
 
 @pytest.fixture(scope="module")
 def scene(reach_scene):
-    """The elastic arm in free air, with time to come to rest."""
+    """Three modules of the elastic arm in free air, with time to come to rest."""
+    reach_scene = shorten(reach_scene, 3)
     motion = reach_scene.task.motion.model_copy(update={"settle_speed": 1e-6, "patience": 9.0, "hold": 0.1})
     free = dataclasses.replace(reach_scene, task=reach_scene.task.model_copy(update={"motion": motion}))
     return change(free, members="elastic", timestep=2e-3, log_rate=100.0, damping_ratio=0.2)
@@ -52,7 +54,7 @@ def elastic_of(scene):
     return make_elastic_model(Site(scene).chain, scene.task.payload, scene.task.simulation.gravity)
 
 
-def unloaded(scene, mass):
+def with_payload(scene, mass):
     payload = scene.task.payload.model_copy(update={"mass": mass})
     return dataclasses.replace(scene, task=scene.task.model_copy(update={"payload": payload}))
 
@@ -61,7 +63,7 @@ def unloaded(scene, mass):
 @pytest.mark.parametrize("pose", POSES)
 @pytest.mark.parametrize("mass", [0.0, 453.6])
 def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
-    scene = unloaded(scene, mass)
+    scene = with_payload(scene, mass)
     q, chain = bend(scene, *POSES[pose]), Site(scene).chain
     log = play(scene, q, q, 0.1, out_of_the_tank)
     nodes = chain.nodes(q)
@@ -69,7 +71,7 @@ def test_arm_sags_as_the_stiffness_solve_says(scene, pose, mass):
     model = elastic_of(scene)
     assert np.abs(log.nodes[-1] - settle(model, nodes)).max() < SETTLED
     assert shape.check_closure(Evidence(Site(scene), log)).value < CLOSURE
-    weight = node_loads(elastic_of(unloaded(scene, 0.0)), nodes)
+    weight = node_loads(elastic_of(with_payload(scene, 0.0)), nodes)
     pull = [0.0, 0.0, -mass * scene.task.simulation.gravity]
     tool = tool_point(model.loads, nodes)
     frame = settle_with_pynite(chain.truss, nodes, model.stiffness_at(nodes), weight, tool, pull)
@@ -96,7 +98,7 @@ def test_arm_with_joint_blocks_sags_as_the_stiffness_solve_says(offset, pose):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("mode", [1, 4])
+@pytest.mark.parametrize("mode", [1, 3])
 def test_arm_with_joint_blocks_rings_at_its_natural_frequencies(offset, mode):
     still = change(offset, damping_ratio=0.0)
     q, model = bend(still, *POSES["horizontal"]), elastic_of(still)
@@ -153,6 +155,8 @@ def horizontal(scene):
 @pytest.mark.parametrize("mode", range(6))
 def test_free_vibration_has_the_natural_frequencies(horizontal, mode):
     scene, q, rest, modes = horizontal
+    if modes.frequency[mode] > QUICK:
+        scene = change(scene, timestep=1e-3)
     push = modes.nodes[mode] * (2e-3 / np.abs(modes.nodes[mode]).max())
     history = ring(scene, q, rest + push, 4.5 / modes.frequency[mode])
     along = np.einsum("tnk,nk->t", history - rest, push)
@@ -244,7 +248,7 @@ def test_undamped_energy_drift_is_the_integrators_and_halves_with_the_step(horiz
 @pytest.mark.long
 def test_members_of_a_moving_elastic_arm_carry_axial_force_alone(scene):
     scene = change(scene, damping_ratio=0.5)  # comes to rest within the patience
-    start, end = bend(scene, *POSES["horizontal"]), bend(scene, [0.5, 0.45, 0.5, 0.1, 0.0], [0.1] * 5)
+    start, end = bend(scene, *POSES["horizontal"]), bend(scene, [0.5, 0.45, 0.5], [0.1] * 3)
     log = play(scene, start, end, 2.0, out_of_the_tank)
     found = Evidence(Site(scene), log)
     assert members.check_moment(found).value < 1e-6
@@ -301,7 +305,7 @@ def test_pressure_that_cannot_hold_the_dead_load_is_refused_with_figures(scene):
 @pytest.mark.long
 def test_fast_command_saturates_the_valves_and_is_counted(scene):
     oil = change(scene, drive="hydraulic", damping_ratio=0.5, valve_gain=2.0)
-    start, end = bend(oil, *POSES["horizontal"]), bend(oil, [0.3, 0.3, 0.3, 0.0, 0.0], [0.0] * 5)
+    start, end = bend(oil, *POSES["horizontal"]), bend(oil, [0.3, 0.3, 0.3], [0.0] * 3)
     log = play(oil, start, end, 1.0, out_of_the_tank)
     found = drives.find_saturation(Evidence(Site(oil), log), FLOW)
     assert found.value > 0.05
@@ -324,7 +328,7 @@ def test_period_and_damping_are_those_of_the_servos(scene):
 
 @pytest.mark.long
 def test_servos_that_buckle_under_the_weight_are_refused(scene):
-    soft = change(scene, drive="servo", servo_stiffness=1e5)
+    soft = change(with_payload(scene, 2e3), drive="servo", servo_stiffness=1e5)
     q = bend(scene, *POSES["horizontal"])
     with pytest.raises(DescriptionError, match=r"servo_stiffness: found 1e\+05 N/m; allowed: enough to hold the arm"):
         play(soft, q, q, 0.1, out_of_the_tank)

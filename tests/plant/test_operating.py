@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from playing import change, shorten
 
-from vgtsim.control import rehearse
+from vgtsim.control import check_operation, rehearse
 from vgtsim.description import Operator, OperatorCommand
-from vgtsim.errors import CommandError
+from vgtsim.errors import CommandError, DescriptionError
 from vgtsim.plant import operate
 from vgtsim.runlog import ARRAYS
 from vgtsim.site import Site
@@ -96,6 +96,23 @@ def test_commands_of_another_record_are_told(site, log):
     failed = {item.quantity for item in report.checks if not item.passed}
     assert "commanded length to the plan" in failed
     assert any(note.startswith("the programme is not that of the run") for note in report.notes)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"lengths": (1.0, 1.2)}, r"at 3 s: lengths: found shape \(2,\); allowed: shape \(6,\)"),
+        ({"lengths": (9.0,) * 6}, "at 3 s: lengths: found m1/actuator/1 at 9.0000 m"),
+        ({"goal": (0.0,) * 6, "method": "newton"}, "at 3 s: goal: found a direction of length 0"),
+        ({"hold": True, "objective": ("speed",)}, "at 3 s: .*speed"),
+    ],
+)
+def test_a_command_that_cannot_be_given_is_said_with_its_record_before_anything_runs(site, wrong, words):
+    task = site.task.model_copy(update={"operator": Operator(record="hand.jsonl")})
+    commands = (*COMMANDS, OperatorCommand(time=3.0, **wrong))
+    with pytest.raises(DescriptionError, match="hand.jsonl: command " + words):
+        check_operation(Site(dataclasses.replace(site.scene, task=task, commands=commands)))
+    check_operation(Site(dataclasses.replace(site.scene, task=task)))
 
 
 def test_a_refused_command_ends_the_run_with_its_reason(reach_scene):

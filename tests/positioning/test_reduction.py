@@ -101,6 +101,24 @@ def test_successive_anchoring_comes_to_the_whole_optimum(hanging_arm, box, targe
     assert cycle.solution.met[0]
 
 
+def test_successive_anchoring_of_a_coupled_arm_comes_to_the_coupled_optimum(hanging_arm, box, target):
+    """Two modules next to the mast move as one in every window; no window ever has all."""
+    start = solve(Problem(box, target, reduction=couple(hanging_arm.straight, PAIRS)), hanging_arm.straight).q[0]
+    tied = couple(hanging_arm.straight, PAIRS[:1])
+    problem = Problem(box, target, MidStroke(), reduction=tied)
+    best = solve(problem, start)
+    cycle = anchor_successively(problem, start, 3)
+    assert best.optimal[0]
+    assert cycle.converged
+    assert np.all(np.diff(cycle.values) <= 0)
+    assert cycle.values[-1] == pytest.approx(best.value[0], rel=1e-4)
+    q = cycle.solution.q[0]
+    np.testing.assert_allclose((q - hanging_arm.straight)[3:6], (q - hanging_arm.straight)[:3], atol=1e-12)
+    held = anchor(q, np.arange(15) < 6, tied)
+    assert held.order == 9
+    np.testing.assert_array_equal(held.inputs(np.zeros(9))[:6], q[:6])
+
+
 def test_couplings_that_leave_too_few_inputs_are_refused(hanging_arm, box, target):
     tied = couple(hanging_arm.straight, tuple((i, 4) for i in range(4)))
     with pytest.raises(GoalError, match="5 goal rows for 3 inputs"):

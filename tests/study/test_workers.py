@@ -20,7 +20,7 @@ from vgtsim.description import load_study
 from vgtsim.errors import ClusterError, MissingLibraryError
 from vgtsim.study import conduct_study, use_cluster, use_processes
 
-CASES = 16
+CASES = 8
 STUDY = f"""
 name = "cheap"
 scene = "arm9_nullspace"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vgtsim.control.controller import Controller
 from vgtsim.description import OperatorCommand, digest_commands
+from vgtsim.errors import CommandError, DescriptionError, VgtError
 from vgtsim.planning import check_site
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource, cut
@@ -54,11 +55,28 @@ def check_operation(site: Site) -> None:
     """Refuse a scene that an operator cannot play headless.
 
     Raises:
-        DescriptionError: The scene cannot work, see `planning.checks.check_site`, or names no record of commands.
+        DescriptionError: The scene cannot work, see `planning.checks.check_site`, names no record of commands, or one with a
+            command that the arm cannot be given.
     """
     check_site(site)
     if not site.scene.commands:
         raise site.scene.error("operator.record", "nothing", "a record of commands, for a run without a person")
+    _check_commands(site)
+
+
+def _check_commands(site: Site) -> None:
+    """Give all commands of the record to an arm at its start; the postures of Newton's method are not solved for."""
+    record, controller = site.task.operator and site.task.operator.record, Controller(site)
+    file = site.scene.file.parent / record if record else site.scene.file
+    controller.start(site.chain.lengths(site.start), site.start)
+    for command in site.scene.commands:
+        key = f"command at {command.time:g} s"
+        try:
+            apply(controller, command.model_copy(update={"method": "rate"}))
+        except CommandError as error:
+            raise DescriptionError(file, f"{key}: {error.what}", error.found, error.allowed) from None
+        except VgtError as error:
+            raise DescriptionError(file, key, "", str(error)) from None
 
 
 def apply(controller: Controller, command: OperatorCommand) -> None:

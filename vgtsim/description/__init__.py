@@ -28,6 +28,7 @@ from vgtsim.description.mission import (
     MissionStep,
     MoveStep,
     RasterStep,
+    WithdrawStep,
     begins_inside,
 )
 from vgtsim.description.modules import (
@@ -150,6 +151,7 @@ __all__ = [
     "Tube",
     "TubeSize",
     "Video",
+    "WithdrawStep",
     "Work",
     "begins_anew",
     "begins_inside",

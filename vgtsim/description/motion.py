@@ -169,7 +169,8 @@ class Motion(Description):
             lengths, inputs or a pose of the tool; `"stowed"`; or the path of a file that `vgtsim ik --json` left, beside
             the scene. Absent: a posture clear of everything is searched, the same one every time.
         objective: Terms of the objective at the goals, each `NAME` or `NAME:WEIGHT`.
-        coupling: Names (follower, leader) of coupled modules, for the coupled method; see `choose_coupling`.
+        coupling: Names (follower, leader) of coupled modules, for the coupled method, or the anchored one, whose windows
+            then count coupled modules as one; see `choose_coupling`.
         rate_fraction: Part of the cylinders' rated speed that the plan may use.
         acceleration: Greatest acceleration of a cylinder.
         stroke_margin: Distance that the plan keeps from the ends of the strokes.
@@ -197,6 +198,6 @@ class Motion(Description):
     @model_validator(mode="after")
     def _entries_fit(self) -> Motion:
         require_distinct("goal", self.goals)
-        if self.coupling is not None and self.method is not Method.COUPLED:
-            raise ValueError(f'coupling with method = "coupled" only, not {self.method.value!r}')
+        if self.coupling is not None and self.method not in (Method.COUPLED, Method.ANCHORED):
+            raise ValueError(f'coupling with method = "coupled" or "anchored" only, not {self.method.value!r}')
         return self

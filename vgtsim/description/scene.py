@@ -34,6 +34,7 @@ from vgtsim.description.mission import (
     AddStep,
     CutStep,
     FollowStep,
+    InsertStep,
     MissionStep,
     MoveStep,
     RunStage,
@@ -309,10 +310,12 @@ class Scene:
         if self.task.phase is None:
             self._check_mission()
         self._check_cuts()
-        if tank.appearances and (self.task.operator is not None or self.task.mission):
+        if tank.appearances and (self.task.operator is not None or self._changes_arm()):
             found = f"{next(iter(tank.appearances))}, which appears during the run"
             raise self.error(
-                "tank", found, "what is there from the beginning, or a tour of goals, whose way is planned anew"
+                "tank",
+                found,
+                "what is there from the beginning, or a tour or mission of an arm that keeps its length: these are planned anew",
             )
         if not 0 < self.pivot_height < tank.shell.crown:
             found = f"{mast.pivot_depth:.4g} m, a pivot at z = {self.pivot_height:.4g} m"
@@ -328,7 +331,7 @@ class Scene:
         if isinstance(start, tuple) and len(start) != len(arm.active):
             allowed = f"one for each active module of {arm.name}, {len(arm.active)}"
             raise self.error("motion.start", f"{len(start)} module shapes", allowed)
-        if self.task.motion.method is Method.COUPLED:
+        if self.task.motion.method is Method.COUPLED or self.task.motion.coupling is not None:
             self.coupled_modules()
         places = ("shell", "riser", "waste", *(item.name for item in tank.things))
         for index, contact in enumerate(self.task.contacts):
@@ -336,6 +339,13 @@ class Scene:
                 raise self.error(
                     f"contacts.{index}.place", f"unknown place {contact.place!r}", closest(contact.place, places)[2:]
                 )
+
+    def _changes_arm(self) -> bool:
+        """Whether the arm of a mission grows or is a shorter one at times, so that it runs in phases."""
+        task, whole = self.task, len(self.manipulator.active)
+        shorter = any(isinstance(step, InsertStep) and (step.modules or whole) != whole for step in task.mission)
+        deeper = any(isinstance(step, InsertStep) and step.pivot_depth is not None for step in task.mission)
+        return task.phase is not None or shorter or deeper or any(isinstance(step, AddStep) for step in task.mission)
 
     def _check_mission(self) -> None:
         """Refuse steps that cannot be carried out one after the other, and modules that are added without a clamp."""

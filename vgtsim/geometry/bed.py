@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +30,7 @@ class Bed:
     spacing: float
     radius: float
 
-    @property
+    @cached_property
     def ground(self) -> Array:
         """Corner, spacing, greatest and least height, m, and cosine of the steepest slope, for compiled functions, shape (5,)."""
         x, y = np.diff(self.heights, axis=0) / self.spacing, np.diff(self.heights, axis=1) / self.spacing

@@ -21,7 +21,8 @@ class EntryGaps:
 
     Attributes:
         bore: Of each module from the bore and its rim, shape (W, K); infinite for modules that something else is nearest to.
-        around: From shell, equipment and waste, shape (W, P); `places` names them.
+        around: From shell, equipment and waste, shape (W, P); `places` names them. From uneven waste those that are not the
+            least of the W may be less than they are.
         own: Of the arm from itself and from the mast, shape (W,).
     """
 
@@ -56,7 +57,7 @@ class Entry:
         nodes, tool = chain.nodes(q), chain.tool(q)[0]
         own, _ = self._near.among(nodes, tool)
         lift = np.stack([0 * feed, 0 * feed, feed], axis=-1)
-        least, places = self._near.by_module(nodes + lift[:, None], tool + lift)
+        least, places = self._near.by_module(nodes + lift[:, None], tool + lift, together=True)
         rest = [p for p, name in enumerate(places) if name != RISER]
         return EntryGaps(
             bore=least[:, :, places.index(RISER)],

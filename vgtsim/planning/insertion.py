@@ -191,7 +191,7 @@ def _fit(site: Site, guide: Follower, postures: Postures, aim: float, firm: floa
 def _rooms(site: Site, way: Insertion, followed: float) -> Iterator[tuple[float, str, float]]:
     """Room to each limit, in parts of it or in metres, its name, and the figure that an error gives, m."""
     for place, gap in way.gaps.items():
-        yield gap - (BORE * asked_spare(site) if place == RISER else site.clearance), place, gap
+        yield gap - ask_gap(site, place), place, gap
     least = min(way.gaps.values())
     yield way.spare, f"the surroundings at the least, but overruns a stroke by {-way.spare:.4f} m", least
     yield way.rest, f"the surroundings at the least, but ends {-way.rest:.4f} m beyond a stroke less its margin", least
@@ -199,6 +199,25 @@ def _rooms(site: Site, way: Insertion, followed: float) -> Iterator[tuple[float,
     yield 1 - worst, f"the surroundings at the least, but uses a member or its oil to {worst:.2f} of the rating", least
     off = f"the surroundings at the least, but leaves the directrix by {way.deviation:.3f} m; {way.bound:.3f} m must be"
     yield followed - way.deviation / max(way.bound, 1e-9), off, least
+
+
+def ask_gap(site: Site, place: str) -> float:
+    """Least distance that a way in keeps from a place, m."""
+    return BORE * asked_spare(site) if place == RISER else site.clearance
+
+
+def judge_again(site: Site, way: Insertion) -> Insertion:
+    """A way in whose distances are measured anew, at a site where more is known of the tank than when it was found.
+
+    Raises:
+        PathError: It is not clear any more.
+    """
+    place = np.linspace(0.0, 1.0, int(np.ceil(abs(float(way.feed(0.0) - way.feed(1.0))) / JUDGED)) + 1)
+    gaps = Entry(site).gaps(way.spline(place), way.feed(place)).least()
+    room, name = min((gap - ask_gap(site, name), name) for name, gap in gaps.items())
+    if room < 0:
+        raise PathError("the riser", gaps[name], name)
+    return replace(way, gaps=gaps)
 
 
 def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Insertion:

@@ -38,6 +38,28 @@ class Leader:
         return np.hypot(off, away @ across)
 
 
+@dataclass(frozen=True, eq=False)
+class LeaderPair:
+    """Paths of an arm that goes back on one and on along another: it has to be near either."""
+
+    first: Leader | LeaderPair
+    second: Leader
+
+    @property
+    def deviation(self) -> float:
+        """The greater of the planned distances, m."""
+        return max(self.first.deviation, self.second.deviation)
+
+    @property
+    def bound(self) -> float:
+        """The greater of the least distances that a posture can have, m."""
+        return max(self.first.bound, self.second.bound)
+
+    def measure(self, points: Array) -> Array:
+        """Distances of points of frame G, shape (..., 3), m, from the nearer path, shape (...), m."""
+        return np.minimum(self.first.measure(points), self.second.measure(points))
+
+
 def make_leader(site: Site, way: Insertion) -> Leader:
     """The path of the leader of a way in."""
     mount = site.chain.mount

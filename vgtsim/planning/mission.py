@@ -50,17 +50,18 @@ Array = NDArray[np.float64]
 _LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured
 _ROUNDING = 1e-9  # m of the feed at the end of a way
+_AGAIN = 241  # postures of a way at which it is measured anew, as many as of one that is planned
 _SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would let them jump
 
 _SWEPT = 0.1  # m that the farthest point of an arm goes between two turns of the mast at which clearance is measured
 
 
 @dataclass(frozen=True)
-class _Piece:
+class Piece:
     """A part of a leg, run from rest to rest, with its least clearance, m, from a place.
 
     `rows` gives it for a time step, s; the mast is turned by an angle, rad, if that does not change. A way that
-    bears on the step is `timed`. On the way in or out the arm follows a `leader`.
+    bears on the step is `timed`. On the way in or out the arm follows a `leader`. What is `bound` the task asks for as it is.
     """
 
     clearance: float
@@ -69,10 +70,11 @@ class _Piece:
     turn: float
     timed: TimedPath | None = None
     leader: Leader | None = None
+    bound: bool = False
 
 
 @dataclass
-class _Plan:
+class MissionPlan:
     """What is planned so far: where the arm is, with the mast at a feed, m, and the pieces of each leg.
 
     `trail` are the ways that the arm went with its mast as it is turned.
@@ -82,8 +84,9 @@ class _Plan:
     here: Array
     height: float = 0.0
     way: Insertion | None = None
-    pieces: list[list[_Piece]] = field(default_factory=list)
+    pieces: list[list[Piece]] = field(default_factory=list)
     ends: list[Array] = field(default_factory=list)
+    trails: list[tuple[Path, ...]] = field(default_factory=list)
     trail: list[Path] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -99,22 +102,48 @@ class _Plan:
         self.carousel = Carousel(Ground(self.corridor))
         self.limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
 
+    def lower(self, heights: Array) -> None:
+        """Go on over waste of some heights in the site's diggings, shape (P,), m."""
+        self.heights = heights
+        self._enter(self.site.lower_waste(heights))
+
     def add(self, step: MissionStep) -> None:
         """Plan one step."""
         if isinstance(step, FollowStep):
-            run, piece = self._follow(step.path)
-            self._end(self._go(run.q[0], f"the beginning of {step.path.name}"))
-            self.here = run.q[-1]
-            self._end([piece])
+            self.lay(self.approach(step))
+            self.add_path()
         else:
-            self._end(self._take(step))
+            self.lay(self.take(step))
 
-    def _end(self, leg: list[_Piece]) -> None:
+    def lay(self, leg: list[Piece]) -> None:
         """Add a leg, which ends where the arm is now."""
         self.pieces.append(leg)
         self.ends.append(self.here)
+        self.trails.append(tuple(self.trail))
 
-    def _take(self, step: MissionStep) -> list[_Piece]:
+    def approach(self, step: FollowStep) -> list[Piece]:
+        """The way to the begin of a path."""
+        self.run = self._follow(step.path)
+        return self._go(self.run[0].q[0], f"the beginning of {step.path.name}")
+
+    def add_path(self) -> None:
+        """Add the leg along a path whose begin was come to."""
+        run, piece = self.run
+        self.here = run.q[-1]
+        self.lay([piece])
+
+    def check_lines(self) -> None:
+        """See `check_passage`, of all ways."""
+        for path, _ in self.timed:
+            check_passage(self.site, path.inputs(_LOOKED))
+
+    @property
+    def timed(self) -> list[tuple[TimedPath, float]]:
+        """Ways that bear on the time step, with their clearances, m."""
+        return [(piece.timed, piece.clearance) for leg in self.pieces for piece in leg if piece.timed is not None]
+
+    def take(self, step: MissionStep) -> list[Piece]:
+        """Pieces of one step, from where the arm is; afterwards it is at their end."""
         goals = {goal.name: goal for goal in self.site.task.motion.goals}
         if isinstance(step, InsertStep | AddStep):
             self.way = self.way or plan_insertion(self.site)
@@ -126,18 +155,18 @@ class _Plan:
             there = pose_at(turned, goals[step.goal], self.here, goal_keep(turned))
             return self._come(there, step.goal, turned)
         if isinstance(step, RasterStep):
-            return self._raster(step)
+            return self.raster(step, self.site.chain.tool(self.here))
         if isinstance(step, CutStep):
             return self._cut(step)
         if isinstance(step, HoldStep):
             return [self._stand(step.time)]
-        assert self.way is not None  # the order of the steps is that of the description
+        self.way = self.way or plan_insertion(replace(self.site, turn=0.0) if self.site.turn else self.site)
         there = self.height or np.array_equal(self.here, self.way.ends[1])
         straight = replace(self.site, turn=0.0) if self.site.turn else self.site
         pieces = [] if there and not self.site.turn else self._return(self.way.ends[1], straight)
         return [*pieces, self._feed(self.way.reverse())]
 
-    def _return(self, there: Array, straight: Site) -> list[_Piece]:
+    def _return(self, there: Array, straight: Site) -> list[Piece]:
         """Go to the end of the way in, inputs of shape (n,), with the mast straight; where no way is found, as the arm came."""
         try:
             return self._come(there, "the way out", straight)
@@ -147,6 +176,8 @@ class _Plan:
         pieces = []
         for path in reversed(self.trail.copy()):
             end = path.curve(1.0)
+            if self.site.until:  # something has appeared since
+                path = self._look_again(path)
             if not np.allclose(self.here, end):  # rows of the tool lie between
                 pieces += self._go(end, "the way out")
             back = time_path(self.site.chain, reverse_curve(path.curve), self.limits)
@@ -154,7 +185,15 @@ class _Plan:
             self.here = path.curve(0.0)
         return pieces
 
-    def _come(self, there: Array, name: str, site: Site) -> list[_Piece]:
+    def _look_again(self, path: Path) -> Path:
+        """A way that the arm came, measured anew."""
+        gaps, places = self.site.surroundings.clearance(path.curve(np.linspace(0.0, 1.0, _AGAIN)))
+        worst = int(np.argmin(gaps))
+        if gaps[worst] < self.site.clearance:
+            raise PathError("the way out", float(gaps[worst]), places[worst])
+        return replace(path, clearance=float(gaps[worst]), place=places[worst])
+
+    def _come(self, there: Array, name: str, site: Site) -> list[Piece]:
         """Go to inputs, shape (n,), with the mast turned as it is at a site; it turns before the way or after it."""
         if site.turn == self.site.turn:
             return self._go(there, name)
@@ -171,7 +210,7 @@ class _Plan:
             except PathError as other:
                 raise max(error, other, key=lambda item: item.clearance) from None
 
-    def _swing(self, site: Site, name: str) -> _Piece:
+    def _swing(self, site: Site, name: str) -> Piece:
         """Turn the mast to where it is at a site, while the arm keeps its shape."""
         first, last, chain = self.site.turn, site.turn, self.site.chain
         slew = site.task.mast.turn
@@ -187,7 +226,7 @@ class _Plan:
         self.trail.clear()
         return self._run(gap, place, time_turn(self.here, first, last, MastLimits(slew.rate, slew.acceleration)))
 
-    def _stand(self, time: float) -> _Piece:
+    def _stand(self, time: float) -> Piece:
         length, height = self.site.chain.lengths(self.here), self.height
         if height:
             gaps = Entry(self.site).gaps(self.here[None], np.array([height])).least()
@@ -200,21 +239,21 @@ class _Plan:
             count = max(2, round(time / timestep) + 1)
             return ProgrammeRows(np.tile(length, (count, 1)), np.full(count, height) if height else None)
 
-        return self._make_piece(gap, place, rows)
+        return replace(self._make_piece(gap, place, rows), bound=True)
 
     def _make_piece(
         self, clearance: float, place: str, rows: Callable[[float], ProgrammeRows], timed: TimedPath | None = None
-    ) -> _Piece:
-        return _Piece(clearance=clearance, place=place, rows=rows, turn=self.site.turn, timed=timed)
+    ) -> Piece:
+        return Piece(clearance=clearance, place=place, rows=rows, turn=self.site.turn, timed=timed)
 
-    def _feed(self, way: Insertion) -> _Piece:
+    def _feed(self, way: Insertion) -> Piece:
         height = float(way.feed(1.0))
         self.here, self.height = way.ends[1], height if abs(height) > _ROUNDING else 0.0
         place = min(way.gaps, key=lambda name: way.gaps[name])
         piece = self._run(way.gaps[place], place, time_way(self.site, way))
-        return replace(piece, leader=make_leader(self.site, way))
+        return replace(piece, leader=make_leader(self.site, way), bound=True)
 
-    def _run(self, clearance: float, place: str, timed: TimedPath) -> _Piece:
+    def _run(self, clearance: float, place: str, timed: TimedPath) -> Piece:
         chain = self.site.chain
 
         def rows(timestep: float) -> ProgrammeRows:
@@ -222,16 +261,15 @@ class _Plan:
 
         return self._make_piece(clearance, place, rows, timed)
 
-    def _go(self, there: Array, name: str) -> list[_Piece]:
+    def _go(self, there: Array, name: str) -> list[Piece]:
         path = plan_path(self.corridor, self.here, there, name, self.carousel)
         self.here = there
         self.trail.append(path)
         return [self._run(path.clearance, path.place, time_path(self.site.chain, path.curve, self.limits))]
 
-    def _raster(self, step: RasterStep) -> list[_Piece]:
-        """Rows from where the tool is."""
-        motion = self.site.task.motion
-        position, direction = self.site.chain.tool(self.here)
+    def raster(self, step: RasterStep, tool: tuple[Array, Array]) -> list[Piece]:
+        """Rows from a tool point, shape (3,), m, with a direction, shape (3,)."""
+        motion, (position, direction) = self.site.task.motion, tool
         path = ToolPath(
             name="raster",
             start=tuple(position.tolist()),
@@ -245,7 +283,7 @@ class _Plan:
         pieces, rows = self._run_rows(path, middle, free=step.direction == "free")
         return [*pieces, rows]
 
-    def _cut(self, step: CutStep) -> list[_Piece]:
+    def _cut(self, step: CutStep) -> list[Piece]:
         """Rows over a patch, with rests in which the tool comes to power; what is planned after them knows what they leave."""
         site, motion = self.site, self.site.task.motion
         assert self.heights is not None  # of a scene with such a step
@@ -260,11 +298,10 @@ class _Plan:
 
         lengths, share = cut.add_rests(rows.rows(site.timestep).lengths, site.timestep)
         points = site.chain.tool(site.chain.inputs_from_lengths(lengths))[0]
-        self.heights = foresee_waste(site, points, share, site.timestep, self.heights)
-        self._enter(site.lower_waste(self.heights))
+        self.lower(foresee_waste(site, points, share, site.timestep, self.heights))
         return [*pieces, replace(rows, rows=run)]
 
-    def _run_rows(self, path: ToolPath, middle: Array, *, free: bool) -> tuple[list[_Piece], _Piece]:
+    def _run_rows(self, path: ToolPath, middle: Array, *, free: bool) -> tuple[list[Piece], Piece]:
         """The way to the begin of rows, and the rows, near a posture that is clear of everything at their middle, (3,), m.
 
         A tool that is `free` points anywhere meanwhile.
@@ -280,7 +317,7 @@ class _Plan:
         self.here = run.q[-1]
         return pieces, piece
 
-    def _follow(self, path: ToolPath, clear: Array | None = None, *, free: bool = False) -> tuple[Followed, _Piece]:
+    def _follow(self, path: ToolPath, clear: Array | None = None, *, free: bool = False) -> tuple[Followed, Piece]:
         """A path of the tool, from the posture near the present one in which the arm can follow it, inside the scene's rates.
 
         With a clear posture, shape (n,), all postures stay as near to it as they can.
@@ -304,7 +341,7 @@ class _Plan:
                 return ProgrammeRows(run.lengths)
             return ProgrammeRows(follow(problem, path, start, timestep, site.subspace, free=free).lengths)
 
-        return run, self._make_piece(float(gaps[worst]), places[worst], rows)
+        return run, replace(self._make_piece(float(gaps[worst]), places[worst], rows), bound=True)
 
 
 def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
@@ -327,37 +364,41 @@ def carry_out(site: Site, way: Insertion | None) -> tuple[Tour, Array | None]:
     check_site(site)
     if way is not None:
         begun = int(isinstance(next(iter(steps)), HoldStep))
-        plan = _Plan(site, way.ends[begun], float(way.feed(float(begun))), way)
+        plan = MissionPlan(site, way.ends[begun], float(way.feed(float(begun))), way)
     elif begins_inside(steps):
-        plan = _Plan(site, site.start)
+        plan = MissionPlan(site, site.start)
     else:
         check_entry(site)
         check_passage(site, site.chain.stowed[None])
-        plan = _Plan(site, site.chain.stowed)
+        plan = MissionPlan(site, site.chain.stowed)
     check_cuts(site)
     start = np.array(plan.here)
     for step in steps:
         plan.add(step)
-    timed = [(piece.timed, piece.clearance) for leg in plan.pieces for piece in leg if piece.timed is not None]
-    for path, _ in timed:
-        check_passage(site, path.inputs(_LOOKED))
-    bounds = find_bounds(site, timed)
+    plan.check_lines()
+    bounds = find_bounds(site, plan.timed)
     timestep = choose_step(site, bounds)
-    legs = []
-    for index, (stage, pieces, end) in enumerate(zip(site.task.stages, plan.pieces, plan.ends, strict=True)):
-        nearest = min(pieces, key=lambda piece: piece.clearance)
-        rows = join_rows([(piece.rows(timestep), piece.turn) for piece in pieces])
-        leg = Leg(
-            name=stage.name,
-            goal=index,
-            lengths=rows.lengths,
-            q=end,
-            clearance=nearest.clearance,
-            place=nearest.place,
-            feed=rows.feed,
-            turn=rows.turn,
-            tool=rows.share,
-            leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
-        )
-        legs.append(leg)
-    return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds), plan.heights
+    legs = tuple(make_leg(site, index, plan, index, timestep) for index in range(len(plan.pieces)))
+    return Tour(start=start, legs=legs, timestep=timestep, bounds=bounds, way=plan.way), plan.heights
+
+
+def make_leg(site: Site, stage: int, plan: MissionPlan, index: int, timestep: float) -> Leg:
+    """The leg of an index in a plan, which is that of a stage of the run."""
+    pieces = plan.pieces[index]
+    nearest = min(pieces, key=lambda piece: piece.clearance)
+    parts = [(piece.rows(timestep), piece.turn) for piece in pieces]
+    rows = join_rows(parts)
+    return Leg(
+        name=site.task.stages[stage].name,
+        goal=stage,
+        lengths=rows.lengths,
+        q=plan.ends[index],
+        clearance=nearest.clearance,
+        place=nearest.place,
+        feed=rows.feed,
+        turn=rows.turn,
+        tool=rows.share,
+        leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
+        bound=sum(len(part.lengths) - 1 for part, _ in parts[:-1]) if pieces[-1].bound else None,
+        trail=plan.trails[index],
+    )

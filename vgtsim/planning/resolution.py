@@ -54,7 +54,8 @@ _FORCE = 1e5  # N: actuator forces count in units of what a middling cylinder pu
 class Resolution:
     """How redundancy is resolved: a method, and names of objectives, each with `:weight` or without.
 
-    `coupling` is for the coupled method: pairs of the active module that follows and the one that it follows.
+    `coupling` is for the coupled method, and the anchored one of a scene that couples: pairs of the active module that
+    follows and the one that it follows.
     """
 
     method: Method
@@ -152,9 +153,10 @@ def answer_as_json(answer: Answer) -> str:
 
 def _asked_resolution(place: Place, method: Method, objectives: tuple[str, ...]) -> Resolution:
     """A method and objectives; coupled modules are those of a coupled scene, or else of section 8.1."""
-    if method is not Method.COUPLED:
+    scene = place.scene
+    if method is not Method.COUPLED and not (scene and scene.task.motion.method is method):
         return Resolution(method, objectives)
-    if place.coupling:
+    if place.coupling or method is not Method.COUPLED:
         return Resolution(method, objectives, place.coupling)
     arm = place.chain.manipulator
     try:

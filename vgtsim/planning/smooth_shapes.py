@@ -181,15 +181,17 @@ def _hold_clear(track: Track, around: Surroundings, total: _Sum, state: State, b
     """Hinges of nodes and tool against the tank's shell and the waste."""
     points = np.concatenate([state.nodes, state.tool[0][:, None]], axis=1)
     points = points + np.stack([0.0 * track.feed, 0.0 * track.feed, track.feed], axis=-1)[:, None]
-    radii, level = around.capsules.point_radii, around.obstacles.waste_level
+    radii, level, rise = around.capsules.point_radii, around.obstacles.waste_level, np.array([0.0, 0.0, 1.0])
     shell, inward = enclosure_distance(around.tank, around.profile, points)
-    gaps = np.stack([shell, points[..., 2] - level], axis=-1) - radii[:, None]
+    # Room that is cut is used; mounds that stand are left to the judge, who measures members as well.
+    waste, away = around.bed.distance(points) if around.bed is not None else (points[..., 2] - level, rise)
+    gaps = np.stack([shell, waste], axis=-1) - radii[:, None]
     short = np.maximum(track.clearance - gaps, 0.0) / _GAP
     short[points[..., 2] > track.mouth] = 0.0
     if not short.any():
         return
     lead = np.zeros((*points.shape[:2], 2, 3))
-    lead[:, :, 0], lead[:, :, 1, 2] = inward, 1.0
+    lead[:, :, 0], lead[:, :, 1] = inward, away
     if not total.sloped:
         total.add(short.reshape(len(short), -1), np.zeros((len(short), 0, 0)))
         return

@@ -20,17 +20,20 @@ _MOST_WINDOWS = 5  # whose orders are all looked at: 120; of more windows those 
 _TRIED = 4  # orders that are planned
 
 
-def plan_stages(corridor: Corridor, first: Array, last: Array, leg: str) -> list[Path]:
+def plan_stages(
+    corridor: Corridor, first: Array, last: Array, leg: str, owner: NDArray[np.intp] | None = None
+) -> list[Path]:
     """Find clear paths, one after the other, between two configurations, shape (n,), on each of which few modules move.
 
     A window of modules goes to its place at the end while all others are held. The order of the windows whose corners
-    keep farthest from everything is tried first.
+    keep farthest from everything is tried first. `owner` is the module of each input, shape (n,), or its group of coupled
+    modules, which move as one; the layout's where absent.
 
     Raises:
         PathError: No order is clear.
     """
-    chain = corridor.box.chain
-    owner, count = chain.layout.owner, len(chain.layout.names)
+    owner = corridor.box.chain.layout.owner if owner is None else owner
+    count = int(owner.max()) + 1
     windows = [np.arange(k, min(k + ANCHOR_FREE, count)) for k in range(0, count, ANCHOR_FREE)]
     moving = [window for window in windows if np.any((first != last)[np.isin(owner, window)])] or windows[:1]
     orders = [moving, moving[::-1]] if len(moving) > _MOST_WINDOWS else list(permutations(moving))
@@ -59,5 +62,6 @@ def plan_stages(corridor: Corridor, first: Array, last: Array, leg: str) -> list
 
 def _anchor(corridor: Corridor, q: Array, free: NDArray[np.bool_]) -> Corridor:
     """The corridor in which only some inputs move and the others stay as in inputs of shape (n,)."""
-    rows = np.eye(len(q))[~free]
-    return replace(corridor, subspace=Subspace(corridor.box.chain, rows, q[~free]))
+    space = corridor.space
+    rows = np.concatenate([space.rows.reshape(-1, len(q)), np.eye(len(q))[~free]])
+    return replace(corridor, subspace=Subspace(space.chain, rows, np.concatenate([space.values, q[~free]])))

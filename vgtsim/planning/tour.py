@@ -14,7 +14,8 @@ from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.checks import check_site
-from vgtsim.planning.leader import Leader
+from vgtsim.planning.insertion import Insertion
+from vgtsim.planning.leader import Leader, LeaderPair
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import Path, plan_path
@@ -42,6 +43,8 @@ class Leg:
     shape (n,), and `goal` the index of the goal in the scene. `feed`, shape (T,), m, lifts the mast above its working depth;
     without one the mast stays where it is. `turn`, shape (T,), rad, turns it likewise. `tool`, shape (T,), is the share of its
     power at which the tool removes waste; without one it rests. On the way in or out the arm follows a `leader`.
+    From the row `bound` on it keeps to rows that the task asks for, so that no other way will do; without one there are none.
+    `trail` are the ways of a mission that the arm went since the way in, with its mast as it is turned at the end.
     """
 
     name: str
@@ -53,7 +56,9 @@ class Leg:
     feed: Array | None = None
     turn: Array | None = None
     tool: Array | None = None
-    leader: Leader | None = None
+    leader: Leader | LeaderPair | None = None
+    bound: int | None = None
+    trail: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -68,6 +73,7 @@ class Tour:
 
     Each leg begins with the lengths, and with the place of the mast, at which the leg before it ended. Of a tour that was planned
     anew on its way, `planned` is the digest of the first plan; `blocked` says why there was no way on from its last leg.
+    A mission has the `way` in that it found.
     """
 
     start: Array
@@ -76,6 +82,7 @@ class Tour:
     bounds: Mapping[str, float] = field(default_factory=dict)
     planned: str = ""
     blocked: str = ""
+    way: Insertion | None = None
 
     def __post_init__(self) -> None:
         """Make the start read-only."""
@@ -182,7 +189,8 @@ def pose_at(site: Site, goal: Goal, start: Array, keep: Keep | None) -> Array:
 def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name: str, carousel: Carousel) -> list[Path]:
     """Paths to a goal, one after the other: one, or with anchoring one for each window of modules."""
     if site.task.motion.method is Method.ANCHORED:
-        return plan_stages(corridor, first, last, name)
+        groups = None if site.reduction is None else site.reduction.gather(site.chain.layout.owner)
+        return plan_stages(corridor, first, last, name, groups)
     return [plan_path(corridor, first, last, name, carousel)]
 
 

@@ -94,15 +94,18 @@ def _ride(site: Site, commands: Sequence[OperatorCommand], store: Callable[[Piec
         tick(plant.time)
 
     total = round(commands[-1].time / step) if commands else 0
-    with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
-        while waiting:
-            advance()
-        advance()  # the last command has been given
-        for _ in range(patience):
-            if plant.calm:
-                for _ in range(hold):
-                    operation.hold()
-                    tick(plant.time)
-                break
-            advance()
+    try:
+        with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
+            while waiting:
+                advance()
+            advance()  # the last command has been given
+            for _ in range(patience):
+                if plant.calm:
+                    for _ in range(hold):
+                        operation.hold()
+                        tick(plant.time)
+                    break
+                advance()
+    finally:
+        plant.wait()  # whatever stops the program, no chunk is half written
     return plant

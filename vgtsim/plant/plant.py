@@ -54,7 +54,8 @@ class Plant:
     ) -> None:
         """Make a plant; the second one of a site is made in some hundredths of a second.
 
-        A store is given the log piece by piece; by default the plant keeps it.
+        A store is given the log piece by piece, in another thread, one at a time; by default the plant keeps it. An error of
+        the store is raised by a later step, `wait` or `log`.
 
         Time step, s, records a second (see the property) and model, which the plant changes, are by default the scene's.
 
@@ -153,6 +154,7 @@ class Plant:
         self._calm_steps = standing.calm_steps
         self._feeler = Feeler(self.model, self.data, self.site, self._gauges, standing.lookout, self._digger)
         self._find_equilibrium()
+        self.wait()
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
         self._steps, self._wall, self.stopped = 0, 0.0, ""
         self._clock.set_rate(self._clock.rate, 0)
@@ -211,6 +213,10 @@ class Plant:
     def note_revision(self, leg: int, row: int) -> None:
         """Say for the log that a tour is planned anew now, at a row of the leg of an index."""
         self._recorder.note_revision(Revision(self.time, leg, row))
+
+    def wait(self) -> None:
+        """Wait until the store has taken all that it was given so far, beside the steps; its error is raised."""
+        self._recorder.wait()
 
     def end(self, reason: str) -> None:
         """Stop for good, for a reason that the log gives."""

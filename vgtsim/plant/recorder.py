@@ -6,7 +6,7 @@ import importlib.metadata
 import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
 from vgtsim.graphics import mujoco
+from vgtsim.plant.courier import Courier
 from vgtsim.plant.gauges import Gauges
 from vgtsim.plant.watch import Contact
 from vgtsim.runlog import ARRAYS, BESIDE, CHUNK, TYPES, Piece, Revision, RunLog, empty_records, join_pieces
@@ -29,10 +30,11 @@ _MOTION = 5  # records that the motion at the last one is worked out from
 
 @dataclass
 class Recorder:
-    """Collects records and contacts; gives them away in pieces, chunk by chunk.
+    """Collects records and contacts; gives them away in pieces, chunk by chunk, in a second thread.
 
-    A piece has all arrays of a log by name. What follows from the motion is worked out for each piece with the records
-    beside it, so a log has the same bits wherever it is kept: on disk, or here if no `store` takes the pieces.
+    A piece has all arrays of a log by name. An error of the store is raised by the next record that fills a chunk, or by `wait`
+    or `make_log`; nothing is given to the store after it. What follows from the motion is worked out for each piece with the
+    records beside it, so a log has the same bits wherever it is kept: on disk, or here if no `store` takes the pieces.
     """
 
     gauges: Gauges
@@ -44,6 +46,7 @@ class Recorder:
     _contacts: list[Contact] = field(default_factory=list)  # since the last piece
     _saturated: NDArray[np.int64] | int = 0
     _revisions: list[Revision] = field(default_factory=list)
+    _courier: Courier = field(default_factory=Courier)
 
     def note_saturation(self, bits: NDArray[np.int64]) -> None:
         """Keep what a step saturated, shape (J,), for the next record."""
@@ -109,10 +112,15 @@ class Recorder:
         along = nodes[ends[:, 1]] - nodes[ends[:, 0]]
         return np.einsum("mk,mk->m", records["member_force"][-1], along) / np.linalg.norm(along, axis=1)
 
+    def wait(self) -> None:
+        """Wait until the store has taken what it was given; its error is raised."""
+        self._courier.wait()
+
     def _give(self) -> None:
-        """Give a chunk away."""
-        (self.store or self._pieces.append)(self._make_piece(CHUNK))
-        drop = max(self._given + CHUNK - BESIDE, 0)
+        """Give a chunk away; its rows are touched by nobody else any more."""
+        part = slice(self._given, self._given + CHUNK)
+        self._courier.send(partial(self._hand_over, self._stack(), part, self._contacts))
+        drop = max(part.stop - BESIDE, 0)
         left = self._count - drop
         for name, rows in self._rows.items():
             kept = rows[drop : self._count]
@@ -121,26 +129,32 @@ class Recorder:
         self._contacts, self._count = [], left
         self._given += CHUNK - drop
 
-    def _make_piece(self, count: int | None = None) -> Piece:
-        """Stack some records that wait, or all, with the contacts that wait."""
+    def _hand_over(self, stacked: Piece, part: slice, contacts: list[Contact]) -> None:
+        (self.store or self._pieces.append)(self._make_piece(stacked, part, contacts))
+
+    def _stack(self) -> Piece:
+        return {name: rows[: self._count] for name, rows in self._rows.items()}
+
+    def _make_piece(self, stacked: Piece, part: slice, contacts: list[Contact]) -> Piece:
+        """A part of stacked records, with contacts."""
         records: Mapping[str, NDArray[Any]] = empty_records(*self.gauges.counts)
-        if self._count:
-            stacked = {name: rows[: self._count] for name, rows in self._rows.items()}
-            part = slice(self._given, None if count is None else self._given + count)
+        if stacked:
             records = self.gauges.complete(stacked, part)
         return dict(records) | {
-            "contact_time": np.array([contact.time for contact in self._contacts], dtype=float),
-            "contact_pair": np.array([contact[1:3] for contact in self._contacts], dtype=str).reshape(-1, 2),
-            "contact_distance": np.array([contact.gap for contact in self._contacts], dtype=float),
-            "contact_force": np.array([contact.force for contact in self._contacts], dtype=float).reshape(-1, 3),
-            "contact_point": np.array([contact.point for contact in self._contacts], dtype=float).reshape(-1, 3),
+            "contact_time": np.array([contact.time for contact in contacts], dtype=float),
+            "contact_pair": np.array([contact[1:3] for contact in contacts], dtype=str).reshape(-1, 2),
+            "contact_distance": np.array([contact.gap for contact in contacts], dtype=float),
+            "contact_force": np.array([contact.force for contact in contacts], dtype=float).reshape(-1, 3),
+            "contact_point": np.array([contact.point for contact in contacts], dtype=float).reshape(-1, 3),
         }
 
     def make_log(
         self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str, digests: dict[str, str]
     ) -> RunLog:
         """Make the log of all records that were not given away."""
-        records: dict[str, Any] = join_pieces([*self._pieces, self._make_piece()])
+        self.wait()
+        rest = self._make_piece(self._stack(), slice(self._given, None), self._contacts)
+        records: dict[str, Any] = join_pieces([*self._pieces, rest])
         return RunLog(
             **records,
             revisions=tuple(self._revisions),

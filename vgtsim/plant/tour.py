@@ -80,8 +80,11 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
     feed, turn = (0.0 if places is None else float(places[0]) for places in (first.feed, first.turn))
     plant.reset(first.lengths[0], tour.start, feed=feed, turn=turn)
     total = sum(len(leg.lengths) - 1 for leg in tour.legs)
-    with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
-        _play(plant, tour, tick)
+    try:
+        with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
+            _play(plant, tour, tick)
+    finally:
+        plant.wait()  # whatever stops the program, no chunk is half written
     return plant
 
 

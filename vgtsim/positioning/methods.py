@@ -46,7 +46,7 @@ def solve_by(method: Method, problem: Problem, starts: Array, settings: NewtonSe
 
 def _by_anchoring(problem: Problem, found: Solution, settings: NewtonSettings) -> Solution:
     """Successive anchoring from each configuration that meets the goal (section 7.2.1)."""
-    free = min(ANCHOR_FREE, len(problem.chain.layout.names))
+    free = min(ANCHOR_FREE, int(_find_groups(problem).max()) + 1)
     stages = [0] * len(found.q)
     for i in np.flatnonzero(found.met):
         cycle = anchor_successively(problem, found.q[i], free, settings)
@@ -54,6 +54,12 @@ def _by_anchoring(problem: Problem, found: Solution, settings: NewtonSettings) -
         found.put(np.array([i]), cycle.solution)
         found.iterations[i] = cycle.solution.iterations[0]
     return replace(found, notes=_column([{"stages": count} for count in stages]))
+
+
+def _find_groups(problem: Problem) -> NDArray[np.intp]:
+    """Number of each input's module, or group of coupled modules, shape (n,)."""
+    owner = problem.chain.layout.owner
+    return owner if problem.reduction is None else problem.reduction.gather(owner)
 
 
 def _by_shape(problem: Problem) -> Solution:
@@ -93,6 +99,8 @@ class Cycle:
 def anchor_successively(problem: Problem, start: ArrayLike, free: int, settings: NewtonSettings | None = None) -> Cycle:
     """Solve one goal from inputs of shape (n,) with a moving window of `free` modules until no window improves it.
 
+    Modules that the problem couples count as one, and stay coupled in every stage.
+
     The end is stationary in every window, and in the whole arm when the windows' null spaces together span that of the
     arm.
 
@@ -101,24 +109,23 @@ def anchor_successively(problem: Problem, start: ArrayLike, free: int, settings:
 
     Source: section 7.2.1.
     """
-    rows, owner = len(problem.tolerance), problem.chain.layout.owner
+    rows, owner = len(problem.tolerance), _find_groups(problem)
     count = int(owner.max()) + 1
     fewest = min(int(np.isin(owner, (k + np.arange(free)) % count).sum()) for k in range(count))
     if not rows < fewest or free > count:
         raise GoalError(problem.goal.names, 0.0, f"{rows} goal rows for {fewest} free inputs of {len(owner)}")
     how = settings or NewtonSettings()
-    whole = replace(problem, reduction=None)
-    feasible = solve(whole, start, replace(how, optimality=np.inf))  # any solution will do to begin with
+    feasible = solve(problem, start, replace(how, optimality=np.inf))  # any solution will do to begin with
     if not feasible.met[0]:
         raise GoalError(problem.goal.names, float(np.abs(feasible.error).max()), "not met even with all inputs free")
     q, values, converged = feasible.q[0], [float(feasible.value[0])], False
     for stage in range(_STAGES):
         fixed = ~np.isin(owner, (stage + np.arange(free)) % count)
-        found = solve(replace(problem, reduction=anchor(q, fixed)), q, how)
+        found = solve(replace(problem, reduction=anchor(q, fixed, problem.reduction)), q, how)
         if found.met[0] and found.value[0] < values[-1]:
             q = found.q[0]
         values.append(min(values[-1], float(found.value[0])) if found.met[0] else values[-1])
         converged = stage >= count and values[-1 - count] - values[-1] <= _FALL * (1 + abs(values[-1]))
         if converged:
             break
-    return Cycle(solve(whole, q, replace(how, most=0)), tuple(values), len(values) - 1, converged)
+    return Cycle(solve(problem, q, replace(how, most=0)), tuple(values), len(values) - 1, converged)

@@ -37,15 +37,28 @@ class Reduction:
         across = left[:, self.order :].T
         return across, across @ self.offset
 
+    def gather(self, owner: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Number of the group of each input's module, shape (n,): modules that share variables are one group.
+
+        `owner` is the module of each input. Groups are counted from the mast by their first modules.
+        """
+        first = np.array([owner[column != 0].min() for column in self.matrix.T])
+        return np.unique(first[np.abs(self.matrix).argmax(axis=1)], return_inverse=True)[1]
+
     def variables(self, q: Array) -> Array:
         """Variables, shape (..., k), whose inputs are nearest to given ones, shape (..., n)."""
         return (q - self.offset) @ np.linalg.pinv(self.matrix).T
 
 
-def anchor(inputs: ArrayLike, fixed: ArrayLike) -> Reduction:
-    """Hold some inputs where they are (section 7.2): present inputs and which of them are held, shape (n,) each."""
+def anchor(inputs: ArrayLike, fixed: ArrayLike, coupling: Reduction | None = None) -> Reduction:
+    """Hold some inputs where they are (section 7.2): present inputs and which of them are held, shape (n,) each.
+
+    With a coupling, which the present inputs keep, whole groups of coupled modules are held.
+    """
     held, now = np.asarray(fixed, bool), np.asarray(inputs, float)
-    return Reduction(np.eye(len(now))[:, ~held], np.where(held, now, 0.0))
+    matrix, offset = (np.eye(len(now)), 0.0) if coupling is None else (coupling.matrix, coupling.offset)
+    free = matrix[:, np.any(matrix[~held] != 0, axis=0)]
+    return Reduction(free, np.where(held, now, offset))
 
 
 def couple(

@@ -336,7 +336,9 @@ class Evidence:
     @cached_property
     def bore(self) -> Array:
         """Distance of each module from the riser, shape (T, K), m; no more than the tank is high."""
-        distance, places = self.proximity.by_module(self.log.nodes, self.tool[0])
+        distance, places = self.proximity.by_module(
+            self.log.nodes, self.tool[0], together=True
+        )  # the waste does not count
         return np.minimum(distance[..., places.index(RISER)], self.site.tank.shell.crown)
 
     @cached_property

@@ -55,8 +55,8 @@ def _tell_revisions(site: Site, log: LogSource) -> Iterator[str]:
     before = 0.0
     for revision in log.revisions:
         names = [name for name, when in site.tank.appearances.items() if before < when <= revision.time + SAME_INSTANT]
-        goal = site.task.stages[revision.leg].name
-        yield f"{' and '.join(names)} appeared in the tank; at {revision.time:.6g} s the way to {goal} was planned anew"
+        what = f"{'step' if site.task.mission else 'way to'} {site.task.stages[revision.leg].name}"
+        yield f"{' and '.join(names)} appeared in the tank; at {revision.time:.6g} s the {what} was planned anew"
         before = revision.time + SAME_INSTANT
 
 

@@ -24,6 +24,7 @@ from vgtsim.web.client import open_client
 from vgtsim.web.controls import Controls
 from vgtsim.web.display import Display, Sight
 from vgtsim.web.letters import Letter, LiveState, Pages, Served, Shown
+from vgtsim.web.precedence import SERVER, take_precedence
 
 _SCALE = 1.25  # of the greatest force at the start, where the colours end
 _TURN = (
@@ -32,13 +33,14 @@ _TURN = (
 _REACH = 3.0  # m within which the nearest thing is looked for
 
 
-def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int) -> None:
-    """Serve a page until the other end of the pipe is closed."""
+def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int, *, precedence: bool = True) -> None:
+    """Serve a page until the other end of the pipe is closed, ahead of other programs if that is asked for and permitted."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, which closes the pipe
     sys.setswitchinterval(_TURN)
     with contextlib.redirect_stdout(io.StringIO()), tempfile.TemporaryDirectory() as folder:  # viser speaks
         page = Page(pipe, Site(scene), open_client(host, port, f"vgtsim: {scene.task.name}", Path(folder)))
-        with contextlib.suppress(EOFError, OSError):
+        first = take_precedence(SERVER, threading.enumerate()) if precedence else contextlib.nullcontext()
+        with first, contextlib.suppress(EOFError, OSError):
             while True:
                 page.show(pipe.recv())
         page.server.stop()

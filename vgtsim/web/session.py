@@ -6,6 +6,7 @@ import multiprocessing
 import socket
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 from vgtsim.errors import PageError
@@ -13,6 +14,7 @@ from vgtsim.planning import check_site
 from vgtsim.site import Site
 from vgtsim.web.letters import Line, Served
 from vgtsim.web.loop import LiveLoop, prepare
+from vgtsim.web.precedence import LOOP, take_precedence
 from vgtsim.web.serving import serve
 from vgtsim.web.tape import Tape, make_live
 
@@ -28,8 +30,10 @@ class Session:
         port: Of the page.
     """
 
-    def __init__(self, site: Site, folder: Path, host: str = "127.0.0.1", port: int = 8080) -> None:
-        """Begin both; records go to a folder. Port 0 is any that is free.
+    def __init__(
+        self, site: Site, folder: Path, host: str = "127.0.0.1", port: int = 8080, *, precedence: bool = True
+    ) -> None:
+        """Begin both; records go to a folder. Port 0 is any that is free. See `take_precedence`, while the loop runs.
 
         Raises:
             PageError: The port is in use, or the server does not begin.
@@ -40,10 +44,12 @@ class Session:
         require_port(host, port)
         context = multiprocessing.get_context("spawn")  # threads and graphics do not survive a fork
         pipe, far = context.Pipe()
-        self._server = context.Process(target=serve, args=(far, live.scene, host, port), daemon=True)
+        self._server = context.Process(
+            target=serve, args=(far, live.scene, host, port), kwargs={"precedence": precedence}, daemon=True
+        )
         self._server.start()
         far.close()
-        self._pipe, line = pipe, Line(pipe)
+        self._pipe, line, self._precedence = pipe, Line(pipe), precedence
         try:
             prepare(live)
             self.loop = LiveLoop(live, line, Tape(live, folder))
@@ -65,7 +71,8 @@ class Session:
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
         """Run the loop. Errors are those of `LiveLoop.run`."""
-        self.loop.run(until)
+        with take_precedence(LOOP) if self._precedence else nullcontext():
+            self.loop.run(until)
 
     def close(self) -> None:
         """End the record and the server."""

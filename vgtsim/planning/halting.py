@@ -1,0 +1,83 @@
+"""Rows of a programme that is stopped on its own path, and that goes on from there.
+
+The speed along the path falls, or rises, by a fifth-order smooth step. A place on rows is their number, which need not be whole.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_SOONEST = 0.2  # s: the shortest stop that is tried
+_LONGER = 1.15  # the next one that is tried
+_BEFORE = 6  # rows before the stop that its spline goes through, too: its ends are less true than its middle
+_ALREADY = 1e-12  # m in a step: a cylinder that goes no farther stands, as rounding moves it as much
+
+
+class Course(NamedTuple):
+    """Rows, shape (T, C), m, and their places on the rows that they are made of, shape (T,)."""
+
+    rows: Array
+    places: Array
+
+
+def stop_rows(rows: Array, row: int, timestep: float, acceleration: float) -> Course:
+    """Rows of lengths, shape (T, C), m, up to a row, and on along the same path to rest, the soonest that an acceleration allows.
+
+    A stop that takes longer than the rest of the path ends with it.
+    """
+    ahead, before = len(rows) - 1 - row, np.arange(row + 1.0)
+    if row == 0 or np.abs(rows[row] - rows[row - 1]).max() < _ALREADY:
+        return Course(rows[: row + 1], before)
+    path = _spline(rows, row)
+    count = max(int(np.ceil(_SOONEST / timestep)), 2)
+    while count / 2 <= ahead:
+        part = np.arange(1, count + 1) / count
+        places = row + count * (part - 2.5 * part**4 + 3 * part**5 - part**6)
+        found = np.concatenate([rows[: row + 1], path(places)])
+        if _ask(found[max(row - 1, 0) :], timestep) <= acceleration:
+            return Course(found, np.concatenate([before, places]))
+        count = int(np.ceil(_LONGER * count))
+    return Course(rows, np.arange(float(len(rows))))
+
+
+def go_on_rows(rows: Array, place: float, timestep: float, acceleration: float) -> Course:
+    """Rows of lengths, shape (T, C), m, from rest at a place of them, which is left out, to their end.
+
+    The speed comes back to that of the rows as soon as an acceleration allows. Twice the place is a whole number.
+    """
+    last, row = len(rows) - 1, int(place)
+    if row == place and (row == last or np.abs(rows[row + 1] - rows[row]).max() < _ALREADY):
+        return Course(rows[row + 1 :], np.arange(row + 1.0, last + 1))
+    path = _spline(rows, row)
+    here = np.tile(path(place), (2, 1))
+    count = max(int(np.ceil(_SOONEST / timestep)), 2)
+    while True:
+        count += int(2 * place + count) % 2  # so that the rise ends on a row
+        part, end = np.arange(1, count + 1) / count, place + count / 2
+        if end <= last:
+            places = place + count * (2.5 * part**4 - 3 * part**5 + part**6)
+            tail = np.arange(end + 1, last + 1)
+        else:
+            places, tail = place + (last - place) * (10 * part**3 - 15 * part**4 + 6 * part**5), np.zeros(0)
+        found = np.concatenate([path(places), rows[tail.astype(int)]])
+        if _ask(np.concatenate([here, found[: count + 2]]), timestep) <= acceleration:
+            return Course(found, np.concatenate([places, tail]))
+        count = int(np.ceil(_LONGER * count))
+
+
+def _spline(rows: Array, row: int):  # noqa: ANN202 - scipy is loaded late
+    """Rows from a little before one as a spline over their numbers."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and few runs need it
+
+    first = max(row - _BEFORE, 0)
+    return make_interp_spline(np.arange(first, len(rows)), rows[first:], k=min(5, len(rows) - first - 1))
+
+
+def _ask(rows: Array, timestep: float) -> float:
+    """Greatest acceleration of rows."""
+    return float(np.abs(np.diff(rows, n=2, axis=0)).max() / timestep**2)

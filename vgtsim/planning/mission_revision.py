@@ -1,0 +1,250 @@
+"""A mission planned anew on its way, when something appears in the tank that nobody knew of.
+
+The step that runs is stopped on its own path, mast and tool with it, and the arm stands for the scene's hold. Rows of the tool, a
+hold and the way through the riser go on as they were where the rest of them is clear. Where it is not, an arm in the riser goes
+back to where that way began, and another way in or out is sought. Ways to goals are planned from where the arm stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vgtsim.description import FollowStep, InsertStep, MissionStep, RasterStep, WithdrawStep
+from vgtsim.errors import DescriptionError, FollowError, PathError, ReachError, TrussError
+from vgtsim.planning.cutting import foresee_waste
+from vgtsim.planning.entry import Entry
+from vgtsim.planning.halting import Course, go_on_rows, stop_rows
+from vgtsim.planning.insertion import ask_gap, judge_again
+from vgtsim.planning.leader import Leader, LeaderPair
+from vgtsim.planning.mission import MissionPlan, Piece, make_leg
+from vgtsim.planning.programme import ProgrammeRows
+from vgtsim.planning.tour import Leg, Tour
+from vgtsim.runlog import Revision
+from vgtsim.site import Site
+
+Array = NDArray[np.float64]
+
+_SAME_INSTANT = 1e-6  # of a step: rounding in the clock of a run must not hide what appeared at this very instant
+_JUDGED = 1000  # instants of the rest of a step at which clearance is measured
+_ROUNDING = 1e-9  # m of the feed, and inputs
+
+
+@dataclass(frozen=True)
+class _Halt:
+    """A leg that was stopped: its rows as one array, shape (T, C), m, and where on them the arm stands.
+
+    `begun` are the rows up to there, the rest included; the row at which it `stood` has shape (C,).
+    """
+
+    leg: Leg
+    rows: Array
+    begun: ProgrammeRows
+    stood: Array
+    place: float
+    timestep: float
+    site: Site
+
+
+def learn_until(site: Site, time: float, timestep: float) -> Site:
+    """The site with what has appeared in its tank until a time of the run, s."""
+    return site.learn(time + _SAME_INSTANT * timestep)
+
+
+def revise_mission(site: Site, tour: Tour, revision: Revision) -> Tour:
+    """The tour of a mission from an instant on with what has appeared in the tank by then; see `revise_tour`."""
+    index, now, step = revision.leg, tour.legs[revision.leg], tour.timestep
+    done, before = tour.legs[:index], (tour.legs[index - 1] if index else None)
+    halt = _stop(site, now, revision.row, step)
+    plan = _resume(learn_until(site, revision.time, step), tour, index, halt)
+    here, gap = plan.here, _measure(plan, ProgrammeRows(*(None if item is None else item[-1:] for item in halt.begun)))
+    turn = plan.site.turn
+    which, steps = _find_step(site.task.mission, index)
+    try:
+        pieces, leader, bound = _go_on(plan, halt, steps[0], which, tour.start if before is None else before.q)
+        plan.lay([Piece(gap[0], gap[1], lambda _: halt.begun, turn), *pieces])
+        if which == 0 and isinstance(steps[0], FollowStep):
+            plan.add_path()
+        for later in steps[1:]:
+            plan.add(later)
+        plan.check_lines()
+        legs = [make_leg(site, index + k, plan, k, step) for k in range(len(plan.pieces))]
+        legs[0] = replace(legs[0], leader=leader, bound=legs[0].bound if bound is None else bound)
+        return replace(tour, legs=(*done, *legs), planned=tour.digest, way=plan.way)
+    except (PathError, ReachError, FollowError, TrussError, DescriptionError) as error:
+        blocked = f"no way on from {revision.time:.6g} s, at which something appeared in the tank: {error}"
+        rows = halt.begun._asdict()
+        stopped = {"lengths": rows["lengths"], "feed": rows["feed"], "turn": rows["turn"], "tool": rows["share"]}
+        last = replace(now, **stopped, q=here, clearance=gap[0], place=gap[1])
+        return replace(tour, legs=(*done, last), planned=tour.digest, blocked=blocked)
+
+
+def _find_step(steps: Sequence[MissionStep], leg: int) -> tuple[int, Sequence[MissionStep]]:
+    """Which leg of its step one is, 0 or 1, and that step with those after it."""
+    owner = list(chain.from_iterable([k] * (1 + isinstance(step, FollowStep)) for k, step in enumerate(steps)))
+    return leg - owner.index(owner[leg]), steps[owner[leg] :]
+
+
+def _find_turn(site: Site, legs: Sequence[Leg], halt: _Halt) -> float:
+    """Turn of the mast, rad, where the last of some legs was stopped."""
+    if halt.begun.turn is not None:
+        return float(halt.begun.turn[-1])
+    known = [float(leg.turn[-1]) for leg in legs[:-1] if leg.turn is not None]
+    return known[-1] if known else site.turn
+
+
+def _stop(site: Site, leg: Leg, row: int, timestep: float) -> _Halt:
+    """The leg brought to rest from a row on, and its hold; the tool comes to rest after the arm."""
+    motion, mast = site.task.motion, site.task.mast
+    columns = [leg.lengths]
+    for places, drive in ((leg.feed, mast.feed), (leg.turn, mast.turn)):
+        if places is not None and drive is not None:  # as lengths that may be accelerated as cylinders may
+            columns.append(places[:, None] * (motion.acceleration / drive.acceleration))
+    rows = np.concatenate(columns, axis=1)
+    stopped = stop_rows(rows, row, timestep, motion.acceleration)
+    rest = round(motion.hold / timestep)
+    share = None
+    if leg.tool is not None:
+        at = np.interp(stopped.places, np.arange(len(leg.tool)), leg.tool)
+        fall = at[-1] * (1 - _rise(site, timestep)) if at[-1] else np.zeros(0)
+        share = np.concatenate([at, fall, np.zeros(rest)])
+        rest += len(fall)
+    still = Course(np.tile(stopped.rows[-1], (rest, 1)), np.full(rest, stopped.places[-1]))
+    begun = _split(site, leg, np.concatenate([stopped.rows, still.rows]), share)
+    place = float(stopped.places[-1])
+    return _Halt(leg=leg, rows=rows, begun=begun, stood=stopped.rows[-1], place=place, timestep=timestep, site=site)
+
+
+def _rise(site: Site, timestep: float) -> Array:
+    """Share of its power with which the tool starts, row by row, the last one full."""
+    assert site.task.tool is not None  # of a scene with such a leg
+    count = max(int(np.ceil(site.task.tool.ramp / timestep)), 1)
+    part = np.arange(1, count + 1) / count
+    return part**2 * (3 - 2 * part)
+
+
+def _split(site: Site, leg: Leg, rows: Array, share: Array | None) -> ProgrammeRows:
+    """Rows of one array as those of a programme."""
+    motion, mast, count = site.task.motion, site.task.mast, leg.lengths.shape[1]
+    found, column = [], count
+    for places, drive in ((leg.feed, mast.feed), (leg.turn, mast.turn)):
+        if places is None or drive is None:
+            found.append(places)
+            continue
+        found.append(rows[:, column] * (drive.acceleration / motion.acceleration))
+        column += 1
+    return ProgrammeRows(rows[:, :count], *found, share)
+
+
+def _resume(site: Site, tour: Tour, index: int, halt: _Halt) -> MissionPlan:
+    """What is planned so far, where the arm was stopped in a leg of an index."""
+    heights = site.begun
+    rows = [ProgrammeRows(leg.lengths, leg.feed, leg.turn, leg.tool) for leg in tour.legs[:index]]
+    for part in (*rows, halt.begun):
+        if part.share is not None and heights is not None:
+            heights = _foresee(site, part, heights, tour.timestep)
+    turn = _find_turn(site, tour.legs[: index + 1], halt)
+    site = site.lower_waste(heights) if heights is not None else site
+    site = replace(site, turn=turn) if turn != site.turn else site
+    height = 0.0 if halt.begun.feed is None else float(halt.begun.feed[-1])
+    here = np.array(site.chain.inputs_from_lengths(halt.begun.lengths[-1]))
+    way = None
+    if tour.way is not None:
+        try:
+            way = judge_again(replace(site, turn=0.0) if turn else site, tour.way)
+        except PathError:
+            way = None  # another one is found when it is asked for
+    plan = MissionPlan(site, here, height if abs(height) > _ROUNDING else 0.0, way)
+    plan.trail = list(tour.legs[index - 1].trail) if index and halt.begun.turn is None else []
+    return plan
+
+
+def _foresee(site: Site, rows: ProgrammeRows, heights: Array, timestep: float) -> Array:
+    assert rows.share is not None  # of a leg that cuts
+    points = site.chain.tool(site.chain.inputs_from_lengths(rows.lengths))[0]
+    return foresee_waste(site, points, rows.share, timestep, heights)
+
+
+def _go_on(
+    plan: MissionPlan, halt: _Halt, step: MissionStep, which: int, start: Array
+) -> tuple[list[Piece], Leader | LeaderPair | None, int | None]:
+    """Pieces from where the arm stands to the end of the leg, what the arm follows meanwhile, and from which row, if as before.
+
+    The arm had inputs of shape (n,) as the step began.
+    """
+    leg = halt.leg
+    loose = leg.bound is None or halt.place < leg.bound
+    if loose and not plan.height:
+        if isinstance(step, FollowStep) and which == 0:
+            return plan.approach(step), None, None
+        if isinstance(step, RasterStep):
+            return plan.raster(step, plan.site.chain.tool(start)), None, None
+        pieces = plan.take(step)
+        return pieces, next((piece.leader for piece in pieces if piece.leader is not None), None), None
+    rest = _rest(halt)
+    gap, place, room = _judge(plan, rest)
+    if room >= 0:
+        plan.here, plan.height = leg.q, 0.0 if rest.feed is None else float(rest.feed[-1])
+        plan.height = plan.height if abs(plan.height) > _ROUNDING else 0.0
+        if rest.share is not None and plan.heights is not None:
+            plan.lower(_foresee(plan.site, rest, plan.heights, halt.timestep))
+        return [Piece(gap, place, lambda _: rest, plan.site.turn, bound=True)], leg.leader, leg.bound
+    if loose or not isinstance(step, InsertStep | WithdrawStep):
+        raise PathError(f"the rest of {leg.name}", gap, place)
+    back = _rest(halt, back=True)
+    gap, place, room = _judge(plan, back)
+    if room < 0:
+        raise PathError(f"where {leg.name} began", gap, place)
+    plan.here = np.array(plan.site.chain.inputs_from_lengths(back.lengths[-1]))
+    height = 0.0 if back.feed is None else float(back.feed[-1])
+    plan.height, plan.way = (height if abs(height) > _ROUNDING else 0.0), None
+    pieces = plan.take(step)
+    leader = next((piece.leader for piece in pieces if piece.leader is not None), None)
+    assert leg.leader is not None
+    assert leader is not None  # ways in and out have one
+    return [Piece(gap, place, lambda _: back, plan.site.turn), *pieces], LeaderPair(leg.leader, leader), None
+
+
+def _rest(halt: _Halt, *, back: bool = False) -> ProgrammeRows:
+    """Rows from where the arm stands to the end of the leg, or back to where its last piece began."""
+    site, leg, first = halt.site, halt.leg, halt.leg.bound or 0
+    rows, place = (halt.rows[first:][::-1], len(halt.rows) - 1 - halt.place) if back else (halt.rows, halt.place)
+    course = go_on_rows(rows, place, halt.timestep, site.task.motion.acceleration)
+    whole = np.concatenate([halt.stood[None], course.rows])
+    share = None
+    if leg.tool is not None:
+        at = np.interp(np.append(place, course.places), np.arange(len(leg.tool)), leg.tool)
+        rise = at[0] * _rise(site, halt.timestep) if at[0] else np.zeros(0)
+        whole = np.concatenate([np.tile(whole[0], (len(rise), 1)), whole])
+        share = np.concatenate([[0.0], rise[:-1], at]) if len(rise) else at
+    return _split(site, leg, whole, share)
+
+
+def _judge(plan: MissionPlan, rows: ProgrammeRows) -> tuple[float, str, float]:
+    """Least distance of rows from anything, m, from what, and how much more it is than asked for; the worst of all places."""
+    found = dict(_distances(plan, rows))
+    room, place = min(
+        (gap - (ask_gap(plan.site, name) if rows.feed is not None else plan.site.clearance), name)
+        for name, gap in found.items()
+    )
+    return found[place], place, room
+
+
+def _measure(plan: MissionPlan, rows: ProgrammeRows) -> tuple[float, str]:
+    """Least distance of rows from anything, m, and from what."""
+    return min((gap, name) for name, gap in _distances(plan, rows))
+
+
+def _distances(plan: MissionPlan, rows: ProgrammeRows) -> Iterator[tuple[str, float]]:
+    """Names of places, and the least distances of rows from them, m."""
+    picked = slice(None, None, max(1, len(rows.lengths) // _JUDGED))
+    q = plan.site.chain.inputs_from_lengths(rows.lengths[picked])
+    if rows.feed is not None and np.abs(rows.feed).max() > _ROUNDING:
+        yield from Entry(plan.site).gaps(q, rows.feed[picked]).least().items()
+        return
+    gaps, places = plan.site.surroundings.clearance(q)
+    yield places[int(np.argmin(gaps))], float(gaps.min())
