@@ -20,7 +20,7 @@ from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.description.toml_file import read_text
 from vgtsim.replacing import replacing
 
-INCH = 0.0254  # m
+INCH = 0.0254  # m, exactly: the inch of 1959
 _PSI = 6894.757293168361  # Pa
 _KEPT = ("retracted", "stroke", "rate", "bulk_modulus", "leakage")  # figures of a cylinder that its bore leaves alone
 _TUBE = ("outer_diameter", "wall", "pin")

@@ -26,9 +26,9 @@ Path = Callable[[Array, NDArray[np.intp]], Array]
 
 _KANTOROVICH = 0.5  # beta K eta; up to this value Newton's limit is the only assembly in its ball
 _TARGET = 0.4  # what the next step is cut to: a little below, since the estimate is not exact
-_NEWTON_STEPS = 4
+_NEWTON_STEPS = 4  # of a step: enough to stay in the next certified ball; the end is polished apart
 _LEAST_STEP = 1e-7  # of the path: shorter certified steps mean a singularity this near
-_MOST_STEPS = 4000
+_MOST_STEPS = 4000  # certified ones: a path that needs more creeps along a singularity
 _ROUNDING = 1e-10  # rad: a ball no smaller than the rounding of the angles
 _SAME_VALUE = 1e-6  # of the greatest: singular values this near are one, whose directions are any mix
 _POLISH = 2  # Newton steps after the last, which leave rounding only

@@ -19,7 +19,7 @@ from vgtsim.kinematics.state import State
 Array = NDArray[np.float64]
 
 _CLOSE = 1e-12  # error of a row that ends the iteration, m and rad: a thousandth of what a chain allows
-_STEPS = 20
+_STEPS = 20  # of at most 0.2 each: what is farther off than four is no guess
 _MOST = 0.2  # greatest change of an input in one step, m and rad: guesses may be a bend away
 _DEPENDENT = 1e-9  # singular value over the greatest, at which a row repeats the others: coupled octahedra have them
 

@@ -19,7 +19,7 @@ Spread = Callable[[Callable[[Array], Array], list[Array]], Iterable[Array]]
 
 PIECE = 64  # postures unloaded together: enough to be quick, and few enough to share the work among cores
 
-_STEPS = 60
+_STEPS = 60  # of one search: a bound on time, the promised fall ends most
 _PROMISED = 1e-4  # fall of the utilisation that is not worth another step
 _SPARE = 1e-3  # kept at the ends of strokes, m
 

@@ -19,7 +19,7 @@ from vgtsim.site import Site
 
 Array = NDArray[np.float64]
 
-_AZIMUTHS = 12
+_AZIMUTHS = 12  # 30 degrees apart: a way between two of them is a little of both
 _RISE = np.array(
     [0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, -0.5, -1.0]
 )  # m of the foot above what a stowed module leaves straight

@@ -27,7 +27,7 @@ _RATE = 0.2  # m of an actuator per m of feed that counts one, and is summed in 
 _CALM = (
     0.3  # weight of second derivatives, m² and m: it costs under 1 % of deviation and makes accelerations half as great
 )
-_STEPS = 60
+_STEPS = 60  # of one search: a bound on time, the relative fall ends most
 _SETTLED = 1e-3  # relative fall of the sum below which a step is not worth its price
 
 

@@ -15,7 +15,7 @@ from vgtsim.statics.stiffness import band_matrix, elongations, gather, node_load
 Array = NDArray[np.float64]
 
 _CHUNK = 256  # poses settled at a time: keeps the work arrays in cache
-_PASSES = 40
+_PASSES = 40  # Newton doubles the digits: a posture that needs more has no rest
 _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
 
