@@ -19,7 +19,6 @@ from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import (
     CutStep,
     Manipulator,
-    Method,
     Payload,
     Scene,
     SceneFile,
@@ -160,8 +159,7 @@ class Site:
     @cached_property
     def coupling(self) -> tuple[tuple[int, int], ...]:
         """Pairs of active modules that move as one, follower and leader; none where the scene couples none."""
-        motion = self.task.motion
-        return self.scene.coupled_modules() if motion.method is Method.COUPLED or motion.coupling is not None else ()
+        return self.scene.coupled_modules() if self.task.motion.couples else ()
 
     @cached_property
     def subspace(self) -> Subspace:

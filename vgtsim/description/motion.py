@@ -195,6 +195,11 @@ class Motion(Description):
     patience: Wait = 10.0
     goals: tuple[Goal, ...] = Field(default=(), max_length=1000)
 
+    @property
+    def couples(self) -> bool:
+        """Whether active modules move as one."""
+        return self.method is Method.COUPLED or self.coupling is not None
+
     @model_validator(mode="after")
     def _entries_fit(self) -> Motion:
         require_distinct("goal", self.goals)

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from vgtsim.constants import GRAVITY, Method
+from vgtsim.constants import GRAVITY
 from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.figures import (
@@ -331,7 +331,7 @@ class Scene:
         if isinstance(start, tuple) and len(start) != len(arm.active):
             allowed = f"one for each active module of {arm.name}, {len(arm.active)}"
             raise self.error("motion.start", f"{len(start)} module shapes", allowed)
-        if self.task.motion.method is Method.COUPLED or self.task.motion.coupling is not None:
+        if self.task.motion.couples:
             self.coupled_modules()
         places = ("shell", "riser", "waste", *(item.name for item in tank.things))
         for index, contact in enumerate(self.task.contacts):

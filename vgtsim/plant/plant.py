@@ -39,7 +39,6 @@ class Plant:
     A contact that the scene does not allow is a collision, and stops the plant for good. One that it allows is a load, but not
     under imposed lengths of rigid members: nothing there yields, and it stops the plant as well.
     Between two steps the plant holds the last command.
-
     The drives change `model`; `data` is to be read only; `timestep` is in s; `stopped` says why the plant cannot be stepped.
     """
 
@@ -56,7 +55,6 @@ class Plant:
 
         A store is given the log piece by piece, in another thread, one at a time; by default the plant keeps it. An error of
         the store is raised by a later step, `wait` or `log`.
-
         Time step, s, records a second (see the property) and model, which the plant changes, are by default the scene's.
 
         Raises:
@@ -76,11 +74,10 @@ class Plant:
         self._recorder = Recorder(gauges=self._gauges, store=store)
         # what is knocked, and the ends of quick moves, fall between two records
         jerks = bool(site.yields and site.task.contacts) or bool(site.task.mission)
-        self._steps, self._wall = 0, 0.0
+        self._steps, self._wall, self.stopped = 0, 0.0, _NEVER_RESET
         self._clock = RecordClock(self.timestep, simulation.log_rate if record_rate is None else record_rate)
         skips = self._clock.rate * self.timestep < 1 - _SAME_STEP and simulation.members == "sections"
         self._felt = "acceleration" if jerks else FELT if skips else ""  # by steps, of records that are steps apart
-        self.stopped = _NEVER_RESET
 
     @property
     def record_rate(self) -> float:
@@ -113,8 +110,7 @@ class Plant:
 
         Args:
             lengths: Lengths of the cylinders, shape (J,), m.
-            inputs: Inputs of the same posture, shape (n,); saves the way from lengths to inputs. Without both, the arm
-                stands as at the scene's start.
+            inputs: Those of the same posture, shape (n,): saves the way there. Without both the arm stands as at the start.
             feed: Height of the mast above its working depth, m.
             turn: Of the mast about its axis, rad.
 
@@ -322,7 +318,6 @@ class Plant:
         noted, reached = self._gauges.note(data), self._mast_drives.reached
         self._recorder.note_saturation(self._drive.command(self._target))
         self._mast_drives.command(self._mast)
-        digger = self._digger
         with self._feeler.sparing(self._correction.foreseen):
             gaps = self._correction.step(self._target, self._mast)
         self._mast_drives.discount(gaps, self._mast, self._stood)
@@ -344,8 +339,8 @@ class Plant:
                 pressure=self._drive.pressure,
                 more=self._find_more() | reached,
             )
-        if digger is not None:
-            digger.dig(data.site_xpos[self._gauges.tool], self.timestep)
+        if self._digger is not None:
+            self._digger.dig(data.site_xpos[self._gauges.tool], self.timestep)
         if self._felt:
             self._before = data.site_xpos[self._gauges.nodes]
         self._note_rest()
