@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.compilation import compiled
 from vgtsim.description import DoubleOctahedral, GeneralDoubleOctahedral
 from vgtsim.errors import AssemblyError, SingularityError
-from vgtsim.kinematics.mode_following import follow, worst_direction
+from vgtsim.kinematics.mode_following import follow_squares, worst_direction
 from vgtsim.kinematics.modules import mid_plane as double
 from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
 from vgtsim.kinematics.modules.sets import Chord, Fill, Mask, ModuleSet, all_legs, find_short
@@ -230,13 +230,7 @@ class DoubleOctahedra(ModuleSet):
         first = double.actuator_lengths(double.mid_nodes(self.geometry, begin))
         C = double.cell_closure(self.geometry, first).reshape(5, 3, -1)
         change = (first**2 - lengths**2).reshape(-1, 3).T
-
-        def path(t: Array, index: NDArray[np.intp]) -> Array:
-            now = C[..., index]
-            now[0] += t * change[:, index]
-            return now
-
-        result = follow(path, begin.reshape(-1, 3))
+        result = follow_squares(C, change, begin.reshape(-1, 3))
         return result.phi.reshape(lengths.shape), result.reached.reshape(lengths.shape[:-1])
 
     def solve(self, lengths: Array, start: Array | None = None) -> Array:

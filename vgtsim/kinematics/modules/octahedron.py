@@ -176,10 +176,7 @@ def _follow(geometry: OctahedronGeometry, goal: Circles, nodes: Array) -> tuple[
     square = closure_coefficients(change, np.zeros(3))
     slope = last - first - square
 
-    def path(t: Array, index: NDArray[np.intp]) -> Array:
-        return first[..., index] + t * (slope[..., index] + t * square[..., index])
-
-    return begin, follow(path, circle_angles(begin, nodes))
+    return begin, follow(first, slope, square, circle_angles(begin, nodes))
 
 
 def _circles(geometry: OctahedronGeometry, longerons: Array) -> Circles:

@@ -32,9 +32,9 @@ from vgtsim.kinematics.closure import (
     make_circles,
     place_circles,
 )
-from vgtsim.kinematics.mode_following import FollowedMode, follow, worst_direction
+from vgtsim.kinematics.mode_following import FollowedMode, follow_sides, follow_squares, worst_direction
 from vgtsim.kinematics.modules.octahedron import leg_jacobian
-from vgtsim.kinematics.triangle import place_triangle, triangle_frame, triangle_nodes
+from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
 Array = NDArray[np.float64]
 
@@ -226,25 +226,12 @@ def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> Fol
     """Follow a cell with fixed circles while its upper edges change, straight in their squares."""
     first = closure_coefficients(circles, begin).reshape(5, 3, -1)
     change = (begin**2 - goal**2).reshape(-1, 3).T
-
-    def path(t: Array, index: NDArray[np.intp]) -> Array:
-        C = first[..., index]
-        C[0] += t * change[:, index]
-        return C
-
-    return follow(path, phi.reshape(-1, 3))
+    return follow_squares(first, change, phi.reshape(-1, 3))
 
 
 def _upper(geometry: TwoCellGeometry, begin: Array, goal: Array, phi: Array) -> FollowedMode:
     """Follow the upper cell while the actuators change, straight in their lengths."""
-    longerons = np.asarray(geometry.longerons[6:])
-
-    def path(t: Array, index: NDArray[np.intp]) -> Array:
-        triangle = place_triangle(begin[index] + t[:, None] * (goal[index] - begin[index]))
-        circles = place_circles(triangle, longerons, UPPER)
-        return closure_coefficients(circles, geometry.top)
-
-    return follow(path, phi)
+    return follow_sides(begin, goal, geometry.longerons[6:], geometry.top, phi)
 
 
 def _ended_lower(geometry: TwoCellGeometry, result: FollowedMode, goal: Array) -> AssemblyError:
