@@ -11,7 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vgtsim import units
 from vgtsim.units import to_base, to_si
+from vgtsim.usual_units import USUAL_UNITS
 
 ROUNDING = 1e-14  # relative: some roundings of a double
 UNITS = {  # exact definitions: target unit, and number of it in one
@@ -129,12 +131,21 @@ def test_what_is_no_such_quantity_is_refused(value, unit, words):
     "text", ["9**9**9 kg", "1 kg**9**9", "1 " + "m" * 100_000, "1" * 100_000, "1 " + "m*" * 45 + "m"]
 )
 def test_no_text_is_evaluated_or_takes_long(text):
-    to_si("1 kg", "kg")  # the registry is there
+    to_si("1 kilogram", "kg")  # the registry is there
     start = time.process_time()
     with pytest.raises(ValueError) as caught:
         to_si(text, "kg")
     assert time.process_time() - start < 0.2
     assert len(str(caught.value)) < 200
+
+
+@pytest.mark.parametrize("text", USUAL_UNITS)
+def test_a_usual_unit_is_measured_as_pint_does_bit_for_bit(text):
+    measured = USUAL_UNITS[text]
+    assert units._measure_by_pint(text) == measured
+    for target, (size, *kind) in USUAL_UNITS.items():
+        if size == 1.0 and kind == [*measured[1:]]:
+            assert units._factor_by_pint(text, target) == units._factor(text, target) == measured[0]
 
 
 @st.composite

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     import pint
 
+from vgtsim.usual_units import USUAL_UNITS
+
 _LONGEST = 100  # characters of a quantity; the longest sensible one has some thirty
 _SHOWN = 40  # characters of a wrong text that a message repeats
 _SIGN = r"(?P<sign>[-+\u2212])?"
@@ -88,7 +90,8 @@ def _read_quantity(text: str, unit: str) -> tuple[float, str]:
         if len(text) > _LONGEST:
             raise ValueError(f"{len(text)} characters, {_shorten(text)}")
         number, written, digits = _read_number(text.strip())
-        _unit(written)
+        if written not in USUAL_UNITS:
+            _unit(written)
     except ValueError as error:
         raise ValueError(f"not a quantity: {error}; expected {like}") from None
     if number == 0 and re.search("[1-9]", re.split("[eE]", digits)[0]):
@@ -200,6 +203,10 @@ def _unit(text: str) -> pint.Unit:
 @lru_cache(maxsize=256)
 def _measure(text: str) -> tuple[float, str, str]:
     """SI base units in a unit, its units, and its dimension; an angle has its own units, and the dimension of a number."""
+    return USUAL_UNITS.get(text) or _measure_by_pint(text)
+
+
+def _measure_by_pint(text: str) -> tuple[float, str, str]:
     quantity = _registry().Quantity(1.0, _unit(text))
     based = quantity.to_base_units()
     return float(based.magnitude), _write(dict(based.unit_items())), _write(dict(quantity.dimensionality))
@@ -214,4 +221,10 @@ def _write(powers: Mapping[str, Any]) -> str:
 @lru_cache(maxsize=256)
 def _factor(text: str, unit: str) -> float:
     """Number of one unit in another."""
+    if text in USUAL_UNITS and unit in USUAL_UNITS and USUAL_UNITS[unit][0] == 1.0:
+        return USUAL_UNITS[text][0]
+    return _factor_by_pint(text, unit)
+
+
+def _factor_by_pint(text: str, unit: str) -> float:
     return float(_registry().Quantity(1.0, _unit(text)).to(_unit(unit)).magnitude)
