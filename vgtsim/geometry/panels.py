@@ -157,7 +157,7 @@ def _ring(line: _Tangent, ends: tuple[Array, Array], turn: float, bore: float, s
     half_width = (max(point[0] for point in outline) + DEPTH * sin(line.heading)) * tan(pi / sectors)
     middle = line.point + (low + high) / 2 * line.along - DEPTH / 2 * line.inward
     half = np.array([(high - low) / 2, half_width, DEPTH / 2])
-    return [_place(f"{name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)]
+    return _place(name, middle, line, half, sectors)
 
 
 def _bore(tank: Tank, profile: Profile, tolerance: float) -> list[Panel]:
@@ -169,15 +169,16 @@ def _bore(tank: Tank, profile: Profile, tolerance: float) -> list[Panel]:
     line = _Tangent(riser.name, np.array([radius, rim]), pi / 2)
     middle = np.array([radius + DEPTH / 2, (rim + top) / 2])
     half = np.array([(top - rim) / 2, (radius + DEPTH) * tan(pi / sectors), DEPTH / 2])
-    return [_place(f"{riser.name}/{i}", middle, line, half, 2 * pi * (i + 0.5) / sectors) for i in range(sectors)]
+    return _place(riser.name, middle, line, half, sectors)
 
 
-def _place(name: str, middle: Array, line: _Tangent, half: Array, azimuth: float) -> Panel:
-    """Turn a box of the meridian plane to its azimuth."""
-    c, s = cos(azimuth), sin(azimuth)
-    along = np.array([line.along[0] * c, line.along[0] * s, line.along[1]])
-    inward = np.array([line.inward[0] * c, line.inward[0] * s, line.inward[1]])
-    (x, y, z), (u, v, w) = inward, along
-    across = np.array([y * w - z * v, z * u - x * w, x * v - y * u])  # np.cross takes most of the time of all panels
-    axes = np.stack([along, across, inward], -1)
-    return Panel(name, np.array([middle[0] * c, middle[0] * s, middle[1]]), axes, half)
+def _place(name: str, middle: Array, line: _Tangent, half: Array, sectors: int) -> list[Panel]:
+    """Turn a box of the meridian plane to the azimuths of all sectors."""
+    turns = [2 * pi * (i + 0.5) / sectors for i in range(sectors)]
+    c, s, one = np.array([cos(turn) for turn in turns]), np.array([sin(turn) for turn in turns]), np.ones(sectors)
+    x, y, z = inward = np.array([line.inward[0] * c, line.inward[0] * s, line.inward[1] * one])
+    u, v, w = along = np.array([line.along[0] * c, line.along[0] * s, line.along[1] * one])
+    across = np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+    centres = np.array([middle[0] * c, middle[0] * s, middle[1] * one]).T.copy()
+    axes = np.stack([along, across, inward], axis=-1).swapaxes(0, 1).copy()
+    return [Panel(f"{name}/{i}", centres[i], axes[i], half) for i in range(sectors)]
