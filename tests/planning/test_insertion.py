@@ -236,6 +236,14 @@ def aside(small):
     return vgtsim.Site(replace(small.scene, tank=small.tank.model_copy(update={"arm_riser": riser, "equipment": ()})))
 
 
+@pytest.mark.slow
+def test_a_module_unfolds_soon_enough_below_the_rim():
+    """On this curve shapes between knots 0.35 m apart leave it by 1.5 times the least, just after a module's opening."""
+    arcs = [(4.93716159, 0.20644784), (4.14793234, 0.19739532), (3.10120803, -0.04266906)]
+    way = follow_directrix(vgtsim.load("arm30_shape"), make_directrix(7.29361322, arcs), -3.1135868, followed=FOLLOWED)
+    assert way.bound <= way.deviation <= FOLLOWED * way.bound
+
+
 def test_a_riser_beside_the_axis_holds_the_stowed_arm_as_one_on_it_does(small, aside):
     """Deep in the bore the tank is out of reach: the least distance from the bore is that of the riser's fit."""
     lift = np.array([start_feed(small, PlanarArm(small.chain, 0.0))])

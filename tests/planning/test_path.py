@@ -7,9 +7,10 @@ from scipy.spatial import cKDTree
 from vgtsim.description.tank import Equipment
 from vgtsim.errors import PathError
 from vgtsim.geometry import make_profile
-from vgtsim.kinematics import azimuth, bend_all
+from vgtsim.kinematics import azimuth, bend_all, swing
 from vgtsim.kinematics.inertia import member_radii
 from vgtsim.planning.path import plan_path
+from vgtsim.planning.sampling import can_search
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Surroundings, make_box
 
@@ -110,3 +111,23 @@ def test_path_blocked_both_ways_names_what_blocks_it(hanging_arm, type_ii):
 def test_more_clearance_is_kept_when_it_is_asked_for(hanging_arm, around):
     ends = pose(hanging_arm, 120), pose(hanging_arm, 150)
     assert plan_path(corridor(around, 0.3), *ends, "wide").clearance >= 0.3
+
+
+@pytest.mark.skipif(not can_search(), reason="OMPL is not installed")
+def test_the_last_section_goes_through_an_opening_hardly_wider_than_it(hanging_arm, type_ii):
+    """Between two posts, 1.05 times as far apart as the section is wide; the path misses the clearance if it is smoothed only once."""
+    home, through = np.radians([[-13.0, 42.0, 40.0, 24.0, 43.0], [26.0, 33.0, -2.0, 33.0, -2.0]])
+    first, last = swing(hanging_arm, bend_all(hanging_arm, home, 0.0), -np.pi / 3), bend_all(hanging_arm, through, 0.0)
+    across, hub = hanging_arm.nodes(last)[-6:, 1], hanging_arm.manipulator.hub.radius
+    low, high = across.min() - hub, across.max() + hub
+    sides = [(low + high) / 2 + side * (1.05 * (high - low) + 0.3) / 2 for side in (1, -1)]
+    posts = [
+        Equipment(name=f"post_{k}", diameter=0.3, radius=np.hypot(9.4, y), azimuth=np.arctan2(y, 9.4))
+        for k, y in enumerate(sides)
+    ]
+    narrow = Surroundings(hanging_arm, type_ii.model_copy(update={"equipment": tuple(posts)}), 0.15, 0.4572)
+    found = plan_path(corridor(narrow, 0.01), first, last, "opening")
+    samples = found.curve(np.linspace(0, 1, 1001))
+    assert narrow.clearance(samples)[0].min() > 0.009
+    assert found.clearance >= 0.01
+    np.testing.assert_allclose(found.curve([0.0, 1.0]), [first, last], atol=1e-12)

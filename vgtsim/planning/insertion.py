@@ -53,6 +53,8 @@ _KEPT = 1.5e-3  # m from the ends of strokes at which hinges begin
 _SOFT = 0.02  # m beyond the clearance at which hinges begin
 # Aim over the least deviation, and factor on the clearance's hinge: the next is tried while a limit is overrun.
 _TRIES = ((1.1, 1.0), (0.95, 1.5), (1.4, 2.0), (2.2, 2.5))
+# The same where the arm leaves its directrix too far just below the rim: a module unfolds sooner between finer knots, m.
+_CLOSE, _CLOSE_KNOT = ((1.1, 1.0), (0.9, 1.0), (0.8, 1.25)), 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,8 +164,11 @@ def follow_directrix(
     """
     guide = make_guide(site, directrix, azimuth, last)
     postures = find_postures(guide)
+    tries = [(guide, *one) for one in _TRIES]
+    if np.isfinite(followed):
+        tries += [(replace(guide, knot=_CLOSE_KNOT), *one) for one in _CLOSE]
     best: tuple[float, str, float] | None = None
-    for aim, firm in _TRIES:
+    for guide, aim, firm in tries:
         way = judge_way(site, guide, _fit(site, guide, postures, aim, firm), postures.bound)
         room, place, left = min(_rooms(site, way, followed))
         if room >= 0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -110,13 +110,18 @@ def _leads_through(corridor: Corridor, way: Array) -> bool:
 def _searches(corridor: Corridor, first: Array, last: Array, carousel: Carousel) -> Iterator[list[Array]]:
     """Ways that a sampling planner finds, smoothed and as they are.
 
+    Where that misses, the way leads through a gap hardly wider than the arm. It is smoothed once more with twice the way-points,
+    since the curve strays between them, and with narrower hinges: wide ones on both sides of a gap balance off its middle.
     There are none without OMPL, for arms whose inputs are bound to each other, and where an end is not clear.
     """
     if not can_search() or not corridor.space.whole or not carousel.ground.clear(np.array([first, last])).all():
         return
+    firm = replace(corridor, softness=corridor.softness / 2)
     for corners in carousel.ways(first, last):
         way = _fill(corners, carousel.ground.scale)
-        yield [smooth(corridor, way), way]
+        smoothed = smooth(corridor, way)
+        yield [smoothed, way]
+        yield [smooth(firm, smooth(corridor, _refine(smoothed)))]
 
 
 def _fill(corners: Array, scale: Array) -> Array:
@@ -125,6 +130,13 @@ def _fill(corners: Array, scale: Array) -> Array:
     count = int(np.clip(np.ceil(reach[-1] / _STRIDE), _WAYPOINTS, _MOST_WAYPOINTS))
     stations = np.linspace(0.0, reach[-1], count)
     return np.stack([np.interp(stations, reach, column) for column in corners.T], axis=1)
+
+
+def _refine(way: Array) -> Array:
+    """A way with a way-point more between any two."""
+    finer = np.repeat(way, 2, axis=0)[:-1]
+    finer[1::2] = (way[:-1] + way[1:]) / 2
+    return finer
 
 
 def _candidates(chain: Chain, first: Array, last: Array) -> Iterator[list[Array]]:

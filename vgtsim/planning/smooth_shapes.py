@@ -19,7 +19,7 @@ from vgtsim.positioning import Surroundings
 
 Array = NDArray[np.float64]
 
-_SPACING = 0.12  # m of feed between the places at which shapes are looked at: three in a knot
+_LOOKS = 0.12 / 0.35  # feed between the places at which shapes are looked at, over that between knots: three in a knot
 _POWER = 4  # of a deviation over its aim, whose square is summed: above the aim it grows fast
 _STROKE = 5e-4  # m by which an actuator in the hinge at the end of its stroke counts one
 _GAP = 5e-3  # m by which a node that is too near counts one
@@ -54,7 +54,7 @@ class Track:
     def feed(self) -> Array:
         """Feeds that are looked at, shape (W,), m."""
         first = float(self.guide.opening.max())
-        count = max(2, int(np.ceil((first - self.guide.last) / _SPACING)))
+        count = max(2, int(np.ceil((first - self.guide.last) / (_LOOKS * self.guide.knot))))
         return np.linspace(first, self.guide.last, count + 1)[1:]
 
     @cached_property

@@ -19,7 +19,7 @@ from vgtsim.planning.directrix import LeadCurve
 
 Array = NDArray[np.float64]
 
-_KNOT = 0.35  # m of feed between knots: about an eighth of the distance of two modules
+KNOT = 0.35  # m of feed between knots: about an eighth of the distance of two modules
 _DEGREE = 5  # so that jerk has no jumps at knots
 _CORNERS = 3  # coefficients at the opening that are zero: value, rate and second derivative
 _ALONG = np.linspace(0.0, 1.0, 7)[
@@ -36,6 +36,7 @@ class Follower:
         opening: Feed at which each active module may open, shape (A,), m.
         last: Feed at the end of the way, m.
         least: Least actuator lengths, shape (J,), m; `greatest` are the greatest.
+        knot: Feed between the knots of the shapes, m. A module that opens unfolds within two or three of them.
     """
 
     planar: PlanarArm
@@ -45,6 +46,7 @@ class Follower:
     last: float
     least: Array
     greatest: Array
+    knot: float = KNOT
 
     @property
     def chain(self) -> Chain:
@@ -111,7 +113,7 @@ def tabulate(guide: Follower, feed: Array, order: int = 0) -> Array:
         if span <= 0:
             tables.append(np.zeros((len(feed), 0)))
             continue
-        pieces = max(2, int(np.ceil(span / _KNOT)))
+        pieces = max(2, int(np.ceil(span / guide.knot)))
         knots = np.concatenate([np.zeros(_DEGREE), np.linspace(0.0, span, pieces + 1), np.full(_DEGREE, span)])
         count = pieces + _DEGREE
         basis = BSpline(knots, np.eye(count)[:, _CORNERS:], _DEGREE)
