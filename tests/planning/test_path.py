@@ -117,7 +117,8 @@ def test_more_clearance_is_kept_when_it_is_asked_for(hanging_arm, around):
 def test_the_last_section_goes_through_an_opening_hardly_wider_than_it(hanging_arm, type_ii):
     """Between two posts, 1.05 times as far apart as the section is wide; the path misses the clearance if it is smoothed only once."""
     home, through = np.radians([[-13.0, 42.0, 40.0, 24.0, 43.0], [26.0, 33.0, -2.0, 33.0, -2.0]])
-    first, last = swing(hanging_arm, bend_all(hanging_arm, home, 0.0), -np.pi / 3), bend_all(hanging_arm, through, 0.0)
+    first = swing(hanging_arm, bend_all(hanging_arm, home, 0.0), -np.pi / 3)
+    last = bend_all(hanging_arm, through, 0.0)
     across, hub = hanging_arm.nodes(last)[-6:, 1], hanging_arm.manipulator.hub.radius
     low, high = across.min() - hub, across.max() + hub
     sides = [(low + high) / 2 + side * (1.05 * (high - low) + 0.3) / 2 for side in (1, -1)]
