@@ -115,7 +115,7 @@ def test_more_clearance_is_kept_when_it_is_asked_for(hanging_arm, around):
 
 @pytest.mark.skipif(not can_search(), reason="OMPL is not installed")
 def test_the_last_section_goes_through_an_opening_hardly_wider_than_it(hanging_arm, type_ii):
-    """Between two posts, 1.05 times as far apart as the section is wide; the path misses the clearance if it is smoothed only once."""
+    """Between two posts, 1.05 times as far apart as the section is wide; a path smoothed once misses the clearance."""
     home, through = np.radians([[-13.0, 42.0, 40.0, 24.0, 43.0], [26.0, 33.0, -2.0, 33.0, -2.0]])
     first = swing(hanging_arm, bend_all(hanging_arm, home, 0.0), -np.pi / 3)
     last = bend_all(hanging_arm, through, 0.0)
