@@ -22,6 +22,7 @@ CLOSED = 1e-7  # m
 TIERS = {
     "rigid": {},
     "sections": {"members": "sections"},
+    "servo": {"drive": "servo", "timestep": 5e-3},
     "springs": {"members": "elastic", "timestep": 0.01, "log_rate": 100.0, "damping_ratio": 0.5},
 }
 ROWS = {
@@ -98,7 +99,8 @@ def test_checks_pass_while_the_mast_turns(turned):
     report = verify(site, log, tour)
     words = ("turn ", "turning", "feed", "hoist", "node", "gap", "reaction", "largest force")
     rows = [row for row in report.checks if any(word in row.quantity + " " for word in words)]
-    assert {row.quantity for row in rows} >= ROWS
+    trails = {"turn to its command"} if site.task.simulation.drive == "servo" else set()
+    assert {row.quantity for row in rows} >= ROWS - trails
     assert [(row.quantity, row.measured) for row in rows if not row.passed] == []
 
 

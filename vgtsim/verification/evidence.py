@@ -267,8 +267,9 @@ class Evidence:
 
     @property
     def rings(self) -> bool:
-        """Whether the arm still rings a little when it counts as settled: an elastic one does."""
-        return self.site.task.simulation.members == "elastic"
+        """Whether the arm still rings a little when it counts as settled: an elastic one does, and one on servos."""
+        simulation = self.site.task.simulation
+        return simulation.members == "elastic" or simulation.drive == "servo"
 
     @cached_property
     def ratings(self) -> Ratings:
