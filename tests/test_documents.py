@@ -244,6 +244,6 @@ def test_what_takes_long_is_run_with_what_is_short(run_commands):
 
 
 def test_a_wrong_line_ends_the_commands(run_commands, tmp_path):
-    assert run_commands.run_line("vgtsim models > models.txt", tmp_path) == ""
+    assert run_commands.run_line("vgtsim --version > version.txt", tmp_path) == ""
     assert run_commands.run_line("vgtsim check nothing.toml", tmp_path).startswith("status 2")
     assert "ZeroDivisionError" in run_commands.run_program(ast.parse("1 / 0"), tmp_path)

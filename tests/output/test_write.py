@@ -118,6 +118,7 @@ def test_a_failed_write_leaves_the_old_file_alone(report, tmp_path):
     assert [(file.name, file.read_text(encoding="utf-8")) for file in tmp_path.iterdir()] == [("report.json", "old")]
 
 
+@pytest.mark.long
 def test_the_report_as_pdf(site, log, report, tmp_path):
     pytest.importorskip("weasyprint", reason="vgtsim[pdf] is not installed")
     assert write_pdf(site, log, report, tmp_path) is None

@@ -150,6 +150,7 @@ def test_every_thing_in_a_shipped_tank_is_drawn(name):
     server.stop()
 
 
+@pytest.mark.long
 def test_waste_that_is_cut_falls_by_its_heights_and_a_thin_layer_waits_for_the_next():
     site, diggings = vgtsim.load("type_ii_reach"), vgtsim.load("type_ii_heel").diggings
     site.__dict__["diggings"], chain = diggings, site.chain  # of another tank: no path of an arm is needed here
