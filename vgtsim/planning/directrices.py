@@ -77,11 +77,13 @@ def propose_directrices(site: Site, last: float = 0.0) -> Iterator[tuple[LeadCur
         for bent in radius * _CURVED:
             for turn in _TURNS:
                 curve = make_directrix(float(foot), [(float(bent * turn), float(1 / bent))])
-                for k in range(_AZIMUTHS):
-                    towards = start + 2 * np.pi * k / _AZIMUTHS
-                    score = _room(site, curve, towards, inside - (site.scene.pivot_height - foot), rim - 0.1 - pitch)
+                towards_all = [float(start + 2 * np.pi * k / _AZIMUTHS) for k in range(_AZIMUTHS)]
+                rooms = _find_rooms(
+                    site, curve, towards_all, inside - (site.scene.pivot_height - foot), rim - 0.1 - pitch
+                )
+                for towards, room in zip(towards_all, rooms, strict=True):
                     off = abs((towards - start + np.pi) % (2 * np.pi) - np.pi)
-                    found.append((min(score, _ENOUGH) - _APART * off, len(found), curve, towards))
+                    found.append((min(room, _ENOUGH) - _APART * off, len(found), curve, towards))
     found.sort(key=lambda item: (-item[0], item[1]))
     yield from _spread(found)
 
@@ -102,16 +104,17 @@ def _spread(found: list[tuple[float, int, LeadCurve, float]]) -> Iterator[tuple[
         left = later
 
 
-def _room(site: Site, curve: LeadCurve, towards: float, reach: float, straight: float) -> float:
-    """Room about a curve for a thick arm, less what leaving it costs, m."""
+def _find_rooms(site: Site, curve: LeadCurve, towards: list[float], reach: float, straight: float) -> list[float]:
+    """Room about a curve in each of some planes for a thick arm, less what leaving it costs, m."""
     around = site.surroundings
     flat, _ = curve.at(np.arange(0.0, max(reach, _SPACING), _SPACING))
-    points = PlanarArm(site.chain, towards).place(flat)
+    points = np.stack([PlanarArm(site.chain, angle).place(flat) for angle in towards])
     half = site.tank.arm_riser.bore / 2 + _BULGE + site.clearance
-    bed, above = around.obstacles.bed, points[:, 2] - around.obstacles.waste_level
+    bed, above = around.obstacles.bed, points[..., 2] - around.obstacles.waste_level
     if bed is not None and np.ptp(bed.heights) > 0:
         above = bed.distance(points)[0]
-    gaps = [enclosure_distance(site.tank, around.profile, points)[0].min(), above.min()]
-    gaps += around.obstacles.distances(points[:-1], points[1:]).tolist()
+    walls = enclosure_distance(site.tank, around.profile, points)[0]
+    least = np.minimum(walls.min(axis=1), above.min(axis=1))
     leave = abs(float(curve.offsets(np.array([0.0, straight]))[0]))
-    return float(min(gaps)) - half - _BACK * leave
+    things = [around.obstacles.distances(each[:-1], each[1:]).min(initial=np.inf) for each in points]
+    return (np.minimum(least, things) - half - _BACK * leave).tolist()
