@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -127,15 +128,16 @@ def test_no_posture_comes_nearer_than_the_nearest(hanging_arm, posture):
     best = np.argmin(np.linalg.norm(left, axis=1))
     box, start = problem.box, hanging_arm.lengths(q[best])
 
-    def rows(lengths):
-        state = problem.chain.state(hanging_arm.inputs_from_lengths(lengths, start=q[best])[None])
+    @lru_cache(maxsize=1)  # error and slopes are asked for one after the other
+    def find_rows(*lengths):
+        state = problem.chain.state(hanging_arm.inputs_from_lengths(np.array(lengths), start=q[best])[None])
         error, J = evaluate(hanging_arm, problem.goal, state, np.zeros(1, int))
         return error[0], np.linalg.solve(state.leg_slopes[0].T, J[0].T).T
 
     other = least_squares(
-        lambda lengths: rows(lengths)[0],
+        lambda lengths: find_rows(*lengths)[0],
         start,
-        lambda lengths: rows(lengths)[1],
+        lambda lengths: find_rows(*lengths)[1],
         (box.least, box.greatest),
     )
     assert np.linalg.norm(left[best]) > 0.01
