@@ -70,8 +70,8 @@ def check_revisions(run: Evidence) -> Finding:
         if here >= len(whole.time) or (whole.settled[here] and whole.goal[here] == last):
             continue
         planned = [item.time for item in log.revisions if item.time >= when - SAME_INSTANT]
-        between = (log.time >= when) & (log.time <= min(planned, default=np.inf))
-        if not planned or np.ptp(log.commanded[between], axis=0).max(initial=0.0) > _STILL:
+        between = log.commanded[(log.time >= when) & (log.time <= min(planned, default=np.inf))]
+        if not planned or (len(between) > 1 and np.ptp(between, axis=0).max() > _STILL):
             faults.append(f"what appeared at {when:.6g} s")
     return Finding(value=float(len(faults)), where=faults[0] if faults else "none", detail="; ".join(faults))
 
