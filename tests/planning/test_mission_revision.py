@@ -1,4 +1,4 @@
-"""Something appears while the mast turns, while the tool follows a path, and while it cuts; raster and moves: `test_appearances`."""
+"""Something appears while the mast turns, the tool follows a path or cuts; for rows and moves see `test_appearances`."""
 
 from __future__ import annotations
 
