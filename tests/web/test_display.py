@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 import vgtsim
 from vgtsim.description import load_manipulator, load_tank
 from vgtsim.errors import MissingLibraryError
+from vgtsim.geometry import make_profile, solids
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.output.colours import force_colours
 from vgtsim.output.quantities import MINUS
@@ -147,7 +150,42 @@ def test_every_thing_in_a_shipped_tank_is_drawn(name):
     add_tank(server.scene, tank)
     wanted = [item.name for item in (*tank.standing, *tank.solids)] + ["shell", "risers", "rings"]
     assert all(server.scene.get_handle_by_name(f"/tank/{thing}") is not None for thing in wanted)
+    solid = [thing for thing in (*wanted, "waste", "soil") if thing != "rings"]
+    assert not any(is_both_sided(server, f"/tank/{thing}") for thing in solid)
+    assert is_both_sided(server, "/tank/rings")  # they have no thickness
     server.stop()
+
+
+def is_both_sided(server, name):
+    """Whether a thing is drawn from both sides, at twice the cost; a thing that is not there is not."""
+    handle = server.scene.get_handle_by_name(name)
+    if handle is None:
+        return False
+    size = int.from_bytes(handle.glb_data[12:16], "little")  # after the header of a binary glTF
+    return json.loads(handle.glb_data[20 : 20 + size])["materials"][0]["doubleSided"]
+
+
+@pytest.mark.parametrize("name", TANKS)
+def test_layers_without_the_surfaces_where_they_meet_are_one_closed_solid(name):
+    """Liner on concrete, and dome under soil: from outside nothing is missing."""
+    tank = load_tank(SCENES / f"{name}.toml")
+    profile = make_profile(tank.shell)
+    for front in (False, True):
+        for pieces in (("dish",), ("knuckle", "wall")):
+            make = solids.make_liner, solids.make_concrete
+            check_layers(*([layer(tank, profile, front, pieces, covered=c) for layer in make] for c in (True, False)))
+    if not tank.shell.open and not tank.arm_riser.radius:  # a hole beside the axis is cut into each on its own
+        make = solids.make_dome, solids.make_soil
+        check_layers(*([layer(tank, profile, False, covered=c) for layer in make] for c in (True, False)))
+
+
+def check_layers(covered, whole):
+    assert all(solid.is_watertight for solid in whole)
+    assert all(len(thin.faces) < 0.8 * len(solid.faces) for thin, solid in zip(covered, whole, strict=True))
+    joint = trimesh.util.concatenate(covered)
+    joint.merge_vertices()
+    assert joint.is_watertight
+    assert joint.volume == pytest.approx(sum(solid.volume for solid in whole), rel=1e-9)
 
 
 @pytest.mark.long

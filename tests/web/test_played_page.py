@@ -106,6 +106,10 @@ def test_it_plays_by_itself_without_a_network(page):
     assert all(url.startswith(("file:", "data:", "blob:")) for url in page.wanted)
 
 
+def test_it_is_drawn_as_cheaply_as_the_live_page(page):
+    page.wait_for_function("window.__viserMutable.backgroundMaterial.visible === false")
+
+
 def test_the_slider_moves_the_arm_and_the_readings(page, file, site, log):
     rows = json.loads(re.search(r"const run = (\{.*?\});\n", file.read_text(encoding="utf-8"))[1])
     for _ in range(TRIES):  # where a busy browser gave the picture of the place before, the three do not fit together

@@ -27,7 +27,14 @@ PATIENCE = 120  # s: on a machine that does other things besides
 SIZE = {"width": 1280, "height": 720}
 PICTURE = (320, 0, 940, 720)  # the part of the page without panel and messages
 
-
+KEEP = """
+window.given = [];
+const give = WebGL2RenderingContext.prototype.shaderSource;
+WebGL2RenderingContext.prototype.shaderSource = function (shader, text) {
+  window.given.push(text);
+  return give.call(this, shader, text);
+};
+"""
 MESSAGE, HEAD = 160, 7  # pixels: height of the browser's message, and from the tip of an arrow into its head
 
 
@@ -122,6 +129,7 @@ class Person:
 @pytest.fixture(scope="module")
 def person(served, browser):
     page = browser.new_page(viewport=SIZE)
+    page.add_init_script(KEEP)
     page.goto(served.address)
     person = Person(page)
     person.wait(lambda: page.locator("th").count() > 0)
@@ -153,6 +161,20 @@ class TestBrowser:
         drawn = person.page.evaluate(smooth)
         assert drawn
         assert not any(drawn)
+
+    def test_it_draws_every_point_and_nothing_behind_the_scene(self, person):
+        """A slow client draws fewer points after some seconds, and asks at each point for a picture behind all."""
+        drawn = "(canvas => [canvas.width, canvas.height])(window.__viserMutable.canvas)"
+        person.page.wait_for_timeout(8000)
+        assert person.page.evaluate(drawn) == [SIZE["width"], SIZE["height"]]
+        assert person.page.evaluate("window.__viserMutable.backgroundMaterial.visible") is False
+
+    def test_its_curve_of_light_is_a_root(self, person):
+        """Every shader that the graphics were given."""
+        given = [text for text in person.page.evaluate("window.given") if "sRGBTransferOETF( in vec4 value )" in text]
+        assert given
+        assert all("1.138 * sqrt( value.rgb )" in text for text in given)
+        assert not any("0.41666" in text for text in given)
 
     def test_a_slider_moves_the_arm(self, person, served, tmp_path):
         page, before = person.page, person.picture(tmp_path / "a.png")

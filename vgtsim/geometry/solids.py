@@ -6,6 +6,7 @@ The back half is on the side of +y, the front half on the side of -y. All meshes
 from __future__ import annotations
 
 from math import ceil, pi
+from typing import Literal
 
 import numpy as np
 import trimesh
@@ -29,11 +30,13 @@ _LEVEL = 0.1  # least upward part of the normal of a face that is of the surface
 _RINGS = 60  # of an uneven bed of waste: the spacing of its heights
 
 
-def revolve_strip(near: Array, far: Array, front: bool, sections: int = _SECTORS) -> trimesh.Trimesh:
+def revolve_strip(
+    near: Array, far: Array, front: bool, sections: int = _SECTORS, without: Literal["near", "far", ""] = ""
+) -> trimesh.Trimesh:
     """Turn the strip between two curves (r, z), shape (n, 2), m, through half a turn; a closed mesh with outward normals.
 
     The inner curve runs anticlockwise, seen with r to the right and z up; outer points are paired with inner ones. The
-    front half is on the side of -y.
+    front half is on the side of -y. The surface of one curve may be left out.
     """
     outline = np.concatenate([near, far[::-1], near[:1]])
     mesh = trimesh.creation.revolve(outline, angle=pi, sections=sections, process=False)
@@ -41,43 +44,68 @@ def revolve_strip(near: Array, far: Array, front: bool, sections: int = _SECTORS
     j = 2 * len(near) - 1 - i
     cap = np.concatenate([np.stack([i, i + 1, j - 1], -1), np.stack([i, j - 1, j], -1)])
     faces = np.concatenate([mesh.faces, cap, cap[:, ::-1] + len(mesh.vertices) - len(outline)])
+    curve = faces % len(outline) // len(near)  # near and far, and near again at the end of the outline
+    surface = np.isin(curve, {"near": (0, 2), "far": (1,), "": ()}[without]).all(axis=1)
     mesh = trimesh.Trimesh(mesh.vertices, faces, process=True)
-    mesh.update_faces(mesh.nondegenerate_faces())
+    kept = mesh.nondegenerate_faces() & ~surface
     if mesh.volume < 0:
         mesh.invert()
+    mesh.update_faces(kept)
     if front:
         mesh.apply_transform(trimesh.transformations.rotation_matrix(pi, [0, 0, 1]))
     return mesh
 
 
 def make_liner(
-    tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...], spacing: float = _SPACING
+    tank: Tank,
+    profile: Profile,
+    front: bool,
+    pieces: tuple[str, ...],
+    spacing: float = _SPACING,
+    *,
+    covered: bool = False,
 ) -> trimesh.Trimesh:
-    """Half of the steel liner along some pieces of the profile, on points at most a spacing, m, apart."""
+    """Half of the steel liner along some pieces of the profile, on points at most a spacing, m, apart.
+
+    A covered one is without its surface on the concrete, which nobody sees. So it is with the next ones.
+    """
     inner = _curve(profile, pieces, spacing)
-    return revolve_strip(inner, _offset(profile, inner, tank.shell.liner_thickness), front)
+    outer = _offset(profile, inner, tank.shell.liner_thickness)
+    return revolve_strip(inner, outer, front, without="far" if covered else "")
 
 
 def make_concrete(
-    tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...], spacing: float = _SPACING
+    tank: Tank,
+    profile: Profile,
+    front: bool,
+    pieces: tuple[str, ...],
+    spacing: float = _SPACING,
+    *,
+    covered: bool = False,
 ) -> trimesh.Trimesh:
     """Half of the concrete behind the liner along some pieces of the profile, drawn as thick as the dome."""
     inner = _curve(profile, pieces, spacing)
     liner, thickness = tank.shell.liner_thickness, tank.shell.dome_thickness
-    return revolve_strip(_offset(profile, inner, liner), _offset(profile, inner, liner + thickness), front)
+    near, far = _offset(profile, inner, liner), _offset(profile, inner, liner + thickness)
+    return revolve_strip(near, far, front, without="near" if covered else "")
 
 
-def make_dome(tank: Tank, profile: Profile, front: bool, spacing: float = _SPACING) -> trimesh.Trimesh:
-    """Half of the concrete dome, open at the arm riser."""
+def make_dome(
+    tank: Tank, profile: Profile, front: bool, spacing: float = _SPACING, *, covered: bool = False
+) -> trimesh.Trimesh:
+    """Half of the concrete dome, open at the arm riser; the soil covers it."""
     inner = _ceiling(tank, profile, spacing)
-    return _open(tank, revolve_strip(inner, _cover(tank, profile, inner), front))
+    outer = _cover(tank, profile, inner)
+    return _open(tank, revolve_strip(inner, outer, front, without="far" if covered else ""))
 
 
-def make_soil(tank: Tank, profile: Profile, front: bool, spacing: float = _SPACING) -> trimesh.Trimesh:
+def make_soil(
+    tank: Tank, profile: Profile, front: bool, spacing: float = _SPACING, *, covered: bool = False
+) -> trimesh.Trimesh:
     """Half of the soil on the dome up to grade."""
     below = _cover(tank, profile, _ceiling(tank, profile, spacing))
     above = np.stack([below[:, 0], np.full(len(below), tank.grade)], -1)
-    return _open(tank, revolve_strip(below, above, front))
+    return _open(tank, revolve_strip(below, above, front, without="near" if covered else ""))
 
 
 def _open(tank: Tank, mesh: trimesh.Trimesh) -> trimesh.Trimesh:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,8 @@ from trimesh.visual import ColorVisuals
 if TYPE_CHECKING:
     from viser import GlbHandle, SceneApi
 
-Colour = tuple[int, int, int]
+Colour = tuple[int, int, int]  # red, green and blue to 255
+Piece = tuple[trimesh.Trimesh, Colour]
 
 SHARP = np.radians(30)  # between faces: from there on an edge is drawn as one
 _LAMP = np.array([-0.42, -0.70, 0.57])  # unit vector toward it: from the left, in front and above
@@ -23,10 +25,10 @@ _GAMMA = 2.2  # colours in glTF are linear
 _UNLIT = "KHR_materials_unlit"
 
 
-def add_baked(scene: SceneApi, name: str, solids: Iterable[tuple[trimesh.Trimesh, Colour]]) -> GlbHandle:
-    """Add solids of one colour each, red, green and blue to 255, as one thing that casts and takes no shadow."""
+def add_baked(scene: SceneApi, name: str, solids: Iterable[Piece], *, both: bool = False) -> GlbHandle:
+    """Add solids as one thing that casts and takes no shadow, drawn from outside alone, or from both sides: twice the cost."""
     mesh = trimesh.util.concatenate([_shade(solid, colour) for solid, colour in solids])
-    data = export_glb(trimesh.Scene(mesh), include_normals=False, tree_postprocessor=_unlight)
+    data = export_glb(trimesh.Scene(mesh), include_normals=False, tree_postprocessor=partial(_unlight, both=both))
     return scene.add_glb(name, data, cast_shadow=False, receive_shadow=False)
 
 
@@ -41,10 +43,10 @@ def _shade(solid: trimesh.Trimesh, colour: Colour) -> trimesh.Trimesh:
     return mesh
 
 
-def _unlight(tree: dict[str, Any]) -> None:
-    """Give all surfaces of a glTF tree a material that shows the colours of the corners as they are, from both sides."""
+def _unlight(tree: dict[str, Any], *, both: bool) -> None:
+    """Give all surfaces of a glTF tree a material that shows the colours of the corners as they are."""
     tree["extensionsUsed"] = [*tree.get("extensionsUsed", []), _UNLIT]
-    tree["materials"] = [{"doubleSided": True, "extensions": {_UNLIT: {}}}]
+    tree["materials"] = [{"doubleSided": both, "extensions": {_UNLIT: {}}}]
     for mesh in tree["meshes"]:
         for primitive in mesh["primitives"]:
             primitive["material"] = 0

@@ -10,10 +10,10 @@ import trimesh
 from numpy.typing import NDArray
 
 from vgtsim.description import Tank
-from vgtsim.geometry import Diggings, find_hulls, make_profile, obstacles, ring_radii, solids, tool_frame
+from vgtsim.geometry import Diggings, Profile, find_hulls, make_profile, obstacles, ring_radii, solids, tool_frame
 from vgtsim.output.things import name_things
 from vgtsim.site import Site
-from vgtsim.web.baking import add_baked
+from vgtsim.web.baking import Piece, add_baked
 
 if TYPE_CHECKING:
     from viser import MeshHandle, SceneApi, ViserServer
@@ -58,13 +58,12 @@ def add_scenery(server: ViserServer, site: Site) -> None:
 def add_tank(scene: SceneApi, tank: Tank, diggings: Diggings | None = None) -> None:
     """Add the back half of a tank with all that is in it; the waste is open over the diggings, see `add_pit`."""
     profile, around = make_profile(tank.shell), obstacles(tank)
-    shell = [(solids.make_liner(tank, profile, front, _FLOOR, _SPACING), _LINER) for front in (False, True)]
-    shell += [(solids.make_concrete(tank, profile, front, _FLOOR, _SPACING), _CONCRETE) for front in (False, True)]
+    shell = _make_layers(tank, profile, False, _FLOOR) + _make_layers(tank, profile, True, _FLOOR)
     if not tank.shell.open:
-        shell += [(solids.make_liner(tank, profile, False, _WALL, _SPACING), _LINER)]
-        shell += [(solids.make_concrete(tank, profile, False, _WALL, _SPACING), _CONCRETE)]
-        shell += [(solids.make_dome(tank, profile, False, _SPACING), _CONCRETE)]
-        add_baked(scene, "/tank/soil", [(solids.make_soil(tank, profile, False, _SPACING), _SOIL)])
+        shell += _make_layers(tank, profile, False, _WALL)
+        shell += [(solids.make_dome(tank, profile, False, _SPACING, covered=True), _CONCRETE)]
+        soil = solids.make_soil(tank, profile, False, _SPACING, covered=True)
+        add_baked(scene, "/tank/soil", [(soil, _SOIL)])
     risers = [solids.make_riser(tank, profile, riser) for riser in tank.risers if sin(riser.azimuth) >= 0]
     add_baked(scene, "/tank/shell", shell)
     pipes = [solids.make_arm_riser(tank, profile, False), *risers]
@@ -72,7 +71,7 @@ def add_tank(scene: SceneApi, tank: Tank, diggings: Diggings | None = None) -> N
     if tank.waste.level:
         waste = solids.make_waste(tank, profile, _SPACING)
         waste = waste if diggings is None else solids.open_waste(waste, diggings)
-        add_baked(scene, "/tank/waste", [(waste, _WASTE)])
+        add_baked(scene, "/tank/waste", [(waste, _WASTE)], both=diggings is not None)
     for name, axis, radius in zip(around.names, around.axes, around.radii, strict=False):  # cylinders come first
         pipe = trimesh.creation.cylinder(float(radius), segment=axis, sections=_SIDES)
         add_baked(scene, f"/tank/{name}", [(pipe, _EQUIPMENT)])
@@ -81,7 +80,13 @@ def add_tank(scene: SceneApi, tank: Tank, diggings: Diggings | None = None) -> N
         add_baked(scene, f"/tank/{item.name}", [(hull, _EQUIPMENT) for hull in hulls])
     rings = solids.make_rings(tank, profile, ring_radii(tank))
     rings.update_faces(np.arange(len(rings.faces)) < len(rings.faces) // 2)  # surfaces are seen from both sides here
-    add_baked(scene, "/tank/rings", [(rings, _RINGS)])
+    add_baked(scene, "/tank/rings", [(rings, _RINGS)], both=True)
+
+
+def _make_layers(tank: Tank, profile: Profile, front: bool, pieces: tuple[str, ...]) -> list[Piece]:
+    """Liner and concrete of half a shell, without the surfaces where they meet."""
+    liner = solids.make_liner(tank, profile, front, pieces, _SPACING, covered=True)
+    return [(liner, _LINER), (solids.make_concrete(tank, profile, front, pieces, _SPACING, covered=True), _CONCRETE)]
 
 
 def add_pit(scene: SceneApi, diggings: Diggings) -> MeshHandle:
