@@ -9,10 +9,10 @@ from vgtsim.kinematics import Member, quaternions_to
 from vgtsim.mjcf import names
 from vgtsim.mjcf.defaults import add_defaults
 from vgtsim.mjcf.fittings import add_drives, add_force_sensors, hold_sites, set_inertia
-from vgtsim.mjcf.hubs import add_hubs
+from vgtsim.mjcf.hubs import add_fixed_hubs, add_free_hub
 from vgtsim.mjcf.pose import pinned_rotation
 from vgtsim.mjcf.rigging import Rigging
-from vgtsim.mjcf.ring import Seat, add_blocks, pin_barrel, pin_rod
+from vgtsim.mjcf.ring import Seat, add_block, pin_barrel, pin_rod
 from vgtsim.mjcf.tip import add_tip
 
 
@@ -20,15 +20,28 @@ def add_arm(spec: mujoco.MjSpec, rigging: Rigging) -> None:
     """Add mast, hubs, members, tip plate, closures, drives and sensors.
 
     Servos are commanded by lengths from pin to pin, m, and rigid drives by what these differ from the reference pose's.
+    Bodies go from the tip to the mast, as the solver eliminates the last ones first: a hub then comes after all members that
+    are joined to it, which hang from it or from hubs nearer to the mast. The other way round its factor of the reference
+    arm would have 2.6 times the entries and 6 times the work.
     """
     add_defaults(spec, rigging)
     truss = rigging.chain.truss
-    hubs = add_hubs(spec, rigging, range(3), np.setdiff1d(truss.free, truss.rings).tolist())
-    seats = {node: Seat(hub, np.zeros(3), np.eye(3)) for node, hub in hubs.items()}
-    seats |= add_blocks(spec, rigging)
+    row_of = {int(block[1]): row for row, block in enumerate(truss.rings.reshape(-1, 3))}
+    ringed = set(truss.rings.ravel().tolist()) - set(row_of)
     add_tip(spec, rigging)
+    seats: dict[int, Seat] = {}
+    for node in sorted(set(truss.free.tolist()) - ringed, reverse=True):
+        if node in row_of:
+            seats |= add_block(spec, rigging, row_of[node])
+        else:
+            seats[node] = _seat(add_free_hub(spec, rigging, node))
+    seats |= {node: _seat(hub) for node, hub in add_fixed_hubs(spec, rigging, range(3)).items()}
     for index, member in enumerate(truss.members):
         _add_member(spec, rigging, index, member, seats[member.ends[0]])
+
+
+def _seat(hub: mujoco.MjsBody) -> Seat:
+    return Seat(hub, np.zeros(3), np.eye(3))
 
 
 def _add_member(spec: mujoco.MjSpec, rigging: Rigging, index: int, member: Member, seat: Seat) -> None:

@@ -15,32 +15,33 @@ from vgtsim.mjcf.rigging import TANK, Rigging
 _MAST = -1  # in place of a module's index
 
 
-def add_hubs(
-    spec: mujoco.MjSpec, rigging: Rigging, fixed: Iterable[int], free: Iterable[int]
-) -> dict[int, mujoco.MjsBody]:
-    """Add mast, feed, flange and hubs at some nodes; returns the hubs by node.
-
-    The fixed ones are fixed to the flange; each free one is a point mass on three slides.
-    """
-    truss = rigging.chain.truss
-    flange = _add_mast(spec, rigging)
-    hubs = {}
-    for node in fixed:
-        hubs[node] = flange.add_body(name=truss.nodes[node], pos=rigging.nodes[node] - rigging.chain.mount[:3, 3])
-    for node in free:
-        name = truss.nodes[node]
-        hubs[node] = spec.worldbody.add_body(name=name, pos=rigging.nodes[node], info=name)
-        for joint, axis in zip(names.slides(name), np.eye(3), strict=True):
-            hubs[node].add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-    arm = rigging.chain.manipulator
-    inertia = 0.4 * arm.hub_mass * arm.hub.radius**2  # a solid ball's
-    for node, body in hubs.items():
-        add_ball(spec, body, rigging, node)
-        body.add_site(name=truss.nodes[node])
-        body.explicitinertial = True
-        body.ipos = [0, 0, 0]  # without a place MuJoCo writes no inertia into the XML
-        body.mass, body.inertia = rigging.hub_masses[node], [inertia] * 3
+def add_fixed_hubs(spec: mujoco.MjSpec, rigging: Rigging, nodes: Iterable[int]) -> dict[int, mujoco.MjsBody]:
+    """Add mast, feed and flange, and hubs that are fixed to it; returns the hubs by node."""
+    flange, foot, hubs = _add_mast(spec, rigging), rigging.chain.mount[:3, 3], {}
+    for node in nodes:
+        hubs[node] = flange.add_body(name=rigging.chain.truss.nodes[node], pos=rigging.nodes[node] - foot)
+        _dress_hub(spec, hubs[node], rigging, node)
     return hubs
+
+
+def add_free_hub(spec: mujoco.MjSpec, rigging: Rigging, node: int) -> mujoco.MjsBody:
+    """Add the hub at a node, a point mass on three slides."""
+    name = rigging.chain.truss.nodes[node]
+    hub = spec.worldbody.add_body(name=name, pos=rigging.nodes[node], info=name)
+    for joint, axis in zip(names.slides(name), np.eye(3), strict=True):
+        hub.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    _dress_hub(spec, hub, rigging, node)
+    return hub
+
+
+def _dress_hub(spec: mujoco.MjSpec, hub: mujoco.MjsBody, rigging: Rigging, node: int) -> None:
+    """Add ball, site and mass of a hub."""
+    arm = rigging.chain.manipulator
+    add_ball(spec, hub, rigging, node)
+    hub.add_site(name=rigging.chain.truss.nodes[node])
+    hub.explicitinertial = True
+    hub.ipos = [0, 0, 0]  # without a place MuJoCo writes no inertia into the XML
+    hub.mass, hub.inertia = rigging.hub_masses[node], [0.4 * arm.hub_mass * arm.hub.radius**2] * 3  # a solid ball's
 
 
 def _add_mast(spec: mujoco.MjSpec, rigging: Rigging) -> mujoco.MjsBody:

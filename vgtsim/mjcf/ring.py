@@ -32,26 +32,24 @@ class Seat:
     turn: Array
 
 
-def add_blocks(spec: mujoco.MjSpec, rigging: Rigging) -> dict[int, Seat]:
-    """Add the joint blocks; returns the seats of their nodes."""
+def add_block(spec: mujoco.MjSpec, rigging: Rigging, row: int) -> dict[int, Seat]:
+    """Add the joint block of a row of the rings; returns the seats of its nodes."""
     chain, nodes = rigging.chain, rigging.nodes
     truss, inertia = chain.truss, make_block_inertia(chain.manipulator, chain.truss)
-    rings = truss.rings.reshape(-1, 3)
-    turns = block_rotations(truss, nodes).reshape(-1, 3, 3)
+    block, turn = truss.rings.reshape(-1, 3)[row], block_rotations(truss, nodes).reshape(-1, 3, 3)[row]
+    middle = truss.nodes[block[1]]
+    body = spec.worldbody.add_body(name=middle, pos=nodes[block[1]], info=middle)
+    mujoco.mju_mat2Quat(body.quat, turn.ravel())
+    for joint, axis in zip(names.slides(middle), turn, strict=True):  # along x, y and z of G
+        body.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
+    body.add_joint(name=names.turn(middle), type=mujoco.mjtJoint.mjJNT_BALL)
     seats = {}
-    for row, (block, turn) in enumerate(zip(rings, turns, strict=True)):
-        middle = truss.nodes[block[1]]
-        body = spec.worldbody.add_body(name=middle, pos=nodes[block[1]], info=middle)
-        mujoco.mju_mat2Quat(body.quat, turn.ravel())
-        for joint, axis in zip(names.slides(middle), turn, strict=True):  # along x, y and z of G
-            body.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-        body.add_joint(name=names.turn(middle), type=mujoco.mjtJoint.mjJNT_BALL)
-        for node in block:
-            place = turn.T @ (nodes[node] - nodes[block[1]])
-            body.add_site(name=truss.nodes[node], pos=place)
-            seats[int(node)] = Seat(body, place, turn)
-        post = inertia.mass[row, 0], float(inertia.centre[row, 0]), inertia.centroidal[row, 0]
-        _dress_block(spec, body, rigging, block, post)
+    for node in block:
+        place = turn.T @ (nodes[node] - nodes[block[1]])
+        body.add_site(name=truss.nodes[node], pos=place)
+        seats[int(node)] = Seat(body, place, turn)
+    post = inertia.mass[row, 0], float(inertia.centre[row, 0]), inertia.centroidal[row, 0]
+    _dress_block(spec, body, rigging, block, post)
     return seats
 
 

@@ -16,7 +16,7 @@ from vgtsim.kinematics import Chain, find_rigid_sections
 from vgtsim.mjcf import names
 from vgtsim.mjcf.defaults import ROLE_COLOURS, add_defaults
 from vgtsim.mjcf.fittings import set_point_masses
-from vgtsim.mjcf.hubs import add_ball, add_hubs
+from vgtsim.mjcf.hubs import add_ball, add_fixed_hubs, add_free_hub
 from vgtsim.mjcf.pose import MastPose, make_mast_pose
 from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.tip import add_tip
@@ -35,10 +35,14 @@ def add_sections(spec: mujoco.MjSpec, rigging: Rigging) -> None:
     truss, sections = rigging.chain.truss, find_rigid_sections(rigging.chain)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     add_defaults(spec, rigging)
-    add_hubs(spec, rigging, sections.nodes(0), sections.nodes(-1))
-    for number in range(1, sections.count - 1):
-        _add_section(spec, rigging, sections.nodes(number))
     add_tip(spec, rigging, sections.nodes(sections.count - 1))
+    hubs, groups = sections.nodes(-1), [sections.nodes(number) for number in range(1, sections.count - 1)]
+    for nodes in sorted([*([hub] for hub in hubs), *groups], reverse=True):  # from the tip to the mast, see `add_arm`
+        if nodes[0] in hubs:
+            add_free_hub(spec, rigging, nodes[0])
+        else:
+            _add_section(spec, rigging, nodes)
+    add_fixed_hubs(spec, rigging, sections.nodes(0))
     for index in sections.rows.tolist():
         member = truss.members[index]
         name = names.row(member.name)
