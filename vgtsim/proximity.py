@@ -80,6 +80,23 @@ def _place_points(nodes: Array, which: Index, cylinders: Index, eyes: Array, mou
                 points[t, eye, k], points[t, eye + 1, k] = near[k] + eyes[c] * along, near[k] + mouths[c] * along
 
 
+@compiled
+def _are_within(
+    nodes: Array, tool: Array, which: Index, cylinders: Index, eyes: Array, mouths: Array, before: Array, room: float
+) -> bool:
+    """Whether the points of one arm, and then its tool point, are no farther than a room, m, from where they were, (P, 3)."""
+    points = np.empty((1, len(before), 3))
+    _place_points(nodes.reshape((1, *nodes.shape)), which, cylinders, eyes, mouths, points)
+    copy_row(tool, points[0, len(before) - 1])
+    for i in range(len(before)):
+        square = 0.0
+        for k in range(3):
+            square += (points[0, i, k] - before[i, k]) ** 2
+        if square > room * room:
+            return False
+    return True
+
+
 @dataclass(frozen=True, eq=False)
 class Proximity:
     """Measures distances of a site's arm; nodes have shape (..., N, 3) and tool points shape (..., 3), m, in frame G."""
@@ -155,6 +172,11 @@ class Proximity:
     def points(self, nodes: Array, tool: Array) -> Array:
         """Nodes, eyes and mouths of cylinders, and the tool point, shape (..., P, 3), m: all between them goes no farther."""
         return np.concatenate([self._whole.place(nodes), tool[..., None, :]], axis=-2)
+
+    def stays(self, nodes: Array, tool: Array, places: Array, room: float) -> bool:
+        """Whether none of the `points` of one posture is farther than a room, m, from places, shape (P, 3), m."""
+        shape = self._whole
+        return _are_within(nodes, tool, shape.nodes, shape.cylinders, shape.eyes, shape.mouths, places, room)
 
     def around(self, nodes: Array, tool: Array, heights: Array | None = None) -> Clearance:
         """Distances of the arm from tank, riser, equipment and waste, whose heights are given where it is cut, shape (P,), m."""

@@ -132,8 +132,8 @@ def test_the_departure_of_a_spinning_bar_is_that_of_a_finite_turn(site):
     data.qvel[:] = 0.0
     data.qvel[ball : ball + 3] = w
     mujoco.mj_step1(model, data)
-    correction._past = np.array(data.qvel), np.array(data.qvel)
-    found = correction._find_departures(plant.state.lengths, 0.0)[correction._closures[:, None] + np.arange(3)]
+    correction._past = np.array([data.qvel, data.qvel])
+    found = correction._find_departures(plant.state.lengths, (0.0, 0.0))[correction._closures[:, None] + np.arange(3)]
     R, length = data.site(names.near(member.name)).xmat.reshape(3, 3), model.site(names.far(member.name)).pos[2]
     angle = np.linalg.norm(w) * STEP
     K = np.cross(w / np.linalg.norm(w), np.eye(3)).T

@@ -194,6 +194,9 @@ def _start_spec(
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE  # closures are stiffer than two steps
     if not limited:
         option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state must be seen, not hidden
+        option.disableflags |= (
+            mujoco.mjtDisableBit.mjDSBL_ISLAND
+        )  # an arm hangs together: the search finds one, in each step
     spec.add_numeric(name=names.WEIGHT_SCALE, data=[weight_scale])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 3840, 2160  # the largest film, pixels
     spec.visual.map.znear, spec.visual.map.zfar = 0.002, 10.0  # of the extent: from 4 cm to 200 m

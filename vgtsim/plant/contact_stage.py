@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from vgtsim.graphics import mujoco
 from vgtsim.plant.gauges import Gauges
-from vgtsim.plant.lookout import are_within
 from vgtsim.proximity import Proximity
 from vgtsim.site import Site
 
@@ -59,10 +58,10 @@ class ContactStage:
             self._model.opt.disableflags &= ~_CONTACT
 
     def _is_clear(self, sites: Array) -> bool:
-        return self._room > 0 and are_within(self._find_points(sites), self._places, self._room)
+        return self._room > 0 and self._near.stays(*self._find_places(sites), self._places, self._room)
 
-    def _find_points(self, sites: Array) -> Array:
-        return self._near.points(sites[self._gauges.nodes], sites[self._gauges.tool])
+    def _find_places(self, sites: Array) -> tuple[Array, Array]:
+        return sites.take(self._gauges.nodes, axis=0), sites[self._gauges.tool]
 
     def _look(self, data: mujoco.MjData) -> None:
         """Measure the least distance now, up to the reach."""
@@ -74,4 +73,4 @@ class ContactStage:
         mujoco.mj_collision(model, there)
         model.opt.enableflags, model.opt.o_margin = flags, margin
         self._room = _SHARE * float(there.contact.dist.min(initial=_REACH))
-        self._places, self._lasted = self._find_points(there.site_xpos), 0
+        self._places, self._lasted = self._near.points(*self._find_places(there.site_xpos)), 0

@@ -52,7 +52,8 @@ class Correction:
         self._pressed = np.zeros((model.nbody, 6))
         self._ahead = mujoco.MjData(model)  # bodies and sites where they are foreseen
         self._frames = np.array(model.geom_sameframe)
-        self._past = np.zeros(model.nv), np.zeros(model.nv)  # speeds two steps ago, and one
+        self._past = np.zeros((2, model.nv))  # speeds two steps ago, and one
+        self._speeds = np.empty(model.nv)
         self._count = -1
 
     def step(self, lengths: Array, mast: tuple[float, float] = (0.0, 0.0)) -> Array:
@@ -65,13 +66,12 @@ class Correction:
         if data.ne != self._count:
             self._find_rows()
         departures = self._find_departures(lengths, mast)
-        rows = data.efc_pos[: self._count]
+        rows, speeds, step = data.efc_pos[: self._count], data.efc_vel, model.opt.timestep
         gaps = np.array(rows)
-        speeds, step = data.efc_vel, model.opt.timestep
         aim_rows(rows, departures, speeds, self._given_way, self._inertia, self._stiffness, step)
         self._press()
         mujoco.mj_step2(model, data)
-        self._given_way = model.opt.timestep**2 * data.efc_R[: self._count] * data.efc_force[: self._count]
+        note_given_way(data.efc_R, data.efc_force, step**2, self._given_way)
         return gaps
 
     def _press(self) -> None:
@@ -112,11 +112,11 @@ class Correction:
         steps = constant / model.opt.timestep * impedance
         self._stiffness = impedance / (steps * ratio) ** 2
         self._inertia = 1 + 2 / steps + self._stiffness
-        self._given_way = np.zeros(self._count)
+        self._given_way, self._departures = np.zeros((2, self._count))
 
     def _find_departures(self, lengths: Array, mast: tuple[float, float]) -> Array:
-        """Gaps that the step ends with beyond what its tangent foretells, shape (E,), m."""
-        here, step, departures = self._data.site_xpos, self._model.opt.timestep, np.zeros(self._count)
+        """Gaps that the step ends with beyond what its tangent foretells, shape (E,), m, until the next step."""
+        here, step, departures = self._data.site_xpos, self._model.opt.timestep, self._departures
         there, along = self._foresee(lengths, mast)
         measure_departures(self._closures, self._joined, here, there, along, step, departures)
         measure_lengthening(self._spans, self._spanned, here, there, along, step, departures)
@@ -124,24 +124,44 @@ class Correction:
 
     def _foresee(self, lengths: Array, mast: tuple[float, float]) -> tuple[Array, Array]:
         """Places of sites at the end of the step, shape (sites, 3), m, and the rows' speeds that lead there, m/s."""
-        model, data, ahead = self._model, self._data, self._ahead
-        now = np.array(data.qvel)
-        before, last = self._past
-        speeds = 2 * now - last
+        model, data, ahead, speeds, step = self._model, self._data, self._ahead, self._speeds, self._model.opt.timestep
+        go_on(data.qvel, self._past, self._foresight is not None, speeds)
         if self._foresight is not None:
-            speeds += now - 2 * last + before
             self._foresight.correct(data, lengths, mast, speeds)
-        self._past = last, now
         # the solver begins there: what rounding leaves of the moments of balls is a share of the way that it goes
-        data.qacc_warmstart = (speeds - now) / model.opt.timestep
+        start_solver(speeds, data.qvel, step, data.qacc_warmstart)
         ahead.qpos = data.qpos
-        mujoco.mj_integratePos(model, ahead.qpos, speeds, model.opt.timestep)
+        mujoco.mj_integratePos(model, ahead.qpos, speeds, step)
         model.geom_sameframe[:] = _BODY  # of the tank's two thousand geoms nothing is asked
         mujoco.mj_kinematics(model, ahead)
         model.geom_sameframe[:] = self._frames
         along = np.empty(data.nefc)
         mujoco.mj_mulJacVec(model, data, along, speeds)
         return ahead.site_xpos, along
+
+
+@compiled
+def go_on(now: Array, past: Array, smooth: bool, speeds: Array) -> None:
+    """Write speeds that go on as in the step before or, if smooth, as in the two before; past ones, shape (2, nv), move on."""
+    for i in range(len(now)):
+        speeds[i] = 2 * now[i] - past[1, i]
+        if smooth:
+            speeds[i] += now[i] - 2 * past[1, i] + past[0, i]
+        past[0, i], past[1, i] = past[1, i], now[i]
+
+
+@compiled
+def start_solver(speeds: Array, now: Array, step: float, accelerations: Array) -> None:
+    """Write the accelerations, shape (nv,), that lead to foreseen speeds within a step in s."""
+    for i in range(len(now)):
+        accelerations[i] = (speeds[i] - now[i]) / step
+
+
+@compiled
+def note_given_way(softness: Array, force: Array, square: float, given_way: Array) -> None:
+    """Write by how much the first rows give way to their forces, shape (E,), m; given is the square of the step, s²."""
+    for i in range(len(given_way)):
+        given_way[i] = square * softness[i] * force[i]
 
 
 @compiled

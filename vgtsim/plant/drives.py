@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.plant.addresses import Addresses, find_rows
@@ -37,7 +38,7 @@ class RigidDrive:
 
     def command(self, lengths: Array) -> Bits:
         """Impose the lengths wanted at the end of the step, shape (J,), m; nothing saturates."""
-        self.model.eq_data[self.rows, 0] = lengths - self.zero
+        impose(self.model.eq_data, self.rows, lengths, self.zero)
         return np.zeros(len(lengths), dtype=np.int64)
 
     def force(self) -> Array:
@@ -141,6 +142,13 @@ class HydraulicDrive:
     def pressure(self) -> Array:
         """Pressures of the bore's and the rod's side at the begin of the last step, shape (J, 2), Pa."""
         return self.state.pressure.T
+
+
+@compiled
+def impose(data: Array, rows: NDArray[np.intp], lengths: Array, zero: Array) -> None:
+    """Write lengths, shape (J,), m, beyond those at zero command, into rows of MuJoCo's data of equalities."""
+    for i in range(len(rows)):
+        data[rows[i], 0] = lengths[i] - zero[i]
 
 
 Drive = RigidDrive | SpringDrive | ServoDrive | HydraulicDrive

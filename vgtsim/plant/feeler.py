@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -45,16 +43,14 @@ class Feeler:
         self._parts, self._yields = Parts(site), site.yields
         self._stage = ContactStage(model, site, gauges) if lookout is None else None
 
-    @contextmanager
-    def sparing(self, sites: Array) -> Iterator[None]:
-        """Make a step, at whose begin sites are at (sites, 3), m, without a search for contacts where there are none."""
-        if self._stage is None:
-            yield
-            return
-        self._stage.prepare(self._data, sites)
-        try:
-            yield
-        finally:
+    def prepare(self, sites: Array) -> None:
+        """Leave the search for contacts out of the coming step, when sites are at (sites, 3), m, where there are none."""
+        if self._stage is not None:
+            self._stage.prepare(self._data, sites)
+
+    def restore(self) -> None:
+        """Switch the search on again after the step."""
+        if self._stage is not None:
             self._stage.restore()
 
     def forget(self) -> None:
@@ -67,7 +63,7 @@ class Feeler:
         data = self._data
         if self._lookout is None:
             return list_contacts(self._model, data, forces=self._yields) if data.ncon else []
-        nodes, tool = data.site_xpos[self._gauges.nodes], data.site_xpos[self._gauges.tool]
+        nodes, tool = data.site_xpos.take(self._gauges.nodes, axis=0), data.site_xpos[self._gauges.tool]
         heights = None if self._digger is None else self._digger.heights
         return self._lookout.look(data.time - self._model.opt.timestep, nodes, tool, heights)
 

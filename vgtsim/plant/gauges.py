@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import find_rigid_sections
 from vgtsim.mjcf import fill_qpos, make_pose_map, make_section_pose, names
@@ -32,6 +33,7 @@ class Gauges(Protocol):
         tip: Body of the tip plate.
         hub_speeds: Degrees of freedom that move hubs along an axis.
         counts: N, M and J.
+        senses: Whether a record needs MuJoCo's sensors.
     """
 
     nodes: Index
@@ -39,6 +41,7 @@ class Gauges(Protocol):
     tip: int
     hub_speeds: Index
     counts: tuple[int, int, int]
+    senses: bool
 
     def stand(self, data: mujoco.MjData, nodes: Array) -> None:
         """Put the hubs at nodes, shape (N, 3), m."""
@@ -67,6 +70,8 @@ class Gauges(Protocol):
 
 class MemberGauges:
     """Reads an arm whose members are bodies with force sensors."""
+
+    senses = True
 
     def __init__(self, model: mujoco.MjModel, site: Site) -> None:
         """Look everything up."""
@@ -97,16 +102,19 @@ class MemberGauges:
         MuJoCo's force sensors give what the parent exerts on the child; the force of a member on its hub is the opposite.
         """
         at, sensed = self.at, data.sensordata
-        turn = data.site_xmat[at.near].reshape(-1, 3, 3)
-        flange = data.site_xmat[at.flange].reshape(3, 3)
+        sites, frames = data.site_xpos, data.site_xmat
+        force, moment = np.empty((2, len(at.near), 3))
+        turn_sensed(sensed, at.force, frames, at.near, force)
+        turn_sensed(sensed, at.torque, frames, at.near, moment)
+        flange = frames[at.flange].reshape(3, 3)
         wrench = sensed[at.flange_force : at.flange_force + 6].reshape(2, 3)
         return {
-            "nodes": data.site_xpos[at.nodes],
-            "ends": np.stack([data.site_xpos[at.near], data.site_xpos[at.far]], axis=1),
+            "nodes": sites.take(at.nodes, axis=0),
+            "ends": np.stack([sites.take(at.near, axis=0), sites.take(at.far, axis=0)], axis=1),
             "actual": sensed[at.length],
             "rates": noted,
-            "member_force": -np.einsum("mij,mj->mi", turn, sensed[at.force[:, None] + _TRIPLE]),
-            "member_moment": -np.einsum("mij,mj->mi", turn, sensed[at.torque[:, None] + _TRIPLE]),
+            "member_force": force,
+            "member_moment": moment,
             "actuator_force": -sensed[at.drive_force + 2],
             "mast_reaction": (wrench @ flange.T).ravel(),
         }
@@ -116,6 +124,17 @@ class MemberGauges:
         return {name: value[part] for name, value in records.items()}
 
 
+@compiled
+def turn_sensed(sensed: Array, first: Index, frames: Array, sites: Index, turned: Array) -> None:
+    """Write the opposites of sensed vectors, from first values of shape (M,), from their sites' frames into G, shape (M, 3)."""
+    for m in range(len(first)):
+        for i in range(3):
+            total = 0.0
+            for j in range(3):
+                total += frames[sites[m], 3 * i + j] * sensed[first[m] + j]
+            turned[m, i] = -total
+
+
 class SectionGauges:
     """Reads an arm with rigid sections, whose length rows tell their axial forces.
 
@@ -123,6 +142,8 @@ class SectionGauges:
     the forces of the rows differ by from statics of the simulated arm, whose mass is in its hubs, is added to it: a force
     that is wrong in the simulation is wrong in the log.
     """
+
+    senses = False
 
     def __init__(self, model: mujoco.MjModel, site: Site) -> None:
         """Look everything up."""
@@ -165,18 +186,18 @@ class SectionGauges:
 
     def note(self, data: mujoco.MjData) -> Array:
         """See `Gauges.note`: lengths a step before, shape (J,), m."""
-        return data.ten_length[self._driven]
+        return data.ten_length.take(self._driven)
 
     def read(self, data: mujoco.MjData, noted: Array) -> dict[str, Array]:
         """See `Gauges.read`."""
         if self._order is None:
             self._order = find_rows(data, self._equalities)
-        length = data.ten_length[self._driven]
+        length = data.ten_length.take(self._driven)
         return {
-            "nodes": data.site_xpos[self.nodes],
+            "nodes": data.site_xpos.take(self.nodes, axis=0),
             "actual": length,
             "rates": (length - noted) / self._timestep,
-            "row_force": -data.efc_force[self._order],
+            "row_force": -data.efc_force.take(self._order),
         }
 
     def complete(self, records: Records, part: slice) -> Records:

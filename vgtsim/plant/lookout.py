@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.compilation import compiled
 from vgtsim.plant.watch import Contact
 from vgtsim.proximity import Proximity
 from vgtsim.site import Site
@@ -36,10 +35,9 @@ class Lookout:
             self._room = -np.inf
             self._coming.pop()
         near = self._near
-        places = near.points(nodes, tool)
-        if self._room > 0 and are_within(places, self._places, self._room):
+        if self._room > 0 and near.stays(nodes, tool, self._places, self._room):
             return []
-        self._places = places
+        self._places = near.points(nodes, tool)
         around, (among, pair) = near.around(nodes, tool, heights), near.among(nodes, tool)
         around = near.leave_out(around, time)
         self._room = _SHARE * min(float(around.least), float(among) / 2)
@@ -52,15 +50,3 @@ class Lookout:
             first, second = (near.name_among(int(part)) for part in pair)
             found.append(Contact(time, first, second, float(among)))
         return found
-
-
-@compiled
-def are_within(points: Array, before: Array, room: float) -> bool:
-    """Whether no point, shape (P, 3), m, is farther than a room, m, from where it was before."""
-    for i in range(len(points)):
-        square = 0.0
-        for k in range(3):
-            square += (points[i, k] - before[i, k]) ** 2
-        if square > room * room:
-            return False
-    return True

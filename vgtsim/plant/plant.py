@@ -20,7 +20,7 @@ from vgtsim.plant.gauges import FELT, find_gauges
 from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.recorder import Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
-from vgtsim.plant.watch import Contact, PlantState, check_state, find_greatest, list_warnings, name_collision
+from vgtsim.plant.watch import Contact, PlantState, are_same, check_state, find_greatest, list_warnings, name_collision
 from vgtsim.runlog import Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
@@ -245,7 +245,6 @@ class Plant:
         if self._state is None:
             data, gauges = self.data, self._gauges
             drive_force, mast = self._drive.force(), self._mast_drives
-            pull, torque = mast.feed.effort(), mast.turn.effort()
             mujoco.mj_kinematics(self.model, data)  # a step leaves the places of its begin
             self._state = PlantState(
                 time=self.time,
@@ -257,9 +256,9 @@ class Plant:
                 tool_rotation=data.xmat[gauges.tip].reshape(3, 3).copy(),
                 drive_force=drive_force,
                 feed=mast.feed.place,
-                feed_force=pull,
+                feed_force=mast.feed.effort(),
                 turn=mast.turn.place,
-                turn_torque=torque,
+                turn_torque=mast.turn.effort(),
                 speed=self._speed(),
                 calm=self.calm,
                 contacts=tuple(self._touched),
@@ -318,8 +317,11 @@ class Plant:
         noted, reached = self._gauges.note(data), self._mast_drives.reached
         self._recorder.note_saturation(self._drive.command(self._target))
         self._mast_drives.command(self._mast)
-        with self._feeler.sparing(self._correction.foreseen):
+        self._feeler.prepare(self._correction.foreseen)
+        try:
             gaps = self._correction.step(self._target, self._mast)
+        finally:
+            self._feeler.restore()
         self._mast_drives.discount(gaps, self._mast, self._stood)
         self._steps += 1
         try:
@@ -360,8 +362,8 @@ class Plant:
     def _start_step(self) -> bool:
         """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""
         recorded = self._clock.is_due(self._steps)
-        flags = self.model.opt.disableflags
-        if bool(flags & _SENSOR_BIT) == recorded:
+        flags, sensed = self.model.opt.disableflags, recorded and self._gauges.senses
+        if bool(flags & _SENSOR_BIT) == sensed:
             self.model.opt.disableflags = flags ^ _SENSOR_BIT
         return recorded
 
@@ -373,15 +375,13 @@ class Plant:
         if self._aimed is not None:
             more["target"] = self._aimed
         if self._felt:
-            here, there = self.data.site_xpos, self._correction.find_sites(self.data)
-            nodes = self._gauges.nodes
+            here, there, nodes = self.data.site_xpos, self._correction.find_sites(self.data), self._gauges.nodes
             more[self._felt] = (there[nodes] - 2 * here[nodes] + self._before) / self.timestep**2
         return more
 
     def _note_rest(self) -> None:
         """Count the steps for which the arm has been slow under one command."""
-        moved = self._target is not self._commanded and (self._target != self._commanded).any()
-        if moved or self._mast != self._stood:
+        if not are_same(self._target, self._commanded) or self._mast != self._stood:
             self._slow = 0
         self._slow = self._slow + 1 if self._speed() < self.site.task.motion.settle_speed else 0
         self._commanded, self._stood = self._target, self._mast

@@ -44,7 +44,7 @@ class Recorder:
     _given: int = 0  # of the first rows, which are kept for the motion of those after them
     _pieces: list[Piece] = field(default_factory=list)
     _contacts: list[Contact] = field(default_factory=list)  # since the last piece
-    _saturated: NDArray[np.int64] | int = 0
+    _saturated: NDArray[np.int64] | int = 0  # since the last record
     _revisions: list[Revision] = field(default_factory=list)
     _courier: Courier = field(default_factory=Courier)
 
@@ -87,7 +87,7 @@ class Recorder:
             "tool_direction": data.xmat[gauges.tip, 2::3],
             "goal": goal,
             "settled": settled,
-            "saturation": self._saturated | np.zeros(len(commanded), dtype=np.int64),
+            "saturation": self._saturated,
         }
         if pressure is not None:
             row["pressure"] = pressure

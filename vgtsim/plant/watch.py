@@ -98,7 +98,7 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData, gaps: Array) -> None
     Raises:
         DivergenceError: A warning was counted, a coordinate is not finite, or a loop has opened.
     """
-    if are_below(gaps, OPEN_GAP) and not data.warning.number.any():
+    if is_sound(gaps, OPEN_GAP, data.warning.number):
         return
     worst = int(np.argmax(np.where(np.isfinite(gaps), np.abs(gaps), np.inf))) if len(gaps) else -1
     row = model.equality(int(data.efc_id[worst])).name if worst >= 0 else "none"
@@ -106,12 +106,23 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData, gaps: Array) -> None
 
 
 @compiled
-def are_below(values: Array, limit: float) -> bool:
-    """Whether all magnitudes of values, shape (E,), are below a limit; of no number they are not."""
+def is_sound(values: Array, limit: float, warnings: NDArray[np.int32]) -> bool:
+    """Whether all magnitudes of values, shape (E,), are below a limit, of no number they are not, and no warning is counted."""
     sound = True
     for value in values:
         sound = sound and abs(value) < limit
+    for number in warnings:
+        sound = sound and number == 0
     return sound
+
+
+@compiled
+def are_same(values: Array, others: Array) -> bool:
+    """Whether two rows of one length are the same."""
+    same = True
+    for i in range(len(values)):
+        same = same and values[i] == others[i]
+    return same
 
 
 @compiled
