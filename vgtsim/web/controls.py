@@ -6,16 +6,17 @@ import html
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from math import isnan
+from math import isnan, nan
 from typing import Any
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.commands import read_row
 from vgtsim.control import find_posture
 from vgtsim.description import OBJECTIVES
-from vgtsim.errors import VgtError
+from vgtsim.errors import CommandError, VgtError
 from vgtsim.kinematics import quaternions_to
 from vgtsim.site import Site
 from vgtsim.web.letters import Button, Letter, LiveState, Wish
@@ -29,6 +30,7 @@ _TEXT_EVERY, _SLIDER_EVERY = 0.2, 0.5  # s between changes of texts, and of slid
 _TOUCHED = 1.0  # s for which a slider that was moved is left where it is
 _MILLI = 1e3
 _HANDLE = 1.5  # m: size of the handle
+_UNIT = 1e-3  # by which a quaternion in a page's numbers may miss length 1
 
 
 class Controls:
@@ -58,12 +60,14 @@ class Controls:
         self._play.on_click(self._on_play)
         self._record.on_click(self._on_record)
         self._objective.on_update(self._on_choice)
+        self._method.on_update(self._on_choice)
         with gui.add_folder("Cylinders, mm"):
             self._sliders = [self._add_slider(gui, j) for j in range(len(site.truss.actuated))]
         self._touched = np.zeros(len(self._sliders))
         self._handle = server.scene.add_transform_controls("/handle", scale=_HANDLE, depth_test=False)
         self._handle.on_update(self._on_handle)
         self._held_by_hand, self._said = False, ""
+        self._astray = False  # whether the handle is where a page put it that was refused
         self._solver, self._asked = ThreadPoolExecutor(1), 0
         self._playing, self._recording = True, False
         self._told: tuple[object, ...] = ()  # what is shown at once, and not with the next figures
@@ -71,8 +75,8 @@ class Controls:
     def show(self, state: LiveState, gap: str, delay: float) -> None:
         """Show a state, with the gap to the nearest thing in words, and the last delay, s."""
         now, self._latest = time.monotonic(), state.lengths
-        if not self._held_by_hand and self._wish.target != "goal":
-            self._handle.position, self._handle.wxyz = state.target[:3], quaternions_to(state.target[None, 3:])[0]
+        if self._astray or (not self._held_by_hand and self._wish.target != "goal"):
+            self._put_handle(np.asarray(self._wish.value) if self._wish.target == "goal" else state.target)
         told = state.playing, state.record, state.ended, state.said or self._said
         if now >= self._next["text"] or told != self._told:
             self._told = told
@@ -85,6 +89,16 @@ class Controls:
             self._playing, self._play.label = state.playing, "Pause" if state.playing else "Play"
         if bool(state.record) != self._recording:
             self._recording, self._record.label = bool(state.record), "End the record" if state.record else "Record"
+
+    def _put_handle(self, pose: Array) -> None:
+        """Put the handle at a point, m, with its z along a direction, shape (6,).
+
+        Viser keeps what a page sends, and cannot go from there where it is no pose.
+        """
+        kept = self._handle._impl
+        if self._astray or kept.position.shape != (3,) or kept.wxyz.shape != (4,):
+            kept.position, kept.wxyz, self._astray = np.full(3, nan), np.full(4, nan), False
+        self._handle.position, self._handle.wxyz = pose[:3], quaternions_to(pose[None, 3:])[0]
 
     def _move_sliders(self, lengths: Array, now: float) -> None:
         """Let sliders that nobody moves follow the arm, or stay at what they ask for."""
@@ -111,12 +125,20 @@ class Controls:
         async def _(event: Any) -> None:
             if event.client is not None:
                 self._touched[j] = time.monotonic()
-                self._want_lengths()
+                self._want_lengths(j)
 
         return slider
 
-    def _want_lengths(self) -> None:
-        """Ask for the lengths of all sliders: those that were not touched are where the arm is."""
+    def _want_lengths(self, j: int) -> None:
+        """Ask for the lengths of all sliders, of which one was moved: those that were not touched are where the arm is.
+
+        What lies beyond the ends of the slider, which no slider sends, is refused and changes nothing.
+        """
+        slider, (low, high) = self._sliders[j], self._box
+        if not low[j] <= slider.value <= high[j]:
+            self._said = str(CommandError(slider.label, f"{slider.value} mm", f"{low[j]:.0f} to {high[j]:.0f} mm"))
+            self._touched[j] = self._next["sliders"] = 0.0  # it goes back with the next state
+            return
         self._lengths = np.array([slider.value for slider in self._sliders]) / _MILLI
         self._want("lengths", self._lengths)
 
@@ -124,9 +146,11 @@ class Controls:
         if event.client is None:
             return
         self._held_by_hand = event.phase != "end"
-        w, x, y, z = np.asarray(event.target.wxyz, float).tolist()
-        along = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]  # the handle's z
-        goal = [*np.asarray(event.target.position, float).tolist(), *along]
+        try:
+            goal = read_handle(event.target.position, event.target.wxyz)
+        except CommandError as error:
+            self._said, self._held_by_hand, self._astray = str(error), False, True
+            return
         if self._method.value == _STRAIGHT:
             self._want("goal", goal)
         elif event.phase == "end":
@@ -152,8 +176,14 @@ class Controls:
         self._solver.submit(find)
 
     async def _on_choice(self, event: Any) -> None:
-        """Say again what was wanted, with the objective that is chosen now."""
-        if event.client is not None:
+        """Say again what was wanted, with the objective that is chosen now; what is no choice is refused."""
+        if event.client is None:
+            return
+        menu = event.target
+        if menu.value not in menu.options:
+            self._said = str(CommandError(menu.label, repr(menu.value), f"one of {', '.join(menu.options)}"))
+            menu.value = menu.options[0]
+        elif menu is self._objective:
             self._want(self._wish.target, self._wish.value)
 
     async def _on_play(self, _: Any) -> None:
@@ -177,6 +207,20 @@ class Controls:
     def _choose_objective(self) -> tuple[str, ...]:
         chosen = self._objective.value
         return {_SCENE: self._site.task.motion.objective, _NOTHING: ()}.get(chosen, (chosen,))
+
+
+def read_handle(position: ArrayLike, wxyz: ArrayLike) -> list[float]:
+    """Goal, point, m, and direction, 6 numbers, of a handle at a position, m, with a turn, whose z is the tool's direction.
+
+    Raises:
+        CommandError: A size is wrong, something is not finite, or the turn is not of length 1; a page may send anything.
+    """
+    point, turn = read_row("handle", position, 3), read_row("turn of the handle", wxyz, 4)
+    if abs(np.linalg.norm(turn) - 1) > _UNIT:
+        raise CommandError("turn of the handle", f"length {np.linalg.norm(turn):.3g}", "length 1")
+    w, x, y, z = turn.tolist()
+    along = [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]
+    return [*point.tolist(), *along]
 
 
 def describe(state: LiveState, gap: str, delay: float, said: str = "") -> str:
