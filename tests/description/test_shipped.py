@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from vgtsim.description import load_manipulator, load_scene, load_tank, load_tool_path
 from vgtsim.description.shipped import find_file, list_shipped
 from vgtsim.errors import DescriptionError
 
+# Limits of what an arm is to do, not of how exact a run is: a clean figure beside them is no measure of them.
+PERFORMANCE = {"tracking_position", "tracking_angle"}
+WITH_CLEAN_FIGURE = {"closure", "kinematics_agreement", "axial_force_moving"}
 LOADERS = {"arm": load_manipulator, "tank": load_tank, "scene": load_scene, "path": load_tool_path}
 
 
@@ -58,3 +63,13 @@ def test_a_scene_of_the_users_names_a_shipped_base_arm_and_tank(tmp_path):
         scene = load_scene(tmp_path / f"{name}.toml")
         assert (scene.manipulator.name, scene.tank.name) == ("arm9", "type_ii")
     assert load_scene(tmp_path / "other.toml").manipulator == load_manipulator("arm15")
+
+
+@pytest.mark.parametrize("name", list_shipped("scene"))
+def test_limits_stand_ten_times_above_the_clean_figure_beside_them(name):
+    task = load_scene(name).task
+    notes = {key.removeprefix("limits."): origin.note for key, origin in task.provenance.items()}
+    assert all(re.search("clean run|as in type_ii_sections", notes[key]) for key in WITH_CLEAN_FIGURE)
+    clean = {key: float(found[1]) for key, note in notes.items() if (found := re.search(r"clean run ([\d.e-]+)", note))}
+    close = {key for key, figure in clean.items() if 10 * figure > getattr(task.limits, key)}
+    assert close <= PERFORMANCE

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weights the sag grows as its square
 # Of the solver: at 1e-24 joints are short of equilibrium by 6e-8 N*m, at 1e-20 by more than a micronewton metre; below
 # 1e-28 rounding keeps it from stopping, and it spends all of its hundred iterations.
-SOLVED = 1e-27
+SOLVED = 1e-29
 SHOWN = 1e-10  # of model files: MJCF writes nothing smaller, and zero would cost all hundred iterations
 EXTENT = 20.0  # m, about a tank's diameter
 _SHORT_MAST = MastPipe(

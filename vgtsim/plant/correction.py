@@ -28,6 +28,9 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _BODY = int(mujoco.mjtSameFrame.mjSAMEFRAME_BODY)
+# Newton's iterations where nothing touches: the cost is then a quadratic, and the first one ends at its least but for rounding.
+# From the fifth on the line search cannot tell its slope from rounding, see docs/formulation.md.
+_ENOUGH = 4
 
 
 class Load(Protocol):
@@ -50,6 +53,7 @@ class Correction:
         """Start at rest: no force is known yet; loads press on the arm in every step."""
         self._model, self._data, self._foresight, self._loads = model, data, foresight, loads
         self._pressed = np.zeros((model.nbody, 6))
+        self._most = model.opt.iterations
         self._ahead = mujoco.MjData(model)  # bodies and sites where they are foreseen
         self._frames = np.array(model.geom_sameframe)
         self._past = np.zeros((2, model.nv))  # speeds two steps ago, and one
@@ -70,7 +74,9 @@ class Correction:
         gaps = np.array(rows)
         aim_rows(rows, departures, speeds, self._given_way, self._inertia, self._stiffness, step)
         self._press()
+        model.opt.iterations = _ENOUGH if data.nefc == data.ne else self._most
         mujoco.mj_step2(model, data)
+        model.opt.iterations = self._most
         note_given_way(data.efc_R, data.efc_force, step**2, self._given_way)
         return gaps
 
@@ -82,6 +88,12 @@ class Correction:
         for load in self._loads:
             load.press(self._data, self._pressed)
         self._data.xfrc_applied += self._pressed - before
+
+    def rest(self) -> None:
+        """Take the speeds that are left for none, as in the steps before: checks take a log to begin at rest."""
+        self._data.qvel[:] = 0
+        for speeds in self._past:
+            speeds[:] = 0
 
     @property
     def foreseen(self) -> Array:

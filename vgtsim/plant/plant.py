@@ -302,6 +302,7 @@ class Plant:
                 raise self.site.scene.error("motion.start", found, "a posture clear of everything") from None
             if self._speed() < motion.settle_speed:
                 break
+        self._correction.rest()
         self.data.time = 0.0
 
     def _speed(self) -> float:

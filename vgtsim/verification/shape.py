@@ -57,7 +57,8 @@ def check_settled_shape(run: Evidence) -> Finding:
     if not len(picked):
         return absent("the arm never settled: no instant to compare")
     nodes, known = log.nodes[picked], np.isfinite(run.motion.acceleration[picked])
-    left = NodeMotion(*(np.where(known, item[picked], 0.0) for item in (run.motion.velocity, run.motion.acceleration)))
+    gained = run.motion.velocity + run.step * run.motion.acceleration  # dampers resist the speed at the end of the step
+    left = NodeMotion(*(np.where(known, item[picked], 0.0) for item in (gained, run.motion.acceleration)))
     try:
         unloaded = _unload(run, picked, left)
         start = site.chain.nodes(site.chain.inputs_from_lengths(run.outline.commanded))
