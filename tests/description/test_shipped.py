@@ -12,7 +12,7 @@ from vgtsim.errors import DescriptionError
 
 # Limits of what an arm is to do, not of how exact a run is: a clean figure beside them is no measure of them.
 PERFORMANCE = {"tracking_position", "tracking_angle"}
-SIX_TIMES = {"type_ii_hydraulic": {"end_moment"}}  # with the solver of that clean figure
+SIX_TIMES = {"type_ii_hydraulic": {"end_moment"}}  # limits that are not ten times above, as docs/limits.md says
 WITH_CLEAN_FIGURE = {"closure", "kinematics_agreement", "axial_force_moving"}
 LOADERS = {"arm": load_manipulator, "tank": load_tank, "scene": load_scene, "path": load_tool_path}
 
