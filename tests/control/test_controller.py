@@ -282,6 +282,10 @@ def test_a_plant_that_has_stopped_is_not_commanded(site):
         ({"goal": np.zeros(6)}, "goal: found a direction of length 0"),
         ({"goal": [[0, 0, 0], [0, 0]]}, "goal: found .*; allowed: 6 numbers"),
         ({"inputs": np.zeros(3)}, r"inputs: found shape \(3,\); allowed: shape \(15,\)"),
+        (
+            {"inputs": np.full(15, 2.0)},
+            "inputs: found mid-plane normal .*; allowed: inputs that every module",
+        ),
         ({"lengths": np.full(15, 9.0)}, "lengths: found m1/actuator/1 at 9.0000 m; allowed: 0.* to .* m"),
         ({"goal": [0, 0, 0, 0, 0, 1], "method": "guess"}, "method: found 'guess'; allowed: 'rate' or 'newton'"),
     ],

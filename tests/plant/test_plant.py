@@ -242,6 +242,8 @@ def test_wrong_resets_steps_and_rates_are_refused(site):
     with pytest.raises(CommandError, match=r"record_rate: found 1000 Hz; allowed: 0 to 200 Hz"):
         Plant(site, record_rate=1000.0)
     plant = Plant(site)
+    with pytest.raises(CommandError, match="inputs: found mid-plane normal lies in the base plane"):
+        plant.reset(inputs=np.full(3, 2.0))
     assert not len(plant.log.time)
     with pytest.raises(CommandError, match=r"inputs: found shape \(2,\)"):
         plant.reset(inputs=[0.0, 0.0])

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.commands import read_row
+from vgtsim.commands import read_inputs, read_row
 from vgtsim.control.arm_now import ArmNow
 from vgtsim.control.feedback import Feedback
 from vgtsim.control.limits import ACCELERATION, RATE, CylinderLimits
@@ -122,7 +122,8 @@ class Controller:
             objective: What the null space is used for, terms as in the scene's `motion.objective`; none for nothing.
 
         Raises:
-            CommandError: None or several targets, a wrong size, a figure that is not finite, or lengths beyond a stroke.
+            CommandError: None or several targets, a wrong size, a figure that is not finite, inputs that a module cannot
+                take, or lengths beyond a stroke.
             ReachError: The goal of method "newton" cannot be met.
             StoppedError: The arm has touched something or the plant has stopped; see `release`.
         """
@@ -145,8 +146,9 @@ class Controller:
         elif twist is not None:
             self._wanted = replace(self._aim_tool(), twist=read_row("twist", twist, 6), goal=None)
         elif inputs is not None:
-            q = read_row("inputs", inputs, self.site.chain.straight.size)
-            self._wanted = self._aim_lengths(self._require_strokes("inputs", self.site.chain.lengths(q)))
+            chain = self.site.chain
+            there = read_inputs(inputs, chain.straight.size, chain.lengths)[1]
+            self._wanted = self._aim_lengths(self._require_strokes("inputs", there))
         elif lengths is not None:
             wanted = read_row("lengths", lengths, len(self._rates))
             self._wanted = self._aim_lengths(self._require_strokes("lengths", wanted))

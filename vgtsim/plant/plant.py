@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.commands import read_row
+from vgtsim.commands import read_inputs, read_row
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import move_points
@@ -115,7 +115,7 @@ class Plant:
             turn: Of the mast about its axis, rad.
 
         Raises:
-            CommandError: An array has the wrong size or is not finite, or the feed or the turn is out of reach.
+            CommandError: An array is of wrong size or not finite, an input is no module's, or feed or turn is out of reach.
             AssemblyError: The lengths do not close the loops.
             DescriptionError: The arm is so deep in something that its state diverges, or an elastic arm buckles.
         """
@@ -124,7 +124,7 @@ class Plant:
         if inputs is None:
             q = self.site.start if wanted is None else np.asarray(chain.inputs_from_lengths(wanted))
         else:
-            q = read_row("inputs", inputs, chain.straight.size)
+            q = read_inputs(inputs, chain.straight.size, chain.lengths)[0]
         wanted = chain.lengths(q) if wanted is None else wanted
         self._mast_drives = MastDrives(self.model, self.data, self.site)
         self._mast = self._stood = self._mast_drives.read_command(feed, turn)
