@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -10,11 +11,12 @@ from scipy.spatial import cKDTree
 
 import vgtsim
 from studies.drawn_directrices import follow_drawn
-from vgtsim.description import Feed
-from vgtsim.errors import DescriptionError, PathError
+from vgtsim.description import Bend, Feed, cut_arm
+from vgtsim.errors import AssemblyError, DescriptionError, PathError
 from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
+from vgtsim.planning import insertion
 from vgtsim.planning.checks import asked_spare, riser_fit
-from vgtsim.planning.directrices import greatest_bend, propose_directrices
+from vgtsim.planning.directrices import count_from, greatest_bend, propose_directrices
 from vgtsim.planning.directrix import make_directrix
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import check_entry, start_feed
@@ -182,6 +184,38 @@ def test_same_site_gives_the_same_curves(small):
     one, two = (next(propose_directrices(small)) for _ in range(2))
     assert one[0].foot == two[0].foot
     assert one[1] == two[1]
+
+
+def test_planes_in_which_the_modules_bend_most_are_tried_too(small, monkeypatch):
+    """Two modules over sludge that lets them in where they bend by 60 degrees, and not 45 degrees aside, where they start."""
+    monkeypatch.setattr(insertion, "_CURVES", 2)
+    scene = small.scene
+    motion = scene.task.motion.model_copy(update={"start": (Bend(angle=0.5, azimuth=np.radians(165.0)),) * 2})
+    waste = scene.tank.waste.model_copy(update={"level": 3.2})
+    site = vgtsim.Site(
+        replace(
+            scene,
+            manipulator=cut_arm(scene.manipulator, 2),
+            tank=scene.tank.model_copy(update={"waste": waste}),
+            task=scene.task.model_copy(update={"motion": motion}),
+        )
+    )
+    for directrix, towards in islice(propose_directrices(site), 2):
+        with pytest.raises(PathError, match="waste"):
+            follow_directrix(site, directrix, towards)
+    way = plan_insertion(site)
+    assert way.azimuth == pytest.approx(np.radians(-150.0))
+    assert way.gaps["waste"] >= site.clearance
+    assert count_from(site) == pytest.approx(np.radians([165.0, -150.0]))
+
+
+def test_shapes_that_do_not_assemble_between_their_places_are_a_miss(small, monkeypatch):
+    def refuse(*_):
+        raise AssemblyError("m1", 1e-3)
+
+    monkeypatch.setattr(insertion, "judge_way", refuse)
+    with pytest.raises(PathError, match="m1 does not assemble"):
+        follow_directrix(small, CURVE, AZIMUTH)
 
 
 @pytest.mark.slow

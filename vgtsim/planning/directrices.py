@@ -20,6 +20,10 @@ from vgtsim.site import Site
 Array = NDArray[np.float64]
 
 _AZIMUTHS = 12  # 30 degrees apart: a way between two of them is a little of both
+_BETWEEN = np.radians(
+    15.0
+)  # between planes whose bends are compared: modules of triangles bend most in every eighth of them
+_SAME = 1e-6  # rad: rounding of the start's azimuth
 _RISE = np.array(
     [0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, -0.5, -1.0]
 )  # m of the foot above what a stowed module leaves straight
@@ -56,17 +60,33 @@ def least_radius(planar: PlanarArm, least: Array, greatest: Array) -> float:
     return longest / max(greatest_bend(planar, least, greatest), 1e-6)
 
 
-def propose_directrices(site: Site, last: float = 0.0) -> Iterator[tuple[LeadCurve, float]]:
+def count_from(site: Site) -> tuple[float, ...]:
+    """Azimuths from X of B_1, rad, that planes are counted from: that of the start, and the nearest of those that bend most.
+
+    Raises:
+        DescriptionError: The arm does not stay in a plane.
+    """
+    chain = site.chain
+    start = azimuth(chain, chain.tool(site.start)[0])
+    planes = np.arange(-np.pi, np.pi, _BETWEEN)
+    bends = np.array([greatest_bend(PlanarArm(chain, towards), *_strokes(site)) for towards in planes])
+    off = np.abs((planes - start + np.pi) % (2 * np.pi) - np.pi)
+    best = np.lexsort((off, -bends))[0]
+    return (start,) if off[best] < _SAME else (start, float(planes[best]))
+
+
+def propose_directrices(site: Site, last: float = 0.0, start: float | None = None) -> Iterator[tuple[LeadCurve, float]]:
     """Directrices and azimuths of their planes from X of B_1, rad, those with most room first.
+
+    Planes are counted from an azimuth, rad, or from that of the site's start.
 
     Raises:
         DescriptionError: The arm does not stay in a plane.
     """
     chain, around = site.chain, site.surroundings
-    start = azimuth(chain, chain.tool(site.start)[0])
+    start = azimuth(chain, chain.tool(site.start)[0]) if start is None else start
     planar = PlanarArm(chain, start)
-    stowed = chain.lengths(chain.stowed)
-    radius = least_radius(planar, np.minimum(site.box.least, stowed), np.maximum(site.box.greatest, stowed))
+    radius = least_radius(planar, *_strokes(site))
     rim = around.profile.rim(site.tank.arm_riser.bore / 2, site.tank.arm_riser.radius)
     opening = make_opening(planar, site.scene.pivot_height, 0.0)
     pitch = float(np.max(np.diff(opening, append=opening[-1] + planar.stowed[-1])))
@@ -86,6 +106,12 @@ def propose_directrices(site: Site, last: float = 0.0) -> Iterator[tuple[LeadCur
                     found.append((min(room, _ENOUGH) - _APART * off, len(found), curve, towards))
     found.sort(key=lambda item: (-item[0], item[1]))
     yield from _spread(found)
+
+
+def _strokes(site: Site) -> tuple[Array, Array]:
+    """Least and greatest actuator lengths of a way in, shape (J,), m: the stowed ones may have less than the margin."""
+    stowed = site.chain.lengths(site.chain.stowed)
+    return np.minimum(site.box.least, stowed), np.maximum(site.box.greatest, stowed)
 
 
 def _spread(found: list[tuple[float, int, LeadCurve, float]]) -> Iterator[tuple[LeadCurve, float]]:

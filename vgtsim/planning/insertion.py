@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.errors import PathError
+from vgtsim.errors import AssemblyError, PathError
 from vgtsim.geometry import RISER
 from vgtsim.kinematics import PlanarArm
 from vgtsim.planning.checks import asked_spare
 from vgtsim.planning.curve import reverse_spline
-from vgtsim.planning.directrices import propose_directrices
+from vgtsim.planning.directrices import count_from, propose_directrices
 from vgtsim.planning.directrix import LeadCurve
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import require_feed, start_feed
@@ -44,7 +44,7 @@ BORE = (
 )
 FOLLOWED = 1.3  # deviation from the directrix over the least that a posture can have, which a way is held to
 
-_CURVES = 10  # directrices that are tried: about four seconds each
+_CURVES = 10  # directrices that are tried in either set of planes: about four seconds each
 GRID = 0.025  # m of feed between the places that the splines of a way go through: fourteen in a knot
 _STRAINED = 5  # every so many of the judged postures is held against the ratings: a decimetre apart
 _OPENING = 1e-3  # m that an opening module may use beyond its stowed lengths, which have less than the usual margin
@@ -105,18 +105,20 @@ class Insertion:
 def plan_insertion(site: Site, last: float = 0.0) -> Insertion:
     """Find the way of a site's arm from above the riser to a posture at a last feed, m; the same site gives the same way.
 
-    Directrices are tried in the order of their room.
+    Directrices are tried in the order of their room: in planes counted from that of the start, and then in those in which the
+    modules bend most.
 
     Raises:
         DescriptionError: The arm does not stay in a plane.
         PathError: No directrix was found on which every limit is kept; the nearest miss is named.
     """
     missed: list[PathError] = []
-    for directrix, towards in islice(propose_directrices(site, last), _CURVES):
-        try:
-            return follow_directrix(site, directrix, towards, last)
-        except PathError as error:
-            missed.append(error)
+    for towards in count_from(site):
+        for directrix, azimuth in islice(propose_directrices(site, last, towards), _CURVES):
+            try:
+                return follow_directrix(site, directrix, azimuth, last)
+            except PathError as error:
+                missed.append(error)
     raise max(missed, key=lambda error: error.clearance)
 
 
@@ -168,15 +170,20 @@ def follow_directrix(
     if np.isfinite(followed):
         tries += [(replace(guide, knot=_CLOSE_KNOT), *one) for one in _CLOSE]
     best: tuple[float, str, float] | None = None
+    unmade = ""
     for guide, aim, firm in tries:
-        way = judge_way(site, guide, _fit(site, guide, postures, aim, firm), postures.bound)
+        try:
+            way = judge_way(site, guide, _fit(site, guide, postures, aim, firm), postures.bound)
+        except AssemblyError as error:  # between the feeds at which the shapes were fitted
+            unmade = unmade or f"the surroundings, but {error}"
+            continue
         room, place, left = min(_rooms(site, way, followed))
         if room >= 0:
             return way
         if best is None or room > best[0]:
             best = room, place, left
-    assert best is not None
-    raise PathError("the end of the insertion", best[2], best[1])
+    _, place, left = best or (0.0, unmade, -np.inf)
+    raise PathError("the end of the insertion", left, place)
 
 
 def _fit(site: Site, guide: Follower, postures: Postures, aim: float, firm: float) -> Shapes:
