@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,6 +21,12 @@ from vgtsim.web.letters import LiveState  # noqa: E402
 UP = (1.0, 0.0, 0.0, 0.0)
 
 
+def finish(coroutine):
+    """Run what viser would run in its own thread; a browser of other tests may have a loop in this one."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(asyncio.run, coroutine).result()
+
+
 class Desk:
     """Controls in a server without a page; what a page would send is handed to viser."""
 
@@ -30,15 +37,13 @@ class Desk:
         self.controls = Controls(self.server, site, 80e3, self.posted.append)
 
     def send(self, handle, value):
-        asyncio.run(
-            self.server.gui._handle_gui_updates(0, messages.GuiUpdateMessage(handle._impl.uuid, {"value": value}))
-        )
+        finish(self.server.gui._handle_gui_updates(0, messages.GuiUpdateMessage(handle._impl.uuid, {"value": value})))
 
     def turn(self, position, wxyz, phase="update"):
         kept = self.controls._handle._impl
         kept.position, kept.wxyz = np.array(position), np.array(wxyz)
         event = SimpleNamespace(client=object(), phase=phase, target=SimpleNamespace(position=position, wxyz=wxyz))
-        asyncio.run(self.controls._on_handle(event))
+        finish(self.controls._on_handle(event))
 
     def show(self):
         """Show the start; what is said to the person."""
