@@ -12,7 +12,6 @@ from vgtsim.errors import DescriptionError
 
 # Limits of what an arm is to do, not of how exact a run is: a clean figure beside them is no measure of them.
 PERFORMANCE = {"tracking_position", "tracking_angle"}
-SIX_TIMES = {"type_ii_hydraulic": {"end_moment"}}  # limits that are not ten times above, as docs/limits.md says
 WITH_CLEAN_FIGURE = {"closure", "kinematics_agreement", "axial_force_moving"}
 LOADERS = {"arm": load_manipulator, "tank": load_tank, "scene": load_scene, "path": load_tool_path}
 
@@ -73,4 +72,4 @@ def test_limits_stand_ten_times_above_the_clean_figure_beside_them(name):
     assert all(re.search("clean run|as in type_ii_sections", notes[key]) for key in WITH_CLEAN_FIGURE)
     clean = {key: float(found[1]) for key, note in notes.items() if (found := re.search(r"clean run ([\d.e-]+)", note))}
     close = {key for key, figure in clean.items() if 10 * figure > getattr(task.limits, key)}
-    assert close <= PERFORMANCE | SIX_TIMES.get(name, set())
+    assert close <= PERFORMANCE
