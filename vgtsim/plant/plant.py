@@ -361,7 +361,7 @@ class Plant:
             self._feeler.forget()
 
     def _start_step(self) -> bool:
-        """Whether the coming step is recorded; only then sensors are worked out, as they cost a fifth of a step."""
+        """Whether the coming step is recorded; only then sensors are worked out, as they cost time."""
         recorded = self._clock.is_due(self._steps)
         flags, sensed = self.model.opt.disableflags, recorded and self._gauges.senses
         if bool(flags & _SENSOR_BIT) == sensed:
@@ -370,9 +370,8 @@ class Plant:
 
     def _find_more(self) -> dict[str, float | Array]:
         """More quantities of the record of the last step, by name."""
-        more: dict[str, float | Array] = {**self._mast_drives.tell(self._stood)}
-        if self._digger is not None:
-            more |= self._digger.record
+        dug = {} if self._digger is None else self._digger.record
+        more: dict[str, float | Array] = {**self._mast_drives.tell(self._stood), **dug}
         if self._aimed is not None:
             more["target"] = self._aimed
         if self._felt:
