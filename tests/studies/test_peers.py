@@ -99,20 +99,28 @@ def bench(monkeypatch):
     monkeypatch.setattr(module, "ROUNDS", 1)
     monkeypatch.setattr(module, "MUJOCO_STEPS", (0.02, 0.01))
     monkeypatch.setattr(module, "EXUDYN_STEPS", {0.02: 0.5})
+    monkeypatch.setattr(module, "MORE_STEPS", (0.04,))
     return module
+
+
+LEVEL = "Exudyn, point masses, over our members as bodies of the same axial error:"
 
 
 @pytest.mark.parametrize("there", [pytest.param(True, marks=needs_exudyn), False])
 def test_script_prints_a_row_for_each_engine_and_step(bench, task, monkeypatch, capsys, there):
     monkeypatch.setattr(bench, "EXUDYN", there)
     bench.compare_steps(task)
-    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    said = capsys.readouterr().out
+    rows = [line.split() for line in said.splitlines()]
     printed = [row for row in rows if row and row[0] in ("vgtsim", "Exudyn", "MuJoCo")]
-    assert len(printed) == (8 if there else 6)
+    assert len(printed) == (9 if there else 7)
     for row in printed:
         assert all(float(cell) >= 0 for cell in row[-6:])
     assert float(printed[0][-6]) == 1.0  # our members as bodies over themselves
     assert float(printed[1][-5]) == 1.0
+    level = said.splitlines()[said.splitlines().index(LEVEL) + 1 :]
+    assert len(level) == there  # Exudyn's error at 20 ms lies between ours at 20 and 40
+    assert all(0 < float(line.split()[-3]) < 10 for line in level)
 
 
 def test_script_names_what_is_missing(bench, monkeypatch, capsys):
