@@ -20,11 +20,11 @@ from vgtsim.description import load_study
 from vgtsim.errors import ClusterError, MissingLibraryError
 from vgtsim.study import conduct_study, use_cluster, use_processes
 
-CASES = 8
+CASES = 8  # of some 0.7 s each: a part is written every second, and two workers must not be done by then
 STUDY = f"""
 name = "cheap"
 scene = "arm9_nullspace"
-work = {{ verb = "workspace", samples = 600, seed = 0 }}
+work = {{ verb = "workspace", samples = 8000, seed = 0 }}
 keep = ["reach", "max tilt", "near singular"]
 [grid]
 work.seed = {[*range(CASES)]}
