@@ -10,8 +10,9 @@ from vgtsim.kinematics.closure import (
     Circles,
     circle_nodes,
     closure_coefficients,
+    closure_slopes,
     closure_values,
-    newton_step,
+    solve_cyclic,
 )
 from vgtsim.kinematics.mode_following import worst_direction
 from vgtsim.kinematics.modules import octahedron as octa
@@ -40,7 +41,9 @@ def _fine_path(module, begin, end, phi):
         mid = Circles(a.centre + t * (b.centre - a.centre), a.inward, a.radius + t * (b.radius - a.radius))
         C = closure_coefficients(mid, module.top)
         for _ in range(2):
-            phi = phi + newton_step(C, phi)[0]
+            cosine, sine = np.cos(phi), np.sin(phi)
+            p, q = closure_slopes(C, cosine, sine)
+            phi = phi - solve_cyclic(p, q, closure_values(C, cosine, sine), p.prod() + q.prod())
     return phi
 
 

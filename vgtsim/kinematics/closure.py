@@ -146,17 +146,6 @@ def solve_cyclic(p: NDArray, q: NDArray, right: NDArray, determinant: NDArray) -
     return (right * p1 * p2 - q * right[_NEXT] * p2 + q * q[_NEXT] * right[_AFTER]) / determinant
 
 
-def newton_step(C: Array, phi: Array) -> tuple[Array, Array]:
-    """One undamped Newton step, rad, and F before it, m², each shape (3, ...).
-
-    Source: equation 3.14. Differs: on D² rather than D, which has no square root and the same solutions.
-    """
-    cosine, sine = np.cos(phi), np.sin(phi)
-    F = closure_values(C, cosine, sine)
-    p, q = closure_slopes(C, cosine, sine)
-    return solve_cyclic(p, q, -F, p[0] * p[1] * p[2] + q[0] * q[1] * q[2]), F
-
-
 def edge_jacobian(C: ArrayLike, edges: ArrayLike, phi: ArrayLike) -> Array:
     """dD/dphi, the matrix of equation 3.14, shape (..., 3, 3), m/rad, at distances and angles of shape (..., 3)."""
     angle, edge = np.moveaxis(np.asarray(phi, float), -1, 0), np.asarray(edges, float)

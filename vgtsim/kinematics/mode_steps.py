@@ -173,7 +173,10 @@ def _bound_row(k: int, C: Array, spread: Array, room: Array, radius: float) -> t
 
 @compiled
 def _iterate(C: Array, phi: Array, count: int, room: Array) -> float:
-    """Undamped Newton steps from angles, in place, and how far these moved, rad."""
+    """Undamped Newton steps from angles, in place, and how far these moved, rad.
+
+    Source: equation 3.14. Differs: on D² rather than D, which has no square root and the same solutions.
+    """
     step, begin = np.empty(3), phi.copy()
     for _ in range(count):
         determinant = _set_slopes(C, phi, room)

@@ -19,7 +19,7 @@ from vgtsim.planning.directrix import LeadCurve
 
 Array = NDArray[np.float64]
 
-KNOT = 0.35  # m of feed between knots: about an eighth of the distance of two modules
+_KNOT = 0.35  # m of feed between knots: about an eighth of the distance of two modules
 _DEGREE = 5  # so that jerk has no jumps at knots
 _CORNERS = 3  # coefficients at the opening that are zero: value, rate and second derivative
 _ALONG = np.linspace(0.0, 1.0, 7)[
@@ -46,7 +46,7 @@ class Follower:
     last: float
     least: Array
     greatest: Array
-    knot: float = KNOT
+    knot: float = _KNOT
 
     @property
     def chain(self) -> Chain:

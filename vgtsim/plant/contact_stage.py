@@ -1,4 +1,4 @@
-"""MuJoCo's search for contacts, which is left out of steps in which nothing can touch: it costs a fifth of a step."""
+"""MuJoCo's search for contacts, which is left out of steps in which nothing can touch, since it costs time."""
 
 from __future__ import annotations
 

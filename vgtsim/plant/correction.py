@@ -29,7 +29,7 @@ Index = NDArray[np.intp]
 
 _BODY = int(mujoco.mjtSameFrame.mjSAMEFRAME_BODY)
 # Newton's iterations where nothing touches: the cost is then a quadratic, and the first one ends at its least but for rounding.
-# From the fifth on the line search cannot tell its slope from rounding, see docs/formulation.md.
+# More gained nothing where it was measured, see docs/formulation.md.
 _ENOUGH = 4
 
 

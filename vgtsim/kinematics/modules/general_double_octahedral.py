@@ -2,7 +2,7 @@
 
 Inputs are the angles phi_1 to phi_3 of 3.28, legs the three actuators. The upper cell follows from the lower by its
 closure, on the assembly mode of the straight pose: every call comes from there, so that what an input means depends on
-nothing else. That makes a trial step some fifty times as dear as one of a symmetric module. No input bends it in a plane, so
+nothing else. That makes a trial step far dearer than one of a symmetric module. No input bends it in a plane, so
 a bend that is asked of it is a first guess.
 """
 
