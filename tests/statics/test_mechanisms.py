@@ -12,12 +12,14 @@ from vgtsim.description.catalogue import load_catalogue
 from vgtsim.description.scene import LoadCase, Payload
 from vgtsim.errors import NearSingularWarning, TrussError
 from vgtsim.statics import solve_members
+from vgtsim.statics.banded_solve import is_sound, softest
 from vgtsim.statics.capacity import find_allowance
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import find_modes
 from vgtsim.statics.settling import settle
 from vgtsim.statics.sizing import Demand, size_arm
-from vgtsim.statics.stiffness import deflect, tip_compliance
+from vgtsim.statics.stiffness import band_matrix, deflect, pattern_of, tip_compliance
+from vgtsim.statics.stiffness_matrix import unfold
 
 PAYLOAD = Payload(mass=453.6, radius=0.15)
 LOST = "m3/longeron/2"
@@ -95,6 +97,18 @@ def test_pose_of_a_batch_is_named(hanging_arm, model, bent, what):
     nodes[270] = flattened(hanging_arm, 0.0)
     with pytest.raises(TrussError, match=r"^pose 270: "):
         ELASTIC[what](model, nodes)
+
+
+def test_a_factor_tells_as_the_eigenvalue_does_whether_a_matrix_is_above_a_bound(model, bent):
+    pattern = pattern_of(model.truss)
+    matrix = unfold(band_matrix(model, bent[None]).upper[0])
+    least, _ = softest(matrix, pattern, 0.0)
+    assert least > 1e-6
+    for bound in (0.0, 1e-11, 0.999 * least):
+        assert is_sound(matrix, pattern, bound)
+    assert not is_sound(matrix, pattern, 1.001 * least)
+    matrix[3, 7] = matrix[7, 3] = np.nan
+    assert not is_sound(matrix, pattern, 0.0)
 
 
 def test_nodes_that_are_no_numbers_are_refused(model, bent):

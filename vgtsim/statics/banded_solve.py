@@ -21,7 +21,7 @@ from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, unfold
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-(_PBSV,) = get_lapack_funcs(("pbsv",), dtype=np.float64)
+_PBSV, _POTRF = get_lapack_funcs(("pbsv", "potrf"), dtype=np.float64)
 # smallest eigenvalues, every node scaled to one. Shipped arms: elastic 1e-5, on servos a hundred thousand times softer
 # than their members 1e-10; rounding leaves 2e-15 of a mechanism
 SINGULAR = 1e-13
@@ -70,7 +70,10 @@ def require_stiff(
     Raises:
         TrussError: It can; its members are named.
     """
-    value, modes = softest(unfold(matrices.upper[pose]), matrices.pattern, SINGULAR)
+    matrix = unfold(matrices.upper[pose])
+    if is_sound(matrix, matrices.pattern, POOR):
+        return
+    value, modes = softest(matrix, matrices.pattern, SINGULAR)
     where = "" if numbers is None else f"pose {numbers[pose]}: "
     if value >= POOR:
         return
@@ -99,7 +102,24 @@ def softest(matrix: Array, pattern: Pattern, bound: float) -> tuple[float, Array
     """
     if not np.all(np.isfinite(matrix)):
         return float("nan"), np.full((len(matrix), 1), np.nan)
+    scaled, scale = _scale(matrix, pattern)
+    value, mode = eigh(scaled)
+    return float(value[0]), scale[:, None] * mode[:, : max(1, np.count_nonzero(value < bound))]
+
+
+def is_sound(matrix: Array, pattern: Pattern, bound: float) -> bool:
+    """Whether the eigenvalue that `softest` gives is above a bound; a twentieth of its cost.
+
+    The matrix less the bound has a Cholesky factor just then, but for rounding: 2e-15 of the arms here.
+    """
+    scaled, _ = _scale(matrix, pattern)
+    scaled.flat[:: len(scaled) + 1] -= bound
+    factor, failed = _POTRF(scaled, clean=False)
+    return failed == 0 and bool(np.isfinite(np.diag(factor)).all())  # OpenBLAS goes on past an entry that is no number
+
+
+def _scale(matrix: Array, pattern: Pattern) -> tuple[Array, Array]:
+    """The matrix with every node scaled to one, shape (n, n), and the scales of its unknowns, shape (n,)."""
     size = pattern.scale(np.diag(matrix))
     scale = 1 / np.where(size > 0, size, 1.0)
-    value, mode = eigh(matrix * scale * scale[:, None])
-    return float(value[0]), scale[:, None] * mode[:, : max(1, np.count_nonzero(value < bound))]
+    return matrix * scale * scale[:, None], scale

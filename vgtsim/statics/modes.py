@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import MemberInertia, Truss, first_greatest
-from vgtsim.statics.banded_solve import require_stiff, softest
+from vgtsim.statics.banded_solve import is_sound, require_stiff, softest
 from vgtsim.statics.blocks import block_moves, ring_stiffness
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads
@@ -113,14 +113,14 @@ def _weigh(truss: Truss, nodes: Array, ends: Index, part: MemberInertia, more: A
     """Mass matrices of bars of two segments with more mass at their ends, (B, 2), kg; shape (B, 2 w, 2 w), see `Pattern`."""
 
     def weighed(weight: Array, left: Array, right: Array) -> Array:
-        return np.einsum("m,mki,mkj->mij", weight, left, right)
+        return np.swapaxes(weight[:, None, None] * left, 1, 2) @ right
 
     span = nodes[ends[:, 1]] - nodes[ends[:, 0]]
     length = np.linalg.norm(span, axis=-1)
     unit = span / length[:, None]
     across = np.eye(3) - unit[:, :, None] * unit[:, None, :]
     near, far = _moves(truss, nodes, ends)
-    turn = np.einsum("mij,mjk->mik", across / length[:, None, None], far - near)
+    turn = across / length[:, None, None] @ (far - near)
     blocks, mass = weighed(part.about_end.sum(axis=1), turn, turn), part.mass + more
     for end, side, sign in ((near, 0, 1.0), (far, 1, -1.0)):
         mixed = sign * weighed(part.first_moment[:, side], end, turn)
@@ -130,9 +130,10 @@ def _weigh(truss: Truss, nodes: Array, ends: Index, part: MemberInertia, more: A
 
 def _require_mass(model: ElasticModel, mass: Array) -> None:
     """Refuse a motion that no mass takes part in; a description cannot hold one, an edited copy of a model can."""
-    value, modes = softest(mass, pattern_of(model.truss), _MASSLESS)
-    if value >= _MASSLESS:
+    pattern = pattern_of(model.truss)
+    if is_sound(mass, pattern, _MASSLESS):
         return
+    value, modes = softest(mass, pattern, _MASSLESS)
     truss, size = model.truss, np.linalg.norm(modes, axis=1)
     moved = np.zeros(len(truss.nodes))
     moved[truss.free] = size[:-6].reshape(-1, 3).max(axis=1)
