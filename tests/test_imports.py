@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 ROOMS = (
-    ("errors", "usual_units"),
+    ("arrays", "errors", "usual_units"),
     ("commands", "compilation", "constants", "digests", "graphics", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),

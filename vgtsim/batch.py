@@ -13,14 +13,13 @@ from typing import Self
 
 import numpy as np
 from mujoco.rollout import Rollout
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.errors import CommandError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import build_spec, fill_qpos, make_pose_map, measure_gap, names, select_drive, stiffen
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 # Of the servos, N/m: the heaviest loads of shipped arms, 3e5 N, lengthen a cylinder by 3e-7 m. The integrator takes their
 # force at the end of the step, so nothing rings at any step.

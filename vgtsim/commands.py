@@ -6,11 +6,10 @@ from collections.abc import Callable
 from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.errors import CommandError
-
-Array = NDArray[np.float64]
 
 
 def read_row(what: str, values: ArrayLike, size: int) -> Array:

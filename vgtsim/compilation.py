@@ -15,7 +15,9 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numba import njit
 from numba.core.dispatcher import Dispatcher
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from vgtsim.arrays import Array
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -51,6 +53,6 @@ def _stamp(folder: Path) -> tuple[tuple[str, int, int], ...]:
     return tuple((name, stat.st_mtime_ns, stat.st_size) for name, stat in found)
 
 
-def by_rows(array: ArrayLike) -> NDArray[np.float64]:
+def by_rows(array: ArrayLike) -> Array:
     """The array as compiled functions take it; a copy where it is not so already."""
     return np.require(array, float, ["C", "W"])

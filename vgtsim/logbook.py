@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Index
 from vgtsim.description import Scene, digest_scene, dump_scene, parse_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.logfiles import (
@@ -118,7 +118,7 @@ class LogBook:
     performance: dict[str, float]
     stopped: str
     files: tuple[Path, ...] = field(repr=False)
-    edges: NDArray[np.intp] = field(repr=False)  # first record of each file, and their count
+    edges: Index = field(repr=False)  # first record of each file, and their count
     contacts: Piece = field(repr=False)
     revisions: tuple[Revision, ...] = ()
 

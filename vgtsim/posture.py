@@ -11,16 +11,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description import Method, Payload
 from vgtsim.kinematics import Chain
 from vgtsim.planning import solve_request
 from vgtsim.site import ArmAlone, Place, Site
 from vgtsim.statics import MemberForces, make_load_model, solve_members
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.description import Tank
 from vgtsim.geometry import (
@@ -31,9 +31,6 @@ from vgtsim.geometry import (
 )
 from vgtsim.kinematics import member_radii
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _THIN = 1e4  # m; more than any tank
 
@@ -228,7 +225,7 @@ class Proximity:
     def _outlines(self) -> dict[frozenset[str], tuple[Array, Index]]:
         return {}
 
-    def leave_out(self, found: Clearance, time: NDArray[np.float64] | float) -> Clearance:
+    def leave_out(self, found: Clearance, time: Array | float) -> Clearance:
         """Distances at times of the run, shape (...), s, of which those from things that had not appeared yet are infinite."""
         appearances = self.site.tank.appearances
         if not appearances:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vgtsim.arrays import Array, Index, Mask
 
 Piece = Mapping[str, NDArray[Any]]  # arrays of a log by name, records along the first axis
 
@@ -105,7 +105,7 @@ class RunLog:
     tool_position: Annotated[Array, "f", "T3"]
     tool_direction: Annotated[Array, "f", "T3"]
     goal: Annotated[NDArray[np.int64], "i", "T"]
-    settled: Annotated[NDArray[np.bool_], "b", "T"]
+    settled: Annotated[Mask, "b", "T"]
     contact_time: Annotated[Array, "f", "C"]
     contact_pair: Annotated[NDArray[np.str_], "U", "C2"]
     contact_distance: Annotated[Array, "f", "C"]
@@ -193,12 +193,12 @@ class RunLog:
             return f"goals {low} to {high} are in the log; allowed: -1 to {goals - 1}, as the scene has {goals}"
         return ""
 
-    def directions(self, ends: NDArray[np.intp]) -> Array:
+    def directions(self, ends: Index) -> Array:
         """Unit vectors along members, from near to far hub, shape (T, M, 3); `ends` are their nodes, shape (M, 2)."""
         span = self.nodes[:, ends[:, 1]] - self.nodes[:, ends[:, 0]]
         return span / np.linalg.norm(span, axis=-1, keepdims=True)
 
-    def axial(self, ends: NDArray[np.intp]) -> Array:
+    def axial(self, ends: Index) -> Array:
         """Axial member forces at the near ends, tension positive, shape (T, M), N; `ends` as in `directions`."""
         return np.einsum("tmk,tmk->tm", self.member_force, self.directions(ends))
 

@@ -13,8 +13,8 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
 from vgtsim.description import (
     CutStep,
@@ -52,8 +52,6 @@ from vgtsim.statics import (
     make_load_model,
     make_sections,
 )
-
-Array = NDArray[np.float64]
 
 _START_MARGIN = 0.02  # m beyond the planned clearance, so that a path can leave a start that is looked for
 _STROKE_MARGIN = 0.005  # m at the ends of strokes of an arm alone: what the shipped scenes keep

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Mask
 from vgtsim.runlog import BESIDE, Array, Revision, RunLog
 
 _LENGTH = 3000  # records: two minutes of a shipped scene, of which verification makes some 200 MB
@@ -58,7 +59,7 @@ class Outline:
 
     time: Array
     goal: NDArray[np.int64]
-    settled: NDArray[np.bool_]
+    settled: Mask
     saturation: NDArray[np.uint8]
     commanded: Array
 

@@ -10,15 +10,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.description import AllowedContact
 from vgtsim.geometry import RISER, SHELL, WASTE
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import LoadModel, tool_forces
-
-Array = NDArray[np.float64]
 
 _TANK, _ROD = "tank/", "/rod"
 _TOOL = ("payload", "tip")
@@ -98,7 +96,7 @@ class Touches:
     lift: Array
     by_rule: Array
 
-    def total(self, ends: NDArray[np.intp]) -> Array:
+    def total(self, ends: Index) -> Array:
         """All forces at the nodes, those of members too, whose ends have shape (M, 2); shape (T, N, 3), N."""
         total = self.forces.copy()
         for share, column in zip(self.shares, ends.T, strict=True):
@@ -142,7 +140,7 @@ def find_touches(site: Site, model: LoadModel, log: RunLog) -> Touches | None:
     return Touches(forces, shares, lift, by_rule)
 
 
-def _match(log: RunLog) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _match(log: RunLog) -> tuple[Index, Index]:
     """Rows of contacts with a known force at the instant of a record, and those records."""
     time = log.contact_time
     if not len(time) or not log.contact_force.size or log.count < 2:

@@ -23,9 +23,7 @@ from vgtsim.cli.application import (
 )
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from vgtsim.arrays import Array
     from vgtsim.description import Scene
     from vgtsim.logbook import LogBook, LogWriter
     from vgtsim.planning import Tour
@@ -111,7 +109,7 @@ def _play(site: Site, programme: _Programme, folder: Path, *, resume: bool) -> t
 class _Programme:
     """What a scene's run plays: how the log of its site is begun and recorded, inputs for a picture, and the plan of a log."""
 
-    pose: NDArray[np.float64]
+    pose: Array
     begin: Callable[[Site, Path, bool], LogWriter]
     record: Callable[[Site, LogWriter], None]
     plan: Callable[[Site, LogSource], PlannedTour]

@@ -12,6 +12,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Feed
 from vgtsim.envs.picture import Picture
 from vgtsim.envs.tasks import SEEN, Entrance, Raster, Reach, Task, ToolAim
@@ -21,7 +22,6 @@ from vgtsim.graphics import mujoco
 from vgtsim.mjcf import withdrawn_poses
 from vgtsim.site import Site, load_site
 
-Array = NDArray[np.float64]
 Row = NDArray[np.float32]
 
 PERIOD = 0.5  # of an action, s: a cylinder comes to full speed in five

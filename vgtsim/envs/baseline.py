@@ -7,12 +7,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.envs.arm_env import PERIOD, ArmEnv
 from vgtsim.envs.tasks import Entrance
 from vgtsim.planning import plan_insertion
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _GAIN = 0.4  # of what is left, a second
 _DAMPING = 0.05  # of the least squares: keeps rates finite near singular postures

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco, require_display
 from vgtsim.mjcf import build_model, fill_qpos, make_pose_map
 from vgtsim.site import Site
@@ -15,7 +15,6 @@ from vgtsim.site import Site
 if TYPE_CHECKING:
     from vgtsim.envs.tasks import ToolAim
 
-Array = NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _CAMERA = 640, 480, "cutaway"
 _AWAY = 1e3  # m: where the marks of the scene's other goals go

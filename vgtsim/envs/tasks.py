@@ -7,15 +7,13 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.errors import AssemblyError, SingularityError, VgtError
 from vgtsim.kinematics import State
 from vgtsim.mjcf import withdrawn_poses
 from vgtsim.planning import Entry
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 SEEN = 0.5  # m: what is farther away than this is as good as far
 _TURN = 0.3  # m of distance that a radian of direction counts as

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vgtsim.arrays import Array
 from vgtsim.errors import AssemblyError, DivergenceError, SingularityError, StoppedError
 from vgtsim.kinematics import Chain, State
 from vgtsim.plant import Plant
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 
 class Tier(Protocol):

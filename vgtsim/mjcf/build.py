@@ -8,8 +8,8 @@ from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.constants import GRAVITY
 from vgtsim.description import Feed, Manipulator, Payload
 from vgtsim.errors import VgtError
@@ -26,8 +26,6 @@ from vgtsim.mjcf.tank import add_tank
 from vgtsim.mjcf.views import add_arm_views, add_floor, add_goal_markers, add_tank_cameras, light_tank
 from vgtsim.site import Site
 from vgtsim.statics import weigh
-
-Array = NDArray[np.float64]
 
 VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weights the sag grows as its square
 # Of the solver: at 1e-24 joints are short of equilibrium by 6e-8 N*m, at 1e-20 by more than a micronewton metre; below

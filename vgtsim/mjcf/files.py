@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Manipulator
 from vgtsim.errors import DescriptionError
 from vgtsim.graphics import mujoco
@@ -37,7 +37,7 @@ loops open by up to {scaled_gap:.2g} m. The .mjb beside this file has all digits
 """
 
 
-def write_scene_files(site: Site, first_goal: NDArray[np.float64], folder: Path) -> tuple[Path, Path]:
+def write_scene_files(site: Site, first_goal: Array, folder: Path) -> tuple[Path, Path]:
     """Write `scene.xml` and `scene.mjb` into an existing folder, with a keyframe at the inputs of the first goal."""
     poses = {"first_goal": first_goal}
     spec, exact = build_spec(site, poses, VIEW_TIMESTEP, limited=True), build_spec(site, poses, limited=True)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import MemberInertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.rows import LEAST_INERTIA, LEAST_MASS
-
-Array = NDArray[np.float64]
 
 
 def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, info: str = "") -> None:

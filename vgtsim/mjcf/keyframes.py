@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.errors import AssemblyError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, kind_of, sample_inputs
@@ -15,7 +15,6 @@ from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.mjcf.rows import select_drive, stiffen
 from vgtsim.site import Site
 
-Array = NDArray[np.float64]
 Poses = Mapping[str, tuple[Array, float]]
 
 RISER_MOUTH = 0.5  # a module nearer than this to the riser's mouth is stowed in the straight keyframe, m

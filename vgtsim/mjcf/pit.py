@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vgtsim.description import Tank
 from vgtsim.geometry import Diggings, make_profile
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.mjcf.tank import INSIDE_GROUP, POOL
-
-Array = NDArray[np.float64]
 
 _SKIRT = 0.01  # m below the floor, to which the field is drawn
 

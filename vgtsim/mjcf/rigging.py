@@ -10,14 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vgtsim.arrays import Array
 from vgtsim.description import Payload
 from vgtsim.geometry import MastPipe
 from vgtsim.kinematics import Chain, MemberInertia, kind_of, make_hub_masses, make_line_masses, make_member_inertia
-
-Array = NDArray[np.float64]
 
 TANK = 1  # contact bit of the tank
 _BITS = 30  # of MuJoCo's 32, less the tank's and the sign

@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, Member, make_block_inertia
 from vgtsim.mjcf import names
@@ -19,8 +19,6 @@ from vgtsim.mjcf.fittings import hold_sites
 from vgtsim.mjcf.hubs import add_ball
 from vgtsim.mjcf.pose import block_rotations
 from vgtsim.mjcf.rigging import Rigging
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ def _dress_block(
     spec: mujoco.MjSpec,
     body: mujoco.MjsBody,
     rigging: Rigging,
-    block: NDArray[np.intp],
+    block: Index,
     post: tuple[float, float, Array],
 ) -> None:
     """Post of a mass, half height and moments, and two balls, whose masses stand at the ends of the post."""

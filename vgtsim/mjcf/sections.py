@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, find_rigid_sections
 from vgtsim.mjcf import names
@@ -20,9 +20,6 @@ from vgtsim.mjcf.hubs import add_ball, add_fixed_hubs, add_free_hub
 from vgtsim.mjcf.pose import MastPose, make_mast_pose
 from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.tip import add_tip
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _DRAWN = 0.02  # half the width of a drawn length row, m
 

@@ -12,8 +12,8 @@ from math import atan2, pi, sin
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Tank
 from vgtsim.geometry import (
     DEPTH,
@@ -35,7 +35,6 @@ from vgtsim.mjcf import names
 if TYPE_CHECKING:
     import trimesh
 
-Array = NDArray[np.float64]
 
 INSIDE_GROUP = 1  # what every picture shows: back half of liner and wall, arm riser, waste, equipment
 BACK_COVER_GROUP = 2  # back half of dome, soil and small risers

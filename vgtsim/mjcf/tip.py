@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import make_plate_inertia
 from vgtsim.mjcf import names
 from vgtsim.mjcf.fittings import set_point_masses
 from vgtsim.mjcf.hubs import add_ball
 from vgtsim.mjcf.rigging import Rigging
-
-Array = NDArray[np.float64]
 
 
 def add_tip(spec: mujoco.MjSpec, rigging: Rigging, nodes: Sequence[int] | None = None) -> None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.description import Goal, Tank
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
-
-Array = NDArray[np.float64]
 
 GOAL_COLOUR = (0.10, 0.75, 0.35, 0.9)
 

@@ -9,14 +9,12 @@ import trimesh
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from trimesh.visual import ColorVisuals
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import Chain, member_radii
 from vgtsim.output.figure import save_figure, styled
 from vgtsim.replacing import replacing
-
-Array = NDArray[np.float64]
 
 _BLACK, _WHITE = "#000000", "#ffffff"
 _SINGLE = ((3.4, _WHITE), (1.5, _BLACK))  # widths of strokes over one another, points

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Cylinder, Tube
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.truss_plot import worst_instant
@@ -15,8 +15,6 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import ROD_FACTOR, effective_area, rate
 from vgtsim.verification import Report
-
-Array = NDArray[np.float64]
 
 _MM2 = 1e-6  # m², as sections of members are written
 _CODE = "AISC 360-22"

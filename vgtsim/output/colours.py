@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from vgtsim.arrays import Array
 
 # Compression to tension. The hue already tells at a fifth of the greatest force, where most members are.
 _KNOTS = np.array([-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0])
@@ -18,7 +20,7 @@ REST = "#8a8f98"
 HOLD = "#2a9d62"
 
 
-def force_colours(force: ArrayLike, greatest: float) -> NDArray[np.float64]:
+def force_colours(force: ArrayLike, greatest: float) -> Array:
     """Map axial forces, tension positive, shape (...), N, to red, green, blue and opacity, shape (..., 4), 0 to 1.
 
     Compression is red, zero grey, tension blue. Forces beyond the greatest magnitude, N, keep the end colour.

@@ -16,8 +16,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.output.colours import HOLD, LIMIT
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
@@ -120,7 +120,7 @@ def _describe_axes(figure: Figure, axes: Axes) -> dict[str, Any]:
     }
 
 
-def _describe_line(name: str, x: NDArray[np.float64], y: NDArray[np.float64]) -> dict[str, Any]:
+def _describe_line(name: str, x: Array, y: Array) -> dict[str, Any]:
     every = max(len(x) // _TOLD, 1)
     return {
         "name": name,

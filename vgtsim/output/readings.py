@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import first_greatest
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.runlog import RunLog
@@ -15,9 +15,7 @@ READINGS = ("goal", "tool", "greatest force", "in member")
 _NO_MATTER = 1e-3  # of its limit: an error of a settled tool below this flickers, and is as good as nothing
 
 
-def read_instant(
-    site: Site, log: RunLog, report: Report, record: int, axial: NDArray[np.float64]
-) -> tuple[str, str, str, str]:
+def read_instant(site: Site, log: RunLog, report: Report, record: int, axial: Array) -> tuple[str, str, str, str]:
     """Write one text for each of `READINGS`, at or just after a record; axial forces have shape (M,), N."""
     goal = goal_name(site, int(log.goal[record])) or "none"
     error = report.series.get("tool_position_error")

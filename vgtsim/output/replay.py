@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.description import Cut
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
 from vgtsim.mjcf import PoseMap, fill_qpos, make_pose_map, names
 from vgtsim.output.colours import force_colours
 from vgtsim.runlog import RunLog
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -32,8 +30,8 @@ class Replay:
     data: mujoco.MjData
     truss: Truss
     pose: PoseMap
-    geoms: NDArray[np.intp]
-    owners: NDArray[np.intp]
+    geoms: Index
+    owners: Index
     end: float
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.kinematics import order_down
 from vgtsim.output.colours import HOLD, LIMIT, LINES, REST
 from vgtsim.output.figure import draw_limit, finish_axes, panels
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report
-
-Array = NDArray[np.float64]
 
 _LEAST_GAP = 1e-15  # m; a logarithmic axis has no zero
 _NAMED = 5  # members drawn by name; `LINES` has six colours
@@ -111,7 +109,7 @@ def plot_actuator_forces(site: Site, log: RunLog) -> Figure:
     return _draw_modules(site, log, log.actuator_force / 1e3, limits, "force, kN")
 
 
-def _owned(site: Site) -> list[NDArray[np.bool_]]:
+def _owned(site: Site) -> list[Mask]:
     """Tell of every active module its actuators, shape (J,)."""
     owner = site.truss.module[site.truss.actuated]
     return [owner == site.arm.modules.index(module) for module in site.arm.active]

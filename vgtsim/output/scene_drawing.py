@@ -11,8 +11,8 @@ from typing import cast
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Tank
 from vgtsim.errors import PostureError
 from vgtsim.geometry import tool_frame
@@ -22,8 +22,6 @@ from vgtsim.output.tank_drawing import draw_rose, draw_tank_side, draw_tank_top
 from vgtsim.output.truss_plot import draw_goals, draw_members, upright
 from vgtsim.planning import Collision, tell_collisions
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _ABOVE = np.eye(3)[:2]
 _AXIS = 0.6  # m, length of a drawn axis of a tool frame

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Tank
 from vgtsim.graphics import explain_no_picture, mujoco
 from vgtsim.kinematics import find_axis, trace_line
@@ -19,7 +20,6 @@ from vgtsim.output.replay import make_replay, pose_model, project
 from vgtsim.output.things import name_things
 from vgtsim.site import Site
 
-Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Box = tuple[int, int, int, int]  # left, top, right and bottom, pixels
 

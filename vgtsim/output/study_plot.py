@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.output.colours import LIMIT
 from vgtsim.output.figure import WIDTH, styled
 
-Array = NDArray[np.float64]
 Columns = Mapping[str, Array]
 
 _MOST = 12  # panels high or wide: more cannot be read on one page

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
+from vgtsim.arrays import Array
 from vgtsim.description import Tank
 from vgtsim.geometry import Profile, cylinder_axis, find_footprint, find_hulls, make_bed, make_profile, ring_radii
 from vgtsim.output.colours import REST
-
-Array = NDArray[np.float64]
 
 AZIMUTHS = np.radians(np.arange(0, 360, 30))
 _WASTE = "#a9803f"

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.geometry import find_span, make_profile, obstacles
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _AZIMUTHS = {0: "0° (+x)", 90: "90°", 180: "180°", 270: "270°"}
 _MOST_NAMES = 6  # of equipment; the names of more would hide it

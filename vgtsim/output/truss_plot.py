@@ -11,8 +11,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap, Normalize, to_rgba_array
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.output.colours import HOLD, REST, force_colours, scale_end
 from vgtsim.output.figure import WIDTH, save_figure
@@ -21,8 +22,6 @@ from vgtsim.output.tank_drawing import draw_rose, draw_tank_side, draw_tank_top
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report
-
-Array = NDArray[np.float64]
 
 
 def worst_instant(site: Site, log: RunLog, report: Report) -> tuple[int, int]:

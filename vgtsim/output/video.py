@@ -12,8 +12,8 @@ from itertools import chain, cycle
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.output.colours import scale_end
@@ -26,8 +26,6 @@ from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report, goal_name
-
-Array = NDArray[np.float64]
 
 _STILL, _SHADE = 1e-4, 1e-3  # m, and part of the colour scale: a tenth of a pixel, and half a level of a colour
 _MOST_STAGES = 4  # more than the texts and the encoder keep up with

@@ -11,15 +11,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import PlanarArm
 from vgtsim.planning.checks import check_riser
 from vgtsim.planning.entry_checks import check_mouth, require_feed
 from vgtsim.planning.insertion import GRID, Insertion
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 
 def unit_lengths(planar: PlanarArm) -> Array:

@@ -6,15 +6,14 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description import Payload
 from vgtsim.kinematics import Chain
 from vgtsim.positioning import Differences, GoalSpace, NewtonSettings, Position, Problem, inside, make_box, solve
 from vgtsim.statics import CapacityMap, find_use, make_load_model, make_sections, map_capacity, smooth_peak
 
-Array = NDArray[np.float64]
 Spread = Callable[[Callable[[Array], Array], list[Array]], Iterable[Array]]
 
 PIECE = 64  # postures unloaded together: enough to be quick, and few enough to share the work among cores

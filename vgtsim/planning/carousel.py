@@ -13,17 +13,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.kinematics import bend_all, can_swing, swing
 from vgtsim.planning.sampling import SEED, Ground, search, shorten
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 _TURNS = 36  # azimuths of a shape: 10 degrees apart, the width of an arm some 6 m out
 _SHAPES, _LOOKED, _KEPT = 1000, 80, 12  # shapes drawn, those looked at closely, and those kept

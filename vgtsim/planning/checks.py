@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vgtsim.description import Bend, Manipulator, StartPosture, begins_inside
 from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
@@ -15,7 +14,6 @@ from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections, member_
 from vgtsim.planning.collisions import list_collisions, tell_collisions
 from vgtsim.site import Site
 
-Array = NDArray[np.float64]
 # The shipped arms are laid out to leave 1.5 in all round; their figures are rounded to five digits, m.
 RISER_SPARE = 0.0381 - 1e-5
 _COUPLED = 1e-9  # rounding of inputs of coupled modules, m and rad

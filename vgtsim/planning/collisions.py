@@ -9,14 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.geometry import arm_clearance, segment_distance
 from vgtsim.kinematics import member_radii
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _POINTS = 25  # along a member, in both passes: the second is exact to 1/600 of its length
 _MAST, _PAYLOAD = "mast", "payload"

@@ -6,14 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import Subspace
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.description import CutStep, CuttingTool, Patch, RasterPiece, ToolPath
 from vgtsim.geometry import Diggings, make_profile
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _LOOKED = 41  # points of a row between whose sweeps no height is left out: a tenth of a usual spot's width
 _LEAST = 1e-3  # m/s: a slower tool would stand still
@@ -127,7 +125,7 @@ def _require(site: Site) -> Diggings:
     return site.diggings
 
 
-def _sweep(diggings: Diggings, patch: Patch, rows: int) -> NDArray[np.bool_]:
+def _sweep(diggings: Diggings, patch: Patch, rows: int) -> Mask:
     """Which heights the tool covers on its rows over a patch, shape (P,)."""
     a, b = np.meshgrid(np.linspace(0, 1, _LOOKED), np.linspace(0, 1, rows))
     points = np.array(patch.corner) + a.reshape(-1, 1) * patch.along + b.reshape(-1, 1) * patch.across

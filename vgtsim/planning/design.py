@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Catalogue, CylinderSize, LoadCase, TubeSize
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, bend_all, sample_inputs, swing, within_strokes
@@ -15,8 +15,6 @@ from vgtsim.planning.tour import Tour, plan_tour
 from vgtsim.positioning import bring_inside, make_box
 from vgtsim.site import Site
 from vgtsim.statics import Demand, NodeMotion, Sizing, size_arm
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 8  # tours after which sizes that still change are given up
 _AROUND = 24  # directions in which the arm reaches out

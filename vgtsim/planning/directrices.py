@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import PlanarArm, azimuth
 from vgtsim.planning.directrix import LeadCurve, make_directrix
 from vgtsim.planning.unfolding import make_opening
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _AZIMUTHS = 12  # 30 degrees apart: a way between two of them is a little of both
 _BETWEEN = np.radians(

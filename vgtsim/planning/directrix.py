@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from vgtsim.arrays import Array
 
 _FAR = 1e3  # m: length of the straight parts at both ends
 _STRAIGHT = 1e-9  # 1/m: curvature below which a piece is straight

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.geometry import RISER
 from vgtsim.proximity import Proximity
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.description import ToolPath
 from vgtsim.errors import FollowError, ReachError
 from vgtsim.geometry import Stretch, make_stretches
@@ -37,7 +37,6 @@ from vgtsim.site import Place
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-Array = NDArray[np.float64]
 
 _FIRST = 17  # goals of a piece that are solved one after the other, so that each start is near its goal
 _MOST = 2049  # 17 goals doubled seven times: a piece that still leaves the path then has a jump
@@ -66,7 +65,7 @@ class Followed:
     time: Array
     q: Array
     lengths: Array
-    stretch: NDArray[np.intp]
+    stretch: Index
     names: tuple[str, ...]
     limits: SpeedLimits
     deviation: float
@@ -205,7 +204,7 @@ def _solve(
         every = join_solutions([every, found]).pick(order)
 
 
-def _refuse(problem: Problem, stretch: Stretch, found: Solution, which: NDArray[np.intp], count: int) -> None:
+def _refuse(problem: Problem, stretch: Stretch, found: Solution, which: Index, count: int) -> None:
     for i in np.flatnonzero(~found.met)[:1]:
         name = f"{stretch.name} at {which[i] / (count - 1):.0%} of the way"
         short = float(np.linalg.norm(found.error[i, :3]))

@@ -8,9 +8,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vgtsim.arrays import Array
 
 _SOONEST = 0.2  # s: the shortest stop that is tried
 _LONGER = 1.15  # the next one that is tried

@@ -13,8 +13,8 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.errors import AssemblyError, PathError
 from vgtsim.geometry import RISER
 from vgtsim.kinematics import PlanarArm
@@ -35,7 +35,6 @@ from vgtsim.statics import find_use
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-Array = NDArray[np.float64]
 
 JUDGED = 0.02  # m of feed between the postures that are judged
 BELOW = 0.10  # m that a module's upper face is below the rim before it opens

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.planning.directrix import LeadCurve
 from vgtsim.planning.insertion import Insertion
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

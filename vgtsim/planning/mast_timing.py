@@ -10,15 +10,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import Chain
 from vgtsim.planning.timing import SpeedLimits, TimedPath, overrun, ramp_profile, run_ramps
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-Array = NDArray[np.float64]
 
 _FED_GRID = 2001  # places of a fed path: a centimetre of feed apart
 _WINDOW = 9  # places that a speed is averaged over, three times: 0.1 m of 20; wider ones lose time

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import (
     AddStep,
     CutStep,
@@ -44,8 +44,6 @@ from vgtsim.planning.tour import Leg, Tour, pose_at
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Nearness, Problem
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import FollowStep, InsertStep, MissionStep, RasterStep, WithdrawStep
 from vgtsim.errors import DescriptionError, FollowError, PathError, ReachError, TrussError
 from vgtsim.planning.cutting import foresee_waste
@@ -26,8 +26,6 @@ from vgtsim.planning.programme import ProgrammeRows
 from vgtsim.planning.tour import Leg, Tour
 from vgtsim.runlog import Revision
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _SAME_INSTANT = 1e-6  # of a step: rounding in the clock of a run must not hide what appeared at this very instant
 _JUDGED = 1000  # instants of the rest of a step at which clearance is measured

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import find_axis, measure_passage, member_radii
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 
 def check_passage(site: Site, q: Array) -> None:

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.errors import AssemblyError, PathError
 from vgtsim.geometry import PILLAR
 from vgtsim.kinematics import Chain, State, azimuth, bend_all, swing
@@ -21,7 +22,6 @@ from vgtsim.planning.trajectory import Corridor, assemblable, smooth
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-Array = NDArray[np.float64]
 
 _WAYPOINTS = 40  # of a way, ends included
 _SAMPLES = 6  # configurations for each way-point at which a smoothed path is judged

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vgtsim.arrays import Array
 from vgtsim.description import AddStep, begins_anew, list_phases
 from vgtsim.planning.assembly import check_assembly_room, cut_way
 from vgtsim.planning.checks import check_site
@@ -14,8 +12,6 @@ from vgtsim.planning.insertion import Insertion, plan_insertion
 from vgtsim.planning.mission import carry_out, plan_mission
 from vgtsim.planning.tour import Tour, plan_tour
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 
 def plan_site(site: Site) -> Tour:

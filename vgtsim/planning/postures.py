@@ -10,11 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.planning.unfolding import Follower
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 25  # programmes for a posture; about five bring it to rest
 _TRUST = 0.3  # first greatest change of a bend, rad, and of an extension, m
@@ -57,7 +55,7 @@ def find_postures(guide: Follower, spacing: float = 0.25) -> Postures:
     return Postures(feeds, bends, reaches, deviations)
 
 
-def _settle(guide: Follower, feed: float, free: NDArray[np.bool_], bend: Array, reach: Array) -> tuple[Array, Array]:
+def _settle(guide: Follower, feed: float, free: Mask, bend: Array, reach: Array) -> tuple[Array, Array]:
     """Posture of least deviation at one feed, the free modules moved."""
     count, which = len(free), np.flatnonzero(np.concatenate([free, free]))
     legs = free[guide.owner]
@@ -83,7 +81,7 @@ def _settle(guide: Follower, feed: float, free: NDArray[np.bool_], bend: Array, 
     return x[:count], x[count:]
 
 
-def _merit(guide: Follower, feed: float, legs: NDArray[np.bool_], x: Array) -> float:
+def _merit(guide: Follower, feed: float, legs: Mask, x: Array) -> float:
     bend, reach = np.split(x[None], 2, axis=1)
     state = guide.chain.state(guide.planar.inputs(bend, reach))
     if not state.assembles[0]:
@@ -94,9 +92,7 @@ def _merit(guide: Follower, feed: float, legs: NDArray[np.bool_], x: Array) -> f
     return float(np.abs(off).max() + _PRICE * np.maximum(over, 0.0).sum())
 
 
-def _programme(
-    guide: Follower, feed: float, legs: NDArray[np.bool_], which: NDArray[np.intp], x: Array, trust: float
-) -> Array | None:
+def _programme(guide: Follower, feed: float, legs: Mask, which: Index, x: Array, trust: float) -> Array | None:
     """Change of the free shape parameters, shape (k,), that makes the linearised greatest distance least; None without one."""
     from scipy.optimize import linprog  # slow to load
 

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.constants import Method
 from vgtsim.description import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.errors import DescriptionError
@@ -41,7 +42,6 @@ from vgtsim.positioning import (
 from vgtsim.site import Place
 from vgtsim.statics import find_use, smooth_peak, solve_members
 
-Array = NDArray[np.float64]
 Facts = dict[str, str | float | int | bool | list[str]]
 
 _TURNED = 1e-6  # angle between base frames from which modules count as turned, rad

@@ -10,7 +10,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vgtsim.errors import PathError, ReachError, TrussError
 from vgtsim.planning.halting import stop_rows
@@ -18,8 +17,6 @@ from vgtsim.planning.mission_revision import learn_until, revise_mission
 from vgtsim.planning.tour import Leg, Tour, plan_goals
 from vgtsim.runlog import Revision
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 
 def revise_as_run(site: Site, tour: Tour, revisions: Iterable[Revision]) -> Tour:

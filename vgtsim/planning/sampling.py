@@ -16,13 +16,10 @@ from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.kinematics import sample_inputs
 from vgtsim.planning.trajectory import Corridor
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _RANGE = 1.5  # m; longest motion that a tree grows by
 _PACE = 0.12  # m between poses that are checked, about the clearance that plans keep

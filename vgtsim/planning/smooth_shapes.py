@@ -9,15 +9,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import State
 from vgtsim.planning.postures import Postures
 from vgtsim.planning.unfolding import Follower, Shapes, tabulate
 from vgtsim.positioning import Surroundings
-
-Array = NDArray[np.float64]
 
 _LOOKS = 0.12 / 0.35  # feed between the places at which shapes are looked at, over that between knots: three in a knot
 _POWER = 4  # of a deviation over its aim, whose square is summed: above the aim it grows fast
@@ -63,7 +61,7 @@ class Track:
         return tuple(tabulate(self.guide, self.feed, order) for order in range(3))  # type: ignore[return-value]
 
     @cached_property
-    def free(self) -> NDArray[np.bool_]:
+    def free(self) -> Mask:
         """Which actuators may move, shape (W, J)."""
         return (self.feed[:, None] < self.guide.opening)[:, self.guide.owner]
 

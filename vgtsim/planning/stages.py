@@ -6,23 +6,19 @@ from dataclasses import replace
 from itertools import pairwise, permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.errors import PathError
 from vgtsim.kinematics import Subspace
 from vgtsim.planning.path import Path, plan_path
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import ANCHOR_FREE
 
-Array = NDArray[np.float64]
-
 _MOST_WINDOWS = 5  # whose orders are all looked at: 120; of more windows those from the mast and from the tool
 _TRIED = 4  # orders that are planned
 
 
-def plan_stages(
-    corridor: Corridor, first: Array, last: Array, leg: str, owner: NDArray[np.intp] | None = None
-) -> list[Path]:
+def plan_stages(corridor: Corridor, first: Array, last: Array, leg: str, owner: Index | None = None) -> list[Path]:
     """Find clear paths, one after the other, between two configurations, shape (n,), on each of which few modules move.
 
     A window of modules goes to its place at the end while all others are held. The order of the windows whose corners
@@ -60,7 +56,7 @@ def plan_stages(
     raise failed
 
 
-def _anchor(corridor: Corridor, q: Array, free: NDArray[np.bool_]) -> Corridor:
+def _anchor(corridor: Corridor, q: Array, free: Mask) -> Corridor:
     """The corridor in which only some inputs move and the others stay as in inputs of shape (n,)."""
     space = corridor.space
     rows = np.concatenate([space.rows.reshape(-1, len(q)), np.eye(len(q))[~free]])

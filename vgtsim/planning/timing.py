@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import Chain
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
     from vgtsim.planning.curve import Curve
 
-Array = NDArray[np.float64]
 
 _POWERS = (12, 6, 4, 2)  # of the p-norm: with 12, 15 equal rates count 1.25 times one; the others where a path jerks
 # Of the squared acceleration over the rate. The ramp of a path takes 1.64 if one actuator leads all the way; four are usual.

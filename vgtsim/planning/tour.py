@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.constants import Method
 from vgtsim.description import Goal
 from vgtsim.digests import digest
@@ -27,8 +27,6 @@ from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
 from vgtsim.site import Site
 from vgtsim.statics import settle, tool_point
-
-Array = NDArray[np.float64]
 
 _LOOKED = 61  # postures of a path in which a line must pass the arm
 _AIMS = 6  # corrections of the aim for the sag of an elastic arm

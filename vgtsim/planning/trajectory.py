@@ -11,15 +11,12 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
+from vgtsim.arrays import Array, Index
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics import Subspace
 from vgtsim.positioning import StrokeBox, Surroundings
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _LENGTH = 0.1  # a difference of this size counts one, m
 _BEND = 0.05  # weight of second differences against first ones, in units of the way's whole length

@@ -12,12 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.kinematics import Chain, PlanarArm, State
 from vgtsim.planning.directrix import LeadCurve
-
-Array = NDArray[np.float64]
 
 _KNOT = 0.35  # m of feed between knots: about an eighth of the distance of two modules
 _DEGREE = 5  # so that jerk has no jumps at knots
@@ -54,7 +52,7 @@ class Follower:
         return self.planar.chain
 
     @cached_property
-    def owner(self) -> NDArray[np.intp]:
+    def owner(self) -> Index:
         """Active module of each actuator, shape (J,)."""
         layout = self.chain.layout
         owner = np.empty(layout.actuators, dtype=np.intp)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
 from vgtsim.plant.gauges import Gauges
 from vgtsim.proximity import Proximity
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _CONTACT = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
 _OVERRIDE = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)

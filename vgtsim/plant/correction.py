@@ -18,14 +18,11 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.plant.foresight import Foresight
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _BODY = int(mujoco.mjtSameFrame.mjSAMEFRAME_BODY)
 # Newton's iterations where nothing touches: the cost is then a quadratic, and the first one ends at its least but for rounding.

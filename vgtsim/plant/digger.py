@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.errors import CommandError
 from vgtsim.geometry import Diggings
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import lower_waste, names
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource
-
-Array = NDArray[np.float64]
 
 _UP = np.array([0.0, 0.0, 1.0])
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
@@ -21,7 +22,6 @@ from vgtsim.plant.springs import Springs
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
 
-Array = NDArray[np.float64]
 Bits = NDArray[np.int64]
 
 
@@ -31,10 +31,10 @@ class RigidDrive:
 
     model: mujoco.MjModel
     data: mujoco.MjData
-    rows: NDArray[np.intp]
+    rows: Index
     zero: Array
     pressure: Array | None = None
-    _forces: NDArray[np.intp] | None = None
+    _forces: Index | None = None
 
     def command(self, lengths: Array) -> Bits:
         """Impose the lengths wanted at the end of the step, shape (J,), m; nothing saturates."""
@@ -84,7 +84,7 @@ class ServoDrive:
     model: mujoco.MjModel
     data: mujoco.MjData
     at: Addresses
-    rows: NDArray[np.intp]
+    rows: Index
     limit: Array
     rate: Array
     reach: Array
@@ -145,7 +145,7 @@ class HydraulicDrive:
 
 
 @compiled
-def impose(data: Array, rows: NDArray[np.intp], lengths: Array, zero: Array) -> None:
+def impose(data: Array, rows: Index, lengths: Array, zero: Array) -> None:
     """Write lengths, shape (J,), m, beyond those at zero command, into rows of MuJoCo's data of equalities."""
     for i in range(len(rows)):
         data[rows[i], 0] = lengths[i] - zero[i]
@@ -192,7 +192,7 @@ def find_drive(
     )
 
 
-def damp_servos(model: mujoco.MjModel, rows: NDArray[np.intp], site: Site) -> None:
+def damp_servos(model: mujoco.MjModel, rows: Index, site: Site) -> None:
     """Give servos the scene's damper less the one that the integrator brings, stiffness times step, see `springs`.
 
     Where the scene's is less than half of that share, a servo has half of it, the least that is stable.

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
 from vgtsim.plant.contact_stage import ContactStage
 from vgtsim.plant.digger import Digger
@@ -15,8 +13,6 @@ from vgtsim.plant.lookout import Lookout
 from vgtsim.plant.watch import Contact, list_contacts, turn_force
 from vgtsim.site import Site
 from vgtsim.touches import Parts
-
-Array = NDArray[np.float64]
 
 
 class Touched(NamedTuple):

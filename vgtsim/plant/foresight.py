@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
 from vgtsim.errors import AssemblyError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, State, move_points
-
-Array = NDArray[np.float64]
 
 # m by which a parabola through the ways of three steps may miss the next one. A loop of the reference arm opens by a share of
 # it, the turn of a member in a step, so by 1e-8 m at its fastest and 40 ms.

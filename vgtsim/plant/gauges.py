@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import find_rigid_sections
@@ -16,8 +17,6 @@ from vgtsim.plant.addresses import find_addresses, find_rows
 from vgtsim.site import Site
 from vgtsim.statics import Loading, LoadModel, NodeMotion, make_load_model, motion_from_log, solve_loadings, tool_forces
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Records = Mapping[str, NDArray[Any]]
 
 _TRIPLE = np.arange(3)

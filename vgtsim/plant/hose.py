@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.graphics import mujoco
 from vgtsim.site import Site
 from vgtsim.statics import hose_forces
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Hose:

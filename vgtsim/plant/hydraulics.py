@@ -13,12 +13,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import first_greatest
 from vgtsim.plant.oil import VAPOUR, ChamberState, Cylinders, Oil, make_cylinders, pressures
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
 
-Array = NDArray[np.float64]
 Bits = NDArray[np.int64]
 
 FLOW, PRESSURE, STROKE, CAVITY = 1, 2, 4, 8  # bits of a saturation

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.plant.watch import Contact
 from vgtsim.proximity import Proximity
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 # Of the least distance at a look, that a point of `Proximity.points` may have moved since; of two parts each goes its way. So
 # nothing has touched anything before the next look. A quarter is left for distances from the riser's mouth, which are found to

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.errors import CommandError
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.plant.addresses import find_rows
 from vgtsim.site import Site
 
-Array = NDArray[np.float64]
 Motion = Literal["feed", "turn"]
 MastPlace = tuple[float, float]  # feed, m, and turn, rad
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, rotate_upright
 from vgtsim.mjcf import make_mast_pose, names
 from vgtsim.plant.addresses import Addresses
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _PASSES = 2  # over the turn of a bar: a turn of 0.05 rad is then found to 1e-8 of it
 

@@ -10,12 +10,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.kinematics import Chain
 from vgtsim.statics import TRAPPED
-
-Array = NDArray[np.float64]
 
 VAPOUR = -0.1013e6  # Pa above the tank's: an atmosphere less, where oil leaves a cavity
 # Newton's iterations for the piston's position, and the last correction, m: the next would be its square over 5 mm.
@@ -102,7 +100,7 @@ class ChamberState:
     columns: Array
     force: Array
     stiffness: Array
-    stopped: NDArray[np.bool_]
+    stopped: Mask
 
 
 def make_cylinders(chain: Chain) -> Cylinders:

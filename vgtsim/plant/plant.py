@@ -6,8 +6,9 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.commands import read_inputs, read_row
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
@@ -24,8 +25,6 @@ from vgtsim.plant.watch import Contact, PlantState, are_same, check_state, find_
 from vgtsim.runlog import Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
-
-Array = NDArray[np.float64]
 
 _SENSOR_BIT = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 _SAME_STEP = 1e-6  # of a step: by which rounding may move an instant

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
 from vgtsim.graphics import mujoco
@@ -20,8 +21,6 @@ from vgtsim.plant.gauges import Gauges
 from vgtsim.plant.watch import Contact
 from vgtsim.runlog import ARRAYS, BESIDE, CHUNK, TYPES, Piece, Revision, RunLog, empty_records, join_pieces
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")  # whose versions a log tells
 
@@ -101,7 +100,7 @@ class Recorder:
         if self._count == self._given + CHUNK + BESIDE:
             self._give()
 
-    def axial(self, ends: NDArray[np.intp]) -> Array | None:
+    def axial(self, ends: Index) -> Array | None:
         """Axial forces of the members at the last record, see `RunLog.axial`; none before the first."""
         if not self._count:
             return None

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import SectionPose
 from vgtsim.plant.member_turns import find_turn
-
-Array = NDArray[np.float64]
 
 _TRIPLE = np.arange(3)
 

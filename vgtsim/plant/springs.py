@@ -10,14 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.site import Site
 from vgtsim.statics import ElasticModel, damping_time, find_modes
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -34,9 +32,9 @@ class Springs:
 
     model: mujoco.MjModel
     elastic: ElasticModel
-    joints: NDArray[np.intp]
-    position: NDArray[np.intp]
-    slide: NDArray[np.intp]
+    joints: Index
+    position: Index
+    slide: Index
     excess: float
     period: float
 

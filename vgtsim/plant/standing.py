@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
 from vgtsim.plant.correction import Correction, Load
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
@@ -20,8 +18,6 @@ from vgtsim.plant.section_turns import SectionTurns
 from vgtsim.plant.springs import fit_springs
 from vgtsim.site import Site
 from vgtsim.statics import settle
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

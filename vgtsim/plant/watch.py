@@ -9,13 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.errors import DivergenceError
 from vgtsim.graphics import mujoco
 from vgtsim.touches import Parts
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 OPEN_GAP = 0.02  # m; a loop open by this much is no longer the mechanism, whatever MuJoCo says of it
 

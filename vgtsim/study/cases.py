@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Axis, Description, Scene, Span, Steps, Study, change_entries, dump_scene, locate
 from vgtsim.errors import DescriptionError
 from vgtsim.study.verbs import VERBS
@@ -168,7 +168,7 @@ def _list_entries(study: Study, keys: tuple[str, ...]) -> Iterator[tuple[Any, ..
         yield from product(*axes)
 
 
-def _draw(method: str, count: int, keys: int, seed: int) -> NDArray[np.float64]:
+def _draw(method: str, count: int, keys: int, seed: int) -> Array:
     """Seeded figures from 0 to 1, shape (count, keys)."""
     if method == "uniform":
         return np.random.default_rng(seed).random((count, keys))
@@ -181,7 +181,7 @@ def _draw(method: str, count: int, keys: int, seed: int) -> NDArray[np.float64]:
     return qmc.Sobol(keys, rng=rng).random_base2((count - 1).bit_length())[:count]
 
 
-def _place(axis: Axis, part: NDArray[np.float64], key: str, file: Path) -> list[Any]:
+def _place(axis: Axis, part: Array, key: str, file: Path) -> list[Any]:
     """Entries of an axis at parts of it from 0 to 1."""
     if not isinstance(axis, Span):
         return [axis[min(int(p * len(axis)), len(axis) - 1)] for p in part]

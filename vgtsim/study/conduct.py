@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vgtsim.arrays import Array
 from vgtsim.description import Study
 from vgtsim.output import naming_folder, prepare_folder
 from vgtsim.replacing import replacing
@@ -28,7 +26,7 @@ class Result:
     """The table of a study, its columns of numbers, cases done in this go, processor time of all cases, s, and files."""
 
     table: pa.Table
-    numbers: Mapping[str, NDArray[np.float64]]
+    numbers: Mapping[str, Array]
     done: int
     processor_s: float
     files: tuple[Path, ...]
@@ -79,7 +77,7 @@ def conduct_study(
     return Result(table, numbers, len(waiting), spent, (*files, plots))
 
 
-def _find_numbers(table: pa.Table) -> dict[str, NDArray[np.float64]]:
+def _find_numbers(table: pa.Table) -> dict[str, Array]:
     """The columns of numbers and truth values, shape (C,) each, NaN where there is none."""
     names = [field.name for field in table.schema if str(field.type) in ("double", "int64", "bool")]
     return {name: table[name].to_numpy().astype(float) for name in names if name != "case"}

@@ -9,8 +9,8 @@ from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.geometry import RISER, Clearance, find_nearest
 from vgtsim.kinematics import move_points
 from vgtsim.proximity import Proximity
@@ -30,9 +30,6 @@ from vgtsim.statics import (
 )
 from vgtsim.stretch import LogStretch, Outline, outline
 from vgtsim.touches import Touches, find_touches
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _BESIDE = 3  # records on either side of one that its acceleration is made of, see `motion_from_log`
 _CASE_POSES = 1000  # recorded poses held against the load cases, evenly spread over the run

@@ -8,13 +8,12 @@ from types import ModuleType
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import first_greatest
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Evidence
 
-Array = NDArray[np.float64]
 _NAN = float("nan")
 
 

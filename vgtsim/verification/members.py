@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Index
 from vgtsim.kinematics import Truss, find_rigid_sections
 from vgtsim.site import Site
 from vgtsim.verification.drives import collect, lacks_pressures
@@ -72,7 +72,7 @@ def check_lumped_shear(run: Evidence) -> Finding:
     return check_shear(run)
 
 
-def _unbent(truss: Truss) -> tuple[NDArray[np.intp], list[str]]:
+def _unbent(truss: Truss) -> tuple[Index, list[str]]:
     """Members that a joint offset does not bend, and their names."""
     straight = np.setdiff1d(np.arange(len(truss.members)), truss.ring_actuators)
     return straight, [truss.members[i].name for i in straight]

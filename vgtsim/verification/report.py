@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.verification.checks import CHECK_NAMES
 
 
@@ -63,7 +63,7 @@ class Report:
     checks: tuple[Check, ...]
     performance: Mapping[str, float]
     versions: Mapping[str, str]
-    series: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    series: Mapping[str, Array] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     phases: tuple[Report, ...] = ()
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from trimesh.exchange.gltf import export_glb
 from trimesh.visual import ColorVisuals
+
+from vgtsim.arrays import Array
 
 if TYPE_CHECKING:
     from viser import GlbHandle, SceneApi
@@ -37,7 +38,7 @@ def _shade(solid: trimesh.Trimesh, colour: Colour) -> trimesh.Trimesh:
     mesh = trimesh.graph.smooth_shade(solid, angle=SHARP)
     normals = np.asarray(mesh.vertex_normals)
     light = _DARK + _LAMP_PART * np.clip(normals @ _LAMP, 0, 1) + _SKY_PART * normals[:, 2]
-    linear: NDArray[np.float64] = np.clip(np.array(colour) / 255 * light[:, None], 0, 1) ** _GAMMA
+    linear: Array = np.clip(np.array(colour) / 255 * light[:, None], 0, 1) ** _GAMMA
     shown = np.concatenate([linear, np.ones((len(linear), 1))], axis=-1)
     mesh.visual = ColorVisuals(mesh, vertex_colors=np.round(255 * shown).astype(np.uint8))
     return mesh

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 import viser
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.commands import read_row
 from vgtsim.control import find_posture
 from vgtsim.description import OBJECTIVES
@@ -21,8 +22,6 @@ from vgtsim.kinematics import quaternions_to
 from vgtsim.site import Site
 from vgtsim.web.letters import Button, Letter, LiveState, Wish
 from vgtsim.web.scale import draw_scale
-
-Array = NDArray[np.float64]
 
 _SCENE, _NOTHING = "as the scene", "nothing"  # choices of the objective beside its names
 _STRAIGHT, _POSTURE = "straight, at once", "to a posture, when let go"  # what the arm does with the place of the handle

@@ -9,11 +9,10 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.errors import PageError
-
-Array = NDArray[np.float64]
 
 _AT_ONCE = 200  # letters that are taken in one cycle: more is a page that floods
 

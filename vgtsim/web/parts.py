@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.kinematics import Chain, cross, member_radii, quaternions_to
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 NOBODY = -1  # owner of a bar that is no member
 
@@ -30,7 +27,7 @@ class Bars:
     """
 
     ends: Index
-    from_far: NDArray[np.bool_]
+    from_far: Mask
     offset: Array
     length: Array
     radius: Array

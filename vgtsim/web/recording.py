@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from numpy.typing import NDArray
 from viser import ViserServer
 
+from vgtsim.arrays import Array, Index
 from vgtsim.output.colours import scale_end
 from vgtsim.output.html_tables import list_notices, summarise
 from vgtsim.output.quantities import MINUS
@@ -34,9 +34,6 @@ from vgtsim.stretch import LogSource, thin
 from vgtsim.verification import Report
 from vgtsim.web.display import Display, Sight
 from vgtsim.web.scale import draw_scale
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LARGEST = 10_000_000  # bytes of a page: what still goes as an attachment
 _MOST = 1500  # frames: going back in time the client reads all of them again, some tenths of a second

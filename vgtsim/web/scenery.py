@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Tank
 from vgtsim.geometry import Diggings, Profile, find_hulls, make_profile, obstacles, ring_radii, solids, tool_frame
 from vgtsim.output.things import name_things
@@ -18,7 +18,6 @@ from vgtsim.web.baking import Piece, add_baked
 if TYPE_CHECKING:
     from viser import MeshHandle, SceneApi, ViserServer
 
-Array = NDArray[np.float64]
 Anchor = Literal["bottom-left", "bottom-center"]
 
 _LINER, _CONCRETE, _SOIL, _RISER = (150, 158, 168), (206, 201, 190), (150, 118, 86), (140, 152, 168)
