@@ -11,8 +11,8 @@ from spoiling import each, failed, judge, run_spoilt_plant
 from vgtsim.plant import run
 from vgtsim.site import Site
 from vgtsim.verification import verify
-from vgtsim.verification.checks import MEASURES
 from vgtsim.verification.measures import Finding
+from vgtsim.verification.report import MEASURES
 
 ROWS = (
     "waste removed a second over the tool's rate",

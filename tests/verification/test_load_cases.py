@@ -16,8 +16,7 @@ from vgtsim.errors import DescriptionError
 from vgtsim.output.write import write_reports
 from vgtsim.site import Site
 from vgtsim.verification import Evidence, verify
-from vgtsim.verification.drives import check_case_drives
-from vgtsim.verification.strength import check_case_strength
+from vgtsim.verification.drives import check_case_drives, check_case_strength
 
 SCENES = Path(__file__).parents[2] / "scenes"
 CLOSED_FORM = 1e-8  # relative: the arm hangs straight to 1e-11 m

@@ -12,7 +12,7 @@ from playing import bend, change, play, shorten
 
 from vgtsim import verification
 from vgtsim.site import Site
-from vgtsim.verification import CHECK_NAMES, checks, verify
+from vgtsim.verification import CHECK_NAMES, MEASURES, verify
 from vgtsim.verification.measures import Measure, measures_in
 
 pytestmark = pytest.mark.long
@@ -84,19 +84,19 @@ def test_records_that_are_not_evenly_spaced_fail(scene, log):
 
 
 def test_every_measure_in_the_room_is_in_the_report_in_one_place():
-    """A new check that the report does not know fails here: its file is missing in `checks`, or it is imported twice."""
+    """A new check that the report does not know fails here: its file is missing in `report`, or it is imported twice."""
     names = [f"vgtsim.verification.{item.name}" for item in pkgutil.iter_modules(verification.__path__)]
     defined = [measure for name in names for measure in measures_in(importlib.import_module(name))]
-    assert sorted(map(id, defined)) == sorted(map(id, checks.MEASURES))
+    assert sorted(map(id, defined)) == sorted(map(id, MEASURES))
 
 
 def test_every_function_that_checks_is_a_measure():
-    assert all(isinstance(measure, Measure) for measure in checks.MEASURES)
+    assert all(isinstance(measure, Measure) for measure in MEASURES)
 
 
 def test_every_measure_has_its_limit_in_the_scene_and_every_limit_its_measure(scene):
     limits = set(type(scene.task.limits).model_fields)
-    assert {measure.limit for measure in checks.MEASURES} == limits - {"safety_factor"}
+    assert {measure.limit for measure in MEASURES} == limits - {"safety_factor"}
 
 
 def test_order_of_the_checks_is_that_of_the_design():

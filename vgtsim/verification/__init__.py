@@ -1,11 +1,10 @@
 """Verdicts on a run, independent of MuJoCo."""
 
-from vgtsim.verification.checks import CHECK_NAMES, MEASURES
 from vgtsim.verification.cutting import describe_removed
 from vgtsim.verification.evidence import Evidence, PlannedTour, find_riser_reaction
 from vgtsim.verification.instant import Instant, find_instant
 from vgtsim.verification.phases import PhaseRun, find_begins, join_phases
-from vgtsim.verification.report import Check, Report
+from vgtsim.verification.report import CHECK_NAMES, MEASURES, Check, Report
 from vgtsim.verification.tracking import Hold, find_holds, goal_name
 from vgtsim.verification.verify import verify
 

@@ -45,7 +45,7 @@ def find_clamp_forces(run: Evidence) -> tuple[Index, Array]:
     return rows, run.log.mast_reaction[rows, :3]
 
 
-@report_as("kinematics_agreement", "movement in the clamp", unit="m", limit="kinematics_agreement", applies=stands)
+@report_as("kinematics_agreement", "movement in the clamp", limit="kinematics_agreement", applies=stands)
 def check_stillness(run: Evidence) -> Finding:
     """Greatest distance of a hub from where it was when the clamp took the part."""
     rows = _find_held(run)
@@ -56,7 +56,7 @@ def check_stillness(run: Evidence) -> Finding:
     return replace(found, detail=f"{len(rows) / run.site.task.simulation.log_rate:.3g} s in {_clamp(run.site).name}")
 
 
-@report_as("axial_force", "clamp force error over the weight", unit="1", limit="axial_force_settled", applies=stands)
+@report_as("axial_force", "clamp force error over the weight", limit="axial_force_settled", applies=stands)
 def check_weight(run: Evidence) -> Finding:
     """Greatest error of the clamp's force against the weight of what stands in it, by masses, over that weight."""
     rows, force = find_clamp_forces(run)
@@ -68,7 +68,7 @@ def check_weight(run: Evidence) -> Finding:
     return replace(found, detail=f"a weight of {weight:.6g} N")
 
 
-@report_as("actuator_force", "clamp force over rated force", unit="1", limit="actuator_force", applies=_has_rated_clamp)
+@report_as("actuator_force", "clamp force over rated force", limit="actuator_force", applies=_has_rated_clamp)
 def check_clamp(run: Evidence) -> Finding:
     """Greatest force of the clamp over its rated one."""
     rows, force = find_clamp_forces(run)

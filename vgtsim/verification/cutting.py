@@ -40,9 +40,7 @@ def _lacks(run: Evidence) -> Finding | None:
     return None if run.log.bed.size else missing("the log has no waste that is cut", _NAME[0])
 
 
-@report_as(
-    "actuator_speed", "waste removed a second over the tool's rate", unit="1", limit="cutting_rate", applies=cuts
-)
+@report_as("actuator_speed", "waste removed a second over the tool's rate", limit="cutting_rate", applies=cuts)
 def check_rate(run: Evidence) -> Finding:
     """Greatest rate at which waste went, by the bed between two records, over that of the tool at its share of power."""
     if lack := _lacks(run):
@@ -56,7 +54,7 @@ def check_rate(run: Evidence) -> Finding:
     return worst_of(part[:, None], log.time[1:], _NAME)
 
 
-@report_as("record", "removed waste against the bed", unit="1", limit="removed_volume", applies=cuts)
+@report_as("record", "removed waste against the bed", limit="removed_volume", applies=cuts)
 def check_balance(run: Evidence) -> Finding:
     """Greatest difference of the logged removed volume from that between the bed now and before, part of the whole."""
     if lack := _lacks(run):
@@ -66,7 +64,7 @@ def check_balance(run: Evidence) -> Finding:
     return worst_of(error[:, None], run.log.time, _NAME)
 
 
-@report_as("record", "removed waste against path and rate of the tool", unit="1", limit="removed_volume", applies=cuts)
+@report_as("record", "removed waste against path and rate of the tool", limit="removed_volume", applies=cuts)
 def check_path(run: Evidence) -> Finding:
     """Greatest difference of the removed volume from that of the logged tool at its rate, part of the whole.
 
@@ -81,7 +79,7 @@ def check_path(run: Evidence) -> Finding:
     return replace(found, summary=describe_removed(run.site, run.log))
 
 
-@report_as("clearance", "waste removed beyond the tool's reach", unit="m", limit="cutting_depth", applies=cuts)
+@report_as("clearance", "waste removed beyond the tool's reach", limit="cutting_depth", applies=cuts)
 def check_reach(run: Evidence) -> Finding:
     """How far a height that fell is outside the tool's spot, or lower than its reach, at most, m."""
     if lack := _lacks(run):
@@ -97,7 +95,7 @@ def check_reach(run: Evidence) -> Finding:
     return worst_of(beyond[:, None], log.time[1:], _NAME)
 
 
-@report_as("axial_force", "tool force error over its rating", unit="1", limit="axial_force_settled", applies=cuts)
+@report_as("axial_force", "tool force error over its rating", limit="axial_force_settled", applies=cuts)
 def check_push(run: Evidence) -> Finding:
     """Greatest difference of the logged force of the tool from its reaction at its share of power, part of the whole."""
     if lack := _lacks(run):

@@ -1,16 +1,18 @@
-"""What the cylinders and their drives were asked for: stroke, force, speed, and the pressures in their chambers."""
+"""What cylinders, drives and members were asked for: stroke, force, speed, pressures in chambers, and use of strength."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from vgtsim.kinematics import first_greatest
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
+from vgtsim.statics import MODES, SLENDERNESS_ADVICE
 from vgtsim.verification.evidence import Array, Evidence
 from vgtsim.verification.measures import Finding, Measure, has_cases, least_of, missing, report_as, when, worst_of
-from vgtsim.verification.strength import find_worst_case
 
 SATURATIONS = {  # bits of `RunLog.saturation` that each drive sets
     "servo": {1: "above its rated speed", 2: "at its force limit", 4: "beyond its stroke"},
@@ -23,14 +25,14 @@ SATURATIONS = {  # bits of `RunLog.saturation` that each drive sets
 }
 
 
-@report_as("actuator_stroke", "distance to the end of a stroke", unit="m", limit="actuator_stroke", sense="at least")
+@report_as("actuator_stroke", "distance to the end of a stroke", limit="actuator_stroke", sense="at least")
 def check_stroke_room(run: Evidence) -> Finding:
     """Least distance of a cylinder from the ends of its stroke."""
     low, high = run.site.chain.stroke.reshape(2, -1)
     return least_of(np.minimum(run.log.actual - low, high - run.log.actual), run.log.time, run.actuator_names)
 
 
-@report_as("actuator_speed", "speed over rated speed", unit="1", limit="actuator_speed")
+@report_as("actuator_speed", "speed over rated speed", limit="actuator_speed")
 def check_speed(run: Evidence) -> Finding:
     """Greatest speed of a cylinder over its rated one, from differenced lengths."""
     speed = np.abs(np.diff(run.wide.actual, axis=0)) / np.diff(run.wide.time)[:, None]
@@ -40,7 +42,6 @@ def check_speed(run: Evidence) -> Finding:
 @report_as(
     "actuator_speed",
     "acceleration over the scene's",
-    unit="1",
     limit="actuator_acceleration",
     applies=when(drive="rigid", members=("rigid", "sections")),
 )
@@ -49,7 +50,7 @@ def check_acceleration(run: Evidence) -> Finding:
     return _find_acceleration(run, run.wide.actual)
 
 
-@report_as("actuator_speed", "commanded acceleration over the scene's", unit="1", limit="actuator_acceleration")
+@report_as("actuator_speed", "commanded acceleration over the scene's", limit="actuator_acceleration")
 def check_commanded_acceleration(run: Evidence) -> Finding:
     """Greatest acceleration that a cylinder was asked for, over that of the scene's motion; an arm that gives rings."""
     return _find_acceleration(run, run.wide.commanded)
@@ -61,13 +62,13 @@ def _find_acceleration(run: Evidence, lengths: Array) -> Finding:
     return worst_of(part, run.wide.time[1:-1], run.actuator_names)
 
 
-@report_as("actuator_speed", "logged speed to differenced lengths", unit="m/s", limit="logged_speed")
+@report_as("actuator_speed", "logged speed to differenced lengths", limit="logged_speed")
 def check_logged_speed(run: Evidence) -> Finding:
     """Greatest difference of a logged cylinder speed from that of the lengths."""
     return worst_of(np.abs(run.log.rates - run.speeds), run.log.time, run.actuator_names)
 
 
-@report_as("actuator_force", "drive force over capacity", unit="1", limit="actuator_force")
+@report_as("actuator_force", "drive force over capacity", limit="actuator_force")
 def check_actuators(run: Evidence) -> Finding:
     """Greatest drive force over what the supply pressure holds."""
     force, pull, push = run.log.actuator_force, collect(run.site, "pull"), collect(run.site, "push")
@@ -88,17 +89,15 @@ def find_saturation(run: Evidence, bit: int) -> Finding:
 
 
 check_saturations: tuple[Measure, ...] = tuple(
-    report_as(
-        "actuator_force", f"records with a cylinder {words}", unit="1", limit="saturation", applies=when(drive=drive)
-    )(partial(find_saturation, bit=bit))
+    report_as("actuator_force", f"records with a cylinder {words}", limit="saturation", applies=when(drive=drive))(
+        partial(find_saturation, bit=bit)
+    )
     for drive, bits in SATURATIONS.items()
     for bit, words in bits.items()
 )
 
 
-@report_as(
-    "actuator_force", "chamber pressure over supply", unit="1", limit="actuator_force", applies=when(drive="hydraulic")
-)
+@report_as("actuator_force", "chamber pressure over supply", limit="actuator_force", applies=when(drive="hydraulic"))
 def check_highest_pressure(run: Evidence) -> Finding:
     """Greatest pressure in a chamber over the supply's."""
     log, supply = run.log, collect(run.site, "pressure")
@@ -108,7 +107,6 @@ def check_highest_pressure(run: Evidence) -> Finding:
 @report_as(
     "actuator_force",
     "least chamber pressure above the tank's",
-    unit="Pa",
     limit="chamber_pressure",
     sense="at least",
     applies=when(drive="hydraulic"),
@@ -118,12 +116,44 @@ def check_lowest_pressure(run: Evidence) -> Finding:
     return lacks_pressures(run.log) or least_of(run.log.pressure.min(axis=2), run.log.time, run.actuator_names)
 
 
-@report_as(
-    "actuator_force", "drive force over capacity, load cases", unit="1", limit="actuator_force", applies=has_cases
-)
+@report_as("actuator_force", "drive force over capacity, load cases", limit="actuator_force", applies=has_cases)
 def check_case_drives(run: Evidence) -> Finding:
     """Greatest part of the drives' capacity used in any load case at any recorded pose."""
     return find_worst_case(run, run.envelope.pressure)
+
+
+@report_as("member_utilisation", "force over strength", limit="member_utilisation")
+def check_utilisation(run: Evidence) -> Finding:
+    """Greatest demand over strength, with the mode that governs and the margin that is left."""
+    used, slender = run.use.strength, run.ratings.slenderness
+    found = worst_of(used, run.log.time, run.names)
+    if not np.isfinite(found.value):
+        return found
+    record, member = np.unravel_index(np.nanargmax(used), used.shape)
+    mode = MODES[int(first_greatest(run.use.by_mode[:, record, member]))]
+    text = f"governed by {mode}, KL/r {slender[record, member]:.0f}, margin {_margin(found.value):.3g}"
+    if (most := float(np.nanmax(slender))) > SLENDERNESS_ADVICE:
+        name = run.names[int(np.nanargmax(np.nanmax(slender, axis=0)))]
+        text += f"; {name} has KL/r {most:.0f}, more than the {SLENDERNESS_ADVICE:.0f} that AISC 360 E2 advises"
+    return replace(found, detail=text)
+
+
+@report_as("member_utilisation", "force over strength, load cases", limit="member_utilisation", applies=has_cases)
+def check_case_strength(run: Evidence) -> Finding:
+    """Greatest part of the strength used in any load case at any recorded pose."""
+    return find_worst_case(run, run.envelope.strength)
+
+
+def find_worst_case(run: Evidence, used: Array) -> Finding:
+    """Worst of demands over capacity, shape (C, T, M), with its load case and margin."""
+    case, *_ = np.unravel_index(first_greatest(used), used.shape)
+    found = worst_of(used[case], run.log.time[run.case_records], run.names)
+    return replace(found, detail=f"case {run.envelope.cases[int(case)]}, margin {_margin(found.value):.3g}")
+
+
+def _margin(used: float) -> float:
+    """Part by which a demand could grow."""
+    return 1 / used - 1 if used else float("inf")
 
 
 def lacks_pressures(log: RunLog) -> Finding | None:

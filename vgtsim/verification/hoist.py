@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -66,30 +66,19 @@ has_feed = _FEED.applies
 
 
 def _report(
-    check: str,
-    quantity: str,
-    find: Callable[[_Motion, Evidence], Finding],
-    *,
-    unit: str,
-    limit: str,
-    sense: Literal["at most", "at least"] = "at most",
-    planned: bool = False,
-    stiff: bool = False,
-) -> tuple[Measure, ...]:
-    """A row for each motion of the mast, whose words are filled into the quantity; one that a servo would fail is `stiff`."""
+    check: str, quantity: str, *, stiff: bool = False, **words: Any
+) -> Callable[[Callable[[_Motion, Evidence], Finding]], tuple[Measure, ...]]:
+    """Make a row for each motion of the mast, with its words in the quantity; one that a servo would fail is `stiff`."""
 
-    def make(motion: _Motion) -> Measure:
-        return report_as(
-            check,
-            quantity.format(motion=motion),
-            unit=unit,
-            limit=limit,
-            sense=sense,
-            applies=motion.is_stiff if stiff else motion.applies,
-            planned=planned,
-        )(lambda run: motion.lacks(run) or find(motion, run))
+    def make(find: Callable[[_Motion, Evidence], Finding]) -> tuple[Measure, ...]:
+        return tuple(
+            report_as(
+                check, quantity.format(motion=motion), applies=motion.is_stiff if stiff else motion.applies, **words
+            )(lambda run, motion=motion: motion.lacks(run) or find(motion, run))
+            for motion in _MOTIONS
+        )
 
-    return tuple(make(motion) for motion in _MOTIONS)
+    return make
 
 
 def _has_rated_guide(site: Site) -> bool:
@@ -105,7 +94,8 @@ def _has_headroom(site: Site) -> bool:
     return has_feed(site) and site.tank.headroom is not None
 
 
-def _find_room(motion: _Motion, run: Evidence) -> Finding:
+@_report("actuator_stroke", "distance to the end of the {motion.word}", limit="actuator_stroke", sense="at least")
+def check_room(motion: _Motion, run: Evidence) -> Finding:
     """Least distance from the ends of the reach; a millimetre beyond is taken up by the buffers there."""
     low, high = motion.drive(run.site).range
     place = getattr(run.log, motion.word)
@@ -114,28 +104,15 @@ def _find_room(motion: _Motion, run: Evidence) -> Finding:
     return least_of(room[:, None], run.log.time, motion.name)
 
 
-check_room = _report(
-    "actuator_stroke",
-    "distance to the end of the {motion.word}",
-    _find_room,
-    unit="m",
-    limit="actuator_stroke",
-    sense="at least",
-)
-
-
-def _find_speed(motion: _Motion, run: Evidence) -> Finding:
+@_report("actuator_speed", "{motion.word} speed over rated speed", limit="actuator_speed")
+def check_speed(motion: _Motion, run: Evidence) -> Finding:
     """Greatest speed over the rated one, from differences."""
     speed = np.abs(np.diff(getattr(run.wide, motion.word))) / np.diff(run.wide.time)
     return worst_of(speed[:, None] / motion.drive(run.site).rate, run.wide.time[1:], motion.name)
 
 
-check_speed = _report(
-    "actuator_speed", "{motion.word} speed over rated speed", _find_speed, unit="1", limit="actuator_speed"
-)
-
-
-def _find_acceleration(motion: _Motion, run: Evidence) -> Finding:
+@_report("actuator_speed", "commanded {motion.word} acceleration over rated", limit="actuator_acceleration")
+def check_acceleration(motion: _Motion, run: Evidence) -> Finding:
     """Greatest acceleration that was asked for, over the rated one, from differences."""
     step = run.wide.time[1] - run.wide.time[0]
     asked = getattr(run.wide, f"{motion.word}_commanded")
@@ -143,25 +120,15 @@ def _find_acceleration(motion: _Motion, run: Evidence) -> Finding:
     return worst_of(part[:, None], run.wide.time[1:-1], motion.name)
 
 
-check_acceleration = _report(
-    "actuator_speed",
-    "commanded {motion.word} acceleration over rated",
-    _find_acceleration,
-    unit="1",
-    limit="actuator_acceleration",
-)
-
-
-def _find_off(motion: _Motion, run: Evidence) -> Finding:
+@_report("tracking", "{motion.word} to its command", limit="command", stiff=True)
+def check_command(motion: _Motion, run: Evidence) -> Finding:
     """Greatest distance of a place from its command; servos trail, and are judged at the goals."""
     off = getattr(run.log, motion.word) - getattr(run.log, f"{motion.word}_commanded")
     return worst_of(motion.arm(run.site) * np.abs(off)[:, None], run.log.time, motion.name)
 
 
-check_command = _report("tracking", "{motion.word} to its command", _find_off, unit="m", limit="command", stiff=True)
-
-
-def _find_off_plan(motion: _Motion, run: Evidence) -> Finding:
+@_report("tracking", "commanded {motion.word} to the plan", limit="command", planned=True)
+def check_plan(motion: _Motion, run: Evidence) -> Finding:
     """Greatest distance of a logged command from the planned one of its instant."""
     assert run.tour is not None  # the row is for reports with a plan
     place, places = 0.0, []
@@ -173,18 +140,8 @@ def _find_off_plan(motion: _Motion, run: Evidence) -> Finding:
     return worst_of(motion.arm(run.site) * found, run.log.time, motion.name)
 
 
-check_plan = _report(
-    "tracking", "commanded {motion.word} to the plan", _find_off_plan, unit="m", limit="command", planned=True
-)
-
-
 @report_as(
-    "tracking",
-    "axis from the leader's path over the planned",
-    unit="1",
-    limit="leader",
-    applies=is_inserted,
-    planned=True,
+    "tracking", "axis from the leader's path over the planned", limit="leader", applies=is_inserted, planned=True
 )
 def check_leader(run: Evidence) -> Finding:
     """Greatest distance of the axis from the path of the leader on the way in and out, over the greatest planned one.
@@ -221,19 +178,12 @@ def _find_effort_error(motion: _Motion, run: Evidence, *, settled: bool) -> Find
     return worst_of((error / np.maximum(scale, _LEAST_FORCE))[:, None], run.log.time[rows], motion.name)
 
 
+_EFFORT = "{motion.name_of_drive} {motion.effort} error"
 check_effort_at_rest = _report(
-    "axial_force",
-    "{motion.name_of_drive} {motion.effort} error at rest over the {motion.scale}",
-    partial(_find_effort_error, settled=True),
-    unit="1",
-    limit="axial_force_settled",
-)
-check_effort = _report(
-    "axial_force",
-    "{motion.name_of_drive} {motion.effort} error over the {motion.scale}",
-    partial(_find_effort_error, settled=False),
-    unit="1",
-    limit="axial_force_moving",
+    "axial_force", _EFFORT + " at rest over the {motion.scale}", limit="axial_force_settled"
+)(partial(_find_effort_error, settled=True))
+check_effort = _report("axial_force", _EFFORT + " over the {motion.scale}", limit="axial_force_moving")(
+    partial(_find_effort_error, settled=False)
 )
 
 
@@ -257,22 +207,14 @@ def expect_slew(run: Evidence, *, settled: bool) -> Array:
     return forces.reaction[:, 5] + run.site.mast.axial_inertia * spin
 
 
-def _find_use(motion: _Motion, run: Evidence) -> Finding:
+@_report("actuator_force", "{motion.name_of_drive} {motion.effort} over rated {motion.effort}", limit="actuator_force")
+def check_use(motion: _Motion, run: Evidence) -> Finding:
     """Greatest force or torque over the rated one."""
     effort = np.abs(getattr(run.log, f"{motion.word}_{motion.effort}"))
     return worst_of(effort[:, None] / getattr(motion.drive(run.site), motion.effort), run.log.time, motion.name)
 
 
-check_use = _report(
-    "actuator_force",
-    "{motion.name_of_drive} {motion.effort} over rated {motion.effort}",
-    _find_use,
-    unit="1",
-    limit="actuator_force",
-)
-
-
-@report_as("actuator_force", "guide force over rated force", unit="1", limit="actuator_force", applies=_has_rated_guide)
+@report_as("actuator_force", "guide force over rated force", limit="actuator_force", applies=_has_rated_guide)
 def check_guide(run: Evidence) -> Finding:
     """Greatest force of a ring of rollers over its rated one, while the mast is between both rings."""
     guide = run.site.tank.guide
@@ -303,7 +245,7 @@ def find_guide_forces(run: Evidence) -> Array:
     return found
 
 
-@report_as("clearance", "headroom above the mast", unit="m", limit="headroom", applies=_has_headroom, sense="at least")
+@report_as("clearance", "headroom above the mast", limit="headroom", applies=_has_headroom, sense="at least")
 def check_headroom(run: Evidence) -> Finding:
     """Least distance of the mast's top from the headroom, by the nodes that the mast holds."""
     tank, base = run.site.tank, run.log.nodes[:, run.site.truss.base, 2].mean(axis=1)

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import ModuleType
 from typing import Literal
 
 import numpy as np
 
-from vgtsim.arrays import Array
+from vgtsim.arrays import Array, Index
+from vgtsim.description import Limits
+from vgtsim.description.figures import find_figure
 from vgtsim.kinematics import first_greatest
 from vgtsim.site import Site
+from vgtsim.statics import MemberForces
 from vgtsim.verification.evidence import Evidence
 
+Sense = Literal["at most", "at least"]
 _NAN = float("nan")
 
 
@@ -48,7 +53,7 @@ class Measure:
     quantity: str
     unit: str
     limit: str
-    sense: Literal["at most", "at least"]
+    sense: Sense
     applies: Callable[[Site], bool]
     planned: bool
     find: Callable[[Evidence], Finding]
@@ -71,27 +76,51 @@ class Measure:
         return Finding(value=worst.value / over.over, where=worst.where, when=worst.when, detail=detail)
 
 
+def find_unit(limit: str) -> str:
+    """Unit of a limit by its key, "1" of parts and counts."""
+    field = Limits.model_fields[limit]
+    figure = find_figure(field.annotation, field.metadata)
+    return "1" if figure is None or figure.unit == "dimensionless" else figure.unit
+
+
 def report_as(
     check: str,
     quantity: str,
     *,
-    unit: str,
     limit: str,
-    sense: Literal["at most", "at least"] = "at most",
+    unit: str = "",
+    sense: Sense = "at most",
     applies: Callable[[Site], bool] = lambda _: True,
     planned: bool = False,
 ) -> Callable[[Callable[[Evidence], Finding]], Measure]:
-    """Make a row of the report of the function below; the arguments are the fields of `Measure`."""
-    return lambda find: Measure(
-        check=check,
-        quantity=quantity,
-        unit=unit,
-        limit=limit,
-        sense=sense,
-        applies=applies,
-        planned=planned,
-        find=find,
+    """Make a row of the report of the function below, see `Measure`; the unit is by default that of the limit."""
+    return partial(Measure, check, quantity, unit or find_unit(limit), limit, sense, applies, planned)
+
+
+def report_forces(
+    check: str,
+    quantity: str,
+    find: Callable[[Evidence, Index, MemberForces], Finding],
+    *,
+    moving: str = "",
+    applies: Callable[[Site], bool] = lambda _: True,
+) -> tuple[Measure, Measure]:
+    """Two rows of an error of forces: at rest, for the settled records, and for all, inertia included.
+
+    In the quantity `{}` stands for " at rest" or for the word for the second. The figure is found from those records, shape
+    (S,), and the forces that are expected in them.
+    """
+
+    def find_error(run: Evidence, *, settled: bool) -> Finding:
+        rows, expected = run.expect(settled=settled)
+        return find(run, rows, expected) if len(rows) else absent("the arm never settled")
+
+    kinds = ((True, " at rest", "axial_force_settled"), (False, moving, "axial_force_moving"))
+    first, second = (
+        report_as(check, quantity.format(word), limit=limit, applies=applies)(partial(find_error, settled=settled))
+        for settled, word, limit in kinds
     )
+    return first, second
 
 
 def when(**settings: object) -> Callable[[Site], bool]:

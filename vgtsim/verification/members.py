@@ -6,23 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from vgtsim.arrays import Index
 from vgtsim.kinematics import Truss, find_rigid_sections
 from vgtsim.site import Site
+from vgtsim.statics import MemberForces
 from vgtsim.verification.drives import collect, lacks_pressures
-from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, absent, report_as, when, worst_of
+from vgtsim.verification.evidence import Array, Evidence, Index
+from vgtsim.verification.measures import Finding, report_as, report_forces, when, worst_of
 
 LEAST_FORCE = 1.0  # N; errors are relative to this where an arm without weight carries less
 LEAST_MOMENT = 1.0  # N·m; the same of bending
 _STOPPED = 4  # bit of `RunLog.saturation`: a piston at an end, where the barrel carries what the oil does not
-_NEVER_SETTLED = "the arm never settled"
-
-
 _BODIES = ("rigid", "elastic")  # settings of `simulation.members` under which each member is a body
 
 
-@report_as("axial_purity", "moment at a member's end", unit="N*m", limit="end_moment", applies=when(members=_BODIES))
+@report_as("axial_purity", "moment at a member's end", limit="end_moment", applies=when(members=_BODIES))
 def check_moment(run: Evidence) -> Finding:
     """Greatest moment at the end of a member that has a ball there."""
     straight, names = _unbent(run.site.truss)
@@ -30,11 +27,7 @@ def check_moment(run: Evidence) -> Finding:
 
 
 @report_as(
-    "axial_purity",
-    "moment of a length row, which has none",
-    unit="N*m",
-    limit="end_moment",
-    applies=when(members="sections"),
+    "axial_purity", "moment of a length row, which has none", limit="end_moment", applies=when(members="sections")
 )
 def check_rows(run: Evidence) -> Finding:
     """Say what is not measured where members are length rows."""
@@ -46,14 +39,13 @@ def check_rows(run: Evidence) -> Finding:
 @report_as(
     "axial_purity",
     "shear beyond own weight and inertia",
-    unit="N",
     limit="excess_shear",
     applies=when(lumped=False, members=_BODIES),
 )
 def check_shear(run: Evidence) -> Finding:
     """Greatest shear at a member's end beyond its share of the member's own weight and inertia.
 
-    Actuators between joint blocks are left to `check_bending_at_rest` and `check_bending_moving`.
+    Actuators between joint blocks are left to `check_bending`.
     """
     straight, names = _unbent(run.site.truss)
     excess = (run.shear - run.moving.near_transverse)[:, straight]
@@ -63,7 +55,6 @@ def check_shear(run: Evidence) -> Finding:
 @report_as(
     "axial_purity",
     "shear at a member's end, mass in the hubs",
-    unit="N",
     limit="lumped_shear",
     applies=when(lumped=True, members=_BODIES),
 )
@@ -83,31 +74,13 @@ def _bends(site: Site) -> bool:
     return len(site.truss.rings) > 0
 
 
-@report_as(
-    "axial_purity", "bending error at rest over largest bending", unit="1", limit="axial_force_settled", applies=_bends
-)
-def check_bending_at_rest(run: Evidence) -> Finding:
-    """As `check_bending_moving`, for the settled records."""
-    return _find_bending(run, settled=True)
-
-
-@report_as(
-    "axial_purity", "bending error in motion over largest bending", unit="1", limit="axial_force_moving", applies=_bends
-)
-def check_bending_moving(run: Evidence) -> Finding:
+def _find_bending(run: Evidence, rows: Index, expected: MemberForces) -> Finding:
     """Greatest error of what bends an actuator between joint blocks, over the greatest bending moment of the run.
 
     At the near pin the moment and, times the length, the shear; torsion and moments about the pin are errors. The detail
     has the greatest moment itself.
     """
-    return _find_bending(run, settled=False)
-
-
-def _find_bending(run: Evidence, *, settled: bool) -> Finding:
     log, pinned = run.log, run.site.truss.ring_actuators.ravel()
-    rows, expected = run.expect(settled=settled)
-    if not len(rows):
-        return absent(_NEVER_SETTLED)
     names, time = [run.names[i] for i in pinned], log.time[rows]
     turned = np.linalg.norm(log.member_moment[rows][:, pinned] - expected.near_moment[:, pinned], axis=-1)
     pushed = np.linalg.norm(run.shear[rows][:, pinned] - expected.near_transverse[:, pinned], axis=-1)
@@ -118,76 +91,51 @@ def _find_bending(run: Evidence, *, settled: bool) -> Finding:
     return replace(worst_of(error, time, names), detail=detail, over=max(greatest.value, LEAST_MOMENT))
 
 
-@report_as("axial_force", "error at rest over largest force", unit="1", limit="axial_force_settled")
-def check_axial_settled(run: Evidence) -> Finding:
-    """As `check_axial_moving`, for the settled records."""
-    return _find_axial_error(run, settled=True)
+check_bending = report_forces(
+    "axial_purity", "bending error{} over largest bending", _find_bending, moving=" in motion", applies=_bends
+)
 
 
-@report_as("axial_force", "error in motion over largest force", unit="1", limit="axial_force_moving")
-def check_axial_moving(run: Evidence) -> Finding:
-    """Greatest error of an axial force at any instant, inertia included, over the largest force of the instant."""
-    return _find_axial_error(run, settled=False)
-
-
-def _find_axial_error(run: Evidence, *, settled: bool) -> Finding:
-    rows, expected = run.expect(settled=settled)
-    if not len(rows):
-        return absent(_NEVER_SETTLED)
+def _find_axial_error(run: Evidence, rows: Index, expected: MemberForces) -> Finding:
+    """Greatest error of an axial force at any instant, over the largest force of the instant."""
     return worst_of(relative_error(run.axial[rows], expected.near_axial), run.log.time[rows], run.names)
 
 
-@report_as("axial_force", "drive force error at rest over largest force", unit="1", limit="axial_force_settled")
-def check_drives_at_rest(run: Evidence) -> Finding:
-    """As `check_drives`, for the settled records."""
-    return _find_drive_error(run, settled=True)
+check_axial_settled, check_axial_moving = report_forces(
+    "axial_force", "error{} over largest force", _find_axial_error, moving=" in motion"
+)
 
 
-@report_as("axial_force", "drive force error over largest force", unit="1", limit="axial_force_moving")
-def check_drives(run: Evidence) -> Finding:
+def _find_drive_error(run: Evidence, rows: Index, expected: MemberForces) -> Finding:
     """Greatest error of a drive's force against the method of joints, over the largest force of the instant."""
-    return _find_drive_error(run, settled=False)
-
-
-def _find_drive_error(run: Evidence, *, settled: bool) -> Finding:
-    rows, expected = run.expect(settled=settled)
-    if not len(rows):
-        return absent(_NEVER_SETTLED)
     error = relative_error(run.log.actuator_force[rows], expected.bar[:, run.site.truss.actuated])
     return worst_of(error, run.log.time[rows], run.actuator_names)
 
 
-@report_as("axial_force", "mast reaction error at rest over the reaction", unit="1", limit="axial_force_settled")
-def check_reaction_at_rest(run: Evidence) -> Finding:
-    """As `check_reaction`, for the settled records."""
-    return _find_reaction_error(run, settled=True)
+check_drives_at_rest, check_drives = report_forces(
+    "axial_force", "drive force error{} over largest force", _find_drive_error
+)
 
 
-@report_as("axial_force", "mast reaction error over the reaction", unit="1", limit="axial_force_moving")
-def check_reaction(run: Evidence) -> Finding:
+def _find_reaction_error(run: Evidence, rows: Index, expected: MemberForces) -> Finding:
     """Greatest error of the mast's force and moment on the arm, each over that of the instant."""
-    return _find_reaction_error(run, settled=False)
-
-
-def _find_reaction_error(run: Evidence, *, settled: bool) -> Finding:
-    rows, forces = run.expect(settled=settled)
-    if not len(rows):
-        return absent(_NEVER_SETTLED)
-    expected = forces.reaction
-    force, moment = (np.linalg.norm(part, axis=-1, keepdims=True) for part in (expected[:, :3], expected[:, 3:]))
+    force, moment = (
+        np.linalg.norm(part, axis=-1, keepdims=True) for part in (expected.reaction[:, :3], expected.reaction[:, 3:])
+    )
     force = np.maximum(force, LEAST_FORCE)
     lever = np.maximum(moment, force)  # a metre's lever where the arm hangs straight
     size = np.repeat(np.concatenate([force, lever], axis=1), 3, axis=1)
     names = ("mast force x", "y", "z", "mast moment x", "y", "z")
-    return worst_of(np.abs(run.log.mast_reaction[rows] - expected) / size, run.log.time[rows], names)
+    return worst_of(np.abs(run.log.mast_reaction[rows] - expected.reaction) / size, run.log.time[rows], names)
+
+
+check_reaction_at_rest, check_reaction = report_forces(
+    "axial_force", "mast reaction error{} over the reaction", _find_reaction_error
+)
 
 
 @report_as(
-    "axial_force",
-    "chamber pressures against drive force",
-    unit="1",
-    limit="pressure_force",
-    applies=when(drive="hydraulic"),
+    "axial_force", "chamber pressures against drive force", limit="pressure_force", applies=when(drive="hydraulic")
 )
 def check_pressure_force(run: Evidence) -> Finding:
     """Greatest difference of pressures times areas, with the cylinder's damper, from a drive's force, over the instant's largest.

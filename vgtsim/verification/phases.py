@@ -11,9 +11,9 @@ import numpy as np
 from vgtsim.description import begins_anew
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource
-from vgtsim.verification.checks import CHECK_NAMES
 from vgtsim.verification.evidence import Array
-from vgtsim.verification.report import Check, Report
+from vgtsim.verification.measures import Finding
+from vgtsim.verification.report import CHECK_NAMES, Check, Report, judge
 
 _ADDED = ("simulated_s", "wall_s", "steps")
 
@@ -108,38 +108,18 @@ def _hand_over(runs: Sequence[PhaseRun], begins: Sequence[float]) -> list[Check]
         drives = min(last.commanded.shape[1], first.commanded.shape[1])
         apart = np.linalg.norm(last.nodes[0, -hubs:] - first.nodes[0, -hubs:], axis=-1).max()
         changed = np.abs(last.commanded[0, -drives:] - first.commanded[0, -drives:]).max()
-        limits, where = after.site.task.limits, f"phase {number} to {number + 1}"
         for quantity, value, limit in (
             ("hubs of the standing part, phase to phase", apart, "kinematics_agreement"),
             ("commanded lengths, phase to phase", changed, "command"),
         ):
-            check = Check(
-                name="record",
-                quantity=quantity,
-                measured=float(value),
-                limit=float(getattr(limits, limit)),
-                unit="m",
-                sense="at most",
-                where=where,
-                when=begins[number],
-                source=f"{after.site.scene.file.name}: limits.{limit}",
-            )
-            found.append(check)
+            worst = Finding(value=float(value), where=f"phase {number} to {number + 1}", when=begins[number])
+            found.append(judge(after.site, "record", quantity, limit, worst))
     return found
 
 
 def _hold_waste(run: PhaseRun, before: Array, where: str, when: float) -> Check:
     """Greatest difference of the heights with which a phase begins, from those before, shape (P,), m; NaN without heights."""
-    first, limit = run.log.read(0, 1), run.site.task.limits.command
+    first = run.log.read(0, 1)
     changed = float(np.abs(first.bed[0] - before).max()) if first.bed.size else float("nan")
-    return Check(
-        name="record",
-        quantity="waste, phase to phase",
-        measured=changed,
-        limit=float(limit),
-        unit="m",
-        sense="at most",
-        where=where,
-        when=when,
-        source=f"{run.site.scene.file.name}: limits.command",
-    )
+    found = Finding(value=changed, where=where, when=when)
+    return judge(run.site, "record", "waste, phase to phase", "command", found)

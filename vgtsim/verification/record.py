@@ -15,14 +15,14 @@ _STILL = 1e-12  # m that commands of an arm at rest may change by
 _BESIDE = 1  # records by which a stage may be longer or shorter than its time: it begins between two records
 
 
-@report_as("record", "record from its instant", unit="s", limit="record_time")
+@report_as("record", "record from its instant", limit="record_time")
 def check_instants(run: Evidence) -> Finding:
     """Greatest distance of a record from its instant: the first is at zero, the others follow at the scene's rate."""
     due = (run.first + np.arange(len(run.log.time))) / run.site.task.simulation.log_rate
     return worst_of(np.abs(run.log.time - due)[:, None], run.log.time, ("the log",))
 
 
-@report_as("record", "records missing or too many", unit="1", limit="missing_records")
+@report_as("record", "records missing or too many", limit="missing_records")
 def check_count(run: Evidence) -> Finding:
     """Difference of the number of records from that of the simulated time."""
     simulated = run.log.performance["simulated_s"]
@@ -32,7 +32,7 @@ def check_count(run: Evidence) -> Finding:
     )
 
 
-@report_as("record", "stages of the tour missing or out of place", unit="1", limit="missing_records", applies=has_goals)
+@report_as("record", "stages of the tour missing or out of place", limit="missing_records", applies=has_goals)
 def check_stages(run: Evidence) -> Finding:
     """Count the stages that are not as the scene has them: rest, then the way to each goal in turn and a hold there.
 
@@ -57,7 +57,7 @@ def _has_appearances(site: Site) -> bool:
     return bool(site.tank.appearances)
 
 
-@report_as("record", "appearances without a new plan", unit="1", limit="missing_records", applies=_has_appearances)
+@report_as("record", "appearances without a new plan", limit="missing_records", applies=_has_appearances)
 def check_revisions(run: Evidence) -> Finding:
     """Count the instants at which something appeared in the tank and the arm went on as it was planned before.
 
@@ -76,9 +76,7 @@ def check_revisions(run: Evidence) -> Finding:
     return Finding(value=float(len(faults)), where=faults[0] if faults else "none", detail="; ".join(faults))
 
 
-@report_as(
-    "record", "stages of the operation missing or out of place", unit="1", limit="missing_records", applies=has_operator
-)
+@report_as("record", "stages of the operation missing or out of place", limit="missing_records", applies=has_operator)
 def check_operation(run: Evidence) -> Finding:
     """Count the stages that are not as they should be: all commands come first, then the arm is held, settled, to the end.
 

@@ -1,15 +1,22 @@
-"""Verdicts as data: checks with figures and limits, and the report that holds them."""
+"""Verdicts as data: checks with figures and limits, and the report that holds them; all rows in their order."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from vgtsim.arrays import Array
-from vgtsim.verification.checks import CHECK_NAMES
+from vgtsim.site import Site
+from vgtsim.verification import clamp, cutting, drives, hoist, members, record, shape, space, tracking
+from vgtsim.verification.measures import Finding, Sense, find_unit, measures_in
+
+_FILES = (record, shape, tracking, members, drives, space, hoist, clamp, cutting)
+_EACH = [measure for file in _FILES for measure in measures_in(file)]  # as they stand in their files
+CHECK_NAMES = tuple(dict.fromkeys(measure.check for measure in _EACH))
+MEASURES = tuple(sorted(_EACH, key=lambda measure: CHECK_NAMES.index(measure.check)))  # rows of one name together
 
 
 @dataclass(frozen=True)
@@ -31,7 +38,7 @@ class Check:
     measured: float
     limit: float
     unit: str
-    sense: Literal["at most", "at least"]
+    sense: Sense
     where: str
     when: float
     source: str
@@ -83,3 +90,22 @@ class Report:
         head = {"scene": self.scene, "passed": self.passed, "notes": list(self.notes)}
         phases = {"phases": [report.to_dict() for report in self.phases]} if self.phases else {}
         return head | {"checks": rows} | figures | phases
+
+
+def judge(
+    site: Site, name: str, quantity: str, limit: str, found: Finding, *, unit: str = "", sense: Sense = "at most"
+) -> Check:
+    """Hold a figure against the limit of a key in the scene's `limits`, whose unit it has by default."""
+    origin = site.task.provenance.get(f"limits.{limit}")
+    return Check(
+        name=name,
+        quantity=quantity,
+        measured=found.value,
+        limit=float(getattr(site.task.limits, limit)),
+        unit=unit or find_unit(limit),
+        sense=sense,
+        where=found.where,
+        when=found.when,
+        source=f"{origin.label}: {origin.note}" if origin else f"{site.scene.file.name}: limits.{limit}",
+        detail=found.detail,
+    )

@@ -15,7 +15,7 @@ _OIL_PASSES = 6  # a millimetre of oil changes its own stiffness by a hundredth 
 _SETTLED = 60  # settled instants of a run whose shape is compared: each takes a nonlinear solve
 
 
-@report_as("closure", "gap between member end and hub", unit="m", limit="closure")
+@report_as("closure", "gap between member end and hub", limit="closure")
 def check_closure(run: Evidence) -> Finding:
     """Greatest gap between a member's end and its hub."""
     return worst_of(run.gaps, run.log.time, run.names)
@@ -24,7 +24,6 @@ def check_closure(run: Evidence) -> Finding:
 @report_as(
     "kinematics_agreement",
     "node to forward kinematics",
-    unit="m",
     limit="kinematics_agreement",
     applies=when(members=("rigid", "sections")),
 )
@@ -41,7 +40,6 @@ def check_kinematics(run: Evidence) -> Finding:
 @report_as(
     "kinematics_agreement",
     "settled node to stiffness solution",
-    unit="m",
     limit="kinematics_agreement",
     applies=when(members="elastic"),
 )
@@ -92,7 +90,7 @@ def _unload(run: Evidence, picked: Index, left: NodeMotion) -> Array:
     return run.carry(chain.nodes(chain.inputs_from_lengths(lengths)), picked)
 
 
-@report_as("kinematics_agreement", "logged tool to its nodes", unit="m", limit="kinematics_agreement")
+@report_as("kinematics_agreement", "logged tool to its nodes", limit="kinematics_agreement")
 def check_logged_tool(run: Evidence) -> Finding:
     """Greatest distance of the logged tool from where its nodes put it, a turn counted at a metre's radius."""
     position, direction = run.tool

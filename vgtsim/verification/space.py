@@ -14,7 +14,7 @@ from vgtsim.verification.hoist import has_feed
 from vgtsim.verification.measures import Finding, least_of, report_as, worst_of
 
 
-@report_as("clearance", "least distance to anything", unit="m", limit="clearance", sense="at least")
+@report_as("clearance", "least distance to anything", limit="clearance", sense="at least")
 def check_clearance(run: Evidence) -> Finding:
     """Least distance of the arm from tank, riser, equipment, waste, mast and itself.
 
@@ -34,14 +34,7 @@ def check_clearance(run: Evidence) -> Finding:
     return replace(found, least={place: float(distance) for place, distance in each.items() if np.isfinite(distance)})
 
 
-@report_as(
-    "clearance",
-    "least distance from the riser",
-    unit="m",
-    limit="bore_clearance",
-    applies=has_feed,
-    sense="at least",
-)
+@report_as("clearance", "least distance from the riser", limit="bore_clearance", applies=has_feed, sense="at least")
 def check_bore(run: Evidence) -> Finding:
     """Least distance of each module from the riser's bore and rim; the detail has that of every module."""
     gaps = run.bore.min(axis=0)
@@ -55,9 +48,7 @@ def _has_line(site: Site) -> bool:
     return site.task.conveyance is not None
 
 
-@report_as(
-    "clearance", "room in the truss about the line", unit="m", limit="passage", applies=_has_line, sense="at least"
-)
+@report_as("clearance", "room in the truss about the line", limit="passage", applies=_has_line, sense="at least")
 def check_passage(run: Evidence) -> Finding:
     """Least diameter that a member leaves about the axis, less the diameter of the line of conveyance."""
     line, truss = run.site.task.conveyance, run.site.truss
@@ -68,7 +59,7 @@ def check_passage(run: Evidence) -> Finding:
     return replace(found, detail=f"the truss leaves {found.value + line.diameter:.3f} m")
 
 
-@report_as("clearance", "bend of the line over its greatest", unit="1", limit="line_bend", applies=_has_line)
+@report_as("clearance", "bend of the line over its greatest", limit="line_bend", applies=_has_line)
 def check_line_bend(run: Evidence) -> Finding:
     """Greatest curvature of a hose over its rated one, or angle of a universal joint over its rated one, by module."""
     line, axis = run.site.task.conveyance, find_axis(run.site.truss, run.log.nodes)
@@ -80,7 +71,7 @@ def check_line_bend(run: Evidence) -> Finding:
     return replace(found, detail=f"a bend of {angle:.1f} deg, radius {radius:.3g} m")
 
 
-@report_as("contacts", "logged contacts", unit="1", limit="contacts")
+@report_as("contacts", "logged contacts", limit="contacts")
 def check_contacts(run: Evidence) -> Finding:
     """Count the logged contacts that the scene does not allow; the first is named."""
     log, parts = run.log, Parts(run.site)
@@ -101,9 +92,7 @@ def _allows_contacts(site: Site) -> bool:
     return bool(site.task.contacts)
 
 
-@report_as(
-    "contacts", "allowed contact force over its limit", unit="1", limit="contact_force", applies=_allows_contacts
-)
+@report_as("contacts", "allowed contact force over its limit", limit="contact_force", applies=_allows_contacts)
 def check_contact_forces(run: Evidence) -> Finding:
     """Greatest sum of forces of an allowed contact over its limit; contacts without a limit are told of in the detail."""
     rules = run.site.task.contacts
@@ -116,7 +105,7 @@ def check_contact_forces(run: Evidence) -> Finding:
     return replace(worst_of(force / limits, run.log.time, names), detail=greatest)
 
 
-@report_as("contacts", "warnings and early ends", unit="1", limit="contacts")
+@report_as("contacts", "warnings and early ends", limit="contacts")
 def check_faults(run: Evidence) -> Finding:
     """Count kinds of warning, and a run that was ended early; they are quoted."""
     faults = [*run.log.warnings, *([run.log.stopped] if run.log.stopped else [])]

@@ -24,29 +24,25 @@ from vgtsim.verification.measures import (
 )
 
 
-@report_as("tracking", "tool position at a settled goal", unit="m", limit="tracking_position", applies=has_poses)
+@report_as("tracking", "tool position at a settled goal", limit="tracking_position", applies=has_poses)
 def check_tool_position(run: Evidence) -> Finding:
     """Greatest distance of the tool from a settled goal."""
     return _find_worst_held(run, run.tool_errors[0])
 
 
-@report_as("tracking", "tool direction at a settled goal", unit="rad", limit="tracking_angle", applies=has_poses)
+@report_as("tracking", "tool direction at a settled goal", limit="tracking_angle", applies=has_poses)
 def check_tool_direction(run: Evidence) -> Finding:
     """Greatest angle of the tool from a settled goal's direction."""
     return _find_worst_held(run, run.tool_errors[1])
 
 
-@report_as(
-    "tracking", "tool position to the operator's target", unit="m", limit="tracking_position", applies=has_operator
-)
+@report_as("tracking", "tool position to the operator's target", limit="tracking_position", applies=has_operator)
 def check_target_position(run: Evidence) -> Finding:
     """Greatest distance of the tool from where the operator's filtered target was."""
     return _find_worst_aimed(run, 0)
 
 
-@report_as(
-    "tracking", "tool direction to the operator's target", unit="rad", limit="tracking_angle", applies=has_operator
-)
+@report_as("tracking", "tool direction to the operator's target", limit="tracking_angle", applies=has_operator)
 def check_target_direction(run: Evidence) -> Finding:
     """Greatest angle of the tool from the direction of the operator's filtered target."""
     return _find_worst_aimed(run, 1)
@@ -58,13 +54,13 @@ def _find_worst_aimed(run: Evidence, which: int) -> Finding:
     return worst_of(run.target_errors[which][:, None], run.log.time, ("the tool",))
 
 
-@report_as("tracking", "tool to its path", unit="m", limit="tracking_position", applies=has_paths)
+@report_as("tracking", "tool to its path", limit="tracking_position", applies=has_paths)
 def check_path(run: Evidence) -> Finding:
     """Greatest distance of the tool from a path that it follows."""
     return _find_worst_off(run, 0)
 
 
-@report_as("tracking", "tool direction to that of its path", unit="rad", limit="tracking_angle", applies=has_paths)
+@report_as("tracking", "tool direction to that of its path", limit="tracking_angle", applies=has_paths)
 def check_path_direction(run: Evidence) -> Finding:
     """Greatest angle of the tool from the direction that its path has where it is nearest."""
     return _find_worst_off(run, 1)
@@ -83,7 +79,6 @@ def _find_worst_off(run: Evidence, which: int) -> Finding:
 @report_as(
     "tracking",
     "cylinder length to its command",
-    unit="m",
     limit="command",
     applies=when(drive="rigid", members=("rigid", "sections")),
 )
@@ -95,7 +90,7 @@ def check_command(run: Evidence) -> Finding:
     return worst_of(np.abs(run.log.actual - run.log.commanded), run.log.time, run.actuator_names)
 
 
-@report_as("tracking", "commanded length to the plan", unit="m", limit="command", planned=True)
+@report_as("tracking", "commanded length to the plan", limit="command", planned=True)
 def check_plan(run: Evidence) -> Finding:
     """Greatest distance of a logged command from the planned one of its instant."""
     assert run.tour is not None  # the row is for reports with a plan

@@ -10,11 +10,10 @@ from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource, cut, outline, thinning
-from vgtsim.verification.checks import MEASURES
 from vgtsim.verification.evidence import Array, Evidence, PlannedTour
-from vgtsim.verification.measures import Finding, Measure, missing
+from vgtsim.verification.measures import Finding, missing
 from vgtsim.verification.record import SAME_INSTANT
-from vgtsim.verification.report import Check, Report
+from vgtsim.verification.report import MEASURES, Report, judge
 
 
 def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: tuple[str, ...] = ()) -> Report:
@@ -42,7 +41,10 @@ def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: t
         shown.append({name: value[picked].copy() for name, value in _collect_series(run).items()})
     return Report(
         scene=site.task.name,
-        checks=tuple(_judge(site, row, row.join(parts)) for row, parts in zip(rows, found, strict=True)),
+        checks=tuple(
+            judge(site, row.check, row.quantity, row.limit, row.join(parts), unit=row.unit, sense=row.sense)
+            for row, parts in zip(rows, found, strict=True)
+        ),
         performance=log.performance,
         versions=log.versions,
         series={name: np.concatenate([part[name] for part in shown]) for name in shown[0]} if shown else {},
@@ -83,19 +85,3 @@ def _collect_series(run: Evidence) -> Mapping[str, Array]:
         "clearance_time": run.log.time,
         "clearance": run.clearance,
     }
-
-
-def _judge(site: Site, row: Measure, found: Finding) -> Check:
-    origin = site.task.provenance.get(f"limits.{row.limit}")
-    return Check(
-        name=row.check,
-        quantity=row.quantity,
-        measured=found.value,
-        limit=float(getattr(site.task.limits, row.limit)),
-        unit=row.unit,
-        sense=row.sense,
-        where=found.where,
-        when=found.when,
-        source=f"{origin.label}: {origin.note}" if origin else f"{site.scene.file.name}: limits.{row.limit}",
-        detail=found.detail,
-    )
