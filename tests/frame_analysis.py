@@ -16,7 +16,7 @@ from vgtsim.kinematics.inertia import make_member_inertia
 
 def solve_with_pynite(chain: Chain, scene: Scene, nodes: np.ndarray) -> np.ndarray:
     truss, arm, g = chain.truss, chain.manipulator, scene.task.simulation.gravity
-    inertia = make_member_inertia(arm, truss)
+    inertia = make_member_inertia(chain)
     span = nodes[truss.ends[:, 1]] - nodes[truss.ends[:, 0]]
     length = np.linalg.norm(span, axis=1)
     mass = inertia.mass.sum(axis=1)

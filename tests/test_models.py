@@ -187,7 +187,7 @@ def test_use_that_a_readme_tells_is_found_again(folder):
     chain = Chain(load_manipulator(folder / f"{folder.name}.toml"), hanging_mount(4.0))
     nodes, ends = chain.nodes(sample_inputs(chain, 500, seed=1)), chain.truss.ends
     length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
-    ratings = rate(make_sections(chain.manipulator, chain.truss), length, 1.67)
+    ratings = rate(make_sections(chain), length, 1.67)
     payloads = (Payload(mass=mass, radius=0.15) for mass in (0.0, 453.59237))
     used = [utilise(ratings, solve_members(make_load_model(chain, payload, 9.80665), nodes)) for payload in payloads]
     found = [use.strength.max() for use in used] + [use.pressure.max() for use in used]

@@ -3,26 +3,59 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 
 import pytest
 
+from vgtsim.cli.runs import _list_sites
+from vgtsim.kinematics import Chain
 from vgtsim.logbook import open_log
+from vgtsim.mjcf import write_scene_files
 from vgtsim.output import write_outputs
-from vgtsim.planning import plan_tour
+from vgtsim.planning import plan_tour, tour
 from vgtsim.plant import run
+from vgtsim.positioning import StrokeBox, Surroundings
 from vgtsim.site import Site
+from vgtsim.statics import MemberSections
 from vgtsim.verification import CHECK_NAMES, verify
 
 pytestmark = pytest.mark.slow
 
 
+MADE_ONCE = (Site, Chain, Surroundings, StrokeBox, MemberSections)
+
+
+def count_calls(patch, made, place, name, said):
+    whole = getattr(place, name)
+
+    def counted(*given, **named):
+        made[said] += 1
+        return whole(*given, **named)
+
+    patch.setattr(place, name, counted)
+
+
 @pytest.fixture(scope="module")
-def folder(reach_scene, tmp_path_factory):
-    site = Site(reach_scene)
-    log = run(site, plan_tour(site))
+def made():
+    return Counter()
+
+
+@pytest.fixture(scope="module")
+def folder(made, tmp_path_factory):
     path = tmp_path_factory.mktemp("reach")
-    write_outputs(site, log, verify(site, log), path)
+    with pytest.MonkeyPatch.context() as patch:
+        for kind in MADE_ONCE:
+            count_calls(patch, made, kind, "__init__", kind.__name__)
+        count_calls(patch, made, tour, "check_site", "check_site")
+        (site,) = _list_sites("type_ii_reach")  # as `vgtsim run` does
+        log = run(site, plan_tour(site))
+        write_scene_files(site, site.start, path)
+        write_outputs(site, log, verify(site, log), path)
     return path
+
+
+def test_a_run_makes_its_context_once(folder, made):
+    assert made == {kind.__name__: 1 for kind in MADE_ONCE} | {"check_site": 1}
 
 
 def test_every_check_passes(folder):

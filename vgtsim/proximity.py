@@ -102,7 +102,7 @@ class Proximity:
 
     @cached_property
     def _radii(self) -> Array:
-        return member_radii(self.site.arm, self.site.truss)
+        return member_radii(self.site.chain)
 
     def _shape(self, which: Index, nodes: Index) -> _Shape:
         """The part of some members and nodes."""

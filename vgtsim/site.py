@@ -252,7 +252,7 @@ class Site:
     @cached_property
     def sections(self) -> MemberSections:
         """Section properties of the members, which their strength follows from."""
-        return make_sections(self.arm, self.truss)
+        return make_sections(self.chain)
 
     @cached_property
     def mast(self) -> MastPipe:
@@ -370,7 +370,7 @@ class ArmAlone:
     @cached_property
     def sections(self) -> MemberSections:
         """Section properties of the members."""
-        return make_sections(self.chain.manipulator, self.chain.truss)
+        return make_sections(self.chain)
 
 
 Place = Site | ArmAlone

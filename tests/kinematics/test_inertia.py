@@ -18,7 +18,7 @@ def chain():
 
 @pytest.fixture(scope="module")
 def inertia(chain):
-    return make_member_inertia(chain.manipulator, chain.truss)
+    return make_member_inertia(chain)
 
 
 def integrate(density, inner, outer, start, end):
@@ -103,7 +103,7 @@ def test_plate_is_a_uniform_triangle(chain):
 
 
 def test_radii_are_half_the_outer_diameters(chain):
-    radii = member_radii(chain.manipulator, chain.truss)
+    radii = member_radii(chain)
     for radius, member in zip(radii, chain.truss.members, strict=True):
         if member.role == "actuator":
             part = chain.manipulator.cylinders[member.section]

@@ -11,7 +11,7 @@ BENDS = np.radians([20.0, 30, -20, 35, 10]), [0.3, 0.2, 0.4, 0.3, 0.1]
 
 
 def measure(chain, q, *, jointed=False):
-    radii = member_radii(chain.manipulator, chain.truss)
+    radii = member_radii(chain)
     return measure_passage(chain.truss, radii, chain.nodes(np.atleast_2d(q)), jointed=jointed)
 
 
@@ -27,7 +27,7 @@ def test_a_straight_arm_leaves_the_circle_in_its_faces(hanging_arm):
     """Battens touch the circle of radius b / 2 sqrt(3) in a face; they are the nearest members where nothing bends."""
     free = measure(hanging_arm, hanging_arm.straight)[0]
     member = int(np.argmin(free))
-    radius = member_radii(hanging_arm.manipulator, hanging_arm.truss)[member]
+    radius = member_radii(hanging_arm)[member]
     assert 0.3 < free[member] <= 2 * (hanging_arm.manipulator.face_side / (2 * np.sqrt(3)) - radius) + 1e-9
     assert np.isinf(find_axis(hanging_arm.truss, hanging_arm.nodes(hanging_arm.straight[None])).radius).all()
 
@@ -64,7 +64,7 @@ def test_the_passage_is_the_least_distance_of_all_members_from_the_line(hanging_
     line = np.append(line, axis.places[0, -1:], axis=0)
     ends = nodes[0][truss.ends]
     away = segment_distance(ends[:, None, 0], ends[:, None, 1], line[None, :-1], line[None, 1:])[0].min(axis=1)
-    radii = member_radii(hanging_arm.manipulator, truss)
+    radii = member_radii(hanging_arm)
     assert free == pytest.approx(2 * (away - radii), abs=1e-12)
 
 

@@ -100,7 +100,7 @@ def test_shipped_arm_stands_every_posture_under_every_case(hanging_arm, reach_sc
     task = reach_scene.task
     chain = Chain(reach_scene.manipulator, hanging_arm.mount)
     model = make_load_model(chain, task.payload, task.simulation.gravity)
-    section = make_sections(chain.manipulator, chain.truss)
+    section = make_sections(chain)
     cases = (LoadCase(name="run"), *task.loads)
     worst = find_envelope(model, section, sample_postures(chain), cases, task.limits.safety_factor)
     assert max(worst.strength.max(), worst.pressure.max()) < 1.0

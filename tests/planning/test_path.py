@@ -44,7 +44,7 @@ def brute_clearance(chain, tank, q):
     """Least distance of points all over the arm from points all over the tank and from its equipment."""
     nodes, ends = chain.nodes(q), chain.truss.ends
     part = np.linspace(0, 1, 45)[:, None]
-    radii = member_radii(chain.manipulator, chain.truss)
+    radii = member_radii(chain)
     cloud = (nodes[ends[:, 0], None] * (1 - part) + nodes[ends[:, 1], None] * part).reshape(-1, 3)
     thick = np.repeat(radii, 45)
     moving = np.repeat(ends.min(axis=1) > 2, 45)  # members at the mast flange do not come nearer

@@ -75,7 +75,7 @@ def test_an_offset_actuator_is_rated_by_the_clauses(offset):
     forces = solve_members(make_load_model(chain, Payload(mass=453.6, radius=0.1), 9.81), nodes)
     ends = chain.truss.ends
     length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
-    use = utilise(rate(make_sections(chain.manipulator, chain.truss), length, OMEGA), forces)
+    use = utilise(rate(make_sections(chain), length, OMEGA), forces)
     part = chain.manipulator.cylinders["c400"]
     pinned = chain.truss.ring_actuators[0]
     for instant in range(5):
@@ -107,7 +107,7 @@ def test_more_bending_is_used_more(offset):
     forces = solve_members(make_load_model(chain, Payload(mass=453.6, radius=0.1), 9.81), nodes)
     ends = chain.truss.ends
     length = np.linalg.norm(nodes[:, ends[:, 1]] - nodes[:, ends[:, 0]], axis=-1)
-    ratings = rate(make_sections(chain.manipulator, chain.truss), length, OMEGA)
+    ratings = rate(make_sections(chain), length, OMEGA)
     twice = replace(forces, near_moment=2 * forces.near_moment, far_moment=2 * forces.far_moment)
     pinned = chain.truss.ring_actuators[0]
     assert np.all(utilise(ratings, twice).bent[:, pinned] > utilise(ratings, forces).bent[:, pinned])

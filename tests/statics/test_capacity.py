@@ -29,7 +29,7 @@ def greatest_use(chain, nodes, mass):
     forces = solve_members(make_load_model(chain, Payload(mass=mass, radius=0.15), GRAVITY), nodes)
     ends = chain.truss.ends
     length = np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=-1)
-    use = utilise(rate(make_sections(chain.manipulator, chain.truss), length, OMEGA), forces)
+    use = utilise(rate(make_sections(chain), length, OMEGA), forces)
     every = np.stack([use.tension, use.compression, use.rod, use.pressure, use.pin, use.bent])
     return every.max(), np.unravel_index(np.argmax(every), every.shape)
 

@@ -97,7 +97,7 @@ def test_envelope_holds_every_case_and_keeps_tension_and_compression_apart(model
         LoadCase(name="jerk", dynamic=1.3),
         LoadCase(name="side", seismic=(0, 0.3, 0)),
     ]
-    section = make_sections(hanging_arm.manipulator, hanging_arm.truss)
+    section = make_sections(hanging_arm)
     poses = np.stack([nodes, hanging_arm.nodes(hanging_arm.straight)])
     worst = find_envelope(model, section, poses, cases, 1.67)
     assert worst.cases == ("dead", "jerk", "side")
@@ -165,7 +165,7 @@ def test_bending_counts_with_motion_and_from_any_direction():
     chain = Chain(load_manipulator(OFFSET), hanging_mount(4.0))
     nodes = chain.nodes(sample_inputs(chain, 2, seed=3))
     model = make_load_model(chain, Payload(mass=400.0, radius=0.1), GRAVITY)
-    section = make_sections(chain.manipulator, chain.truss)
+    section = make_sections(chain)
     rng = np.random.default_rng(9)
     ways = rng.normal(size=(60, 3))
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)

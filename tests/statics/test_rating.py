@@ -130,7 +130,8 @@ def test_pins_are_rated_where_they_are_given(chain):
     pinned = chain.manipulator.modules[0].longeron_tube
     bare = {name: part.model_copy(update={"pin": None}) for name, part in parts.items()}
     tubes = tubes | {pinned: tubes[pinned].model_copy(update={"pin": 0.02})}
-    section = make_sections(chain.manipulator.model_copy(update={"tubes": tubes, "cylinders": bare}), chain.truss)
+    arm = chain.manipulator.model_copy(update={"tubes": tubes, "cylinders": bare})
+    section = make_sections(replace(chain, manipulator=arm))
     given = [member.section == pinned for member in chain.truss.members]
     assert np.isfinite(section.pin).tolist() == given
     forces = solve_members(make_load_model(chain, Payload(mass=400, radius=0.1), 9.81), chain.nodes(chain.straight))
@@ -150,7 +151,7 @@ def test_oil_holds_its_area_times_pressure(chain):
 
 
 def test_every_member_is_rated_by_its_own_section(chain):
-    section = make_sections(chain.manipulator, chain.truss)
+    section = make_sections(chain)
     for index, member in enumerate(chain.truss.members):
         if member.role == "actuator":
             cylinder = chain.manipulator.cylinders[member.section]
@@ -201,6 +202,6 @@ def test_unknown_forces_stay_unknown(chain):
     forces = solve_members(make_load_model(chain, Payload(mass=1, radius=0.1), 9.81), chain.nodes(chain.straight))
     lengths = np.ones(len(chain.truss.members))
     unknown = replace(forces, bar=np.full_like(forces.bar, np.nan))
-    use = utilise(rate(make_sections(chain.manipulator, chain.truss), lengths, OMEGA), unknown)
+    use = utilise(rate(make_sections(chain), lengths, OMEGA), unknown)
     assert np.isnan(use.strength).all()
     assert np.isnan(use.pressure).all()

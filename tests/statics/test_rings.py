@@ -384,7 +384,7 @@ def test_allowable_payload_of_a_bent_actuator_is_found_by_scanning(double):
     chain = Chain(arm.model_copy(update={"cylinders": weak}), double.mount)
     nodes = chain.nodes(poses(chain, 2))
     found = find_allowance(chain, nodes, GRAVITY, 1.67, 0.15)
-    sections = make_sections(chain.manipulator, chain.truss)
+    sections = make_sections(chain)
     assert {GOVERNING[i] for i in found.limit} >= {"axial force with bending"}
     for pose, most, member, limit in zip(nodes, found.payload, found.member, found.limit, strict=True):
         steps = np.linspace(0.0, 2 * most, 30)

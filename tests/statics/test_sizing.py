@@ -66,7 +66,7 @@ def place_rows(chain):
 
 def greatest_use(chain, poses, payload):
     """Of each member in every case and pose, by the envelope that the report uses."""
-    model, section = make_load_model(chain, payload, GRAVITY), make_sections(chain.manipulator, chain.truss)
+    model, section = make_load_model(chain, payload, GRAVITY), make_sections(chain)
     worst = find_envelope(model, section, poses, CASES, OMEGA)
     return np.maximum(worst.strength, worst.pressure).max(axis=(0, 1))
 
@@ -125,7 +125,7 @@ def test_arms_of_every_kind_are_sized_to_the_full_at_every_place(name):
         lighter = thinner(found.manipulator, place, sizes)
         if lighter is not None:
             chain = Chain(lighter, sized.mount)
-            sections = make_sections(lighter, chain.truss)
+            sections = make_sections(chain)
             slender = rate(sections, chain.truss.lengths(poses), OMEGA).slenderness[:, members].max()
             stands = greatest_use(chain, poses, load)[members].max() <= TARGET
             assert not stands or (slender > SLENDERNESS_ADVICE and place[1].endswith("tube"))
@@ -142,7 +142,7 @@ def test_bending_of_a_joint_offset_is_part_of_the_sizing():
     poses, load = chain.nodes(sample_inputs(chain, 12, seed=3, part=0.6)), Payload(mass=400.0, radius=0.15)
     found = size_arm(chain, load_catalogue(), Demand(poses, None, load, CASES, GRAVITY, OMEGA), TARGET)
     sized = Chain(found.manipulator, chain.mount)
-    rate_of = rate(make_sections(found.manipulator, sized.truss), sized.truss.lengths(poses), OMEGA)
+    rate_of = rate(make_sections(sized), sized.truss.lengths(poses), OMEGA)
     use = utilise(rate_of, solve_members(make_load_model(sized, load, GRAVITY), poses))
     axial = np.max([use.tension, use.compression, use.rod, use.pressure, use.pin], axis=0)
     bent = sized.truss.ring_actuators.ravel()
@@ -156,7 +156,7 @@ def test_sized_arm_has_no_member_too_slender(hanging_arm, poses, sized):
     chain = Chain(sized.manipulator, hanging_arm.mount)
     ends = chain.truss.ends
     length = np.linalg.norm(poses[:, ends[:, 1]] - poses[:, ends[:, 0]], axis=-1)
-    slender = rate(make_sections(sized.manipulator, chain.truss), length, OMEGA).slenderness
+    slender = rate(make_sections(chain), length, OMEGA).slenderness
     tubes = np.setdiff1d(np.arange(len(ends)), chain.truss.actuated)
     assert slender[:, tubes].max() <= SLENDERNESS_ADVICE
 
@@ -175,7 +175,7 @@ def test_next_lighter_size_would_be_overloaded(hanging_arm, poses, payload, size
         modules[index] = module.model_copy(update={"longeron_tube": "thin"})
         changed = arm.model_copy(update={"tubes": arm.tubes | {"thin": thin}, "modules": tuple(modules)})
         chain = Chain(changed, hanging_arm.mount)
-        model, section = make_load_model(chain, payload, GRAVITY), make_sections(changed, chain.truss)
+        model, section = make_load_model(chain, payload, GRAVITY), make_sections(chain)
         worst = find_envelope(model, section, poses, CASES, OMEGA).strength.max(axis=(0, 1))
         rows = [i for i, m in enumerate(chain.truss.members) if m.module == index and m.role == "longeron"]
         assert worst[rows].max() > TARGET
@@ -205,7 +205,7 @@ def test_inertia_of_the_tour_is_part_of_the_demand(hanging_arm, poses, payload):
     forces = solve_members(make_load_model(chain, payload, GRAVITY), poses, motion)
     ends = chain.truss.ends
     length = np.linalg.norm(poses[:, ends[:, 1]] - poses[:, ends[:, 0]], axis=-1)
-    used = utilise(rate(make_sections(found.manipulator, chain.truss), length, OMEGA), forces)
+    used = utilise(rate(make_sections(chain), length, OMEGA), forces)
     assert max(used.strength.max(), used.pressure.max()) == pytest.approx(max(found.utilisation.values()), rel=1e-9)
     assert found.mass[1] > size_arm(hanging_arm, load_catalogue(), still, TARGET).mass[1]
 

@@ -22,7 +22,7 @@ def test_use_at_rest_is_that_of_ratings_and_forces(name):
     arm = load_manipulator(MODELS / name / f"{name}.toml")
     chain = Chain(arm, hanging_mount(9.0))
     nodes = chain.nodes(np.stack([chain.straight, chain.straight]))
-    model, sections = make_load_model(chain, Payload(mass=200.0, radius=0.1), 9.81), make_sections(arm, chain.truss)
+    model, sections = make_load_model(chain, Payload(mass=200.0, radius=0.1), 9.81), make_sections(chain)
     ratings, forces = rate(sections, chain.truss.lengths(nodes), 1.67), solve_members(model, nodes)
     found = find_use(model, sections, nodes, 1.67)
     assert found.strength == pytest.approx(utilise(ratings, forces).strength, rel=ROUNDING)

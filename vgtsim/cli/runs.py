@@ -76,7 +76,9 @@ def _list_sites(scene_name: Path) -> list[Site]:
     from vgtsim.description import list_phases
     from vgtsim.site import Site, load_site
 
-    return [Site(scene) for scene in list_phases(load_site(scene_name).scene)]
+    site = load_site(scene_name)
+    phases = list_phases(site.scene)
+    return [site] if len(phases) == 1 else [Site(scene) for scene in phases]
 
 
 def _place_runs(sites: Sequence[Site], folder: Path) -> list[Path]:

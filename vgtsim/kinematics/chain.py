@@ -91,6 +91,11 @@ class Chain:
         return row
 
     @cached_property
+    def member_lengths(self) -> Array:
+        """Lengths of all members in the straight pose, shape (M,), m; a tube keeps its length."""
+        return self.truss.lengths(self.nodes(self.straight))
+
+    @cached_property
     def stowed(self) -> Array:
         """Inputs of the pose that passes the riser, shape (n,): double octahedra stowed, other modules straight."""
         row = np.array(self.straight)

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from vgtsim.description import Cylinder, Manipulator, Tube, joint_offset
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
-from vgtsim.kinematics.truss import Truss
 
 Array = NDArray[np.float64]
 _Segment = tuple[float, float, float, float]  # mass, centre, transverse and axial moment
@@ -73,19 +72,18 @@ class PlateInertia:
         return y + z, x + z, x + y
 
 
-def make_member_inertia(
-    manipulator: Manipulator, truss: Truss, *, split: bool = False, lumped: bool = False
-) -> MemberInertia:
-    """Segments of every member of the truss.
+def make_member_inertia(chain: Chain, *, split: bool = False, lumped: bool = False) -> MemberInertia:
+    """Segments of every member of an arm.
 
     A tube runs from hub to hub. A barrel is uniform between its eye and its mouth, the heads smeared over it; a rod is
     uniform and solid, the piston smeared over it. `split` cuts a tube in the middle into a near and a far half, as an
     elastic one is. `lumped` puts all mass in the hubs, see `make_hub_masses`.
     """
-    segments = np.zeros((len(truss.members), 2, 4))
+    manipulator, members = chain.manipulator, chain.truss.members
+    segments = np.zeros((len(members), 2, 4))
     if lumped:
         return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
-    for row, member, length in zip(segments, truss.members, _straight_lengths(manipulator, truss), strict=True):
+    for row, member, length in zip(segments, members, chain.member_lengths, strict=True):
         if member.role == "actuator":
             row[:] = _cylinder_segments(manipulator, manipulator.cylinders[member.section])
         elif split:
@@ -95,12 +93,13 @@ def make_member_inertia(
     return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
 
 
-def make_block_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia:
+def make_block_inertia(chain: Chain) -> MemberInertia:
     """Work out the posts of the joint blocks, which run from the middle of one ball to that of the other.
 
     One near segment each, in the order of `Truss.rings`, shapes (3 R, 2): the balls' masses stand at the nodes, their
     moments of inertia about themselves are the post's.
     """
+    manipulator, truss = chain.manipulator, chain.truss
     segments = np.zeros((truss.rings.shape[0] * 3, 2, 4))
     owners = truss.node_module[truss.rings[:, :, 1].ravel()].tolist()
     balls = 2 * 0.4 * manipulator.hub_mass * manipulator.hub.radius**2
@@ -112,7 +111,7 @@ def make_block_inertia(manipulator: Manipulator, truss: Truss) -> MemberInertia:
     return MemberInertia(segments[..., 0], segments[..., 1], segments[..., 2:])
 
 
-def make_hub_masses(manipulator: Manipulator, truss: Truss, *, lumped: bool = False) -> Array:
+def make_hub_masses(chain: Chain, *, lumped: bool = False) -> Array:
     """Mass of every node, shape (N,), kg; zero at feet and heads of joint blocks, whose balls are the blocks'.
 
     `lumped` puts the members' mass in their hubs: half of each tube in either, a barrel in the near one, a rod in the
@@ -121,6 +120,7 @@ def make_hub_masses(manipulator: Manipulator, truss: Truss, *, lumped: bool = Fa
     Raises:
         DescriptionError: Mass is lumped in an arm with joint blocks.
     """
+    manipulator, truss = chain.manipulator, chain.truss
     if lumped and len(truss.rings):
         modules = sorted({manipulator.modules[m].name for m in truss.node_module[truss.rings[:, 0, 1]]})
         found = f"mass of members lumped, with joint offsets in {', '.join(modules)}"
@@ -129,7 +129,7 @@ def make_hub_masses(manipulator: Manipulator, truss: Truss, *, lumped: bool = Fa
         )
     mass = manipulator.hub_mass * truss.hubs.astype(float)
     if lumped:
-        np.add.at(mass, truss.ends, make_member_inertia(manipulator, truss, split=True).mass)
+        np.add.at(mass, truss.ends, make_member_inertia(chain, split=True).mass)
     return mass
 
 
@@ -153,22 +153,17 @@ def make_plate_inertia(manipulator: Manipulator) -> PlateInertia:
     return PlateInertia(mass, (plane, plane, 0.0))
 
 
-def member_radii(manipulator: Manipulator, truss: Truss) -> Array:
+def member_radii(chain: Chain) -> Array:
     """Outer radius of every member, shape (M,), m: of the tube, or of the barrel of an actuator."""
+    tubes, cylinders = chain.manipulator.tubes, chain.manipulator.cylinders
     return np.array(
         [
-            manipulator.cylinders[member.section].barrel_diameter / 2
+            cylinders[member.section].barrel_diameter / 2
             if member.role == "actuator"
-            else manipulator.tubes[member.section].outer_diameter / 2
-            for member in truss.members
+            else tubes[member.section].outer_diameter / 2
+            for member in chain.truss.members
         ]
     )
-
-
-def _straight_lengths(manipulator: Manipulator, truss: Truss) -> Array:
-    """Length of each member in the straight pose, shape (M,), m; a tube keeps it."""
-    chain = Chain(manipulator, np.eye(4))
-    return truss.lengths(chain.nodes(chain.straight))
 
 
 def _uniform_segment(mass: float, start: float, end: float, outer: float, inner: float) -> _Segment:

@@ -68,12 +68,12 @@ class Rigging:
     @cached_property
     def inertia(self) -> MemberInertia:
         """Masses of the members as they are simulated."""
-        return make_member_inertia(self.chain.manipulator, self.chain.truss, split=self.elastic, lumped=self.lumped)
+        return make_member_inertia(self.chain, split=self.elastic, lumped=self.lumped)
 
     @cached_property
     def hub_masses(self) -> Array:
         """Masses of the nodes as they are simulated, shape (N,), kg."""
-        hubs = make_hub_masses(self.chain.manipulator, self.chain.truss, lumped=self.lumped)
+        hubs = make_hub_masses(self.chain, lumped=self.lumped)
         return hubs + make_line_masses(self.chain, self.line)
 
     def bits(self, module: int) -> dict[str, int]:

@@ -33,7 +33,7 @@ class Seat:
 def add_block(spec: mujoco.MjSpec, rigging: Rigging, row: int) -> dict[int, Seat]:
     """Add the joint block of a row of the rings; returns the seats of its nodes."""
     chain, nodes = rigging.chain, rigging.nodes
-    truss, inertia = chain.truss, make_block_inertia(chain.manipulator, chain.truss)
+    truss, inertia = chain.truss, make_block_inertia(chain)
     block, turn = truss.rings.reshape(-1, 3)[row], block_rotations(truss, nodes).reshape(-1, 3, 3)[row]
     middle = truss.nodes[block[1]]
     body = spec.worldbody.add_body(name=middle, pos=nodes[block[1]], info=middle)

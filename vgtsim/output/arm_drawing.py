@@ -96,7 +96,7 @@ def make_solid(chain: Chain, nodes: Array) -> trimesh.Scene:
         mesh.visual = ColorVisuals(mesh, face_colors=(*colour, 255))
         scene.add_geometry(mesh, geom_name=name, node_name=name)
 
-    for member, radius in zip(truss.members, member_radii(arm, truss), strict=True):
+    for member, radius in zip(truss.members, member_radii(chain), strict=True):
         bar = trimesh.creation.cylinder(float(radius), segment=nodes[list(member.ends)], sections=16)
         add(bar, member.name, _SOLID[member.role])
     for node in np.flatnonzero(truss.hubs).tolist():

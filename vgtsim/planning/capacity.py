@@ -39,7 +39,7 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
     if not len(start):
         return start
     model = make_load_model(chain, Payload(mass=payload, radius=PAYLOAD_RADIUS), gravity)
-    sections = make_sections(chain.manipulator, chain.truss)
+    sections = make_sections(chain)
 
     def used(postures: Array) -> Array:
         return smooth_peak(find_use(model, sections, chain.nodes(postures), safety_factor).worst)

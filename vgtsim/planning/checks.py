@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vgtsim.description import Bend, Manipulator, StartPosture, begins_inside
+from vgtsim.description import Bend, StartPosture, begins_inside
 from vgtsim.errors import AssemblyError, DescriptionError, PostureError, VgtError
 from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import Chain, check_strokes, find_rigid_sections, member_radii
@@ -163,19 +163,18 @@ class RiserFit:
     place: str
 
 
-def riser_fit(chain: Chain, bore: float, sized: Manipulator | None = None) -> RiserFit:
+def riser_fit(chain: Chain, bore: float) -> RiserFit:
     """Least distance of the stowed arm from a bore about the mast's axis; the bore is its inner diameter, m.
 
     Double octahedra are stowed with retracted actuators; octahedra and hinges pass in their straight pose. Hubs are
     balls. Tubes are capsules, which are widest from the axis at their ends. The barrel of a cylinder runs from the eye
-    at its base pin to its mouth. The rod is not looked at: it is thinner than the hub at its end. `sized` is the same arm
-    with other sizes of tubes and cylinders, which move no node.
+    at its base pin to its mouth. The rod is not looked at: it is thinner than the hub at its end.
     """
     local = (chain.nodes(chain.stowed) - chain.mount[:3, 3]) @ chain.mount[:3, :3]
-    manipulator, truss = sized or chain.manipulator, chain.truss
+    manipulator, truss = chain.manipulator, chain.truss
     hubs = np.hypot(local[:, 0], local[:, 1]) + manipulator.hub.radius
     widest, place = max((float(reach), f"node {name}") for reach, name in zip(hubs, truss.nodes, strict=True))
-    for member, radius in zip(truss.members, member_radii(manipulator, truss), strict=True):
+    for member, radius in zip(truss.members, member_radii(chain), strict=True):
         ends = local[list(member.ends)]
         if member.role == "actuator":
             cylinder = manipulator.cylinders[member.section]

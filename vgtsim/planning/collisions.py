@@ -70,7 +70,7 @@ def _parts(site: Site) -> tuple[list[str], list[str], Array, Index]:
     module = [*truss.module, *truss.node_module, len(arm.modules) - 1]
     radii = np.concatenate(
         [
-            member_radii(arm, truss),
+            member_radii(site.chain),
             np.full(count, arm.hub.radius),
             [site.task.payload.radius],
         ]

@@ -102,7 +102,7 @@ def _spare(chain: Chain, tube: TubeSize, cylinder: CylinderSize, bore: float) ->
     changed = cylinder.model_dump(exclude_none=True)
     cylinders = {name: item.model_copy(update=changed) for name, item in arm.cylinders.items()}
     thick = arm.model_copy(update={"tubes": tubes, "cylinders": cylinders})
-    return riser_fit(chain, bore, thick).spare
+    return riser_fit(replace(chain, manipulator=thick), bore).spare
 
 
 def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array, NodeMotion]:

@@ -20,7 +20,7 @@ def check_passage(site: Site, q: Array) -> None:
         return
     arm, truss, nodes = site.arm, site.truss, site.chain.nodes(q)
     room, key = site.task.limits.passage, "conveyance.diameter"
-    free = measure_passage(truss, member_radii(arm, truss), nodes, jointed=line.kind == "screws").min(axis=0)
+    free = measure_passage(truss, member_radii(site.chain), nodes, jointed=line.kind == "screws").min(axis=0)
     narrow, names = int(np.argmin(free)), [module.name for module in arm.modules]
     excess = line.diameter + room - free[narrow]
     if excess > 0:

@@ -292,7 +292,7 @@ def make_capsules(chain: Chain, payload_radius: float) -> Capsules:
     plate = [(tool - 3, tool - 2), (tool - 2, tool - 1), (tool - 1, tool - 3)]
     ends = np.array([*(member.ends for member in truss.members), *plate, (tool, tool)])
     thickness = np.full(3, manipulator.tip_plate.thickness / 2)
-    radii = np.concatenate([member_radii(manipulator, truss), thickness, [payload_radius]])
+    radii = np.concatenate([member_radii(chain), thickness, [payload_radius]])
     module = np.array([*(member.module for member in truss.members), *[last] * 4])
     point_radii = np.full(tool + 1, manipulator.hub.radius)
     np.maximum.at(point_radii, ends.ravel(), np.repeat(radii, 2))

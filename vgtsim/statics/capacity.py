@@ -80,7 +80,7 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
     """
     n, payloads = np.asarray(nodes, float), [Payload(mass=mass, radius=radius) for mass in (0.0, _UNIT)]
     empty, loaded = (solve_members(make_load_model(chain, payload, gravity), n) for payload in payloads)
-    ratings = rate(make_sections(chain.manipulator, chain.truss), chain.truss.lengths(n), safety_factor)
+    ratings = rate(make_sections(chain), chain.truss.lengths(n), safety_factor)
     force, growth, rows = empty.along, (loaded.along - empty.along) / _UNIT, []
     for name, (pull, push) in ratings.limits.items():
         part = slice(1, 2) if name == "oil pressure" else slice(None)  # a drive feels its bar force alone

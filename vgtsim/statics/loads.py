@@ -119,14 +119,14 @@ def make_load_model(
     members' mass into their hubs: then a member carries one axial force and nothing else.
     """
     arm = chain.manipulator
-    down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(arm, chain.truss, lumped=lumped)
+    down, hubs = np.array([0.0, 0.0, -gravity]), make_hub_masses(chain, lumped=lumped)
     if line is not None:
         hubs += make_line_masses(chain, line.density)
     down.flags.writeable = hubs.flags.writeable = False
     return LoadModel(
         truss=chain.truss,
-        members=make_member_inertia(arm, chain.truss, split=split, lumped=lumped),
-        blocks=make_block_inertia(arm, chain.truss),
+        members=make_member_inertia(chain, split=split, lumped=lumped),
+        blocks=make_block_inertia(chain),
         plate=make_plate_inertia(arm),
         face_side=arm.face_side,
         tool_offset=arm.tip_plate.tool_offset,

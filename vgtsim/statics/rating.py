@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.compilation import compiled
-from vgtsim.description import Cylinder, Manipulator, Material, Tube
+from vgtsim.description import Cylinder, Material, Tube
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Truss
+from vgtsim.kinematics import Chain
 
 Array = NDArray[np.float64]
 
@@ -193,14 +193,15 @@ def tube_bending_strength(outer: ArrayLike, inner: ArrayLike, yield_strength: Ar
     return np.asarray(yield_strength, float) * shape / 6
 
 
-def make_sections(manipulator: Manipulator, truss: Truss) -> MemberSections:
+def make_sections(chain: Chain) -> MemberSections:
     """Collect the section properties of every member of an arm.
 
     Raises:
         DescriptionError: The wall of a tube is so thin that AISC 360-22 does not rate it.
     """
-    kinds = [manipulator.cylinders if member.role == "actuator" else manipulator.tubes for member in truss.members]
-    parts = [kind[member.section] for kind, member in zip(kinds, truss.members, strict=True)]
+    manipulator, members = chain.manipulator, chain.truss.members
+    kinds = [manipulator.cylinders if member.role == "actuator" else manipulator.tubes for member in members]
+    parts = [kind[member.section] for kind, member in zip(kinds, members, strict=True)]
     return describe_sections([(part, manipulator.materials[part.material]) for part in parts])
 
 

@@ -51,10 +51,9 @@ def _has_line(site: Site) -> bool:
 @report_as("clearance", "room in the truss about the line", limit="passage", applies=_has_line, sense="at least")
 def check_passage(run: Evidence) -> Finding:
     """Least diameter that a member leaves about the axis, less the diameter of the line of conveyance."""
-    line, truss = run.site.task.conveyance, run.site.truss
+    line, chain = run.site.task.conveyance, run.site.chain
     assert line is not None  # the row is for scenes with a line
-    radii = member_radii(run.site.arm, truss)
-    free = measure_passage(truss, radii, run.log.nodes, jointed=line.kind == "screws")
+    free = measure_passage(chain.truss, member_radii(chain), run.log.nodes, jointed=line.kind == "screws")
     found = least_of(free - line.diameter, run.log.time, run.names)
     return replace(found, detail=f"the truss leaves {found.value + line.diameter:.3f} m")
 

@@ -53,7 +53,7 @@ def make_bars(chain: Chain) -> Bars:
     points = place_points(chain, chain.nodes(chain.straight))
     spans = np.linalg.norm(points[truss.ends[:, 1]] - points[truss.ends[:, 0]], axis=-1)
     rows = []
-    for k, (member, radius) in enumerate(zip(truss.members, member_radii(arm, truss).tolist(), strict=True)):
+    for k, (member, radius) in enumerate(zip(truss.members, member_radii(chain).tolist(), strict=True)):
         if member.role != "actuator":
             rows.append((*member.ends, False, 0.0, float(spans[k]), radius, k))
             continue
