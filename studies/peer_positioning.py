@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from vgtsim.description import Manipulator, Prism, joint_offset
+from vgtsim.description import Manipulator, Prism
 from vgtsim.kinematics import Chain
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ def gimbal_chain(chain: Chain) -> str:
         if isinstance(module, Prism):
             rise += module.length
             continue
-        offset = joint_offset(module)
+        offset = module.offset
         axes = {"x": "1 0 0", "y": "0 1 0"}
         first = "".join(f'<joint name="{axis}{level}a" axis="{axes[axis]}"/>' for axis in "xy")
         second = "".join(f'<joint name="{axis}{level}b" axis="{axes[axis]}"/>' for axis in "yx")

@@ -32,7 +32,6 @@ from vgtsim.description.mission import (
     begins_inside,
 )
 from vgtsim.description.modules import (
-    Actuated,
     DoubleOctahedral,
     GeneralDoubleOctahedral,
     Module,
@@ -40,7 +39,6 @@ from vgtsim.description.modules import (
     Prism,
     SectionModule,
     Tetrahedral,
-    joint_offset,
 )
 from vgtsim.description.motion import Bend, Goal, GoalPlace, StartPosture
 from vgtsim.description.operator import (
@@ -81,7 +79,6 @@ __all__ = [
     "MOST_COMMANDS",
     "OBJECTIVES",
     "TARGETS",
-    "Actuated",
     "AddStep",
     "AllowedContact",
     "ArcPiece",
@@ -165,7 +162,6 @@ __all__ = [
     "find_file",
     "find_original",
     "is_scene",
-    "joint_offset",
     "list_faults",
     "list_phases",
     "list_shipped",

@@ -7,14 +7,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from vgtsim.description.modules import KINDS
+from vgtsim.description.modules import KIND_NAMES
 from vgtsim.description.motion import BENDS, POSTURE, WORD
 from vgtsim.description.schema import NEEDED, UNKNOWN_KEY, near, say_allowed
 from vgtsim.description.study import AXES, VERBS
 from vgtsim.description.tool_path import SHAPES
 from vgtsim.errors import DescriptionError
 
-_CHOICES = {*KINDS, *SHAPES, *VERBS, *AXES, BENDS, POSTURE, WORD}  # a union adds the choice to the path of an error
+# a union adds the choice to the path of an error
+_CHOICES = {*KIND_NAMES, *SHAPES, *VERBS, *AXES, BENDS, POSTURE, WORD}
 _KINDS = {"union_tag_invalid", "union_tag_not_found"}  # names that pydantic has for a table of no known kind
 _STEPS = ("mission",)  # the same, behind the index of a step: its name may also be a key
 

@@ -8,7 +8,7 @@ from math import pi, sqrt
 from pydantic import Field, model_validator
 
 from vgtsim.description.figures import Gap, Size
-from vgtsim.description.modules import Actuated, BattenActuated, Module, Sides, Tetrahedral
+from vgtsim.description.modules import BattenActuated, Module, Sides
 from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 
@@ -66,9 +66,10 @@ class Manipulator(Description):
             if name not in known:
                 raise ValueError(f"{place} = {name!r}: no such name{closest(name, known)}")
         require_distinct("module", self.modules)
-        if isinstance(self.modules[-1], Tetrahedral):
-            must_not = "must not be tetrahedral: the tip plate replaces the top battens"
-            raise ValueError(f"the last module, {self.modules[-1].name}, {must_not}")
+        last = self.modules[-1]
+        if not last.ends:
+            must_not = f"must not be {last.kind}: the tip plate replaces the top battens"
+            raise ValueError(f"the last module, {last.name}, {must_not}")
         if 2 * self.hub.radius >= self.face_side:
             raise ValueError(
                 f"hub.radius below half the face side, {self.face_side / 2:.4g} m, not {self.hub.radius:.4g} m"
@@ -106,9 +107,9 @@ class Manipulator(Description):
                 yield f"modules.{index}.{field}", name, getattr(self, table)
 
     @property
-    def active(self) -> tuple[Actuated, ...]:
+    def active(self) -> tuple[Module, ...]:
         """The modules with actuators, of every kind, from the mast to the tool."""
-        return tuple(item for item in self.modules if isinstance(item, Actuated))
+        return tuple(item for item in self.modules if item.freedom)
 
     @property
     def stowable(self) -> tuple[BattenActuated, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from math import pi, sin, sqrt
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
@@ -22,9 +22,10 @@ class ModuleKind(Description):
     """The root of every kind of module; names are unique in the arm.
 
     `unproved` is the reason why all strokes of the module may be used though no proof is found that they hold no
-    singularity; a run still refuses a way that meets one.
+    singularity; a run still refuses a way that meets one. `ends` says whether the module can be the last one of an arm.
     """
 
+    ends: ClassVar[bool] = True
     name: Name
     unproved: Note | None = None
 
@@ -32,6 +33,11 @@ class ModuleKind(Description):
     def freedom(self) -> int:
         """Number of actuators."""
         return 0
+
+    @property
+    def offset(self) -> float:
+        """Ljo, m: its mid-plane nodes are joint blocks where it is not zero."""
+        return 0.0
 
     def faces(self, side: float) -> tuple[Sides, Sides]:
         """Sides 12, 23, 31 of the base and of the top, m; `side` is the face side of the arm, m."""
@@ -111,6 +117,11 @@ class BattenActuated(ModuleKind):
         """Number of actuators."""
         return 3
 
+    @property
+    def offset(self) -> float:
+        """Ljo, m."""
+        return self.joint_offset
+
     def check(self, arm: Manipulator) -> None:
         """Check that the joint block keeps the balls of the longerons apart."""
         if self.block is None:
@@ -188,6 +199,7 @@ class Tetrahedral(ModuleKind):
         straight: Hinge angle theta of the straight working pose.
     """
 
+    ends = False
     kind: Literal["tetrahedral"]
     side: Size | None = None
     hinge: Size | None = None
@@ -355,11 +367,6 @@ class SectionModule(FreeFaces, StaticKind):
         return base, self.top or base
 
 
-Actuated = DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral  # kinds with actuators
-Module = Annotated[Actuated | Prism | SectionModule, Field(discriminator="kind")]
-KINDS = ("double_octahedral", "double_octahedral_general", "tetrahedral", "octahedral", "prism", "section")
-
-
-def joint_offset(module: Module) -> float:
-    """Ljo of a module, m: its mid-plane nodes are joint blocks where it is not zero."""
-    return module.joint_offset if isinstance(module, BattenActuated) else 0.0
+_Kinds = DoubleOctahedral | GeneralDoubleOctahedral | Tetrahedral | Octahedral | Prism | SectionModule
+Module = Annotated[_Kinds, Field(discriminator="kind")]
+KIND_NAMES = tuple(get_args(kind.model_fields["kind"].annotation)[0] for kind in get_args(_Kinds))

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from vgtsim.description.modules import Actuated
+from vgtsim.description.modules import Module
 from vgtsim.description.schema import closest
 
 OBJECTIVES = (
@@ -52,7 +52,7 @@ def _known(text: str) -> str:
 ObjectiveName = Annotated[str, AfterValidator(_known)]
 
 
-def choose_coupling(pairs: Pairs | None, modules: Sequence[Actuated]) -> tuple[tuple[int, int], ...]:
+def choose_coupling(pairs: Pairs | None, modules: Sequence[Module]) -> tuple[tuple[int, int], ...]:
     """Choose the active modules that follow others: indices (follower, leader) from pairs of such names.
 
     No pairs stand for those of section 8.1: the two modules nearest the mast and the two nearest the tool, as far as

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import Cylinder, Manipulator, Tube, joint_offset
+from vgtsim.description import Cylinder, Manipulator, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 
@@ -104,7 +104,7 @@ def make_block_inertia(chain: Chain) -> MemberInertia:
     owners = truss.node_module[truss.rings[:, :, 1].ravel()].tolist()
     balls = 2 * 0.4 * manipulator.hub_mass * manipulator.hub.radius**2
     for row, module in zip(segments, owners, strict=True):
-        block, height = manipulator.block_of(module), joint_offset(manipulator.modules[module])
+        block, height = manipulator.block_of(module), manipulator.modules[module].offset
         mass = manipulator.materials[block.material].density * np.pi / 4 * block.diameter**2 * height
         row[0] = _uniform_segment(mass, 0.0, height, block.diameter, 0.0)
         row[0, 2:] += balls

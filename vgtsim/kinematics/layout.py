@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.description import Manipulator, Module, joint_offset
+from vgtsim.description import Manipulator, Module
 from vgtsim.kinematics.modules import KINDS, ModuleSet, kind_of
 from vgtsim.kinematics.triangle import triangle_nodes
 from vgtsim.kinematics.truss import Truss
@@ -151,7 +151,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
 def _make_places(manipulator: Manipulator, truss: Truss, active: Index) -> list[Place]:
     """A place for each kind of active module, those with a joint offset apart, in the order of `KINDS`."""
     modules, order = manipulator.modules, list(KINDS)
-    keys = [(order.index(modules[k].kind), joint_offset(modules[k]) > 0) for k in active]
+    keys = [(order.index(modules[k].kind), modules[k].offset > 0) for k in active]
     sets = {}
     for key in sorted(set(keys)):
         which = np.array([a for a, own in enumerate(keys) if own == key])

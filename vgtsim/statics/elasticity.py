@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.description import Conveyance, Payload, Simulation, joint_offset
+from vgtsim.description import Conveyance, Payload, Simulation
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.statics.loads import LoadModel, make_load_model
@@ -105,7 +105,7 @@ def require_no_offset(chain: Chain, where: str) -> None:
         DescriptionError: A module has a joint offset.
     """
     for place, module in enumerate(chain.manipulator.modules):
-        if offset := joint_offset(module):
+        if offset := module.offset:
             found = f"{offset:.4g} m on {module.name}"
             raise DescriptionError(None, f"modules.{place}.joint_offset", found, f"0 where {where}")
 
