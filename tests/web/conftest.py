@@ -20,6 +20,9 @@ _ARGUMENTS = (
     "--disable-component-update",
     "--disable-sync",
 )
+_DRAWN = (
+    "count => new Promise(done => { const go = k => k ? requestAnimationFrame(() => go(k - 1)) : done(); go(count); })"
+)
 
 
 @pytest.fixture(scope="session")
@@ -35,6 +38,12 @@ def log(site):
 @pytest.fixture(scope="session")
 def report(site, log):
     return make_report(site.scene, log)
+
+
+@pytest.fixture(scope="session")
+def drawn():
+    """What a page evaluates to wait until it has drawn so many pictures: a busy browser may draw none in a second."""
+    return _DRAWN
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import shlex
 import sys
 import tempfile
@@ -125,6 +127,7 @@ def finish(passed: bool, missing: MissingLibraryError | None) -> None:
 
 def main() -> None:
     """Run the command line and turn errors into exit statuses."""
+    atexit.register(gc.freeze)  # else the end of a program looks through all compiled code for garbage, up to half a second
     warnings.showwarning = _show_warning
     try:
         app()

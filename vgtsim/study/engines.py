@@ -6,6 +6,8 @@ Processes are those of `concurrent.futures`: it stands in the standard library, 
 
 from __future__ import annotations
 
+import atexit
+import gc
 import multiprocessing
 import os
 import signal
@@ -76,7 +78,8 @@ def use_processes(workers: int) -> Iterator[Engine]:
 
 
 def _settle() -> None:
-    """Make a process silent, and end it with the one that started it, even if that is killed."""
+    """Make a process silent, and end it with the one that started it, even if that is killed, and as quickly as `cli.main`."""
+    atexit.register(gc.freeze)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  no progress bars; it lives as long as the process
     parent = multiprocessing.parent_process()
