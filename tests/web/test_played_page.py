@@ -22,13 +22,11 @@ PATIENCE = 120_000  # ms: pictures are drawn by software, on a machine that may 
 FRAMES = 40  # of the page; few, so that it is ready soon
 EARLY, LATE = 0.2, 0.85  # places on the slider
 CLOSE = 0.005  # of the slider's length, to which a press is true
+NOW = "Number(document.querySelector('[role=slider]').getAttribute('aria-valuenow'))"  # of the slider, s
 TRIES = 5  # rounds of three pictures
-DRAWN = 6  # pictures that the browser draws between two looks: a busy one may draw none in a second
+DRAWN = 6  # pictures that the browser draws between two looks
 STEP = 24  # of a colour to 255, from which on a pixel counts as changed
 BESIDE = 24  # pixels: names and lines beside the arm
-WAIT = (
-    "count => new Promise(done => { const go = k => k ? requestAnimationFrame(() => go(k - 1)) : done(); go(count); })"
-)
 
 
 @pytest.fixture(scope="module")
@@ -56,23 +54,25 @@ def find_frame(page):
     return int(page.locator("#run").get_attribute("data-frame"))
 
 
-def go(page, part):
+def find_time(page):
+    return float(page.locator("[role=slider]").get_attribute("aria-valuenow"))
+
+
+def go(page, drawn, part):
     """Press the slider at a part of its length, which pauses the player; the picture then, and its frame."""
     box = page.locator("[role=slider][aria-valuemax]").locator("xpath=../..").bounding_box()
     page.mouse.click(box["x"] + part * box["width"], box["y"] + box["height"] / 2)
     end = float(page.locator("[role=slider]").get_attribute("aria-valuemax"))
-    near = f"Math.abs(Number(document.querySelector('[role=slider]').getAttribute('aria-valuenow')) - {part * end})"
-    page.wait_for_function(f"{near} < {CLOSE * end}")
-    picture = take(page)
+    page.wait_for_function(f"Math.abs({NOW} - {part * end}) < {CLOSE * end}")
+    picture = take(page, drawn)
     return picture, find_frame(page)
 
 
-def take(page):
+def take(page, drawn):
     """The picture once it is still, shape (height, width, 3)."""
     before = None
     for _ in range(30):
-        page.wait_for_timeout(300)
-        page.evaluate(WAIT, DRAWN)
+        page.evaluate(drawn, DRAWN)
         shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
         picture = np.asarray(shot).astype(int)
         if before is not None and not (picture != before).any():
@@ -99,8 +99,8 @@ def find_arm(site, log, rows, frame):
 
 
 def test_it_plays_by_itself_without_a_network(page):
-    first = find_frame(page)
-    page.wait_for_function(f"Number(document.getElementById('run').dataset.frame) > {first}")
+    first = find_time(page)
+    page.wait_for_function(f"{NOW} > {first}")
     assert page.title().endswith("Synthetic tour of four goals & a <sanity> check")
     assert page.wrong == []
     assert all(url.startswith(("file:", "data:", "blob:")) for url in page.wanted)
@@ -110,12 +110,12 @@ def test_it_is_drawn_as_cheaply_as_the_live_page(page):
     page.wait_for_function("window.__viserMutable.backgroundMaterial.visible === false")
 
 
-def test_the_slider_moves_the_arm_and_the_readings(page, file, site, log):
+def test_the_slider_moves_the_arm_and_the_readings(page, drawn, file, site, log):
     rows = json.loads(re.search(r"const run = (\{.*?\});\n", file.read_text(encoding="utf-8"))[1])
     for _ in range(TRIES):  # where a busy browser gave the picture of the place before, the three do not fit together
         pictures, arms = [], []
         for part in (EARLY, LATE, EARLY):
-            picture, frame = go(page, part)
+            picture, frame = go(page, drawn, part)
             pictures.append(picture[: SIZE[1] - 60, :SEEN])
             arms.append(find_arm(site, log, rows, frame))
             cells = page.locator("#run td").all_inner_texts()
@@ -134,9 +134,9 @@ def test_the_slider_moves_the_arm_and_the_readings(page, file, site, log):
     assert near.mean() > 0.7  # goals that take turns are the rest
 
 
-def test_the_arm_has_the_colours_of_its_forces(page, site, log, file):
+def test_the_arm_has_the_colours_of_its_forces(page, drawn, site, log, file):
     rows = json.loads(re.search(r"const run = (\{.*?\});\n", file.read_text(encoding="utf-8"))[1])
-    picture, frame = go(page, EARLY)
+    picture, frame = go(page, drawn, EARLY)
     arm = find_arm(site, log, rows, frame)
     (left, top), (right, bottom) = np.clip(
         np.stack([arm.min(axis=0), arm.max(axis=0)]), 0, (SEEN, SIZE[1] - 60)
@@ -146,9 +146,10 @@ def test_the_arm_has_the_colours_of_its_forces(page, site, log, file):
     assert ((b > 140) & (r < 0.8 * b) & (b - r > 50)).sum() > 20  # tension
 
 
-def test_the_player_pauses_and_goes_on(page):
-    _, frame = go(page, EARLY)
-    page.wait_for_timeout(1500)
-    assert find_frame(page) == frame
+def test_the_player_pauses_and_goes_on(page, drawn):
+    _, frame = go(page, drawn, EARLY)
+    stands = find_time(page)
+    page.wait_for_timeout(500)
+    assert find_time(page) == stands
     page.locator("body").press("Space")
     page.wait_for_function(f"Number(document.getElementById('run').dataset.frame) > {frame}")
