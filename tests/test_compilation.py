@@ -92,6 +92,7 @@ def list_double():
 
 @pytest.mark.long
 def test_code_is_made_anew_when_a_file_beside_it_changes(tmp_path):
+    """Both texts have one size, and a quick machine writes them in one second: Python's own bytecode would be the old one."""
     (tmp_path / "parts.py").write_text("def compiled_part(x):\n    return x\n")
     (tmp_path / "whole.py").write_text(
         "from vgtsim.compilation import compiled\nimport parts\npart = compiled(parts.compiled_part)\n"
@@ -100,7 +101,7 @@ def test_code_is_made_anew_when_a_file_beside_it_changes(tmp_path):
     for factor, answer in ((1, "3.0"), (2, "5.0")):
         (tmp_path / "parts.py").write_text(f"def compiled_part(x):\n    return x * {factor}\n")
         command = [sys.executable, "-c", "from whole import add; print(add(2.0))"]
-        environment = os.environ | {"PYTHONPATH": f"{tmp_path}:{ROOT}"}
+        environment = os.environ | {"PYTHONPATH": f"{tmp_path}:{ROOT}", "PYTHONDONTWRITEBYTECODE": "1"}
         said = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
         assert said.stdout.strip() == answer, said.stderr
 

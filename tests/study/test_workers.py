@@ -1,4 +1,4 @@
-"""Real workers: processes, and a scheduler with two workers; each is killed in mid-study."""
+"""Real workers: processes, and a scheduler with two workers; each is killed with a case in hand."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import psutil
 import pyarrow.parquet as pq
@@ -20,16 +21,18 @@ from vgtsim.description import load_study
 from vgtsim.errors import ClusterError, MissingLibraryError
 from vgtsim.study import conduct_study, use_cluster, use_processes
 
-CASES = 8  # of some 0.7 s each: a part is written every second, and two workers must not be done by then
+CASES = 8
+FREE = 2  # of `held`
+HELD = Path(__file__).with_name("held.py")
 STUDY = f"""
 name = "cheap"
 scene = "arm9_nullspace"
-work = {{ verb = "workspace", samples = 8000, seed = 0 }}
+work = {{ verb = "workspace", samples = 40, seed = 0 }}
 keep = ["reach", "max tilt", "near singular"]
 [grid]
 work.seed = {[*range(CASES)]}
 """
-PROGRAM = (sys.executable, "-c", "from vgtsim.cli import main; main()", "study")
+PROGRAM = (sys.executable, str(HELD), "study")
 
 
 @pytest.fixture(scope="module")
@@ -48,27 +51,46 @@ def count_rows(folder):
     return sum(len(pq.read_table(file)) for file in folder.glob("parts/pa*.parquet"))
 
 
-def wait_for_rows(folder, begun):
-    """Wait until some, not all, cases of a program's study are finished; gives their number."""
+@pytest.fixture
+def gate(tmp_path, monkeypatch):
+    """A file at which all cases but the first ones wait, see `held`."""
+    file = tmp_path / "gate"
+    file.touch()
+    monkeypatch.setenv("GATE", str(file))
+    return file
+
+
+def list_held(gate):
+    """Numbers of the processes that have a case in hand."""
+    return [int(file.stem) for file in gate.parent.glob("*.held")]
+
+
+def wait_at(gate, folder, begun):
+    """Wait until a program's study has written its first cases, and two workers have others in hand; gives their numbers."""
     for _ in range(2400):
         assert begun.poll() is None, "the study ended before it could be disturbed"
-        if rows := count_rows(folder):
-            assert rows < CASES
-            return rows
+        if count_rows(folder) == FREE and len(held := list_held(gate)) == 2:
+            return held
         time.sleep(0.05)
-    raise AssertionError("no case was finished in two minutes")
+    raise AssertionError("two workers were not at the gate in two minutes")
 
 
 @pytest.mark.long
-def test_a_killed_process_loses_no_case(plain, tmp_path):
+def test_a_killed_process_loses_no_case(plain, gate, tmp_path, monkeypatch):
     file, table = plain
     killed = []
 
     def kill_one(finished, total):
-        if 0 < finished < total and not killed:
-            killed.append(multiprocessing.active_children()[0])
-            os.kill(killed[0].pid, signal.SIGKILL)
+        if finished and not killed and list_held(gate):
+            killed.append(list_held(gate)[0])
+            assert killed[0] in [process.pid for process in multiprocessing.active_children()]
+            assert finished == FREE < total
+            os.kill(killed[0], signal.SIGKILL)
+            gate.unlink()
 
+    main = sys.modules["__main__"]
+    monkeypatch.setattr(main, "__spec__", None, raising=False)
+    monkeypatch.setattr(main, "__file__", str(HELD), raising=False)
     with use_processes(2) as engine:
         conduct_study(load_study(file), tmp_path / "out", engine, kill_one)
     assert killed
@@ -78,24 +100,24 @@ def test_a_killed_process_loses_no_case(plain, tmp_path):
 
 
 @pytest.mark.long
-def test_a_killed_study_leaves_no_process_and_goes_on_where_it_was(plain, tmp_path):
+def test_a_killed_study_leaves_no_process_and_goes_on_where_it_was(plain, gate, tmp_path):
     file, table = plain
     out = tmp_path / "out"
     begun = subprocess.Popen([*PROGRAM, file, "--workers", "2", "--out", out], stdout=subprocess.DEVNULL)
-    wait_for_rows(out, begun)
+    held = wait_at(gate, out, begun)
     children = psutil.Process(begun.pid).children(recursive=True)
+    assert {child.pid for child in children} >= {*held}
     begun.kill()
     begun.wait()
-    rows = count_rows(out)
     assert not psutil.wait_procs(children, timeout=30)[1]
     done = CliRunner().invoke(app, ["study", str(file), "--workers", "2", "--out", str(out)])
-    assert f"{CASES} cases, {CASES - rows} of them now" in done.output
+    assert f"{CASES} cases, {CASES - FREE} of them now" in done.output
     assert count_rows(out) == CASES
     assert (out / "table.parquet").read_bytes() == table
 
 
 @pytest.fixture
-def cluster(tmp_path):
+def cluster(tmp_path, gate):
     """Address of a scheduler, and its two workers, of one thread each."""
     told = tmp_path / "scheduler.json"
     dask = (sys.executable, "-m", "dask")
@@ -103,7 +125,8 @@ def cluster(tmp_path):
     scheduler = subprocess.Popen(
         [*dask, "scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", told], **quiet
     )
-    every = (*dask, "worker", "--scheduler-file", told, "--nthreads", "1", "--no-nanny", "--no-dashboard")
+    alone = ("--nthreads", "1", "--no-nanny", "--no-dashboard")
+    every = (*dask, "worker", "--scheduler-file", told, "--preload", HELD, *alone)
     workers = [subprocess.Popen(every, **quiet, cwd=tmp_path) for _ in range(2)]
     while not told.exists():
         assert scheduler.poll() is None
@@ -115,13 +138,15 @@ def cluster(tmp_path):
 
 
 @pytest.mark.long
-def test_a_cluster_gives_the_same_table_though_a_worker_is_killed(plain, tmp_path, cluster):
+def test_a_cluster_gives_the_same_table_though_a_worker_is_killed(plain, gate, tmp_path, cluster):
     file, table = plain
     address, workers = cluster
     out = tmp_path / "out"
     begun = subprocess.Popen([*PROGRAM, file, "--cluster", address, "--out", out], stdout=subprocess.DEVNULL)
-    wait_for_rows(out, begun)
+    held = wait_at(gate, out, begun)
+    assert sorted(held) == sorted(worker.pid for worker in workers)
     workers[0].kill()
+    gate.unlink()
     assert begun.wait(timeout=300) == 0
     assert (out / "table.parquet").read_bytes() == table
     assert count_rows(out) == CASES
