@@ -57,7 +57,8 @@ def gate(tmp_path, monkeypatch):
     file = tmp_path / "gate"
     file.touch()
     monkeypatch.setenv("GATE", str(file))
-    return file
+    yield file
+    file.unlink(missing_ok=True)
 
 
 def list_held(gate):

@@ -127,7 +127,7 @@ def finish(passed: bool, missing: MissingLibraryError | None) -> None:
 
 def main() -> None:
     """Run the command line and turn errors into exit statuses."""
-    atexit.register(gc.freeze)  # else the end of a program looks through all compiled code for garbage, up to half a second
+    atexit.register(gc.freeze)  # an end that looks for garbage in all that is loaded takes half a second
     warnings.showwarning = _show_warning
     try:
         app()
