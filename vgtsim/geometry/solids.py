@@ -5,6 +5,7 @@ The back half is on the side of +y, the front half on the side of -y. All meshes
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import ceil, pi
 from typing import Literal
 
@@ -38,6 +39,17 @@ def revolve_strip(
     The inner curve runs anticlockwise, seen with r to the right and z up; outer points are paired with inner ones. The
     front half is on the side of -y. The surface of one curve may be left out.
     """
+    vertices, faces = _turn_strip(near.tobytes(), far.tobytes(), sections, without)
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    if front:
+        mesh.apply_transform(trimesh.transformations.rotation_matrix(pi, [0, 0, 1]))
+    return mesh
+
+
+@lru_cache(maxsize=32)  # half of a tank is the other half turned, and scenes of a program share their tank
+def _turn_strip(inner: bytes, outer: bytes, sections: int, without: str) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices and faces of the half on the side of +y, from the bytes of both curves."""
+    near, far = (np.frombuffer(curve).reshape(-1, 2) for curve in (inner, outer))
     outline = np.concatenate([near, far[::-1], near[:1]])
     mesh = trimesh.creation.revolve(outline, angle=pi, sections=sections, process=False)
     i = np.arange(len(near) - 1)
@@ -50,10 +62,7 @@ def revolve_strip(
     kept = mesh.nondegenerate_faces() & ~surface
     if mesh.volume < 0:
         mesh.invert()
-    mesh.update_faces(kept)
-    if front:
-        mesh.apply_transform(trimesh.transformations.rotation_matrix(pi, [0, 0, 1]))
-    return mesh
+    return np.array(mesh.vertices), np.array(mesh.faces[kept])
 
 
 def make_liner(
