@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.arrays import Array
+from vgtsim.compilation import compiled
 from vgtsim.kinematics import first_greatest
-from vgtsim.plant.oil import VAPOUR, ChamberState, Cylinders, Oil, make_cylinders, pressures
+from vgtsim.plant.oil import VAPOUR, ChamberState, Cylinders, Figures, Oil, chamber, make_cylinders, squeeze
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
 
@@ -47,13 +48,10 @@ class Hydraulics:
         return 1 + _OVER * self.cylinders.supply / self.cylinders.modulus
 
     @cached_property
-    def widths(self) -> tuple[Array, Array]:
-        """Flow per root of pressure through a full opening into either chamber, shape (2, J), extending and retracting."""
+    def widths(self) -> Array:
+        """Flow per root of pressure through a full opening, extending and retracting, into either chamber, shape (2, 2, J)."""
         parts = self.cylinders
-        most = parts.rate * parts.area
-        return most / np.sqrt(parts.supply * parts.area[0] / parts.both), most / np.sqrt(
-            parts.supply * parts.area[1] / parts.both
-        )
+        return parts.rate * parts.area / np.sqrt(parts.supply * parts.area / parts.both)[:, None]
 
 
 def advance(
@@ -77,41 +75,66 @@ def advance(
     Source: valve flow in proportion to the root of the pressure drop, H. E. Merritt, Hydraulic Control Systems (1967),
         chapter 5. Differs: the edges of the valve match the areas of the piston.
     """
-    parts, step = hydraulics.cylinders, hydraulics.timestep
-    error = command - length
-    wanted = speed + hydraulics.gain * error
-    going = (np.abs(error) >= hydraulics.lock_band) | (speed != 0)  # the others are locked
-    # pressure that the load leaves across the valve, over what there is without load
-    left = np.where(wanted > 0, 1 + state.force / parts.push, 1 - state.force / parts.pull)
-    most = parts.rate * np.sqrt(np.maximum(left, 0.0))
-    opening = going * np.minimum(np.maximum(wanted / np.maximum(most, _LEAST_SPEED * parts.rate), -1.0), 1.0)
-    volume = parts.volumes(np.minimum(np.maximum(state.piston + step * velocity, 0.0), parts.stroke))
-    found = pressures(parts, oil.free, volume)
-    flow = _valve_flow(hydraulics, opening, volume, found)
-    across = parts.leakage * (found[0] - found[1])  # through the piston's seal
-    leak = across / (1 + step * parts.leakage * parts.modulus * (1 / volume[0] + 1 / volume[1]))
-    flow[0] -= leak
-    flow[1] += leak
-    free, ceiling = oil.free * (1 + step * flow / volume), volume * hydraulics.fullest
-    relieved, cavity = free > ceiling * hydraulics.relief, state.pressure <= VAPOUR
-    saturated = FLOW * (going & (np.abs(wanted) > most)) + PRESSURE * (relieved[0] | relieved[1])
-    saturated += STROKE * state.stopped + CAVITY * (cavity[0] | cavity[1])
-    moved = state.columns * flow / parts.area
-    drift = (moved[0] - moved[1]) / np.maximum(
-        state.columns[0] + state.columns[1], 1.0
-    )  # 1 N/m: cavities on both sides
-    return Oil(np.minimum(free, ceiling), state.piston), drift, saturated
+    parts, free, drift = hydraulics.cylinders, np.empty(oil.free.shape), np.empty(len(length))
+    saturated = np.empty(len(length), np.int64)
+    figures = parts.area, parts.modulus, parts.stroke, parts.supply, parts.rate, parts.leakage, parts.push, parts.pull
+    valves = hydraulics.widths, hydraulics.fullest, hydraulics.relief
+    settings = hydraulics.gain, hydraulics.lock_band, hydraulics.timestep
+    chambers = oil.free, state.piston, state.pressure, state.columns, state.force, state.stopped
+    let_flow(figures, valves, settings, chambers, (command, speed, length, velocity), (free, drift, saturated))
+    return Oil(free, state.piston), drift, saturated
 
 
-def _valve_flow(hydraulics: Hydraulics, opening: Array, volume: Array, found: Array) -> Array:
-    """Flow into either chamber, shape (2, J), m³/s, through edges that let `rate` pass without load."""
-    parts, extending = hydraulics.cylinders, opening > 0
-    width = np.abs(opening) * np.where(extending, *hydraulics.widths)
-    fed = np.array([extending, ~extending])
-    drop = np.maximum(np.where(fed, parts.supply - found, found), 0.0)
-    reach = parts.modulus * hydraulics.timestep * width / volume  # y² + reach y = drop: y is the root of the drop left
-    root = 2 * drop / np.maximum(reach + np.sqrt(reach**2 + 4 * drop), _TINY)
-    return np.where(fed, width, -width) * root
+@compiled
+def let_flow(
+    figures: Figures,
+    valves: Figures,
+    settings: tuple[float, float, float],
+    chambers: Figures,
+    motion: Figures,
+    found: Figures,
+) -> None:
+    """Write what `advance` finds; trapped is the oil before the step, free the oil after it."""
+    area, modulus, stroke, supply, rate, leakage, push, pull = figures
+    widths, fullest, relief = valves
+    gain, lock_band, step = settings
+    trapped, piston, pressure, columns, force, stopped = chambers
+    command, speed, length, velocity = motion
+    free, drift, saturated = found
+    volume, flow = np.empty(2), np.empty(2)
+    for j in range(len(length)):
+        error = command[j] - length[j]
+        wanted = speed[j] + gain * error
+        going = abs(error) >= lock_band or speed[j] != 0  # the others are locked
+        # pressure that the load leaves across the valve, over what there is without load
+        left = 1 + force[j] / push[j] if wanted > 0 else 1 - force[j] / pull[j]
+        most = rate[j] * np.sqrt(max(left, 0.0))
+        opening = min(max(wanted / max(most, _LEAST_SPEED * rate[j]), -1.0), 1.0) if going else 0.0
+        across = 0.0
+        for side in range(2):
+            volume[side] = chamber(side, piston[j] + step * velocity[j], stroke[j], area[side, j])
+            found = squeeze(trapped[side, j], volume[side], modulus[j])
+            fed = (opening > 0) == (side == 0)
+            width = abs(opening) * widths[0 if opening > 0 else 1, side, j]
+            drop = max(supply[j] - found if fed else found, 0.0)
+            reach = modulus[j] * step * width / volume[side]  # y² + reach y = drop: y is the root of the drop left
+            root = 2 * drop / max(reach + np.sqrt(reach**2 + 4 * drop), _TINY)
+            flow[side] = width * root if fed else -width * root
+            across += -found if side else found  # through the piston's seal
+        leak = leakage[j] * across / (1 + step * leakage[j] * modulus[j] * (1 / volume[0] + 1 / volume[1]))
+        saturated[j] = (FLOW if going and abs(wanted) > most else 0) + (STROKE if stopped[j] else 0)
+        moved, spring, relieved, cavity = 0.0, 0.0, False, False
+        for side in range(2):
+            flow[side] += leak if side else -leak
+            ceiling = volume[side] * fullest[j]
+            after = trapped[side, j] * (1 + step * flow[side] / volume[side])
+            free[side, j] = min(after, ceiling)
+            relieved |= after > ceiling * relief[j]
+            cavity |= pressure[side, j] <= VAPOUR
+            moved += (-columns[side, j] if side else columns[side, j]) * flow[side] / area[side, j]
+            spring += columns[side, j]
+        saturated[j] += (PRESSURE if relieved else 0) + (CAVITY if cavity else 0)
+        drift[j] = moved / max(spring, 1.0)  # 1 N/m: cavities on both sides
 
 
 def require_pressure(site: Site, time: Array, lengths: Array) -> None:

@@ -8,12 +8,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vgtsim.arrays import Array, Mask
+from vgtsim.compilation import compiled
 from vgtsim.kinematics import Chain
 from vgtsim.statics import TRAPPED
+
+Figures = tuple[NDArray[Any], ...]
 
 VAPOUR = -0.1013e6  # Pa above the tank's: an atmosphere less, where oil leaves a cavity
 # Newton's iterations for the piston's position, and the last correction, m: the next would be its square over 5 mm.
@@ -58,11 +63,6 @@ class Cylinders:
     def both(self) -> Array:
         """Sum of the two areas, shape (J,), m²."""
         return self.area[0] + self.area[1]
-
-    @cached_property
-    def column(self) -> Array:
-        """Stiffness of a column of oil times its volume, shape (2, J), N·m²."""
-        return self.modulus * self.area**2
 
     def volumes(self, piston: Array) -> Array:
         """Volumes of the chambers, shape (2, J), m³, with the piston at a distance from the retracted end, shape (J,), m."""
@@ -138,38 +138,54 @@ def fill(cylinders: Cylinders, length: Array, force: Array) -> Oil:
     return Oil(cylinders.volumes(piston) * np.exp(pressure / cylinders.modulus), piston)
 
 
-def pressures(cylinders: Cylinders, free: Array, volume: Array) -> Array:
-    """Pressures, shape (2, J), Pa, of oil of a free volume squeezed into chambers of a volume, both shape (2, J), m³.
-
-    Where the pressure would fall below the vapour's, a cavity opens.
-    """
-    return np.maximum(cylinders.modulus * np.log(free / volume), VAPOUR)
-
-
 def find_state(cylinders: Cylinders, oil: Oil, length: Array) -> ChamberState:
     """Find pressures and force of cylinders of given lengths from pin to pin, shape (J,), m.
 
     The piston stands where the force of the oil equals the force of the rod.
     """
-    reach, x, rod, stroke = length - cylinders.retracted, oil.piston, cylinders.rod, cylinders.stroke
-    pressure, columns, force = _squeeze(cylinders, oil, x)
-    for _ in range(_PASSES):
-        shift = (force - rod * (reach - x)) / (columns[0] + columns[1] + rod)
-        x = x - shift
-        pressure, columns, force = _squeeze(cylinders, oil, x)
-        if np.abs(shift).max() < _CLOSE:
-            break
-    stopped, stiffness = (x < 0) | (x > stroke), 1 / (1 / np.maximum(columns[0] + columns[1], _SLACK) + 1 / rod)
-    if stopped.any():
-        x = np.minimum(np.maximum(x, 0.0), stroke)
-        force, stiffness = np.where(stopped, rod * (reach - x), force), np.where(stopped, rod, stiffness)
-    return ChamberState(piston=x, pressure=pressure, columns=columns, force=force, stiffness=stiffness, stopped=stopped)
+    shape = cylinders.area.shape
+    piston, force, stiffness = (np.empty(shape[1]) for _ in range(3))
+    pressure, columns = (np.empty(shape) for _ in range(2))
+    found: Figures = piston, pressure, columns, force, stiffness, np.empty(shape[1], np.bool_)
+    figures = cylinders.area, cylinders.modulus, cylinders.rod, cylinders.stroke
+    balance(figures, oil.free, oil.piston, length - cylinders.retracted, found)
+    return ChamberState(*found)
 
 
-def _squeeze(cylinders: Cylinders, oil: Oil, piston: Array) -> tuple[Array, Array, Array]:
-    """Pressures and stiffness of either column, shape (2, J), and tension, shape (J,), for pistons between the ends."""
-    volume = cylinders.volumes(np.minimum(np.maximum(piston, 0.0), cylinders.stroke))
-    pressure = pressures(cylinders, oil.free, volume)
-    columns = (pressure > VAPOUR) * (cylinders.column / volume)
-    across = pressure * cylinders.area
-    return pressure, columns, across[1] - across[0]
+@compiled
+def chamber(side: int, piston: float, stroke: float, area: float) -> float:
+    """Volume of one chamber, m³, with the piston at a distance from the retracted end, m, or at the nearer end."""
+    within = 0.0 if piston < 0 else stroke if piston > stroke else piston
+    return ((stroke - within if side else within) + TRAPPED) * area
+
+
+@compiled
+def squeeze(free: float, volume: float, modulus: float) -> float:
+    """Pressure of oil of a free volume in a chamber, m³, Pa; where it would fall below the vapour's, a cavity opens."""
+    pressure = modulus * np.log(free / volume)
+    return VAPOUR if pressure < VAPOUR else pressure
+
+
+@compiled
+def balance(figures: Figures, free: Array, last: Array, reach: Array, found: Figures) -> None:
+    """Write the parts of a `ChamberState`, from where the pistons were last and lengths beyond the retracted ones."""
+    area, modulus, rod, stroke = figures
+    piston, pressure, columns, force, stiffness, stopped = found
+    for j in range(len(reach)):
+        x, shift, pull, spring = last[j], np.inf, 0.0, 0.0
+        for left in range(_PASSES, -1, -1):
+            pull, spring = 0.0, 0.0
+            for side in range(2):
+                volume = chamber(side, x, stroke[j], area[side, j])
+                pressure[side, j] = squeeze(free[side, j], volume, modulus[j])
+                columns[side, j] = modulus[j] * area[side, j] ** 2 / volume if pressure[side, j] > VAPOUR else 0.0
+                pull += (pressure[side, j] if side else -pressure[side, j]) * area[side, j]
+                spring += columns[side, j]
+            if left == 0 or abs(shift) < _CLOSE:
+                break
+            shift = (pull - rod[j] * (reach[j] - x)) / (spring + rod[j])
+            x -= shift
+        stopped[j] = x < 0 or x > stroke[j]
+        piston[j] = 0.0 if x < 0 else stroke[j] if x > stroke[j] else x
+        force[j] = rod[j] * (reach[j] - piston[j]) if stopped[j] else pull
+        stiffness[j] = rod[j] if stopped[j] else 1 / (1 / max(spring, _SLACK) + 1 / rod[j])
