@@ -41,6 +41,13 @@ def bend(scene: Scene, angles: list[float], azimuths: list[float]) -> np.ndarray
     return q
 
 
+def out_of_the_tank(spec: mujoco.MjSpec) -> None:
+    """An edit that takes the tank away, whose two thousand geoms cost an eighth of each step, and lets nothing else touch."""
+    spec.delete(spec.body("tank"))
+    for geom in spec.geoms:
+        geom.contype = geom.conaffinity = 0
+
+
 def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit: Edit | None = None) -> RunLog:
     """Move from one pose to another, smoothly, and hold."""
     step = Site(scene).timestep

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playing import bend, change, play, shorten
+from playing import bend, change, out_of_the_tank, play, shorten
 
 from vgtsim.description import AllowedContact, load_scene
 from vgtsim.errors import DescriptionError
@@ -24,11 +24,6 @@ pytestmark = pytest.mark.long
 
 ROOT = Path(__file__).parents[2]
 SETTLED = 1e-6  # m
-
-
-def out_of_the_tank(spec):
-    for geom in spec.geoms:
-        geom.contype = geom.conaffinity = 0
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from finite_elements import settle_with_pynite
 from offset_arms import with_offset
-from playing import bend, change, play, shorten
+from playing import bend, change, out_of_the_tank, play, shorten
 
 from vgtsim.errors import DescriptionError
 from vgtsim.mjcf import build_spec, finish_model, qpos_from_nodes
@@ -43,11 +43,6 @@ def scene(reach_scene):
     motion = reach_scene.task.motion.model_copy(update={"settle_speed": 1e-6, "patience": 9.0, "hold": 0.1})
     free = dataclasses.replace(reach_scene, task=reach_scene.task.model_copy(update={"motion": motion}))
     return change(free, members="elastic", timestep=2e-3, log_rate=100.0, damping_ratio=0.2)
-
-
-def out_of_the_tank(spec):
-    for geom in spec.geoms:
-        geom.contype = geom.conaffinity = 0
 
 
 def elastic_of(scene):

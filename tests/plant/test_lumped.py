@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from playing import bend, change, play, shorten
+from playing import bend, change, out_of_the_tank, play, shorten
 
 from vgtsim.mjcf import build_model, names
 from vgtsim.site import Site
@@ -27,11 +27,6 @@ SETTINGS = {
     "rigid": {},
     "elastic": {"members": "elastic", "timestep": 2e-3, "log_rate": 100.0, "damping_ratio": 0.5},
 }
-
-
-def out_of_the_tank(spec):
-    for geom in spec.geoms:
-        geom.contype = geom.conaffinity = 0
 
 
 def lump(scene, count, **settings):

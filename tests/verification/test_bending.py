@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from offset_arms import OFFSET, with_offset
-from playing import bend, change, play, shorten
+from playing import bend, change, out_of_the_tank, play, shorten
 
 from vgtsim.site import Site
 from vgtsim.verification import Evidence, members, verify
@@ -27,10 +27,6 @@ def scene(reach_scene):
 
 @pytest.fixture(scope="module")
 def log(scene):
-    def out_of_the_tank(spec):
-        for geom in spec.geoms:
-            geom.contype = geom.conaffinity = 0
-
     return play(scene, bend(scene, [0.6], [0.4]), bend(scene, [0.7], [-2.0]), 20.0, out_of_the_tank)
 
 

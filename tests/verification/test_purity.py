@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from frame_analysis import solve_with_pynite
-from playing import bend, change, play, shorten
+from playing import bend, change, out_of_the_tank, play, shorten
 
 from vgtsim.kinematics import bend_start
 from vgtsim.site import Site
@@ -39,11 +39,6 @@ POSES = {
 def scenes(reach_scene):
     """The module and the arm in free air: the poses need not fit the tank."""
     return {count: change(shorten(reach_scene, count), log_rate=40.0) for count in (MODULE, ARM)}
-
-
-def out_of_the_tank(spec):
-    for geom in spec.geoms:
-        geom.contype = geom.conaffinity = 0
 
 
 def rest(scene, pose, edit=None):

@@ -113,14 +113,14 @@ def let_flow(
         across = 0.0
         for side in range(2):
             volume[side] = chamber(side, piston[j] + step * velocity[j], stroke[j], area[side, j])
-            found = squeeze(trapped[side, j], volume[side], modulus[j])
+            inside = squeeze(trapped[side, j], volume[side], modulus[j])
             fed = (opening > 0) == (side == 0)
             width = abs(opening) * widths[0 if opening > 0 else 1, side, j]
-            drop = max(supply[j] - found if fed else found, 0.0)
+            drop = max(supply[j] - inside if fed else inside, 0.0)
             reach = modulus[j] * step * width / volume[side]  # y² + reach y = drop: y is the root of the drop left
             root = 2 * drop / max(reach + np.sqrt(reach**2 + 4 * drop), _TINY)
             flow[side] = width * root if fed else -width * root
-            across += -found if side else found  # through the piston's seal
+            across += -inside if side else inside  # through the piston's seal
         leak = leakage[j] * across / (1 + step * leakage[j] * modulus[j] * (1 / volume[0] + 1 / volume[1]))
         saturated[j] = (FLOW if going and abs(wanted) > most else 0) + (STROKE if stopped[j] else 0)
         moved, spring, relieved, cavity = 0.0, 0.0, False, False
