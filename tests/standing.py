@@ -19,6 +19,7 @@ from vgtsim.statics import make_load_model, solve_members
 STEP = 0.005  # s
 STILL = 1e-8  # m/s: a speed lost in one step is an acceleration of 2e-6 m/s²
 PATIENCE = 400  # steps
+WAY = 501  # steps from one pose to the next: 2.5 s
 
 
 @dataclass(frozen=True)
@@ -55,11 +56,13 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
     at = recorder.gauges.at
     zero = model.qpos0[at.position]
     data = mujoco.MjData(model)
+    balls = model.jnt_type[model.dof_jntid] == mujoco.mjtJoint.mjJNT_BALL
+    felt = ~balls if lumped else np.full(model.nv, True)  # rounding spins a member without mass about its axis
     wanted = chain.lengths(poses)
     fill_qpos(pose, truss, chain.nodes(poses[0]), data.qpos)
     for k, q in enumerate(poses):
         if moved and k:
-            for s in np.linspace(0, 1, 1001):
+            for s in np.linspace(0, 1, WAY):
                 model.eq_data[rows, 0] = wanted[k - 1] + s * s * (3 - 2 * s) * (wanted[k] - wanted[k - 1]) - zero
                 mujoco.mj_step(model, data)
         else:
@@ -68,7 +71,7 @@ def stand(manipulator: Manipulator, poses: np.ndarray, moved: bool = False, lump
         model.eq_data[rows, 0] = wanted[k] - zero
         for _ in range(PATIENCE):
             mujoco.mj_step(model, data)
-            if np.abs(data.qvel).max() < STILL:
+            if np.abs(data.qvel[felt]).max() < STILL:
                 break
         noted = recorder.gauges.note(data)
         mujoco.mj_step(model, data)
