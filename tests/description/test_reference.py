@@ -37,7 +37,7 @@ def test_every_key_has_a_meaning(kind):
 def test_straight_is_explained_for_each_kind():
     models = [model for model in find_models(FILES["arm"]) if "straight" in model.model_fields]
     meanings = {find_meaning(model, "straight") for model in models}
-    assert len(meanings) == len(models) == 4
+    assert len(meanings) == len(models) >= 4
 
 
 def test_a_scene_on_another_may_hold_some_keys_of_a_table_in_a_table():
