@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig
 
-from vgtsim.kinematics.closure import closure_slopes, closure_values, solve_cyclic
+from vgtsim.kinematics.closure import closure_slopes
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -37,7 +37,21 @@ _NEIGHBOURHOOD = 1e-3  # relative change of the closure of a flexible cell
 _ATTEMPTS = 3  # one for each unknown that may be kept to the end
 _BOUND = 16  # degree of the elimination: there cannot be more
 _REGULAR = 1e-5  # conditioning: on a curve of solutions it is zero but for rounding, of order its square root
+_NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])  # pairs of a cell, in turn
 _NUDGE = 1e-3  # rad: how far a solution is pushed to see whether it comes back
+
+
+def closure_values(C: NDArray, cosine: NDArray, sine: NDArray) -> NDArray:
+    """F = D² - edge² of the three pairs, shape (3, ...), m², of cosines and sines of phi; also of complex angles."""
+    a, b, g, e, f = C
+    c2, s2 = cosine[_NEXT], sine[_NEXT]
+    return a + b * cosine + c2 * (g + e * cosine) + f * sine * s2
+
+
+def solve_cyclic(p: NDArray, q: NDArray, right: NDArray, determinant: NDArray) -> NDArray:
+    """Solution of p_k x_k + q_k x_(k+1) = right_k, shape (3, ...); the determinant is p1 p2 p3 + q1 q2 q3."""
+    p1, p2 = p[_NEXT], p[_AFTER]
+    return (right * p1 * p2 - q * right[_NEXT] * p2 + q * q[_NEXT] * right[_AFTER]) / determinant
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,13 @@ from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics.planar_arm import PlanarArm
 from vgtsim.planning.directrices import least_radius
 from vgtsim.planning.directrix import LeadCurve, make_directrix
-from vgtsim.planning.insertion import FOLLOWED, Insertion, follow_directrix, make_guide
+from vgtsim.planning.insertion import Insertion, follow_directrix, make_guide
 from vgtsim.site import Site
 
 _ROOM = (
     0.25  # m about an arm as thick as the riser that a drawn curve has from everything: the arm leaves it by as much
 )
+FOLLOWED = 1.3  # deviation from the directrix over the least that a posture can have, which a way is held to
 _TURN = np.radians(150.0)  # greatest of a curve: beyond it the arm comes back to its mast
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.kinematics.closure import closure_slopes, closure_values, solve_cyclic
+from studies.closure_modes import closure_values, solve_cyclic
+from vgtsim.kinematics.closure import closure_slopes
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.modules.octahedron import OctahedronGeometry, length_jacobian
 

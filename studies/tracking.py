@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.errors import RateError, ReachError
+from vgtsim.errors import ReachError, VgtError
 from vgtsim.positioning import (
     Configurations,
     Nearness,
@@ -22,6 +22,18 @@ from vgtsim.positioning import (
 Array = NDArray[np.float64]
 
 _STEADY = 0.1  # weight of staying near the last configuration beside the objective
+
+
+class RateError(VgtError):
+    """A path of goals needs more of an actuator than it can do between two goals.
+
+    `point` is the index of the second of these goals, `motion` the needed change of the actuator's length at the best
+    posture, and `limit` the allowed change, m.
+    """
+
+    def __init__(self, point: int, motion: float, limit: float) -> None:
+        self.point, self.motion, self.limit = point, motion, limit
+        super().__init__(f"to point {point} an actuator would move {motion:.4g} m; allowed {limit:.4g} m")
 
 
 @dataclass(frozen=True)

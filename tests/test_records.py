@@ -1,4 +1,4 @@
-"""Records with many fields are built by keyword, and no two public classes of the package share a name."""
+"""Records with many fields are built by keyword, no two public classes share a name, no constant stands twice."""
 
 from __future__ import annotations
 
@@ -45,6 +45,18 @@ def test_records_with_many_fields_are_built_by_keyword(trees, classes):
 def test_names_of_classes_have_one_meaning(classes):
     count = Counter(node.name for node in classes if not node.name.startswith("_"))
     assert [name for name, times in count.items() if times > 1] == []
+
+
+def test_each_constant_of_physics_stands_once(trees):
+    """Gravity, Omega, steel, 1000 lb, the column curve of AISC 360, and the ramps of a path."""
+    once = (9.80665, 1.67, 7850.0, 453.59237, 4.71, 0.658, 0.877, 1.875)
+    count = Counter(
+        node.value
+        for tree in trees.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, float)
+    )
+    assert [(value, count[value]) for value in once if count[value] != 1] == []
 
 
 def test_nothing_returns_a_long_tuple(trees):

@@ -134,18 +134,6 @@ class PathError(VgtError):
         super().__init__(f"no clear path to {leg!r}: the best candidate comes to {clearance:.3f} m of {place}")
 
 
-class RateError(VgtError):
-    """A path of goals needs more of an actuator than it can do between two goals.
-
-    `point` is the index of the second of these goals, `motion` the needed change of the actuator's length at the best
-    posture, and `limit` the allowed change, m.
-    """
-
-    def __init__(self, point: int, motion: float, limit: float) -> None:
-        self.point, self.motion, self.limit = point, motion, limit
-        super().__init__(f"to point {point} an actuator would move {motion:.4g} m; allowed {limit:.4g} m")
-
-
 class FollowError(VgtError):
     """The tool leaves its path between two goals, however close they are: the posture jumps there.
 

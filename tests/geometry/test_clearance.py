@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 import vgtsim
 from vgtsim.description import load_manipulator, load_tank
 from vgtsim.description.waste import Roughness
-from vgtsim.geometry.clearance import arm_clearance, obstacles, self_clearance
+from vgtsim.geometry.clearance import arm_clearance, nearest_pair, obstacles
 from vgtsim.geometry.distance import enclosure_distance, interior_distance, segment_distance
 from vgtsim.geometry.gaps import WASTE
 from vgtsim.geometry.pairs import pair_members
@@ -257,7 +257,7 @@ def test_self_clearance_is_the_least_over_all_pairs_of_distant_modules():
     nodes = chain.nodes(q)
     truss = chain.truss
     radii = rng.uniform(0.02, 0.08, len(truss.ends))
-    distance, pair = self_clearance(nodes, truss.ends, radii, truss.module)
+    distance, pair = nearest_pair(pair_members(truss.ends, radii, truss.module, 2), nodes)
     first, second = np.nonzero(truss.module[None, :] - truss.module[:, None] >= 2)
     for k in range(0, 70, 7):
         a, b = nodes[k, truss.ends[:, 0]], nodes[k, truss.ends[:, 1]]
@@ -271,20 +271,20 @@ def test_a_batch_gives_what_its_parts_give():
     truss = chain.truss
     nodes = nodes.reshape(7, 10, *nodes.shape[1:])
     whole = arm_clearance(nodes, truss.ends, 0.05, 0.06, TANK, PROFILE, AROUND)
-    gap, pair = self_clearance(nodes, truss.ends, 0.05, truss.module)
+    gap, pair = nearest_pair(pair_members(truss.ends, 0.05, truss.module, 2), nodes)
     assert whole.distance.shape == (7, 10, len(whole.places))
     assert gap.shape == (7, 10)
     for k in (0, 6):
         part = arm_clearance(nodes[k, 9], truss.ends, 0.05, 0.06, TANK, PROFILE, AROUND)
         assert np.array_equal(part.distance, whole.distance[k, 9])
         assert np.array_equal(part.body, whole.body[k, 9])
-        one, members = self_clearance(nodes[k, 9], truss.ends, 0.05, truss.module)
+        one, members = nearest_pair(pair_members(truss.ends, 0.05, truss.module, 2), nodes[k, 9])
         assert one == pytest.approx(float(gap[k, 9]), abs=ROUNDING)
         assert np.array_equal(members, pair[k, 9])
 
 
 def test_two_neighbouring_modules_have_no_self_clearance_to_measure():
-    gap, pair = self_clearance(np.eye(3), np.array([[0, 1], [1, 2]]), [0.1, 0.1], np.array([0, 1]))
+    gap, pair = nearest_pair(pair_members(np.array([[0, 1], [1, 2]]), [0.1, 0.1], np.array([0, 1]), 2), np.eye(3))
     assert np.isinf(gap)
     assert pair.tolist() == [-1, -1]
 

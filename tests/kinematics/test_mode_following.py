@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from studies.assembly_modes import octahedron_assemblies
+from studies.closure_modes import closure_values, solve_cyclic
 from studies.octahedron import damped_newton
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.closure import (
@@ -11,8 +12,6 @@ from vgtsim.kinematics.closure import (
     circle_nodes,
     closure_coefficients,
     closure_slopes,
-    closure_values,
-    solve_cyclic,
 )
 from vgtsim.kinematics.mode_following import worst_direction
 from vgtsim.kinematics.modules import octahedron as octa

@@ -9,7 +9,7 @@ from html import unescape
 import numpy as np
 import pytest
 
-from vgtsim.output.html_report import write_report_html
+from vgtsim.output.html_report import describe_run, write_page
 
 pytestmark = pytest.mark.long
 
@@ -36,7 +36,7 @@ def described(page, name):
 
 
 def test_what_a_page_can_tell_is_the_series(site, log, report, tmp_path):
-    write_report_html(site, log, report, tmp_path / "report.html")
+    write_page(describe_run(site, log, report), tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     (axes,) = described(page, "clearance")
     (line,) = axes["lines"]
@@ -49,7 +49,7 @@ def test_what_a_page_can_tell_is_the_series(site, log, report, tmp_path):
 @pytest.mark.skipif(BROWSER is None, reason="no browser; on Debian: apt-get install chromium")
 def test_the_value_under_the_pointer_is_told_and_a_plot_opens(site, log, report, tmp_path):
     path = tmp_path / "report.html"
-    write_report_html(site, log, report, path)
+    write_page(describe_run(site, log, report), path)
     path.write_text(path.read_text(encoding="utf-8").replace("</body>", POINT % AT), encoding="utf-8")
     flags = [
         "--headless=new",

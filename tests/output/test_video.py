@@ -19,7 +19,7 @@ from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
 from vgtsim.output.quantities import format_quantity
 from vgtsim.output.readings import read_instant
 from vgtsim.output.stage import Stage, compile_view
-from vgtsim.output.video import draw_frames, render_video
+from vgtsim.output.video import Take, draw_frames, render_takes
 from vgtsim.output.write import film, write_outputs
 from vgtsim.site import Site
 
@@ -44,7 +44,7 @@ def small(scene):
 @pytest.mark.usefixtures("egl")
 def test_film_is_h264_of_the_size_and_length_asked_for(small, log, report, tmp_path):
     calls = []
-    render_video(small, log, report, tmp_path / "video.mp4", lambda *done: calls.append(done))
+    render_takes([Take(small, log, report)], tmp_path / "video.mp4", lambda *done: calls.append(done))
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(tmp_path / "video.mp4"), "-f", "null", "-"]
     told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
     stream = next(line for line in told.splitlines() if "Video: h264" in line)
@@ -96,7 +96,7 @@ def test_a_failure_half_way_leaves_no_file(small, log, report, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        render_video(small, log, report, tmp_path / "video.mp4", stop)
+        render_takes([Take(small, log, report)], tmp_path / "video.mp4", stop)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -119,7 +119,7 @@ def test_without_an_encoder_the_package_is_named(small, log, report, tmp_path, m
 
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", refuse)
     with pytest.raises(MissingLibraryError, match="imageio"):
-        render_video(small, log, report, tmp_path / "video.mp4")
+        render_takes([Take(small, log, report)], tmp_path / "video.mp4")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import vgtsim
-from studies.drawn_directrices import follow_drawn
+from studies.drawn_directrices import FOLLOWED, follow_drawn
 from vgtsim.description import Bend, Feed, cut_arm
 from vgtsim.errors import AssemblyError, DescriptionError, PathError
 from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
@@ -20,7 +20,7 @@ from vgtsim.planning.directrices import count_from, greatest_bend, propose_direc
 from vgtsim.planning.directrix import make_directrix
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.entry_checks import check_entry, start_feed
-from vgtsim.planning.insertion import BELOW, BORE, FOLLOWED, follow_directrix, make_guide, plan_insertion, time_way
+from vgtsim.planning.insertion import BELOW, BORE, follow_directrix, make_guide, plan_insertion, time_way
 from vgtsim.planning.postures import find_postures
 from vgtsim.proximity import Proximity
 

@@ -6,9 +6,8 @@ from scipy.optimize import root
 
 from studies import assembly_modes as modes
 from studies import tetrahedron as tetra
-from studies.closure_modes import closure_modes
+from studies.closure_modes import closure_modes, closure_values
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.closure import closure_values
 from vgtsim.kinematics.modules import octahedron as octa
 from vgtsim.kinematics.modules import two_cells as double
 from vgtsim.kinematics.roll_pitch_yaw import roll_pitch_yaw, rotation

@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from studies.tracking import resolve_globally, sheets, track
-from vgtsim.errors import RateError
+from studies.tracking import RateError, resolve_globally, sheets, track
 from vgtsim.geometry.stretches import line
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import MidStroke

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from vgtsim.constants import GRAVITY
+from vgtsim.constants import GRAVITY, STEEL
 from vgtsim.description.conveyance import Conveyance
 from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.figures import (
@@ -105,7 +105,7 @@ class Mast(Pipe):
 
     pivot_depth: Size
     riser: Name | None = None
-    density: Density = 7850.0  # structural steel
+    density: Density = STEEL
     riser_spare: Size | None = None
     feed: Feed | None = None
     turn: Slew | None = None

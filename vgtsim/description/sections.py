@@ -146,22 +146,41 @@ class Cylinder(Description):
         """Distance from the rod pin to the piston, m: the piston stays in the barrel at full extension."""
         return self.stroke + (self.retracted - self.stroke) / 2  # half of heads, piston and eyes
 
+    @property
+    def bore_area(self) -> float:
+        """Area of the piston, m²."""
+        return pi / 4 * self.bore**2
+
+    @property
+    def rod_area(self) -> float:
+        """Area of the rod, m²."""
+        return pi / 4 * self.rod**2
+
+    @property
+    def ring_area(self) -> float:
+        """Area of the piston about the rod, m²."""
+        return pi / 4 * (self.bore**2 - self.rod**2)
+
+    def rod_stiffness(self, modulus: float) -> float:
+        """Axial stiffness of the rod, N/m, for a modulus of elasticity in Pa."""
+        return modulus * self.rod_area / self.rod_length
+
     def barrel_mass(self, density: float) -> float:
         """Mass of barrel and heads, kg, for a density in kg/m³."""
         # the two heads take two thirds of the steel in `head`, the piston one third
         shell = pi / 4 * (self.barrel_diameter**2 - self.bore**2) * (self.barrel_length - self.eye)
-        return density * (shell + pi / 4 * self.bore**2 * self.head * 2 / 3)
+        return density * (shell + self.bore_area * self.head * 2 / 3)
 
     def rod_mass(self, density: float) -> float:
         """Mass of rod and piston, kg, for a density in kg/m³."""
-        return density * (pi / 4 * self.rod**2 * self.rod_length + pi / 4 * self.bore**2 * self.head / 3)
+        return density * (self.rod_area * self.rod_length + self.bore_area * self.head / 3)
 
     @property
     def push(self) -> float:
         """Greatest compressive member force, N: pressure on the full bore."""
-        return self.pressure * pi / 4 * self.bore**2
+        return self.pressure * self.bore_area
 
     @property
     def pull(self) -> float:
         """Greatest tensile member force, N: pressure on the annulus."""
-        return self.pressure * pi / 4 * (self.bore**2 - self.rod**2)
+        return self.pressure * self.ring_area

@@ -11,7 +11,6 @@ from vgtsim.geometry.clearance import (
     make_walls,
     nearest_pair,
     obstacles,
-    self_clearance,
     wall_clearance,
 )
 from vgtsim.geometry.copying import copy_matrix, copy_row
@@ -72,7 +71,6 @@ __all__ = [
     "place_goals",
     "ring_radii",
     "segment_distance",
-    "self_clearance",
     "tool_frame",
     "wall_clearance",
 ]

@@ -12,7 +12,7 @@ from vgtsim.geometry import gaps
 from vgtsim.geometry.bed import Bed, make_bed
 from vgtsim.geometry.blocks import Blocks, make_blocks, to_block
 from vgtsim.geometry.distance import find_mouth, segment_distance
-from vgtsim.geometry.pairs import MemberPairs, pair_members
+from vgtsim.geometry.pairs import MemberPairs
 from vgtsim.geometry.profile import Profile, make_profile
 from vgtsim.geometry.things import cylinder_axis, find_hulls
 
@@ -146,20 +146,11 @@ def wall_clearance(
     return Clearance(places, distance.reshape(*batch, -1), body.reshape(*batch, -1))
 
 
-def self_clearance(
-    nodes: ArrayLike, ends: NDArray[np.integer], radii: ArrayLike, module: NDArray[np.integer]
-) -> tuple[Array, Index]:
-    """Least distance, shape (...), m, between members of modules that differ by two or more, and the two members, (..., 2).
-
-    Nodes in frame G have shape (..., N, 3), m; ends of shape (M, 2), radii, m, and modules of shape (M,) describe the
-    members. Without such a pair the distance is infinite and the members are -1. A ball is a member with one node
-    twice: append the tool point to the nodes to count the payload.
-    """
-    return nearest_pair(pair_members(ends, radii, module, 2), nodes)
-
-
 def nearest_pair(pairs: MemberPairs, nodes: ArrayLike) -> tuple[Array, Index]:
-    """`self_clearance` with pairs that are tabulated already, for nodes of shape (..., N, 3), m."""
+    """Least distance, shape (...), m, between two members of a pair, and the two members, (..., 2).
+
+    Nodes in frame G have shape (..., N, 3), m. Without a pair the distance is infinite and the members are -1.
+    """
     nodes = np.asarray(nodes, float)
     batch, flat = nodes.shape[:-2], np.array(nodes.reshape(-1, *nodes.shape[-2:]), order="C")
     distance, pair = np.empty(len(flat)), np.empty((len(flat), 2), np.intp)

@@ -24,7 +24,6 @@ Array = NDArray[np.float64]
 LOWER = np.array([[2, 0], [0, 1], [1, 2]])  # base edge, start to end, of n4, n5, n6 (3.28)
 UPPER = np.array([[0, 1], [1, 2], [2, 0]])  # edge of the mid-plane, start to end, of n7, n8, n9 (3.41)
 _NEXT = np.array([1, 2, 0])
-_AFTER = np.array([2, 0, 1])
 
 
 @dataclass(frozen=True)
@@ -123,13 +122,6 @@ def closure_coefficients(circles: Circles, edges: ArrayLike) -> Array:
     return np.stack([a, b, g, f * (v[0] * v2[0] + v[1] * v2[1]), f])
 
 
-def closure_values(C: NDArray, cosine: NDArray, sine: NDArray) -> NDArray:
-    """F = D² - edge² of the three pairs, shape (3, ...), m², of cosines and sines of phi; also of complex angles."""
-    a, b, g, e, f = C
-    c2, s2 = cosine[_NEXT], sine[_NEXT]
-    return a + b * cosine + c2 * (g + e * cosine) + f * sine * s2
-
-
 def closure_slopes(C: NDArray, cosine: NDArray, sine: NDArray) -> tuple[NDArray, NDArray]:
     """dF_k/dphi_k and dF_k/dphi_(k+1), each shape (3, ...), m²/rad, of cosines and sines of phi.
 
@@ -138,12 +130,6 @@ def closure_slopes(C: NDArray, cosine: NDArray, sine: NDArray) -> tuple[NDArray,
     _, b, g, e, f = C
     c2, s2 = cosine[_NEXT], sine[_NEXT]
     return f * cosine * s2 - sine * (b + e * c2), f * sine * c2 - s2 * (g + e * cosine)
-
-
-def solve_cyclic(p: NDArray, q: NDArray, right: NDArray, determinant: NDArray) -> NDArray:
-    """Solution of p_k x_k + q_k x_(k+1) = right_k, shape (3, ...); the determinant is p1 p2 p3 + q1 q2 q3."""
-    p1, p2 = p[_NEXT], p[_AFTER]
-    return (right * p1 * p2 - q * right[_NEXT] * p2 + q * q[_NEXT] * right[_AFTER]) / determinant
 
 
 def edge_jacobian(C: ArrayLike, edges: ArrayLike, phi: ArrayLike) -> Array:

@@ -210,7 +210,7 @@ def _set_values(C: Array, room: Array) -> None:
 
 @compiled
 def _solve(room: Array, determinant: float, out: Array) -> None:
-    """As `solve_cyclic`."""
+    """Solution of p_k x_k + q_k x_(k+1) = right_k, shape (3,); the determinant is p1 p2 p3 + q1 q2 q3."""
     p, q, right = room[2], room[3], room[4]
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3

@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from vgtsim.arrays import Array
-from vgtsim.constants import GRAVITY
+from vgtsim.constants import GRAVITY, STEEL
 from vgtsim.description import Feed, Manipulator, Payload
 from vgtsim.errors import VgtError
 from vgtsim.geometry import MastPipe
@@ -34,7 +34,7 @@ SOLVED = 1e-29
 SHOWN = 1e-10  # of model files: MJCF writes nothing smaller, and zero would cost all hundred iterations
 EXTENT = 20.0  # m, about a tank's diameter
 _SHORT_MAST = MastPipe(
-    outer_diameter=0.9144, wall=0.0127, density=7850.0, length=2.0
+    outer_diameter=0.9144, wall=0.0127, density=STEEL, length=2.0
 )  # the reference scene's, cut short
 _FLOOR_GAP = 1.0  # between the tool of a hanging arm alone and its floor, m
 # Of a hoist that nothing describes: how often it lifts mast, arm and payload, how fast, m/s, and how far that of an arm alone, m.

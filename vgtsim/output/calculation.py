@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.truss_plot import worst_instant
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.statics import ROD_FACTOR, effective_area, rate
+from vgtsim.statics import ROD_FACTOR, effective_area, elastic_stress, is_inelastic, rate, rod_buckling
 from vgtsim.verification import Report
 
 _MM2 = 1e-6  # m², as sections of members are written
@@ -116,8 +115,7 @@ def _list_column(
     area, radius = float(sections.area[index]), float(sections.gyration_radius[index])
     counted = float(effective_area(area, np.broadcast_to(sections.slimness, sections.area.shape)[index], *steel))
     slenderness = length / radius
-    euler = pi**2 * modulus / slenderness**2
-    inelastic = slenderness <= 4.71 * (modulus / fy) ** 0.5
+    euler, inelastic = elastic_stress(slenderness, modulus), is_inelastic(slenderness, fy, modulus)
     column = "0.658^(Fy/Fe) Fy" if inelastic else "0.877 Fe"
     critical = allowed["column"][1] * omega / counted
     pascals = f"{fy / 1e6:.4g} MPa", f"{modulus / 1e9:.4g} GPa"
@@ -147,8 +145,7 @@ def _list_cylinder(
     cylinder: Cylinder, steel: tuple[float, float], length: float, allowed: dict[str, tuple[float, float]]
 ) -> list[SheetLine]:
     """Lines that a cylinder has beside those of its rod as a column."""
-    inertia = pi * cylinder.rod**4 / 64
-    euler = pi**2 * steel[1] * inertia / length**2
+    euler = float(rod_buckling(cylinder.rod, steel[1], length))
     lines = [
         SheetLine("Euler load of the rod", "π² E (π d⁴ / 64) / L²", format_quantity(euler, "N"), "Euler, pinned ends"),
         SheetLine(

@@ -75,17 +75,10 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
     return [ReportPlot(*row) for row in rows]
 
 
-def write_report_html(site: Site, log: RunLog, report: Report, path: str | Path) -> None:
-    """Write `report.html`: verdict, picture, film, goals, checks, plots, calculation, settings; it needs no network.
-
-    A plot without its series says so. See `write_page`.
-    """
-    write_page(describe_run(site, log, report), path)
-
-
 def write_page(run: Mapping[str, Any], path: str | Path) -> None:
-    """Write the page of a run that was described, whole or not at all.
+    """Write the page of a run that was described, whole or not at all; it needs no network.
 
+    It has verdict, picture, goals, checks, plots, calculation and settings. A plot without its series says so.
     A film and other results that lie beside it are shown and linked; without them it is whole too.
     """
     with replacing(path) as partial:

@@ -34,26 +34,6 @@ _ENCODER = ["-preset", "veryfast", "-movflags", "+faststart", "-threads", "1"]  
 _QUALITY = 6  # of ten; constant rate factor 20
 
 
-def render_video(
-    site: Site,
-    log: RunLog,
-    report: Report,
-    path: str | Path,
-    progress: Callable[[int, int], None] | None = None,
-    cuts: tuple[Cut, ...] | None = None,
-) -> None:
-    """Film a run to an MP4 file (H.264), whole or not at all, in the size and speed of the scene's `video` table.
-
-    The film shows the report's series `tool_position_error`, if tracking was measured. `progress` is called with the
-    frames drawn and their number; the cuts may take the place of the scene's.
-
-    Raises:
-        MissingLibraryError: There is no EGL or no encoder.
-        OSError: The folder cannot be written, or the encoder stopped.
-    """
-    render_takes([Take(site, log, report)], path, progress, cuts)
-
-
 @dataclass(frozen=True, eq=False)
 class Take:
     """A part of a film, of one log; `begin` is when the log begins in the film's time, s."""
@@ -70,7 +50,15 @@ def render_takes(
     progress: Callable[[int, int], None] | None = None,
     cuts: tuple[Cut, ...] | None = None,
 ) -> None:
-    """Film one take after the other to one file; see `render_video`."""
+    """Film one take after the other to an MP4 file (H.264), whole or not at all, as the first scene's `video` table asks.
+
+    The film shows the report's series `tool_position_error`, if tracking was measured. `progress` is called with the
+    frames drawn and their number; the cuts may take the place of the scene's.
+
+    Raises:
+        MissingLibraryError: There is no EGL or no encoder.
+        OSError: The folder cannot be written, or the encoder stopped.
+    """
     video = takes[0].site.task.video
     width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
     times = [frame_times(take.log, video.fps, video.speed) for take in takes]
@@ -126,7 +114,7 @@ def draw_frames(
     cuts: tuple[Cut, ...],
     begin: float = 0.0,
 ) -> Generator[Picture, None, None]:
-    """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_video`.
+    """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_takes`.
 
     The film's time, which the cuts are of too, is that of the log and its `begin`, s. The cores share the work; the pictures
     do not depend on their number.

@@ -143,7 +143,7 @@ def film_phases(runs: Sequence[PhaseRun], out_dir: str | Path, camera: str | Non
 
 @contextmanager
 def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
-    """Give the function that `render_video` calls for each frame; nothing in a pipe."""
+    """Give the function that `render_takes` calls for each frame; nothing in a pipe."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -14,13 +14,12 @@ from vgtsim.planning.checks import RISER_SPARE, asked_spare, riser_fit
 from vgtsim.planning.tour import Tour, plan_tour
 from vgtsim.positioning import bring_inside, make_box
 from vgtsim.site import Site
-from vgtsim.statics import Demand, NodeMotion, Sizing, size_arm
+from vgtsim.statics import GREATEST_BEND, Demand, NodeMotion, Sizing, size_arm
 
 _ROUNDS = 8  # tours after which sizes that still change are given up
 _AROUND = 24  # directions in which the arm reaches out
 _HOOKS = 8  # local directions into which the free modules bend
 _HOOK = 0.6  # bend of each, rad: what the strokes leave at the straight extension in any direction
-_LEAN = np.pi / 4  # greatest bend of a module, rad
 _DRAWN = 1500  # postures drawn at random; about 60 % of arm15's are inside the strokes
 
 
@@ -28,13 +27,12 @@ _DRAWN = 1500  # postures drawn at random; about 60 % of arm15's are inside the 
 class Design:
     """A sized arm and the demand on it; the mass before is that of the scene's arm.
 
-    `poses` counts the poses on the tour and the further postures; `rounds` counts the tours planned.
+    `poses` counts the poses on the tour and the further postures.
     """
 
     sizing: Sizing
     poses: tuple[int, int]
     cases: tuple[str, ...]
-    rounds: int
 
 
 def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywhere: bool = True) -> Design:
@@ -56,7 +54,7 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
     still = np.zeros(beside.shape)
     cases = (LoadCase(name="run"), *task.loads)
     now, before, mass = site, None, None
-    for count in range(1, _ROUNDS + 1):
+    for _ in range(_ROUNDS):
         nodes, motion = sample_motion(now.chain, plan_tour(now))
         moving = NodeMotion(np.concatenate([motion.velocity, still]), np.concatenate([motion.acceleration, still]))
         every, gravity = np.concatenate([nodes, beside]), task.simulation.gravity
@@ -72,7 +70,7 @@ def design_arm(site: Site, catalogue: Catalogue, target: float = 1.0, *, anywher
         mass = found.mass[0] if mass is None else mass
         if found.chosen == before:
             whole = replace(found, mass=(mass, found.mass[1]))
-            return Design(whole, (len(nodes), len(beside)), tuple(case.name for case in cases), count)
+            return Design(whole, (len(nodes), len(beside)), tuple(case.name for case in cases))
         before, now = found.chosen, Site(replace(site.scene, manipulator=found.manipulator))
     changes = f"a tour that changes sizes {_ROUNDS} times"
     raise DescriptionError(site.scene.file, "motion", changes, "a tour with a fixed point")
@@ -136,7 +134,7 @@ def sample_postures(chain: Chain, *, bring: bool = False) -> Array:
     active = len(chain.layout.names)
     angles, directions = [], []
     for bent in range(min(3, active), active + 1):
-        plain = np.where(np.arange(active) < bent, min(np.pi / 2 / bent, _LEAN), 0.0)
+        plain = np.where(np.arange(active) < bent, min(np.pi / 2 / bent, GREATEST_BEND), 0.0)
         hooks = 2 * np.pi / _HOOKS * np.arange(_HOOKS if bent < active else 0)
         for turn in (None, *hooks):
             free = (np.arange(active) >= bent) & (turn is not None)
@@ -145,7 +143,7 @@ def sample_postures(chain: Chain, *, bring: bool = False) -> Array:
     shapes = bend_all(chain, angles, directions)
     q = np.concatenate([swing(chain, shapes, angle) for angle in 2 * np.pi / _AROUND * np.arange(_AROUND)])
     rng = np.random.default_rng(0)
-    bend, turn = rng.uniform((0.0, -np.pi), (_LEAN, np.pi), (_DRAWN, active, 2)).transpose(2, 0, 1)
+    bend, turn = rng.uniform((0.0, -np.pi), (GREATEST_BEND, np.pi), (_DRAWN, active, 2)).transpose(2, 0, 1)
     q = np.concatenate([q, bend_all(chain, bend, turn)])
     q = bring_inside(make_box(chain, 0.0), q) if bring else q[within_strokes(chain, q)]
     return chain.nodes(q if chain.leans else np.concatenate([q, sample_inputs(chain, _DRAWN, 0)]))

@@ -13,7 +13,7 @@ import numpy as np
 
 from vgtsim.arrays import Array
 from vgtsim.kinematics import Chain
-from vgtsim.planning.timing import SpeedLimits, TimedPath, overrun, ramp_profile, run_ramps
+from vgtsim.planning.timing import STEEPEST, SpeedLimits, TimedPath, overrun, ramp_profile, run_ramps
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -42,7 +42,7 @@ def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits,
     speed = 1 / _pace(rows, rates, accelerations)
     reach = np.concatenate([[0.0], np.cumsum((speed[1:] + speed[:-1]) / 2 * np.diff(grid))])
     parameter = make_interp_spline(reach, grid, k=5)
-    fraction, duration = ramp_profile(float(reach[-1]), 1.875 * float(np.max(rates / accelerations)))
+    fraction, duration = ramp_profile(float(reach[-1]), STEEPEST * float(np.max(rates / accelerations)))
 
     def pull(time: Array) -> Array:
         place = np.clip(parameter(run_ramps(time, fraction) * reach[-1]), 0.0, 1.0)
@@ -61,7 +61,7 @@ def time_turn(q: Array, first: float, last: float, mast: MastLimits) -> TimedPat
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 
     ends, reach = np.array([0.0, 1.0]), abs(last - first) / mast.rate
-    fraction, duration = ramp_profile(reach, 1.875 * mast.rate / mast.acceleration)
+    fraction, duration = ramp_profile(reach, STEEPEST * mast.rate / mast.acceleration)
     return TimedPath(
         curve=make_interp_spline(ends, np.array([q, q]), k=1),
         parameter=make_interp_spline(reach * ends, ends, k=1),

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 
 _POWERS = (12, 6, 4, 2)  # of the p-norm: with 12, 15 equal rates count 1.25 times one; the others where a path jerks
+STEEPEST = 1.875  # of `run_ramps`: greatest over mean acceleration of a ramp, 15/8
 # Of the squared acceleration over the rate. The ramp of a path takes 1.64 if one actuator leads all the way; four are usual.
 _JERK = 5.0
 _BENDS = 6  # where bends count too; with 4 paths that go to and fro take 3 % longer, with 12 as much and jerk
@@ -126,7 +127,7 @@ def _time_by_speed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, sp
     speed = _raise_least(speed)
     reach = _add_up(speed)
     parameter = make_interp_spline(reach, grid, k=5)
-    ramp = 1.875 * float(np.max(limits.rate)) / limits.acceleration
+    ramp = STEEPEST * float(np.max(limits.rate)) / limits.acceleration
     fraction, duration = ramp_profile(reach[-1], ramp)
     time = np.linspace(0.0, 1.0, 4 * _GRID)
     length = chain.lengths(curve(np.clip(parameter(run_ramps(time, fraction) * reach[-1]), 0.0, 1.0)))

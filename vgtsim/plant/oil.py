@@ -111,12 +111,10 @@ def make_cylinders(chain: Chain) -> Cylinders:
     def collect(name: str) -> Array:
         return np.array([getattr(part, name) for part in parts])
 
-    bore, rod = collect("bore"), collect("rod")
-    modulus = np.array([arm.materials[part.material].youngs_modulus for part in parts])
     return Cylinders(
-        area=np.pi / 4 * np.stack([bore**2, bore**2 - rod**2]),
+        area=np.stack([collect("bore_area"), collect("ring_area")]),
         modulus=collect("bulk_modulus"),
-        rod=modulus * np.pi / 4 * rod**2 / collect("rod_length"),
+        rod=np.array([part.rod_stiffness(arm.materials[part.material].youngs_modulus) for part in parts]),
         retracted=collect("retracted"),
         stroke=collect("stroke"),
         supply=collect("pressure"),

@@ -1,6 +1,6 @@
 """Forces in the truss, its elasticity, and what it uses of its strength; independent of MuJoCo."""
 
-from vgtsim.statics.capacity import CapacityMap, draw_shapes, find_gain, map_capacity
+from vgtsim.statics.capacity import GREATEST_BEND, CapacityMap, draw_shapes, find_gain, map_capacity
 from vgtsim.statics.cases import Envelope, find_envelope
 from vgtsim.statics.elasticity import (
     TRAPPED,
@@ -20,8 +20,11 @@ from vgtsim.statics.rating import (
     MemberSections,
     Ratings,
     effective_area,
+    elastic_stress,
+    is_inelastic,
     make_sections,
     rate,
+    rod_buckling,
 )
 from vgtsim.statics.settling import settle
 from vgtsim.statics.sizing import Demand, Sizing, grow_sizes, size_arm
@@ -29,6 +32,7 @@ from vgtsim.statics.stiffness import Deflection, deflect, node_loads, tip_compli
 from vgtsim.statics.utilisation import MODES, Utilisation, find_use, smooth_peak, utilise
 
 __all__ = [
+    "GREATEST_BEND",
     "MODES",
     "ROD_FACTOR",
     "SLENDERNESS_ADVICE",
@@ -52,6 +56,7 @@ __all__ = [
     "diagnose",
     "draw_shapes",
     "effective_area",
+    "elastic_stress",
     "find_envelope",
     "find_gain",
     "find_modes",
@@ -59,6 +64,7 @@ __all__ = [
     "grow_sizes",
     "hold_cylinders",
     "hose_forces",
+    "is_inelastic",
     "make_elastic_model",
     "make_load_model",
     "make_sections",
@@ -67,6 +73,7 @@ __all__ = [
     "node_loads",
     "rate",
     "require_no_offset",
+    "rod_buckling",
     "settle",
     "size_arm",
     "smooth_peak",

@@ -21,7 +21,7 @@ from vgtsim.statics.utilisation import utilise
 Array = NDArray[np.float64]
 
 _UNIT = 1000.0  # payload of the second load, kg
-_GREATEST_BEND = np.pi / 4  # of a module, rad
+GREATEST_BEND = np.pi / 4  # of a module, rad
 _ROUND = 2000  # shapes solved at a time
 _HALVINGS = 60  # of the range of a payload: what is left of 1e9 kg is rounding
 _DOUBLINGS = 24  # of a unit of payload taken away, until an actuator that is bent too far by the arm's own weight holds
@@ -142,7 +142,7 @@ def draw_shapes(chain: Chain, shapes: int = 20000, seed: int = 1) -> Array:
     rng, active = np.random.default_rng(seed), len(chain.layout.names)
     drawn = shapes if chain.leans else shapes // 2
     # evenly curved arms as well as free ones: the former reach far, the latter fill the plane
-    bend = _GREATEST_BEND * rng.uniform(-1, 1, (drawn, active))
+    bend = GREATEST_BEND * rng.uniform(-1, 1, (drawn, active))
     even = rng.uniform(0, 1, (drawn, 1)) < 0.5
     bend = np.where(even, 0.7 * bend[:, :1] * np.linspace(1, -1, active) ** 2 + 0.3 * bend, bend)
     q = bend_all(chain, bend, 0.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import pi
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -79,9 +78,9 @@ def make_elastic_model(
     cylinders = [arm.cylinders[truss.members[index].section] for index in truss.actuated]
     rows = [
         (
-            arm.materials[part.material].youngs_modulus * pi / 4 * part.rod**2 / part.rod_length,
-            part.bulk_modulus * (pi / 4 * part.bore**2),
-            part.bulk_modulus * (pi / 4 * (part.bore**2 - part.rod**2)),
+            part.rod_stiffness(arm.materials[part.material].youngs_modulus),
+            part.bulk_modulus * part.bore_area,
+            part.bulk_modulus * part.ring_area,
             part.retracted,
             part.extended,
         )

@@ -134,10 +134,22 @@ def _fill_columns(columns: Array, strength: Array) -> None:
 
 
 @compiled
+def elastic_stress(slenderness: float, modulus: float) -> float:
+    """Stress at which a column of KL/r buckles elastically: Fe, Pa, for E in Pa (AISC 360-22 equation E3-4)."""
+    return pi**2 * modulus / slenderness**2
+
+
+@compiled
+def is_inelastic(slenderness: float, yield_strength: float, modulus: float) -> bool:
+    """Whether a column yields in part as it buckles, so that equation E3-2 holds and not E3-3."""
+    return slenderness <= 4.71 * np.sqrt(modulus / yield_strength)
+
+
+@compiled
 def find_column(area: float, slenderness: float, yield_strength: float, modulus: float) -> float:
     """`column_strength` of one column, for compiled functions."""
-    elastic = pi**2 * modulus / slenderness**2
-    if slenderness <= 4.71 * np.sqrt(modulus / yield_strength):
+    elastic = elastic_stress(slenderness, modulus)
+    if is_inelastic(slenderness, yield_strength, modulus):
         return 0.658 ** (yield_strength / elastic) * yield_strength * area
     return 0.877 * elastic * area
 
@@ -226,7 +238,7 @@ def _describe(part: Tube | Cylinder, steel: Material) -> dict[str, float | bool]
         row |= tube | {"barrel_length": 0.0, "actuator": False}
         return row | dict.fromkeys(("push", "pull", "barrel_moment", "rod_moment"), np.inf)
     return row | {
-        "area": pi / 4 * part.rod**2,
+        "area": part.rod_area,
         "gyration_radius": part.rod / 4,
         "push": part.push,
         "pull": part.pull,

@@ -142,10 +142,10 @@ def check_pressure_force(run: Evidence) -> Finding:
 
     A piston at an end of its stroke is left out: its barrel carries what the oil does not.
     """
-    log, bore, rod = run.log, collect(run.site, "bore"), collect(run.site, "rod")
+    log, areas = run.log, [-collect(run.site, "bore_area"), collect(run.site, "ring_area")]
     if lack := lacks_pressures(log):
         return lack
-    force = np.sum(run.wide.pressure * (np.pi / 4 * np.stack([-(bore**2), bore**2 - rod**2], axis=-1)), axis=-1)
+    force = np.sum(run.wide.pressure * np.stack(areas, axis=-1), axis=-1)
     most = np.maximum(np.abs(log.actuator_force).max(axis=1, keepdims=True), LEAST_FORCE)
     free = (log.saturation & _STOPPED) == 0
     return worst_of(
