@@ -155,7 +155,7 @@ class Proximity:
 
     @cached_property
     def _pairs(self) -> MemberPairs:
-        """Pairs of members of the arm, of the mast, which is before the first module, and of the payload in the last one."""
+        """Pairs of members of the arm, mast and payload; the mast counts as before the first module, the payload in the last."""
         site, count = self.site, len(self.site.truss.nodes)
         ends = np.concatenate([site.truss.ends, [[count, count + 1], [count + 2, count + 2]]])
         radii = np.append(self._radii, [site.mast.outer_diameter / 2, site.task.payload.radius])

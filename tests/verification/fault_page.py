@@ -31,9 +31,9 @@ def write_page() -> str:
     lines = [
         "# Faults and the checks that catch them",
         "",
-        "`tests/verification/test_faults.py` puts each of these faults into a short run, one at a time, and holds",
-        "that the row of the report beside it fails, or, where the fault is below the limits for the reason given, that the",
-        "report passes: a tour of two goals, and runs of other kinds further down. This page is made of the lists in",
+        "`tests/verification/test_faults.py` puts each of these faults into a short run, one at a time. The row of the report",
+        "beside the fault must then fail. A fault below the limits has its reason here, and its report must pass. The first runs",
+        "are a tour of two goals; runs of other kinds stand further down. This page is made of the lists in",
         "`tests/verification/*faults.py`; a new fault is one more line there.",
         "",
         "| fault | put into | caught by | or below the limits because |",

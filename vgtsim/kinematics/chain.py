@@ -124,7 +124,7 @@ class Chain:
         return State(self, x if len(batch) == 1 else x.reshape(math.prod(batch), inputs)), batch
 
     def _require(self, state: State, what: Literal["placed", "closed", "kept"]) -> State:
-        """The state, if its modules have what is asked for."""
+        """Give the state back, or raise the error of the first kind of module that lacks the mark."""
         for place, part in zip(self.layout.places, state.parts, strict=True):
             if not getattr(part, what).all():
                 raise place.modules.refuse(part.x)

@@ -116,8 +116,8 @@ def draw_frames(
 ) -> Generator[Picture, None, None]:
     """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_takes`.
 
-    The film's time, which the cuts are of too, is that of the log and its `begin`, s. The cores share the work; the pictures
-    do not depend on their number.
+    Times are those of the log; cuts are in the film's time, which is the log's plus `begin`, s. The cores share the work; the
+    pictures do not depend on the number of cores.
 
     Raises:
         MissingLibraryError: There is no EGL.

@@ -21,7 +21,7 @@ class Turns(Protocol):
     """Knows what the joints of a model do for its hubs to come to given places."""
 
     def __call__(self, data: mujoco.MjData, nodes: Array, lengths: Array, speeds: Array) -> None:
-        """Write speeds, shape (nv,), that lead to nodes, shape (N, 3), m, and lengths, shape (J,), m, within a step."""
+        """Write the speeds, shape (nv,), with which a step ends at given nodes, shape (N, 3), m, and lengths, shape (J,), m."""
         ...
 
 

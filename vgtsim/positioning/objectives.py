@@ -86,7 +86,7 @@ class Objective:
         raise NotImplementedError
 
     def values(self, at: Configurations) -> Array:
-        """Values alone, shape (b,), without the price of slopes."""
+        """Values without slopes, shape (b,)."""
         return self.terms(at).value
 
     def squares(self, box: StrokeBox) -> tuple[float, Array] | None:  # noqa: ARG002
@@ -136,7 +136,7 @@ class MidStroke(Objective):
 
 @dataclass(frozen=True)
 class Nearness(Objective):
-    """Half the sum of squares of each actuator's way, in half strokes, from lengths of shape (B, J) or (J,), m."""
+    """Half the sum of squares of the actuators' distances, in half strokes, from given lengths, shape (B, J) or (J,), m."""
 
     previous: Array
     name: str = "nearness"
@@ -326,7 +326,7 @@ class ClearanceHinges(Objective):
         return Terms(value=value, slope=slope, curve=curve)
 
     def values(self, at: Configurations) -> Array:
-        """Without gradients."""
+        """Values without slopes, shape (b,)."""
         rows = self.surroundings.rows(at.state, self.wanted + self.softness, slopes=False, payload=self.payload)
         value = np.zeros(len(at.q))
         np.add.at(value, rows.config, 0.5 * self._rise(rows.gap) ** 2)

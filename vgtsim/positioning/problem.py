@@ -183,7 +183,7 @@ def lagrangian_curvature(
 
 
 def _gradient(table: rows.Table, state: State, multipliers: Array, length_slope: Array, which: Index) -> Array:
-    """First derivative of the weighted rows and lengths by the inputs, for goals, shape (b,), over and over again."""
+    """First derivative of the weighted rows and lengths by the inputs; goals, shape (b,), repeat along the batch."""
     times = len(state.q) // len(which)
     slope = state.pull(np.tile(length_slope, (times, 1)))
     rows.pull_rows(np.tile(which, times), np.tile(multipliers, (times, 1)), slope, *table, *state.motion)

@@ -123,7 +123,7 @@ def _find_bending_room(
 
 
 def _find_room(force: Array, growth: Array, pull: ArrayLike, push: ArrayLike) -> Array:
-    """Payload at which each member's force reaches what it may be, shape (..., M), kg."""
+    """Payload at which the force of each member reaches its limit, shape (..., M), kg."""
     bound = np.where(growth > 0, pull, push)
     rate_of = np.maximum(np.abs(growth), 1e-12)  # N/kg: a member that the payload does not load gets endless room
     return np.min((bound - np.sign(growth) * force) / rate_of, axis=0)
