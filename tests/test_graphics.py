@@ -11,24 +11,55 @@ import pytest
 pytestmark = pytest.mark.long
 
 PROGRAM = """
+import os
 import sys
-from pathlib import Path
 
 import vgtsim.errors
 from vgtsim.cli import main
-from vgtsim.output.stage import Stage, compile_view
 
-sys.argv = ["vgtsim", "build", "arm9", "--out", sys.argv[1]]
-try:
-    main()
-except SystemExit as ended:
-    print("built", ended.code or 0)
+def call(*words):
+    sys.argv = ["vgtsim", *words]
+    try:
+        main()
+    except SystemExit as ended:
+        return ended.code or 0
+    return 0
+
+def make(folder):
+    print("built", call("build", "arm9", "--out", folder))
+    from vgtsim.output.stage import Stage, compile_view
+    try:
+        Stage(site, compile_view(site), (64, 64), 1.0).close()
+        print("drawn")
+    except vgtsim.errors.MissingLibraryError as missing:
+        print(missing)
+    return 0
+
+def become(value, task, folder):  # a child, which imports MuJoCo with its own variable
+    os.environ["MUJOCO_GL"] = value
+    for stream, name in ((1, "printed"), (2, "complained")):
+        os.dup2(os.open(f"{folder}/{name}", os.O_WRONLY | os.O_CREAT), stream)
+    status = 99
+    try:
+        status = make(folder) if task == "make" else call("view", "arm9")
+        sys.stdout.flush()
+    finally:
+        os._exit(status)
+
 site = vgtsim.load("arm9_nullspace")
-try:
-    Stage(site, compile_view(site), (64, 64), 1.0).close()
-    print("drawn")
-except vgtsim.errors.MissingLibraryError as missing:
-    print(missing)
+_, place, *tasks = sys.argv
+if not tasks:
+    make(place)
+else:
+    call("check", "arm9")  # loads all else that is needed
+    assert "mujoco" not in sys.modules
+    for word in tasks:
+        folder = os.path.join(place, word)
+        os.mkdir(folder)
+        if os.fork() == 0:
+            become(*word.split("-"), folder)
+        with open(f"{folder}/status", "w") as file:
+            file.write(str(os.waitstatus_to_exitcode(os.wait()[1])))
 """
 HERE = "set MUJOCO_GL=egl, or unset it, before the program starts"
 
@@ -45,32 +76,42 @@ def start(program, *arguments, **environment):
     )
 
 
-@pytest.mark.parametrize(
-    ("value", "causes"),
-    [
-        ("", ("drawn", "EGL is missing; install it with: apt-get install libegl1 libgl1-mesa-dri")),
-        ("osmesa", ("drawn", "OSMesa, which MUJOCO_GL=osmesa asks for, is missing; install it with: apt-get install")),
-        ("glfw", (f"a display is missing; {HERE}",)),
-        ("off", (f"a way of drawing, since MUJOCO_GL=off turns it off, is missing; {HERE}",)),
-        ("Opengl", (f"a way of drawing with the name 'opengl', which MUJOCO_GL gives, is missing; {HERE}",)),
-    ],
-)
+CAUSES = {
+    "": ("drawn", "EGL is missing; install it with: apt-get install libegl1 libgl1-mesa-dri"),
+    "osmesa": ("drawn", "OSMesa, which MUJOCO_GL=osmesa asks for, is missing; install it with: apt-get install"),
+    "glfw": (f"a display is missing; {HERE}",),
+    "off": (f"a way of drawing, since MUJOCO_GL=off turns it off, is missing; {HERE}",),
+    "Opengl": (f"a way of drawing with the name 'opengl', which MUJOCO_GL gives, is missing; {HERE}",),
+}
+VIEWERS = ("", "Opengl")
+
+
+@pytest.fixture(scope="module")
+def ends(tmp_path_factory):
+    """Folder of what children of one warm process left, each with its own variable."""
+    folder = tmp_path_factory.mktemp("ends")
+    done = start(PROGRAM, folder, *(f"{value}-make" for value in CAUSES), *(f"{value}-view" for value in VIEWERS))
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.parametrize(("value", "causes"), CAUSES.items())
 @pytest.mark.skipif(sys.platform != "linux", reason="the ways of drawing are those of Linux")
-def test_a_way_of_drawing_that_is_not_there_stops_pictures_alone(value, causes, tmp_path):
-    done = start(PROGRAM, tmp_path, MUJOCO_GL=value)
-    *_, built, drawn = done.stdout.splitlines() or [done.stderr, ""]
-    assert built == "built 0", done.stderr
+def test_a_way_of_drawing_that_is_not_there_stops_pictures_alone(value, causes, ends):
+    folder = ends / f"{value}-make"
+    *_, built, drawn = (folder / "printed").read_text().splitlines() or ["", ""]
+    assert built == "built 0", (folder / "complained").read_text()
     assert drawn.startswith(causes)
-    assert (tmp_path / "arm9.xml").is_file()
+    assert (folder / "arm9.xml").is_file()
 
 
-@pytest.mark.parametrize("value", ["", "Opengl"])
-def test_the_viewer_without_a_display_ends_with_the_status_of_a_missing_library(value):
-    program = "import sys; sys.argv = ['vgtsim', 'view', 'arm9']; from vgtsim.cli import main; main()"
-    done = start(program, MUJOCO_GL=value)
-    assert done.returncode == 4, done.stderr
-    assert "a display" in done.stderr
-    assert "vgtsim render" in done.stderr
+@pytest.mark.parametrize("value", VIEWERS)
+def test_the_viewer_without_a_display_ends_with_the_status_of_a_missing_library(value, ends):
+    folder = ends / f"{value}-view"
+    said = (folder / "complained").read_text()
+    assert (folder / "status").read_text() == "4", said
+    assert "a display" in said
+    assert "vgtsim render" in said
 
 
 def test_a_device_of_egl_that_does_not_exist_is_named(tmp_path):
