@@ -31,6 +31,7 @@ from good_files import ARMS, SHORT, write_files
 from mutating import mutate
 from mutating_logs import mutate_run
 from spoilt_verbs import RUNS, VERBS, Case, fill
+from synthetic_run import leave_out_plots
 
 from vgtsim.description import load_catalogue, load_study, load_tank, load_tool_path
 from vgtsim.errors import VgtError
@@ -126,7 +127,7 @@ def make_runs(folder: Path, cases: int) -> None:
     _make_light()
     write_files(folder, SHORT)
     with pytest.MonkeyPatch.context() as patch:  # no case reads the plots of these
-        _leave_out_plots(patch)
+        leave_out_plots(patch)
         for name, scene in RUNS.items():
             status, printed = _call(("run", str(folder / f"{scene}.toml"), "--out", str(folder / name)))
             if status not in (0, 1):
@@ -186,7 +187,7 @@ def _become(case: Case, folder: Path, output: Path) -> None:
         os.environ["TMPDIR"] = str(folder)
         os.environ.pop("DISPLAY", None)
         if case.seed % DRAWN:
-            _leave_out_plots(pytest.MonkeyPatch())
+            leave_out_plots(pytest.MonkeyPatch())
         sys.argv = ["vgtsim", *case.words]
         from vgtsim.cli import main
 
@@ -209,11 +210,3 @@ def _make_light() -> None:
         return nullcontext(vgtsim.study.Engine("here", lambda: ThreadPoolExecutor(1), 2, ()))
 
     vgtsim.study.use_processes = use_thread
-
-
-def _leave_out_plots(patch: pytest.MonkeyPatch) -> None:
-    """Leave out the plots of a report."""
-    import vgtsim.output.html_report
-
-    lacking = {"lacking": ["time"], "title": "", "caption": ""}
-    patch.setattr(vgtsim.output.html_report, "_draw", lambda plot, _: {"name": plot.name} | lacking)

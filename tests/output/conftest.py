@@ -3,7 +3,7 @@
 import ctypes
 
 import pytest
-from synthetic_run import make_log, make_report, make_scene
+from synthetic_run import leave_out_plots, make_log, make_report, make_scene
 
 from vgtsim.site import Site
 
@@ -34,3 +34,9 @@ def egl():
         ctypes.CDLL("libEGL.so.1")
     except OSError:
         pytest.skip("libEGL is not installed; on Debian: apt-get install libegl1 libgl1-mesa-dri")
+
+
+@pytest.fixture
+def no_plots(monkeypatch):
+    """For tests of what stands beside the plots of a page."""
+    leave_out_plots(monkeypatch)

@@ -66,7 +66,7 @@ def test_nothing_is_fetched(page, outline):
     assert all(link.startswith(("#", "data:")) for link in outline.links)
 
 
-def test_results_beside_the_page_are_linked_and_the_film_is_shown(site, log, report, tmp_path):
+def test_results_beside_the_page_are_linked_and_the_film_is_shown(site, log, report, no_plots, tmp_path):
     (tmp_path / "report.json").write_text("{}")
     film = imageio_ffmpeg.write_frames(tmp_path / "video.mp4", (64, 64), macro_block_size=1)
     film.send(None)
@@ -113,7 +113,7 @@ def test_the_same_run_gives_the_same_file(site, log, report, page, tmp_path):
     assert (tmp_path / "again.html").read_text(encoding="utf-8") == page
 
 
-def test_failed_and_missing_checks_stand_out(site, log, report, tmp_path):
+def test_failed_and_missing_checks_stand_out(site, log, report, no_plots, tmp_path):
     worse = dataclasses.replace(report.checks[0], measured=1.0, detail="a loose pin")
     checks = (worse, *(check for check in report.checks[1:] if check.name != "clearance"))
     failed = dataclasses.replace(report, checks=checks, series={})

@@ -166,7 +166,7 @@ def test_a_run_that_is_killed_loses_nothing(case, tmp_path, number):
         assert not stage.exists()
 
 
-def test_verbs_tell_what_an_interrupted_run_lacks_and_end_it(case, tmp_path, monkeypatch):
+def test_verbs_tell_what_an_interrupted_run_lacks_and_end_it(case, no_plots, tmp_path, monkeypatch):
     monkeypatch.setattr(vgtsim.site, "load_site", lambda _: case.site)
     monkeypatch.setattr(vgtsim.planning, "plan_phases", lambda _: [case.tour])
     write = LogWriter.write

@@ -35,9 +35,14 @@ def described(page, name):
     return json.loads(unescape(re.search(r'data-axes="([^"]*)"', figure)[1]))
 
 
-def test_what_a_page_can_tell_is_the_series(site, log, report, tmp_path):
-    write_page(describe_run(site, log, report), tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+@pytest.fixture(scope="module")
+def page(site, log, report, tmp_path_factory):
+    file = tmp_path_factory.mktemp("page") / "report.html"
+    write_page(describe_run(site, log, report), file)
+    return file.read_text(encoding="utf-8")
+
+
+def test_what_a_page_can_tell_is_the_series(page, log, report):
     (axes,) = described(page, "clearance")
     (line,) = axes["lines"]
     assert axes["x"] == [log.time[0], pytest.approx(log.time[-1], rel=1e-5)]
@@ -47,10 +52,9 @@ def test_what_a_page_can_tell_is_the_series(site, log, report, tmp_path):
 
 
 @pytest.mark.skipif(BROWSER is None, reason="no browser; on Debian: apt-get install chromium")
-def test_the_value_under_the_pointer_is_told_and_a_plot_opens(site, log, report, tmp_path):
+def test_the_value_under_the_pointer_is_told_and_a_plot_opens(page, log, report, tmp_path):
     path = tmp_path / "report.html"
-    write_page(describe_run(site, log, report), path)
-    path.write_text(path.read_text(encoding="utf-8").replace("</body>", POINT % AT), encoding="utf-8")
+    path.write_text(page.replace("</body>", POINT % AT), encoding="utf-8")
     flags = [
         "--headless=new",
         "--no-sandbox",

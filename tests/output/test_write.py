@@ -21,7 +21,7 @@ PERFORMANCE_FIELDS = {"simulated_s", "wall_s", "real_time_factor", "steps", "nv"
 
 
 @pytest.mark.long
-def test_reports_and_log_are_written_and_nothing_else(site, log, report, tmp_path):
+def test_reports_and_log_are_written_and_nothing_else(site, log, report, no_plots, tmp_path):
     assert write_outputs(site, log, report, tmp_path / "a" / "b") is None
     assert sorted(file.name for file in (tmp_path / "a" / "b").iterdir()) == [
         "log",
