@@ -21,6 +21,7 @@ from vgtsim.positioning import Differences, MidStroke, Problem, StrokeBarrier, m
 
 ROOT = Path(__file__).parents[1]
 FILES = [path for path in sorted((ROOT / "vgtsim").rglob("*.py")) if "@compiled\n" in path.read_text()]
+LEAVE = "import os; os._exit(0)"  # without a look for garbage in all that numba has loaded
 
 
 def load(path: Path):
@@ -47,7 +48,7 @@ def test_each_function_is_compiled_once():
 
 def tell_double() -> str:
     """What is compiled twice in a process of its own: other tests call inner functions as no package code does."""
-    call = "from test_compilation import call_all, list_double; call_all(); print(list_double())"
+    call = f"from test_compilation import call_all, list_double; call_all(); print(list_double(), flush=True); {LEAVE}"
     paths = os.pathsep.join([str(ROOT), str(ROOT / "tests")])
     run = subprocess.run(
         [sys.executable, "-c", call],
@@ -100,7 +101,7 @@ def test_code_is_made_anew_when_a_file_beside_it_changes(tmp_path):
     )
     for factor, answer in ((1, "3.0"), (2, "5.0")):
         (tmp_path / "parts.py").write_text(f"def compiled_part(x):\n    return x * {factor}\n")
-        command = [sys.executable, "-c", "from whole import add; print(add(2.0))"]
+        command = [sys.executable, "-c", f"from whole import add; print(add(2.0), flush=True); {LEAVE}"]
         environment = os.environ | {"PYTHONPATH": f"{tmp_path}:{ROOT}", "PYTHONDONTWRITEBYTECODE": "1"}
         said = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
         assert said.stdout.strip() == answer, said.stderr
@@ -116,7 +117,7 @@ def test_a_read_only_installation_keeps_its_code_with_the_user(tmp_path):
         "from vgtsim.compilation import compiled\n@compiled\ndef add(a, b):\n    return a + b\n"
     )
     (package / "__pycache__").touch()  # not a folder: nothing can be kept there, whoever runs the test
-    code = "from vgtsim.sums import add; print(add(1.0, 2.0))"
+    code = f"from vgtsim.sums import add; print(add(1.0, 2.0), flush=True); {LEAVE}"
     environment = os.environ | {
         "PYTHONPATH": str(package.parent),
         "HOME": str(tmp_path),

@@ -72,7 +72,8 @@ SAY = "import os; from sys import modules; print(os.environ == before, [n for n 
 def report_import(statement: str, **environment: str) -> str:
     """Outcome of an import in a process of its own: whether the environment is as before, and the heavy modules loaded."""
     code = (
-        f"import os; HEAVY = {HEAVY}; before = dict(os.environ); {statement}; {SAY}; print(os.environ.get('MUJOCO_GL'))"
+        f"import os; HEAVY = {HEAVY}; before = dict(os.environ); {statement}; {SAY}; "
+        "print(os.environ.get('MUJOCO_GL'), flush=True); os._exit(0)"
     )
     kept = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
     done = subprocess.run(

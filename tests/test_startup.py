@@ -21,7 +21,7 @@ HELP = "import sys; sys.argv[1:] = {}\ntry:\n    from vgtsim.cli import main; ma
 
 def find_loaded(code: str) -> set[str]:
     """The heavy modules that a process of its own has loaded after some code."""
-    end = f"import sys; print('\\n', *(name for name in {sorted(HEAVY)} if name in sys.modules))"
+    end = f"import os, sys; print('\\n', *(name for name in {sorted(HEAVY)} if name in sys.modules), flush=True); os._exit(0)"
     done = subprocess.run([sys.executable, "-c", f"{code}\n{end}"], capture_output=True, text=True, check=True)
     return set(done.stdout.splitlines()[-1].split())
 
