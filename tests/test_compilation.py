@@ -111,7 +111,8 @@ def test_code_is_made_anew_when_a_file_beside_it_changes(tmp_path):
 def test_a_read_only_installation_keeps_its_code_with_the_user(tmp_path):
     package = tmp_path / "site" / "vgtsim"
     package.mkdir(parents=True)
-    shutil.copy(ROOT / "vgtsim/compilation.py", package)
+    for name in ("compilation.py", "arrays.py"):
+        shutil.copy(ROOT / "vgtsim" / name, package)
     (package / "__init__.py").touch()
     (package / "sums.py").write_text(
         "from vgtsim.compilation import compiled\n@compiled\ndef add(a, b):\n    return a + b\n"
