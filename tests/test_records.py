@@ -47,6 +47,17 @@ def test_names_of_classes_have_one_meaning(classes):
     assert [name for name, times in count.items() if times > 1] == []
 
 
+def test_names_of_functions_have_one_meaning_in_a_room(trees):
+    """Rows of the report may have the names of alike rows of other things; kinds of modules answer the same questions."""
+    count = Counter(
+        (file.split("/")[0], node.name)
+        for file, tree in trees.items()
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith(("_", "check_")) and "/modules/" not in file
+    )
+    assert [name for name, times in count.items() if times > 1] == []
+
+
 def test_each_constant_of_physics_stands_once(trees):
     """Gravity, Omega, steel, 1000 lb, the column curve of AISC 360, and the ramps of a path."""
     once = (9.80665, 1.67, 7850.0, 453.59237, 4.71, 0.658, 0.877, 1.875)

@@ -99,7 +99,7 @@ def move_body(point: Array, angular: Array, linear: Array, J: Array) -> None:
 
 
 @compiled
-def move_points(points: Array, moves: Index, angular: Array, linear: Array, J: Array) -> None:
+def move_nodes(points: Array, moves: Index, angular: Array, linear: Array, J: Array) -> None:
     """Velocities of points, shape (b, N, 3), m, per input, shape (b, N, 3, n), that only their first inputs move."""
     for i in range(len(J)):
         for c in range(J.shape[1]):
@@ -116,7 +116,7 @@ def move_points(points: Array, moves: Index, angular: Array, linear: Array, J: A
 
 @compiled
 def move_inner(base: Array, active: Index, index: Index, columns: Index, slope: Array, J: Array) -> None:
-    """Velocities of the nodes on neither face by the inputs of their own module, into `move_points`' array."""
+    """Velocities of the nodes on neither face by the inputs of their own module, into the array of `move_nodes`."""
     for i in range(len(J)):
         for m in range(len(active)):
             T = base[i, active[m]]

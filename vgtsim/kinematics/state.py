@@ -206,7 +206,7 @@ class State:
         """Derivatives of all nodes by the inputs, shape (b, N, 3, n), in G."""
         layout, (base, _, angular, linear) = self._layout, self._moving
         J = np.empty((*self.nodes.shape, layout.inputs))
-        composition.move_points(self.nodes, layout.moves, angular, linear, J)
+        composition.move_nodes(self.nodes, layout.moves, angular, linear, J)
         for place, part in zip(layout.places, self.parts, strict=True):
             if place.modules.inner_count:
                 composition.move_inner(base, place.active, place.nodes, place.columns, part.inner_slope, J)

@@ -65,7 +65,7 @@ def check_balance(run: Evidence) -> Finding:
 
 
 @report_as("record", "removed waste against path and rate of the tool", limit="removed_volume", applies=cuts)
-def check_path(run: Evidence) -> Finding:
+def check_removed(run: Evidence) -> Finding:
     """Greatest difference of the removed volume from that of the logged tool at its rate, part of the whole.
 
     The tool is followed from the first record on, over a bed of its own. The detail tells what was removed and what is left.
