@@ -115,6 +115,10 @@ def test_commands_of_the_feed(scene):
     for wrong in (-0.1, 20.1, np.nan):
         with pytest.raises(CommandError, match=r"feed.*0 to 20 m, the stroke of mast.feed"):
             plant.command(feed=wrong)
+    with pytest.raises(CommandError, match="lengths"):
+        plant.command([np.nan] * len(site.truss.actuated), feed=1.1)
+    plant.step(5)
+    assert plant.state.feed == pytest.approx(1.001, abs=CLOSED)  # nothing of a refused command is done
     mast = site.task.mast.model_copy(update={"feed": None})
     held = dataclasses.replace(scene, task=scene.task.model_copy(update={"mast": mast}))
     with pytest.raises(CommandError, match=r"no mast\.feed is given"):
