@@ -1,7 +1,7 @@
 """Targets that move smoothly, whatever a hand does: bounded accelerations, then two first-order filters.
 
-A target's velocity is that of the last filter. The target itself is moved by the controller, as far as the arm could follow,
-so a target never runs away from an arm that a limit holds, and a new command acts at once.
+A target's velocity is that of the last filter. The controller moves the target, as far as the arm could follow. So a target
+never runs away from an arm that a limit holds, and a new command acts at once.
 """
 
 from __future__ import annotations

@@ -3,13 +3,13 @@
 Node and member numbers within a module are the dissertation's (figures 3.10 and 3.11): n1 to n3 the base, n4 to n6 the
 mid-plane, n7 to n9 the top; longerons L1 to L12; actuators l1 to l3.
 
-With a joint offset each mid-plane node is a rigid block on the normal of the mid-plane with three nodes: its foot (n4 to
-n6), where the lower longerons end, its head (n4' to n6'), where the upper ones do, and the middle, to which the actuators
-are pinned. The pins are normal to the mid-plane and a rod turns freely in its barrel, so an actuator carries an axial
-force and bending in the plane that it spans with the blocks' axes, and neither torsion nor bending across that plane. As
-far as forces at feet and heads go, it is three bars: chords between the feet and between the heads and a diagonal from
-its first block's foot to its second's head; and a block is a bar from foot to head. A ring of three blocks and three
-actuators so is a braced prism of twelve bars: isostatic. `Truss.bars` are the bars of all that.
+With a joint offset each mid-plane node is a rigid block on the normal of the mid-plane. It has three nodes: the foot (n4 to
+n6), where the lower longerons end; the head (n4' to n6'), where the upper longerons end; and the middle, to which the
+actuators are pinned. The pins are normal to the mid-plane, and a rod turns freely in its barrel. So an actuator carries an
+axial force and bending in the plane that it spans with the blocks' axes; it carries no torsion and no bending across that
+plane. For forces at feet and heads it is three bars: chords between the feet and between the heads, and a diagonal from the
+foot of its first block to the head of its second. A block is a bar from foot to head. So a ring of three blocks and three
+actuators is a braced prism of twelve bars, which is isostatic. `Truss.bars` has all these bars.
 """
 
 from __future__ import annotations

@@ -52,8 +52,8 @@ def pattern_of(truss: Truss) -> Pattern:
 def unknowns_of(truss: Truss) -> tuple[tuple[int, ...], ...]:
     """Unknowns that each node's displacement depends on, six of a node, or nine of an arm with joint blocks; -1 for none.
 
-    Of a free hub or the middle of a block they are its displacement, of a tip node those of the plate, of the foot or the
-    head of a block the displacements of the three middles of its ring.
+    A free hub and the middle of a block have their own displacement. A tip node has those of the plate. The foot and the head
+    of a block have the displacements of the three middles of their ring.
     """
     free, width = truss.free, 9 if len(truss.rings) else 6
     found = np.full((len(truss.nodes), width), -1)

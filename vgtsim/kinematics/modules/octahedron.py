@@ -125,7 +125,7 @@ def forward(
 ) -> tuple[Array, Array]:
     """Forward solution: pose of longerons l1 to l6, shape (..., 6), m, on the assembly mode of its start.
 
-    The path from the lengths of the start (`home` if there is none) to the given lengths is straight in the foot
+    The path goes from the lengths of the start (`home` if there is none) to the given lengths. It is straight in the foot
     points and altitudes of the equivalent mechanism (3.6 and 3.7), so every longeron pair on it assembles.
 
     Raises:

@@ -1,9 +1,8 @@
 """Static sections: two face triangles held together by longerons and diagonals (section 3.6).
 
-All that the chain needs of a section is the transform from its top face to its base; it comes from dimensions or from
-a measurement. Longerons 1 to 3 join corners 1 to 3 of the base to those of the top, cross-longerons 1 to 3 join
-corners 1 to 3 of the base to corners 2, 3, 1 of the top, battens 1 to 3 are the edges 12, 23, 31 of the top. The base
-battens belong to the module below.
+The chain needs the transform from the top face of a section to its base; it comes from dimensions or from a measurement.
+Longerons 1 to 3 join corners 1 to 3 of the base to those of the top. Cross-longerons 1 to 3 join corners 1 to 3 of the base
+to corners 2, 3, 1 of the top. Battens 1 to 3 are the edges 12, 23, 31 of the top. The base battens belong to the module below.
 """
 
 from __future__ import annotations
