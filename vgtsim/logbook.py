@@ -27,7 +27,7 @@ from vgtsim.logfiles import (
     write_text,
 )
 from vgtsim.replacing import flush_to_disk
-from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, Revision, RunLog, join_pieces
+from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, Revision, RunLog, join_pieces, pack_contacts
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -187,13 +187,7 @@ def open_log(folder: str | Path) -> LogBook:
         revisions=end["revisions"] if end else (),
         files=files,
         edges=np.cumsum([0, *counts]),
-        contacts={
-            "contact_time": np.array([touch.time for touch in touches], dtype=float),
-            "contact_pair": np.array([touch.pair for touch in touches], dtype=str).reshape(-1, 2),
-            "contact_distance": np.array([touch.gap for touch in touches], dtype=float),
-            "contact_force": np.array([touch.force for touch in touches], dtype=float).reshape(-1, 3),
-            "contact_point": np.array([touch.point for touch in touches], dtype=float).reshape(-1, 3),
-        },
+        contacts=pack_contacts(touches),
     )
 
 

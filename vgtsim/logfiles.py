@@ -6,14 +6,14 @@ import json
 from collections.abc import Mapping
 from math import nan, prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
 from vgtsim.replacing import replacing
-from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, TYPES, Piece, Revision
+from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, TYPES, Contact, Piece, Revision
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -35,16 +35,6 @@ _WITHOUT_FORCE, _WITH_FORCE = (
     4,
     10,
 )  # figures and names of a contact, in logs that tell its force and in those that do not
-
-
-class Touch(NamedTuple):
-    """One contact in a chunk: time, s, names of two geoms, gap, m, force, N, and point, m, both NaN where they are not told."""
-
-    time: float
-    pair: tuple[str, str]
-    gap: float
-    force: tuple[float, ...]
-    point: tuple[float, ...]
 
 
 def make_table(piece: Piece) -> pa.Table:
@@ -101,7 +91,7 @@ def to_arrays(table: pa.Table) -> dict[str, NDArray[Any]]:
     return arrays
 
 
-def survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Touch]]:
+def survey(file: Path) -> tuple[int, dict[str, tuple[int, ...]], list[Contact]]:
     """Number of records of a chunk, shape of a record of each quantity, and contacts, from its footer; no array is read."""
     from pyarrow import ArrowException, parquet
 
@@ -146,7 +136,7 @@ def _read_shape(file: Path, name: str, kind: Any) -> tuple[int, ...]:
     return shape
 
 
-def _read_touches(file: Path, metadata: Mapping[bytes, bytes]) -> list[Touch]:
+def _read_touches(file: Path, metadata: Mapping[bytes, bytes]) -> list[Contact]:
     """The contacts of a chunk."""
     try:
         found = json.loads(metadata.get(b"contacts", b"[]"))
@@ -156,11 +146,11 @@ def _read_touches(file: Path, metadata: Mapping[bytes, bytes]) -> list[Touch]:
         raise DescriptionError(file, "contacts", str(error)[:200], allowed) from None
 
 
-def _read_touch(time: float, first: str, second: str, gap: float, *more: float) -> Touch:
+def _read_touch(time: float, first: str, second: str, gap: float, *more: float) -> Contact:
     if len(more) not in (0, _WITH_FORCE - _WITHOUT_FORCE):
         raise ValueError(f"{len(more)} figures after the gap")
     force, point = (tuple(float(value) for value in more[k : k + 3]) or (nan,) * 3 for k in (0, 3))
-    return Touch(float(time), (str(first), str(second)), float(gap), force, point)
+    return Contact(float(time), str(first), str(second), float(gap), force, point)
 
 
 def write_text(file: Path, data: Mapping[str, Any]) -> None:

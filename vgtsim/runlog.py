@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, get_type_hints
+from math import nan
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,20 @@ class Revision:
     time: float
     leg: int
     row: int
+
+
+class Contact(NamedTuple):
+    """Two geoms that touch: when, s, which, their gap, negative in penetration, m, the force on the arm, N, and where, m.
+
+    Of two parts of the arm the force is that on the second one. It is not known where lengths are imposed.
+    """
+
+    time: float
+    first: str
+    second: str
+    gap: float
+    force: tuple[float, ...] = (nan,) * 3
+    point: tuple[float, ...] = (nan,) * 3
 
 
 @dataclass(frozen=True)
@@ -236,3 +251,14 @@ def empty_records(nodes: int, members: int, actuators: int) -> dict[str, NDArray
 def join_pieces(pieces: Sequence[Piece]) -> dict[str, NDArray[Any]]:
     """One array a quantity of pieces that follow one another, of the quantities that the first one has."""
     return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
+
+
+def pack_contacts(contacts: Sequence[Contact]) -> dict[str, NDArray[Any]]:
+    """The arrays of a log that tell of contacts, by name."""
+    return {
+        "contact_time": np.array([contact.time for contact in contacts], dtype=float),
+        "contact_pair": np.array([contact[1:3] for contact in contacts], dtype=str).reshape(-1, 2),
+        "contact_distance": np.array([contact.gap for contact in contacts], dtype=float),
+        "contact_force": np.array([contact.force for contact in contacts], dtype=float).reshape(-1, 3),
+        "contact_point": np.array([contact.point for contact in contacts], dtype=float).reshape(-1, 3),
+    }

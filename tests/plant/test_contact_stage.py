@@ -10,7 +10,7 @@ from playing import bend, change, climb
 
 from vgtsim.description import AllowedContact
 from vgtsim.plant import Plant
-from vgtsim.plant.contact_stage import ContactStage
+from vgtsim.plant.feeler import ContactStage
 from vgtsim.runlog import ARRAYS
 from vgtsim.site import Site, load_site
 

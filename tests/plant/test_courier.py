@@ -6,7 +6,7 @@ from threading import Event, get_ident
 
 import pytest
 
-from vgtsim.plant.courier import Courier
+from vgtsim.plant.recorder import Courier
 
 
 def test_work_is_done_in_order_in_another_thread():

@@ -15,7 +15,7 @@ import numpy as np
 
 from vgtsim.mjcf import names
 from vgtsim.plant import Plant
-from vgtsim.plant.hose import Hose
+from vgtsim.plant.loads import Hose
 from vgtsim.runlog import FEED as FEED_ARRAYS
 from vgtsim.runlog import RunLog
 

@@ -15,7 +15,6 @@ Loops and imposed lengths then are at the end of the step as they are wanted.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
@@ -23,19 +22,12 @@ from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.plant.foresight import Foresight
+from vgtsim.plant.loads import Load
 
 _BODY = int(mujoco.mjtSameFrame.mjSAMEFRAME_BODY)
 # Newton's iterations where nothing touches: the cost is then a quadratic, and the first one ends at its least but for rounding.
 # More gained nothing where it was measured, see docs/formulation.md.
 _ENOUGH = 4
-
-
-class Load(Protocol):
-    """Presses on bodies in each step, as they stand at its begin."""
-
-    def press(self, data: mujoco.MjData, wrenches: Array) -> None:
-        """Add forces and moments about the bodies' centres of mass, shape (bodies, 6), N and N·m, in frame G."""
-        ...
 
 
 class Correction:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
 
 from vgtsim.arrays import Array
@@ -11,18 +9,11 @@ from vgtsim.compilation import compiled
 from vgtsim.errors import AssemblyError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, State, move_points
+from vgtsim.plant.turns import Turns
 
 # m by which a parabola through the ways of three steps may miss the next one. A loop of the reference arm opens by a share of
 # it, the turn of a member in a step, so by 1e-8 m at its fastest and 40 ms.
 _SMOOTH = 2e-7
-
-
-class Turns(Protocol):
-    """Knows what the joints of a model do for its hubs to come to given places."""
-
-    def __call__(self, data: mujoco.MjData, nodes: Array, lengths: Array, speeds: Array) -> None:
-        """Write the speeds, shape (nv,), with which a step ends at given nodes, shape (N, 3), m, and lengths, shape (J,), m."""
-        ...
 
 
 class Foresight:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +23,11 @@ _TRIPLE = np.arange(3)
 FELT = "felt_acceleration"  # as `RunLog.acceleration`, of records that no log keeps
 
 
-class Gauges(Protocol):
-    """Reads an arm of N nodes, M members and J cylinders in a model, and stands it in a posture.
+class MemberGauges:
+    """Reads an arm whose members are bodies with force sensors, and stands it in a posture; N nodes, M members, J cylinders.
 
     Attributes:
+        at: Where all quantities stand.
         nodes: Sites of the hubs, shape (N,).
         tool: Site of the tool point.
         tip: Body of the tip plate.
@@ -34,41 +35,6 @@ class Gauges(Protocol):
         counts: N, M and J.
         senses: Whether a record needs MuJoCo's sensors.
     """
-
-    nodes: Index
-    tool: int
-    tip: int
-    hub_speeds: Index
-    counts: tuple[int, int, int]
-    senses: bool
-
-    def stand(self, data: mujoco.MjData, nodes: Array) -> None:
-        """Put the hubs at nodes, shape (N, 3), m."""
-        ...
-
-    def lengths(self, data: mujoco.MjData) -> Array:
-        """Lengths of the cylinders now, shape (J,), m; places of sites must be those of now."""
-        ...
-
-    def rates(self, data: mujoco.MjData) -> Array:
-        """Speeds of the cylinders in the last step, shape (J,), m/s; places of sites must be those of now."""
-        ...
-
-    def note(self, data: mujoco.MjData) -> Array:
-        """Keep before a step what `read` needs after it."""
-        ...
-
-    def read(self, data: mujoco.MjData, noted: Array) -> dict[str, Array]:
-        """Quantities of a record at the begin of the last step, before which something was noted."""
-        ...
-
-    def complete(self, records: Records, part: slice) -> Records:
-        """A part of stacked records, with the quantities that follow from all of them."""
-        ...
-
-
-class MemberGauges:
-    """Reads an arm whose members are bodies with force sensors."""
 
     senses = True
 
@@ -80,23 +46,23 @@ class MemberGauges:
         self.counts = _count(site)
 
     def stand(self, data: mujoco.MjData, nodes: Array) -> None:
-        """See `Gauges.stand`."""
+        """Put the hubs at nodes, shape (N, 3), m."""
         fill_qpos(self._pose, self._truss, nodes, data.qpos)
 
     def lengths(self, data: mujoco.MjData) -> Array:
-        """See `Gauges.lengths`."""
+        """Lengths of the cylinders now, shape (J,), m; places of sites must be those of now."""
         return data.qpos[self.at.position]
 
     def rates(self, data: mujoco.MjData) -> Array:
-        """See `Gauges.rates`."""
+        """Speeds of the cylinders in the last step, shape (J,), m/s; places of sites must be those of now."""
         return data.qvel[self.at.slide]
 
     def note(self, data: mujoco.MjData) -> Array:
-        """See `Gauges.note`: speeds of the cylinders, shape (J,), m/s."""
+        """Keep before a step what `read` needs after it: speeds of the cylinders, shape (J,), m/s."""
         return self.rates(data)
 
     def read(self, data: mujoco.MjData, noted: Array) -> dict[str, Array]:
-        """See `Gauges.read`.
+        """Quantities of a record at the begin of the last step, before which something was noted.
 
         MuJoCo's force sensors give what the parent exerts on the child; the force of a member on its hub is the opposite.
         """
@@ -119,7 +85,7 @@ class MemberGauges:
         }
 
     def complete(self, records: Records, part: slice) -> Records:
-        """See `Gauges.complete`: nothing is missing."""
+        """A part of stacked records, with the quantities that follow from all of them; here nothing is missing."""
         return {name: value[part] for name, value in records.items()}
 
 
@@ -135,7 +101,7 @@ def turn_sensed(sensed: Array, first: Index, frames: Array, sites: Index, turned
 
 
 class SectionGauges:
-    """Reads an arm with rigid sections, whose length rows tell their axial forces.
+    """As `MemberGauges`, of an arm with rigid sections, whose length rows tell their axial forces.
 
     All else that members carry follows from statics of the described arm, whose members have their mass along them. What
     the forces of the rows differ by from statics of the simulated arm, whose mass is in its hubs, is added to it: a force
@@ -170,25 +136,25 @@ class SectionGauges:
         self.counts = _count(site)
 
     def stand(self, data: mujoco.MjData, nodes: Array) -> None:
-        """See `Gauges.stand`."""
+        """See `MemberGauges.stand`."""
         self.pose.fill(nodes, data.qpos)
 
     def lengths(self, data: mujoco.MjData) -> Array:
-        """See `Gauges.lengths`."""
+        """See `MemberGauges.lengths`."""
         truss = self._site.truss
         near, far = data.site_xpos[self.nodes[truss.ends[truss.actuated]]].swapaxes(0, 1)
         return np.linalg.norm(far - near, axis=-1)
 
     def rates(self, data: mujoco.MjData) -> Array:
-        """See `Gauges.rates`."""
+        """See `MemberGauges.rates`."""
         return (self.lengths(data) - data.ten_length[self._driven]) / self._timestep
 
     def note(self, data: mujoco.MjData) -> Array:
-        """See `Gauges.note`: lengths a step before, shape (J,), m."""
+        """See `MemberGauges.note`: lengths a step before, shape (J,), m."""
         return data.ten_length.take(self._driven)
 
     def read(self, data: mujoco.MjData, noted: Array) -> dict[str, Array]:
-        """See `Gauges.read`."""
+        """See `MemberGauges.read`."""
         if self._order is None:
             self._order = find_rows(data, self._equalities)
         length = data.ten_length.take(self._driven)
@@ -200,7 +166,7 @@ class SectionGauges:
         }
 
     def complete(self, records: Records, part: slice) -> Records:
-        """See `Gauges.complete`: forces, and ends of members, which are off their hubs by what their rows are off."""
+        """See `MemberGauges.complete`: forces, and ends of members, which are off their hubs by what their rows are off."""
         motion = motion_from_log(records["time"], records["nodes"], self._timestep)
         felt = records.get("acceleration", records.get(FELT, motion.acceleration))
         motion = NodeMotion(motion.velocity, felt).at(part)
@@ -247,6 +213,9 @@ def _count(site: Site) -> tuple[int, int, int]:
     return len(site.truss.nodes), len(site.truss.members), len(site.truss.actuated)
 
 
-def find_gauges(model: mujoco.MjModel, site: Site) -> MemberGauges | SectionGauges:
+Gauges = MemberGauges | SectionGauges
+
+
+def find_gauges(model: mujoco.MjModel, site: Site) -> Gauges:
     """The gauges of a site's model."""
     return (SectionGauges if site.task.simulation.members == "sections" else MemberGauges)(model, site)

@@ -14,15 +14,14 @@ from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import move_points
 from vgtsim.mjcf import build_model, retime, show_things
-from vgtsim.plant.clock import RecordClock
-from vgtsim.plant.digger import command_tool, find_digger
 from vgtsim.plant.feeler import Feeler
 from vgtsim.plant.gauges import FELT, find_gauges
+from vgtsim.plant.loads import command_tool, find_digger
 from vgtsim.plant.mast_drive import MastDrives
-from vgtsim.plant.recorder import Recorder, list_digests
+from vgtsim.plant.recorder import RecordClock, Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
-from vgtsim.plant.watch import Contact, PlantState, are_same, check_state, find_greatest, list_warnings, name_collision
-from vgtsim.runlog import Piece, Revision, RunLog
+from vgtsim.plant.watch import PlantState, are_same, check_state, find_greatest, list_warnings, name_collision
+from vgtsim.runlog import Contact, Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
 
@@ -317,11 +316,11 @@ class Plant:
         noted, reached = self._gauges.note(data), self._mast_drives.reached
         self._recorder.note_saturation(self._drive.command(self._target))
         self._mast_drives.command(self._mast)
-        self._feeler.prepare(self._correction.foreseen)
+        self._feeler.stage.prepare(data, self._correction.foreseen)
         try:
             gaps = self._correction.step(self._target, self._mast)
         finally:
-            self._feeler.restore()
+            self._feeler.stage.restore()
         self._mast_drives.discount(gaps, self._mast, self._stood)
         self._steps += 1
         try:
@@ -357,7 +356,7 @@ class Plant:
         if self._coming[self.appeared] <= now:
             self.appeared = int(np.searchsorted(self._coming, now, side="right"))
             show_things(self.model, self.site.tank, now)
-            self._feeler.forget()
+            self._feeler.stage.forget()
 
     def _start_step(self) -> bool:
         """Whether the coming step is recorded; only then sensors are worked out, as they cost time."""

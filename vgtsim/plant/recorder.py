@@ -1,10 +1,11 @@
-"""The recorder: the only writer of records and contacts, and the maker of the log."""
+"""The recorder: the only writer of records and contacts, and the maker of the log; its clock and its thread."""
 
 from __future__ import annotations
 
 import importlib.metadata
 import platform
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from typing import Any
@@ -15,16 +16,79 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.arrays import Array, Index
 from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
+from vgtsim.errors import CommandError
 from vgtsim.graphics import mujoco
-from vgtsim.plant.courier import Courier
 from vgtsim.plant.gauges import Gauges
-from vgtsim.plant.watch import Contact
-from vgtsim.runlog import ARRAYS, BESIDE, CHUNK, TYPES, Piece, Revision, RunLog, empty_records, join_pieces
+from vgtsim.runlog import (
+    ARRAYS,
+    BESIDE,
+    CHUNK,
+    TYPES,
+    Contact,
+    Piece,
+    Revision,
+    RunLog,
+    empty_records,
+    join_pieces,
+    pack_contacts,
+)
 from vgtsim.site import Site
 
 PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")  # whose versions a log tells
 
 _MOTION = 5  # records that the motion at the last one is worked out from
+_SAME_STEP = 1e-6  # of a step: by which rounding may move the instant of a record
+
+
+class RecordClock:
+    """Tells which steps are recorded: the first one at or after each instant that a rate asks for."""
+
+    def __init__(self, timestep: float, rate: float) -> None:
+        """Begin at the first step of a time step, s, with a rate, Hz; errors are those of `set_rate`."""
+        self._timestep = timestep
+        self.set_rate(rate, 0)
+
+    def set_rate(self, rate: float, steps: int) -> None:
+        """Take a rate, Hz, from the coming step on, before which so many were made.
+
+        Raises:
+            CommandError: It is negative or above that of the steps.
+        """
+        most = 1 / self._timestep
+        if not 0 <= rate <= most * (1 + _SAME_STEP):
+            raise CommandError("record_rate", f"{rate:g} Hz", f"0 to {most:g} Hz, the rate of steps")
+        self.rate, self._first, self._taken = rate, steps, 0
+
+    def is_due(self, steps: int) -> bool:
+        """Whether the coming step is recorded, before which so many were made; to be asked once a step."""
+        due = self._taken / (self.rate * self._timestep) if self.rate else np.inf
+        recorded = steps - self._first >= due - _SAME_STEP
+        self._taken += recorded
+        return recorded
+
+
+class Courier:
+    """Takes work, and does it in the order in which it is given; the thread starts with the first work.
+
+    MuJoCo, NumPy, Arrow and the disk let other threads go on, so two cores are used where there are two.
+    """
+
+    def __init__(self) -> None:
+        """Have nothing to do."""
+        self._thread: ThreadPoolExecutor | None = None
+        self._sent: Future[None] | None = None
+
+    def send(self, work: Callable[[], None]) -> None:
+        """Give work, once what was given before is done; an error of that is raised, and the work is not taken then."""
+        self.wait()
+        self._thread = self._thread or ThreadPoolExecutor(1, "log")
+        self._sent = self._thread.submit(work)
+
+    def wait(self) -> None:
+        """Wait until nothing is under way; an error of the last work is raised once."""
+        sent, self._sent = self._sent, None
+        if sent is not None:
+            sent.result()
 
 
 @dataclass
@@ -139,13 +203,7 @@ class Recorder:
         records: Mapping[str, NDArray[Any]] = empty_records(*self.gauges.counts)
         if stacked:
             records = self.gauges.complete(stacked, part)
-        return dict(records) | {
-            "contact_time": np.array([contact.time for contact in contacts], dtype=float),
-            "contact_pair": np.array([contact[1:3] for contact in contacts], dtype=str).reshape(-1, 2),
-            "contact_distance": np.array([contact.gap for contact in contacts], dtype=float),
-            "contact_force": np.array([contact.force for contact in contacts], dtype=float).reshape(-1, 3),
-            "contact_point": np.array([contact.point for contact in contacts], dtype=float).reshape(-1, 3),
-        }
+        return dict(records) | pack_contacts(contacts)
 
     def make_log(
         self, warnings: tuple[str, ...], performance: dict[str, float], stopped: str, digests: dict[str, str]

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
-from vgtsim.plant.correction import Correction, Load
+from vgtsim.plant.correction import Correction
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
+from vgtsim.plant.feeler import Lookout
 from vgtsim.plant.foresight import Foresight
-from vgtsim.plant.gauges import MemberGauges, SectionGauges
-from vgtsim.plant.hose import Hose
-from vgtsim.plant.lookout import Lookout
-from vgtsim.plant.member_turns import MemberTurns
-from vgtsim.plant.section_turns import SectionTurns
+from vgtsim.plant.gauges import Gauges, SectionGauges
+from vgtsim.plant.loads import Hose, Load
 from vgtsim.plant.springs import fit_springs
+from vgtsim.plant.turns import MemberTurns, SectionTurns
 from vgtsim.site import Site
 from vgtsim.statics import settle
 
@@ -39,7 +38,7 @@ def stand_arm(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     site: Site,
-    gauges: MemberGauges | SectionGauges,
+    gauges: Gauges,
     *,
     inputs: Array,
     nodes: Array,

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from math import isnan, nan
-from typing import NamedTuple
+from math import isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,26 +12,10 @@ from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.errors import DivergenceError
 from vgtsim.graphics import mujoco
+from vgtsim.runlog import Contact
 from vgtsim.touches import Parts
 
 OPEN_GAP = 0.02  # m; a loop open by this much is no longer the mechanism, whatever MuJoCo says of it
-
-
-_UNKNOWN = (nan, nan, nan)
-
-
-class Contact(NamedTuple):
-    """Two geoms that touch: when, s, which, their gap, negative in penetration, m, the force on the arm, N, and where, m.
-
-    Of two parts of the arm the force is that on the second one. It is not known where lengths are imposed.
-    """
-
-    time: float
-    first: str
-    second: str
-    gap: float
-    force: tuple[float, ...] = _UNKNOWN
-    point: tuple[float, ...] = _UNKNOWN
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Turns of the joints of an arm whose members are bodies, from the places of its hubs."""
+"""Speeds of the joints of an arm from the places of its hubs: of members that are bodies, or of rigid sections."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import numpy as np
 from vgtsim.arrays import Array, Index
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, rotate_upright
-from vgtsim.mjcf import make_mast_pose, names
+from vgtsim.mjcf import SectionPose, make_mast_pose, names
 from vgtsim.plant.addresses import Addresses
 
+_TRIPLE = np.arange(3)
 _PASSES = 2  # over the turn of a bar: a turn of 0.05 rad is then found to 1e-8 of it
 
 
@@ -39,7 +40,10 @@ class MemberTurns:
         self._flanged = np.array([member.ends[0] < chain.truss.base.stop for member in chain.truss.members])
 
     def __call__(self, data: mujoco.MjData, nodes: Array, lengths: Array, speeds: Array) -> None:
-        """See `foresight.Turns`: from where the bodies are; spins stay as foreseen."""
+        """Write speeds, shape (nv,), that lead to nodes, shape (N, 3), m, and lengths, shape (J,), m, within a step.
+
+        They lead there from where the bodies are; spins stay as foreseen.
+        """
         truss, joints, at, step = self._chain.truss, self._joints, self._at, self._step
         corner = nodes[truss.tip]
         x, y = corner[0] - corner[2], corner[1] - corner[2]
@@ -80,7 +84,7 @@ class MemberTurns:
 
 def _find_joints(model: mujoco.MjModel, chain: Chain) -> _Joints:
     truss = chain.truss
-    label, triple = truss.member_names, np.arange(3)
+    label = truss.member_names
     pinned = truss.ring_actuators.ravel()
     hung = np.setdiff1d(np.arange(len(label)), pinned)
     middles = [truss.nodes[i] for i in truss.rings[:, :, 1].ravel()]
@@ -90,9 +94,9 @@ def _find_joints(model: mujoco.MjModel, chain: Chain) -> _Joints:
 
     return _Joints(
         hung=hung,
-        balls=first([label[i] for i in hung])[:, None] + triple,
-        tip=first([names.TIP])[0] + 3 + triple,
-        turns=first([names.turn(node) for node in middles])[:, None] + triple,
+        balls=first([label[i] for i in hung])[:, None] + _TRIPLE,
+        tip=first([names.TIP])[0] + 3 + _TRIPLE,
+        turns=first([names.turn(node) for node in middles])[:, None] + _TRIPLE,
         pins=first([names.pin(label[i]) for i in pinned]),
         blocks=np.array([model.body(node).id for node in middles], dtype=int),
     )
@@ -132,3 +136,26 @@ def _find_swings(ahead: Array, spin: Array) -> Array:
         size = a**2 + b**2
         x, y = (b * up - a * side) / size, (a * up + b * side) / size
     return np.stack([x, y], axis=-1)
+
+
+class SectionTurns:
+    """Moves of mast and free hubs, and moves and turns of sections."""
+
+    def __init__(self, model: mujoco.MjModel, pose: SectionPose) -> None:
+        """Take the places in the model from a pose."""
+        self._pose, self._step = pose, model.opt.timestep
+
+    def __call__(self, data: mujoco.MjData, nodes: Array, lengths: Array, speeds: Array) -> None:  # noqa: ARG002
+        """See `MemberTurns`; the places of the hubs imply the lengths."""
+        pose, step = self._pose, self._step
+        speeds[pose.slide_speeds] = (nodes[pose.hubs] - pose.reference - data.qpos[pose.slides]) / step
+        P, R = pose.find_frames(nodes)
+        mast = pose.mast
+        speeds[mast.feed_speed] = (mast.find_feed(nodes) - data.qpos[mast.feed]) / step
+        if mast.turn is not None:
+            speeds[mast.turn_speed] = (mast.find_turn(nodes) - data.qpos[mast.turn]) / step
+        speeds[pose.move_speeds[:, None] + _TRIPLE] = (P - data.qpos[pose.moves[:, None] + _TRIPLE]) / step
+        speeds[pose.move_speeds[:, None] + 3 + _TRIPLE] = find_turn(data.xmat[pose.bodies].reshape(-1, 3, 3), R) / step
+
+
+Turns = MemberTurns | SectionTurns

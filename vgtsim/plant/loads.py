@@ -1,15 +1,16 @@
-"""The tool of a plant: it pushes on the arm, and the waste below it goes away."""
+"""What presses on a plant's arm in each step: the tool, below which the waste goes away, and the couples of a bent hose."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vgtsim.arrays import Array
+from vgtsim.arrays import Array, Index
 from vgtsim.errors import CommandError
 from vgtsim.geometry import Diggings
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import lower_waste, names
 from vgtsim.site import Site
+from vgtsim.statics import hose_forces
 from vgtsim.stretch import LogSource
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -38,7 +39,10 @@ class Digger:
         return self.share * self._diggings.tool.push * _UP
 
     def press(self, data: mujoco.MjData, wrenches: Array) -> None:
-        """See `correction.Load`."""
+        """Add forces and moments about the bodies' centres of mass, shape (bodies, 6), N and N·m, in frame G.
+
+        The bodies are where they stand at the begin of a step.
+        """
         lever = data.site_xpos[self._tool] - data.xipos[self._tip]
         wrenches[self._tip] += [*self.force, *np.cross(lever, self.force)]
 
@@ -47,16 +51,6 @@ class Digger:
         """Quantities of a record at the begin of a step, by name."""
         own = {"tool_share": self.share, "tool_force": self.force, "removed": self.removed}
         return own | {"bed": self.heights.copy()}
-
-    def command(self, share: float) -> None:
-        """Say which share of its power the tool has at the end of the next step.
-
-        Raises:
-            CommandError: It is no share.
-        """
-        if not 0 <= share <= 1:
-            raise CommandError("tool", f"{share:g}", "0 to 1, a share of its full power")
-        self.wanted = float(share)
 
     def dig(self, point: Array, timestep: float) -> None:
         """Remove what a step of some s at a tool point, shape (3,), m, removes."""
@@ -88,4 +82,27 @@ def command_tool(digger: Digger | None, share: float) -> None:
     """
     if digger is None:
         raise CommandError("tool", f"{share:g}", "nothing: no step of the scene's mission cuts waste")
-    digger.command(share)
+    if not 0 <= share <= 1:
+        raise CommandError("tool", f"{share:g}", "0 to 1, a share of its full power")
+    digger.wanted = float(share)
+
+
+class Hose:
+    """Presses on the bodies that carry the faces' nodes, in each step as the arm is bent at its begin."""
+
+    def __init__(self, model: mujoco.MjModel, site: Site, nodes: Index) -> None:
+        """Look up the bodies; `nodes` are the sites of the nodes, shape (N,)."""
+        truss = site.truss
+        self._loads, self._nodes = site.load_model, nodes
+        self._moved = np.unique(truss.faces)
+        self._bodies = np.array(model.site_bodyid)[nodes[self._moved]]
+
+    def press(self, data: mujoco.MjData, wrenches: Array) -> None:
+        """See `Digger.press`."""
+        nodes = data.site_xpos[self._nodes]
+        force = hose_forces(self._loads, nodes)[self._moved]
+        lever = nodes[self._moved] - data.xipos[self._bodies]
+        np.add.at(wrenches, self._bodies, np.concatenate([force, np.cross(lever, force)], axis=1))
+
+
+Load = Digger | Hose
