@@ -36,9 +36,9 @@ def test_a_figure_far_below_its_limit_is_said_to_be_so(report):
     small = dataclasses.replace(report.checks[0], measured=3.97e-15, limit=1e-6, unit="m", sense="at most")
     just = dataclasses.replace(small, measured=2e-9)
     groups = group_checks(dataclasses.replace(report, checks=(small, just)))
-    assert [row.measured for row in groups[0].rows] == ["< 1 nm", "2 nm"]
-    assert [row.share for row in groups[0].rows] == [pytest.approx(3.97e-7), pytest.approx(0.2)]
-    assert not any(group.rows or group.passed for group in groups[1:])
+    assert [row["measured"] for row in groups[0]["rows"]] == ["< 1 nm", "2 nm"]
+    assert [row["share"] for row in groups[0]["rows"]] == [pytest.approx(3.97e-7), pytest.approx(0.2)]
+    assert not any(group["rows"] or group["passed"] for group in groups[1:])
 
 
 def test_waste_in_the_dish_is_a_spherical_cap(scene):

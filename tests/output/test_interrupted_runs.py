@@ -27,7 +27,7 @@ from vgtsim import cli, logfiles
 from vgtsim.errors import DescriptionError
 from vgtsim.logbook import LogWriter, open_log
 from vgtsim.output import LOG, find_results, stage_results
-from vgtsim.output.staging import UNFINISHED
+from vgtsim.output.folders import UNFINISHED
 from vgtsim.output.write import write_report_json
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import begin_log, record

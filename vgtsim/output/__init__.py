@@ -1,7 +1,16 @@
 """The files that a run leaves behind: reports, plots, film."""
 
-from vgtsim.output.folders import naming_folder, prepare_file, prepare_folder
-from vgtsim.output.staging import LOG, PHASES, REPLAY, find_results, list_runs, stage_results
+from vgtsim.output.folders import (
+    LOG,
+    PHASES,
+    REPLAY,
+    find_results,
+    list_runs,
+    naming_folder,
+    prepare_file,
+    prepare_folder,
+    stage_results,
+)
 from vgtsim.output.write import (
     film,
     film_phases,

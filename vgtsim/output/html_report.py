@@ -20,8 +20,8 @@ from vgtsim.output import html_tables as tables
 from vgtsim.output import run_plots as runs
 from vgtsim.output.calculation import make_sheet
 from vgtsim.output.figure import styled, to_svg
+from vgtsim.output.folders import HTML, RESULTS, VIDEO
 from vgtsim.output.quantities import format_quantity
-from vgtsim.output.staging import HTML, RESULTS, VIDEO
 from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
@@ -57,22 +57,28 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
     gap = "Greatest gap between a member's end and its hub."
     carried = find_riser_reaction(site, log)
     errors, clear = ("tool_position_error", "tool_angle_error"), ("clearance", "clearance_time")
-    rows: tuple[tuple[str, str, str, tuple[str, ...], Callable[[], Figure]], ...] = (
-        ("truss", "The truss at its worst instant", coloured, (), lambda: plot_truss(site, log, report)),
-        ("tool", "Tool error", tool, errors, lambda: runs.plot_tool_error(site, log, report)),
-        ("clearance", "Clearance along the run", near, clear, lambda: runs.plot_clearance(site, log, report)),
-        ("utilisation", "Member utilisation", used, ("utilisation",), lambda: runs.plot_utilisation(site, log, report)),
-        ("axial", "Axial force in the members", axial, (), lambda: runs.plot_axial_forces(site, log)),
-        ("forces", "Actuator forces", drive, (), lambda: runs.plot_actuator_forces(site, log)),
-        ("lengths", "Actuator lengths", length, (), lambda: runs.plot_actuator_lengths(site, log)),
-        ("mast", "Mast reaction", mast, (), lambda: runs.plot_reaction(site, log, log.mast_reaction)),
-        ("riser", "Load on the riser", riser, (), lambda: runs.plot_reaction(site, log, carried)),
-        ("closure", "Closure", gap, ("closure",), lambda: runs.plot_closure(site, log, report)),
-    )
+    plots = [
+        ReportPlot("truss", "The truss at its worst instant", coloured, (), lambda: plot_truss(site, log, report)),
+        ReportPlot("tool", "Tool error", tool, errors, lambda: runs.plot_tool_error(site, log, report)),
+        ReportPlot("clearance", "Clearance along the run", near, clear, lambda: runs.plot_clearance(site, log, report)),
+        ReportPlot(
+            "utilisation",
+            "Member utilisation",
+            used,
+            ("utilisation",),
+            lambda: runs.plot_utilisation(site, log, report),
+        ),
+        ReportPlot("axial", "Axial force in the members", axial, (), lambda: runs.plot_axial_forces(site, log)),
+        ReportPlot("forces", "Actuator forces", drive, (), lambda: runs.plot_actuator_forces(site, log)),
+        ReportPlot("lengths", "Actuator lengths", length, (), lambda: runs.plot_actuator_lengths(site, log)),
+        ReportPlot("mast", "Mast reaction", mast, (), lambda: runs.plot_reaction(site, log, log.mast_reaction)),
+        ReportPlot("riser", "Load on the riser", riser, (), lambda: runs.plot_reaction(site, log, carried)),
+        ReportPlot("closure", "Closure", gap, ("closure",), lambda: runs.plot_closure(site, log, report)),
+    ]
     if log.removed.size:
         waste = f"{describe_removed(site, log)}. Below: the force of the waste on the tool, upward."
-        rows = (*rows[:2], ("waste", "Waste removed", waste, (), lambda: runs.plot_waste(site, log)), *rows[2:])
-    return [ReportPlot(*row) for row in rows]
+        plots.insert(2, ReportPlot("waste", "Waste removed", waste, (), lambda: runs.plot_waste(site, log)))
+    return plots
 
 
 def write_page(run: Mapping[str, Any], path: str | Path) -> None:
@@ -102,39 +108,45 @@ def write_report_pdf(site: Site, log: RunLog, report: Report, path: str | Path) 
 
 
 def describe_run(site: Site, log: RunLog, report: Report) -> dict[str, Any]:
-    """All that a page says of a run, by the names of its template; the plots are drawn here, and take seconds."""
+    """All that a page says of a run, by the names of its template; the plots are drawn here, and take seconds.
+
+    A plot without its series says so.
+    """
     sheet = make_sheet(site, log, report)
-    return {
+    return _describe(site, report) | {
         "title": site.task.title,
-        "passed": report.passed,
-        "verdict": "PASSED" if report.passed else "FAILED",
-        "summary": tables.summarise(report),
         "notices": tables.list_notices(log, report),
         "phases": [],
         "plots": [_draw(plot, report) for plot in list_plots(site, log, report)],
         "goals": tables.list_goals(site, log, report),
-        "checks": tables.group_checks(report),
         "members": tables.list_members(site, log, report),
         "sheet": sheet and {**vars(sheet), "lines": [astuple(line) for line in sheet.lines]},
         "reactions": tables.list_reactions(site, log),
-        "settings": tables.list_settings(site),
-        "performance": tables.list_costs(report.performance),
-        "versions": report.versions.items(),
     }
 
 
 def describe_mission(runs: Sequence[PhaseRun], report: Report) -> dict[str, Any]:
     """All that a page says of a mission in phases, whose own pages have the plots and tables."""
     absent = {"plots": [], "goals": [], "members": [], "sheet": None, "reactions": []}
-    return absent | {
-        "title": runs[0].site.task.title.rpartition(":")[0],
+    return (
+        absent
+        | _describe(runs[0].site, report)
+        | {
+            "title": runs[0].site.task.title.rpartition(":")[0],
+            "notices": [f"Note: {note}" for note in report.notes],
+            "phases": tables.list_phase_rows(runs),
+        }
+    )
+
+
+def _describe(site: Site, report: Report) -> dict[str, Any]:
+    """What the pages of runs and missions have in common."""
+    return {
         "passed": report.passed,
         "verdict": "PASSED" if report.passed else "FAILED",
         "summary": tables.summarise(report),
-        "notices": [f"Note: {note}" for note in report.notes],
-        "phases": tables.list_phase_rows(runs),
         "checks": tables.group_checks(report),
-        "settings": tables.list_settings(runs[0].site),
+        "settings": tables.list_settings(site),
         "performance": tables.list_costs(report.performance),
         "versions": report.versions.items(),
     }

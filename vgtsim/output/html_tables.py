@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from vgtsim.description import Tank
 from vgtsim.geometry import make_profile
 from vgtsim.kinematics import first_greatest, order_down
+from vgtsim.output.folders import HTML, PHASES
 from vgtsim.output.quantities import MINUS, format_quantity
-from vgtsim.output.staging import HTML, PHASES
 from vgtsim.planning import STEP_BOUND, name_bound
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
@@ -24,6 +24,8 @@ from vgtsim.verification import (
     find_holds,
     find_riser_reaction,
 )
+
+Row = dict[str, Any]  # of a table, by the names of the template
 
 _NO_MATTER = 1e-3  # of its limit: a figure below this is as good as nothing, and `report.json` has it
 _ROWS = 20  # members listed, the most used first; a page long
@@ -71,59 +73,25 @@ def list_notices(log: RunLog, report: Report) -> list[str]:
     return lines + [f"Contact: {first} with {second}" for first, second in sorted(pairs)]
 
 
-@dataclass(frozen=True, kw_only=True)
-class CheckRow:
-    """A check as the page shows it; `share` is how much of the limit is used, in per cent, NaN where none can be said."""
+def group_checks(report: Report) -> list[Row]:
+    """Group the checks of a report by name, in the order of `CHECK_NAMES`; what is missing has no rows and no `worst` one.
 
-    quantity: str
-    measured: str
-    limit: str
-    share: float
-    where: str
-    when: str
-    source: str
-    detail: str
-    passed: bool
-
-
-@dataclass(frozen=True)
-class CheckGroup:
-    """The rows of one check; none where the check was not made."""
-
-    name: str
-    rows: tuple[CheckRow, ...]
-
-    @property
-    def passed(self) -> bool:
-        """Whether the check was made and every figure is within its limit."""
-        return bool(self.rows) and all(row.passed for row in self.rows)
-
-    @property
-    def worst(self) -> CheckRow:
-        """The row that uses most of its limit, failed ones first."""
-        return max(self.rows, key=lambda row: (not row.passed, np.nan_to_num(row.share, nan=-1.0)))
-
-
-def group_checks(report: Report) -> list[CheckGroup]:
-    """Group the checks of a report by name, in the order of `CHECK_NAMES`; what is missing has no rows."""
-    found: dict[str, list[CheckRow]] = {name: [] for name in CHECK_NAMES}
+    The worst row uses most of its limit, failed ones first.
+    """
+    found: dict[str, list[Row]] = {name: [] for name in CHECK_NAMES}
     for check in report.checks:
         found.setdefault(check.name, []).append(_describe_check(check))
-    return [CheckGroup(name, tuple(rows)) for name, rows in found.items()]
-
-
-@dataclass(frozen=True, kw_only=True)
-class PhaseRow:
-    """A phase of a mission as the page shows it, with the path of its own page."""
-
-    number: int
-    page: str
-    modules: int
-    steps: str
-    begin: str
-    time: str
-    figures: tuple[str, ...]
-    passed: bool
+    return [
+        {
+            "name": name,
+            "rows": rows,
+            "passed": bool(rows) and all(row["passed"] for row in rows),
+            "worst": max(
+                rows, key=lambda row: (not row["passed"], np.nan_to_num(row["share"], nan=-1.0)), default=None
+            ),
+        }
+        for name, rows in found.items()
+    ]
 
 
 PHASE_FIGURES = {
@@ -134,38 +102,38 @@ PHASE_FIGURES = {
 }
 
 
-def list_phase_rows(runs: Sequence[PhaseRun]) -> list[PhaseRow]:
-    """List the phases of a mission with the figures of `PHASE_FIGURES`, by the check's name or by its quantity."""
+def list_phase_rows(runs: Sequence[PhaseRun]) -> list[Row]:
+    """List the phases of a mission, each with the path of its own page and the figures of `PHASE_FIGURES`.
+
+    Figures are found by the check's name or by its quantity.
+    """
     rows = []
     for number, (run, begin) in enumerate(zip(runs, find_begins(runs), strict=True), start=1):
         first = {word: check for check in reversed(run.report.checks) for word in (check.name, check.quantity)}
-        row = PhaseRow(
-            number=number,
-            page=f"{PHASES}/{number}/{HTML}",
-            modules=len(run.site.arm.active),
-            steps=", ".join(stage.name for stage in run.site.task.stages),
-            begin=f"{begin:.1f} s",
-            time=f"{run.duration:.1f} s",
-            figures=tuple(_write_measured(first[name]) if name in first else "" for name in PHASE_FIGURES),
-            passed=run.report.passed,
-        )
+        row = {
+            "number": number,
+            "page": f"{PHASES}/{number}/{HTML}",
+            "modules": len(run.site.arm.active),
+            "steps": ", ".join(stage.name for stage in run.site.task.stages),
+            "begin": f"{begin:.1f} s",
+            "time": f"{run.duration:.1f} s",
+            "figures": [_write_measured(first[name]) if name in first else "" for name in PHASE_FIGURES],
+            "passed": run.report.passed,
+        }
         rows.append(row)
     return rows
 
 
-def _describe_check(check: Check) -> CheckRow:
-    sign = "≤" if check.sense == "at most" else "≥"
-    return CheckRow(
-        quantity=check.quantity,
-        measured=_write_measured(check),
-        limit=f"{sign} {format_quantity(check.limit, check.unit)}",
-        share=_find_share(check),
-        where=check.where,
-        when=f"{check.when:.2f} s" if np.isfinite(check.when) else "",
-        source=check.source,
-        detail=check.detail,
-        passed=check.passed,
-    )
+def _describe_check(check: Check) -> Row:
+    """A check as the page shows it; `share` is how much of the limit is used, in per cent, NaN where none can be said."""
+    over, under = (check.measured, check.limit) if check.sense == "at most" else (check.limit, check.measured)
+    return vars(check) | {
+        "passed": check.passed,
+        "measured": _write_measured(check),
+        "limit": f"{'≤' if check.sense == 'at most' else '≥'} {format_quantity(check.limit, check.unit)}",
+        "when": f"{check.when:.2f} s" if np.isfinite(check.when) else "",
+        "share": 100 * over / under if np.isfinite(check.measured) and under > 0 else np.nan,
+    }
 
 
 def _write_measured(check: Check) -> str:
@@ -178,26 +146,11 @@ def _write(value: float, unit: str, limit: float) -> str:
     return f"< {format_quantity(least, unit)}" if 0 < value < least else format_quantity(value, unit)
 
 
-def _find_share(check: Check) -> float:
-    over, under = (check.measured, check.limit) if check.sense == "at most" else (check.limit, check.measured)
-    return 100 * over / under if np.isfinite(check.measured) and under > 0 else np.nan
+def list_goals(site: Site, log: RunLog, report: Report) -> list[Row]:
+    """List the goals of the tour: when the arm settled there, and the greatest distance and angle of the tool from them.
 
-
-@dataclass(frozen=True, kw_only=True)
-class GoalRow:
-    """A goal of the tour: when the arm settled there, and the greatest distance and angle of the tool from it."""
-
-    name: str
-    position: str
-    direction: str
-    stays: str
-    distance: str
-    angle: str
-    reached: bool
-
-
-def list_goals(site: Site, log: RunLog, report: Report) -> list[GoalRow]:
-    """List the goals; errors are of the report's series `tool_..._error`, if there."""
+    Errors are of the report's series `tool_..._error`, if there.
+    """
     stays, limits = find_holds(log), site.task.limits
     judged = (
         ("tool_position_error", "m", limits.tracking_position),
@@ -211,17 +164,16 @@ def list_goals(site: Site, log: RunLog, report: Report) -> list[GoalRow]:
             series = report.series.get(key)
             known = [] if series is None else [float(np.max(series[h.first : h.last + 1])) for h in held]
             errors.append(_write(max(known, default=np.nan), unit, limit))
-        rows.append(
-            GoalRow(
-                name=goal.name,
-                position=", ".join(f"{value:.3f}" for value in goal.position or ()).replace("-", MINUS),
-                direction=", ".join(f"{value:.2f}" for value in goal.direction or ()).replace("-", MINUS),
-                stays=", ".join(f"{hold.start:.1f} to {hold.end:.1f} s" for hold in held) or "never settled",
-                distance=errors[0],
-                angle=errors[1],
-                reached=bool(held),
-            )
-        )
+        row = {
+            "name": goal.name,
+            "position": ", ".join(f"{value:.3f}" for value in goal.position or ()).replace("-", MINUS),
+            "direction": ", ".join(f"{value:.2f}" for value in goal.direction or ()).replace("-", MINUS),
+            "stays": ", ".join(f"{hold.start:.1f} to {hold.end:.1f} s" for hold in held) or "never settled",
+            "distance": errors[0],
+            "angle": errors[1],
+            "reached": bool(held),
+        }
+        rows.append(row)
     return rows
 
 

@@ -16,8 +16,8 @@ from vgtsim.description import Tank
 from vgtsim.graphics import explain_no_picture, mujoco
 from vgtsim.kinematics import find_axis, trace_line
 from vgtsim.mjcf import build_model, build_spec, finish_model, lower_waste, names, show_pit, show_things, tank
+from vgtsim.output.readings import name_things
 from vgtsim.output.replay import make_replay, pose_model, project
-from vgtsim.output.things import name_things
 from vgtsim.site import Site
 
 Picture = NDArray[np.uint8]

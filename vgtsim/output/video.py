@@ -18,10 +18,9 @@ from vgtsim.description import Cut
 from vgtsim.errors import MissingLibraryError
 from vgtsim.output.colours import scale_end
 from vgtsim.output.overlay import LABELS, Mark, Overlay, draw_overlay, make_overlay
-from vgtsim.output.readings import read_instant
+from vgtsim.output.readings import name_things, read_instant
 from vgtsim.output.replay import camera_at, frame_times, interpolate
 from vgtsim.output.stage import Picture, Stage, compile_view, count_appeared
-from vgtsim.output.things import name_things
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 from vgtsim.description import CameraName, Cut, closest
 from vgtsim.errors import DescriptionError, MissingLibraryError
-from vgtsim.output.folders import naming_folder, prepare_folder
-from vgtsim.output.staging import HTML, JSON, LOG, PDF, VIDEO, stage_results
+from vgtsim.output.folders import HTML, JSON, LOG, PDF, VIDEO, naming_folder, prepare_folder, stage_results
 from vgtsim.replacing import replacing
 
 if TYPE_CHECKING:  # plots, MuJoCo and the checks are loaded where a file needs them

@@ -21,10 +21,10 @@ from viser import ViserServer
 
 from vgtsim.arrays import Array, Index
 from vgtsim.output.colours import scale_end
+from vgtsim.output.folders import HTML
 from vgtsim.output.html_tables import list_notices, summarise
 from vgtsim.output.quantities import MINUS
 from vgtsim.output.readings import READINGS, read_instant
-from vgtsim.output.staging import HTML
 from vgtsim.positioning import LeastGap
 from vgtsim.proximity import Proximity
 from vgtsim.replacing import replacing

@@ -11,7 +11,7 @@ import trimesh
 from vgtsim.arrays import Array
 from vgtsim.description import Tank
 from vgtsim.geometry import Diggings, Profile, find_hulls, make_profile, obstacles, ring_radii, solids, tool_frame
-from vgtsim.output.things import name_things
+from vgtsim.output.readings import name_things
 from vgtsim.site import Site
 from vgtsim.web.baking import Piece, add_baked
 
