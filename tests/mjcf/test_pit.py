@@ -9,7 +9,7 @@ from digging import over_waste
 from vgtsim.geometry import make_profile
 from vgtsim.geometry.solids import make_waste, open_waste
 from vgtsim.mjcf import build_spec, finish_model, lower_waste, names
-from vgtsim.mjcf.pit import show_pit
+from vgtsim.mjcf.tank import show_pit
 from vgtsim.site import Site
 
 SINGLE = 1e-6  # m: heights are in single precision

@@ -33,7 +33,7 @@ EFFORT, DONE, FAULT = (
 # Of a mast without a described feed: rate, m/s, acceleration, m/s², and force, N, enough for any shipped arm and mast.
 _RATE, _ACCELERATION, _FORCE = 0.1, 0.05, 1e6
 _BOUND = 2.0  # of observations, which are within one but for what acceleration or a start beyond a box leaves
-_TASKS: dict[str, type[Reach | Raster | Entrance]] = {"reach": Reach, "raster": Raster, "insertion": Entrance}
+_TASKS: dict[str, type[Task]] = {"reach": Reach, "raster": Raster, "insertion": Entrance}
 
 
 class ArmEnv(gymnasium.Env[Row, Row]):

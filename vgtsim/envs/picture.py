@@ -43,7 +43,7 @@ class Picture:
                 model.site_pos[site] = _AWAY
         for site, way in zip(self._marks, (0.0, 0.35), strict=False):  # the ball, and the middle of the rod
             model.site_pos[site] = goal.position + way * goal.direction
-            _turn(model.site_quat[site], goal.direction)
+            mujoco.mju_quatZ2Vec(model.site_quat[site], goal.direction)  # it turns z into the direction
         mujoco.mj_forward(model, self.data)
 
     def render(self, mode: str) -> Any:
@@ -64,8 +64,3 @@ class Picture:
         """Free what draws."""
         if self._renderer is not None:
             self._renderer.close()
-
-
-def _turn(quat: Array, direction: Array) -> None:
-    """Write the rotation that turns z into a direction."""
-    mujoco.mju_quatZ2Vec(quat, direction)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from vgtsim.arrays import Array
+from vgtsim.envs.tiers import Tier
 from vgtsim.errors import AssemblyError, SingularityError, VgtError
 from vgtsim.kinematics import State
 from vgtsim.mjcf import withdrawn_poses
@@ -30,41 +30,6 @@ class ToolAim:
     feed: float = 0.0
 
 
-class Stand(Protocol):
-    """How an arm stands: its kinematics, a state of one row, and feed, m."""
-
-    state: State
-    feed: float
-
-
-class Task(Protocol):
-    """A task of an arm; `feed` tells whether the mast moves too."""
-
-    site: Site
-    feed: bool
-
-    def begin(self, rng: np.random.Generator) -> tuple[Array, float]:
-        """Draw what is to be done; inputs, shape (n,), and feed, m, to start from."""
-        ...
-
-    @property
-    def goal(self) -> ToolAim:
-        """What the arm is to come to now."""
-        ...
-
-    def measure(self, arm: Stand) -> float:
-        """How much is left to do, m; less is better."""
-        ...
-
-    def advance(self, arm: Stand) -> bool:
-        """Whether all is done; a goal that is reached gives way to the next."""
-        ...
-
-    def clearance(self, arm: Stand) -> float:
-        """Distance from everything, m, at most `SEEN`."""
-        ...
-
-
 def _reach(state: State, goal: ToolAim) -> tuple[float, float]:
     """Distance, m, and angle, rad, of the tool from a goal at the working depth."""
     position, direction = (item[0] for item in state.tool)
@@ -84,6 +49,8 @@ class Reach:
 
     Its lengths are a part of the way (`spread`) from those of the scene's start to some that are drawn evenly from the strokes,
     and it is as clear of everything as the scene asks. Where few are, the part becomes smaller.
+
+    `goal` is what the arm is to come to now; `feed` tells whether the mast moves too.
     """
 
     site: Site
@@ -94,7 +61,7 @@ class Reach:
     goal: ToolAim = field(init=False)
 
     def begin(self, rng: np.random.Generator) -> tuple[Array, float]:
-        """See `Task.begin`."""
+        """Draw what is to be done; inputs, shape (n,), and feed, m, to start from."""
         chain, start, box = self.site.chain, self.site.start, self.site.box
         begin = chain.lengths(start)
         for tried in range(_TRIES):
@@ -109,18 +76,18 @@ class Reach:
                 return start, 0.0
         raise VgtError(f"{_TRIES} goals were drawn and none is clear; spread: found {self.spread:g}; allowed: less")
 
-    def measure(self, arm: Stand) -> float:
-        """See `Task.measure`: distance, and 0.3 m for a radian."""
+    def measure(self, arm: Tier) -> float:
+        """How much is left to do, m, less is better: distance, and 0.3 m for a radian."""
         distance, angle = _reach(arm.state, self.goal)
         return distance + _TURN * angle
 
-    def advance(self, arm: Stand) -> bool:
-        """See `Task.advance`."""
+    def advance(self, arm: Tier) -> bool:
+        """Whether all is done; a goal that is reached gives way to the next."""
         distance, angle = _reach(arm.state, self.goal)
         return distance < self.close and angle < self.aligned
 
-    def clearance(self, arm: Stand) -> float:
-        """See `Task.clearance`."""
+    def clearance(self, arm: Tier) -> float:
+        """Distance from everything, m, at most `SEEN`."""
         return _near(self.site, arm.state)
 
 
@@ -140,7 +107,7 @@ class Raster:
     done: int = field(init=False, default=0)
 
     def begin(self, rng: np.random.Generator) -> tuple[Array, float]:
-        """See `Task.begin`."""
+        """See `Reach.begin`."""
         position, direction = self.site.chain.tool(self.site.start)
         turn, shift = rng.uniform(-np.pi, np.pi), rng.uniform(-0.2, 0.2, 2)
         count = max(round(self.width / 0.5), 1) + 1
@@ -156,23 +123,23 @@ class Raster:
 
     @property
     def goal(self) -> ToolAim:
-        """See `Task.goal`: the next point."""
+        """See `Reach.goal`: the next point."""
         return ToolAim(self._points[min(self.done, len(self._points) - 1)], self._direction)
 
-    def measure(self, arm: Stand) -> float:
-        """See `Task.measure`: the way that is left, and 0.3 m for a radian."""
+    def measure(self, arm: Tier) -> float:
+        """See `Reach.measure`: the way that is left, and 0.3 m for a radian."""
         distance, angle = _reach(arm.state, self.goal)
         return distance + _TURN * angle + float(self._after[min(self.done, len(self._points) - 1)])
 
-    def advance(self, arm: Stand) -> bool:
-        """See `Task.advance`."""
+    def advance(self, arm: Tier) -> bool:
+        """See `Reach.advance`."""
         distance, _ = _reach(arm.state, self.goal)
         if self.done < len(self._points) and distance < self.close:
             self.done += 1
         return self.done == len(self._points)
 
-    def clearance(self, arm: Stand) -> float:
-        """See `Task.clearance`."""
+    def clearance(self, arm: Tier) -> float:
+        """See `Reach.clearance`."""
         return _near(self.site, arm.state)
 
 
@@ -198,24 +165,27 @@ class Entrance:
         return Entry(self.site)
 
     def begin(self, rng: np.random.Generator) -> tuple[Array, float]:
-        """See `Task.begin`."""
+        """See `Reach.begin`."""
         inputs, feed = self.stowed
         return inputs, feed * rng.uniform(0.98, 1.0)
 
     @property
     def goal(self) -> ToolAim:
-        """See `Task.goal`: where the tool would be in the posture of the scene's start, as a hint."""
+        """See `Reach.goal`: where the tool would be in the posture of the scene's start, as a hint."""
         return ToolAim(*self.site.chain.tool(self.site.start))
 
-    def measure(self, arm: Stand) -> float:
-        """See `Task.measure`: the feed that is left."""
+    def measure(self, arm: Tier) -> float:
+        """See `Reach.measure`: the feed that is left."""
         return arm.feed
 
-    def advance(self, arm: Stand) -> bool:
-        """See `Task.advance`."""
+    def advance(self, arm: Tier) -> bool:
+        """See `Reach.advance`."""
         return arm.feed < self.close
 
-    def clearance(self, arm: Stand) -> float:
-        """See `Task.clearance`: with cylinders by their real shape, the riser's bore and rim included."""
+    def clearance(self, arm: Tier) -> float:
+        """See `Reach.clearance`: with cylinders by their real shape, the riser's bore and rim included."""
         gaps = self._entry.gaps(arm.state.q, np.array([arm.feed]))
         return min(*gaps.least().values(), SEEN)
+
+
+Task = Reach | Raster | Entrance

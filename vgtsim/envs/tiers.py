@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from vgtsim.arrays import Array
 from vgtsim.errors import AssemblyError, DivergenceError, SingularityError, StoppedError
 from vgtsim.kinematics import Chain, State
@@ -11,35 +9,26 @@ from vgtsim.plant import Plant
 from vgtsim.site import Site
 
 
-class Tier(Protocol):
-    """An arm with its kinematics, a state of one row, its lengths, shape (J,), m, and the feed of its mast, m."""
-
-    state: State
-    lengths: Array
-    feed: float
-
-    def reset(self, inputs: Array, feed: float) -> None:
-        """Stand at rest in a posture."""
-
-    def move(self, lengths: Array, feed: Array) -> str:
-        """Go through lengths, shape (S, J), and feeds, shape (S,), at every step; say what went wrong, or nothing."""
-        ...
-
-
 class FastTier:
-    """Kinematics: the arm is where its lengths put it, at once."""
+    """Kinematics: the arm is where its lengths put it, at once.
+
+    It has a `state` of one row, its `lengths`, shape (J,), m, and the `feed` of its mast, m.
+    """
 
     def __init__(self, site: Site) -> None:
         """Stand nowhere yet."""
         self._chain = site.chain
 
     def reset(self, inputs: Array, feed: float) -> None:
-        """See `Tier.reset`."""
+        """Stand at rest in a posture."""
         self.state, self.feed = self._chain.state(inputs[None]), feed
         self.lengths = self.state.lengths[0]
 
     def move(self, lengths: Array, feed: Array) -> str:
-        """See `Tier.move`: the last lengths count."""
+        """Go through lengths, shape (S, J), and feeds, shape (S,), at every step; say what went wrong, or nothing.
+
+        The last lengths count.
+        """
         try:
             self.state = follow(self._chain, lengths[-1], self.state)
         except (AssemblyError, SingularityError) as error:
@@ -56,12 +45,12 @@ class ExactTier:
         self._chain, self.plant = site.chain, Plant(site, timestep=timestep, record_rate=0)
 
     def reset(self, inputs: Array, feed: float) -> None:
-        """See `Tier.reset`."""
+        """See `FastTier.reset`."""
         state = self.plant.reset(inputs=inputs, feed=feed)
         self.state, self.lengths, self.feed = self._chain.state(inputs[None]), state.lengths, state.feed
 
     def move(self, lengths: Array, feed: Array) -> str:
-        """See `Tier.move`: the last state counts."""
+        """See `FastTier.move`: the last state counts."""
         plant = self.plant
         try:
             for row, height in zip(lengths, feed, strict=True):
@@ -73,6 +62,9 @@ class ExactTier:
             return str(error)
         self.lengths, self.feed = state.lengths, state.feed
         return ""
+
+
+Tier = FastTier | ExactTier
 
 
 def follow(chain: Chain, lengths: Array, near: State) -> State:

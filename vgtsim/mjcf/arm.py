@@ -9,11 +9,10 @@ from vgtsim.kinematics import Member, quaternions_to
 from vgtsim.mjcf import names
 from vgtsim.mjcf.defaults import add_defaults
 from vgtsim.mjcf.fittings import add_drives, add_force_sensors, hold_sites, set_inertia
-from vgtsim.mjcf.hubs import add_fixed_hubs, add_free_hub
+from vgtsim.mjcf.hubs import add_fixed_hubs, add_free_hub, add_tip
 from vgtsim.mjcf.pose import pinned_rotation
 from vgtsim.mjcf.rigging import Rigging
 from vgtsim.mjcf.ring import Seat, add_block, pin_barrel, pin_rod
-from vgtsim.mjcf.tip import add_tip
 
 
 def add_arm(spec: mujoco.MjSpec, rigging: Rigging) -> None:

@@ -132,10 +132,7 @@ def _build_sections(site: Site) -> mujoco.MjModel:
     simulation = site.task.simulation
     spec = _start_spec(site.task.name, site.timestep, simulation.gravity, simulation.weight_scale)
     add_sections(spec, replace(_rig(site, site.timestep, ()), lumped=True))
-    model = spec.compile()
-    stiffen(model, simulation.weight_scale)
-    select_drive(model, simulation.drive)
-    return model
+    return _finish(spec, site)
 
 
 def finish_model(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
@@ -144,10 +141,15 @@ def finish_model(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
     Raises:
         VgtError: The compiled model is not the truss that was described.
     """
+    model = _finish(spec, site)
+    _check_compiled(model, site.truss)
+    return model
+
+
+def _finish(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
     model = spec.compile()
     stiffen(model, site.task.simulation.weight_scale)
     select_drive(model, site.task.simulation.drive)
-    _check_compiled(model, site.truss)
     return model
 
 

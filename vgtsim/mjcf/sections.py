@@ -16,10 +16,9 @@ from vgtsim.kinematics import Chain, find_rigid_sections
 from vgtsim.mjcf import names
 from vgtsim.mjcf.defaults import ROLE_COLOURS, add_defaults
 from vgtsim.mjcf.fittings import set_point_masses
-from vgtsim.mjcf.hubs import add_ball, add_fixed_hubs, add_free_hub
+from vgtsim.mjcf.hubs import add_ball, add_fixed_hubs, add_free_hub, add_tip
 from vgtsim.mjcf.pose import MastPose, make_mast_pose
 from vgtsim.mjcf.rigging import Rigging
-from vgtsim.mjcf.tip import add_tip
 
 _DRAWN = 0.02  # half the width of a drawn length row, m
 

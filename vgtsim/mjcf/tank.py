@@ -35,7 +35,6 @@ from vgtsim.mjcf import names
 if TYPE_CHECKING:
     import trimesh
 
-
 INSIDE_GROUP = 1  # what every picture shows: back half of liner and wall, arm riser, waste, equipment
 BACK_COVER_GROUP = 2  # back half of dome, soil and small risers
 CONTACT_GROUP = 3  # the invisible boxes for contact
@@ -43,6 +42,7 @@ FRONT_GROUP = 4  # front half of the wall
 FRONT_COVER_GROUP = 5  # front half of dome, soil and risers
 
 POOL = f"{names.TANK}/waste/pool"  # mesh of the waste that is seen
+_SKIRT = 0.01  # m below the floor, to which a field of heights that fall is drawn
 _PARTS = 8  # bodies around the axis for each part of the shell
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
 _COVERS = ("liner", "wall", "dome", "soil")  # which an open stand has not
@@ -228,3 +228,25 @@ def _add_mesh(
     spec.add_mesh(name=name, uservert=corners, userface=faces, inertia=shell, info="tank")
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=0)
     geom.group, geom.material = group, f"{names.TANK}/{material}"
+
+
+def show_pit(spec: mujoco.MjSpec, tank: Tank, diggings: Diggings) -> None:
+    """Open the waste that is only seen over the diggings, and put a field of heights there.
+
+    The compiled model has its heights from `lower_waste`.
+    """
+    from vgtsim.geometry import solids
+
+    mesh = spec.mesh(POOL)
+    whole = solids.open_waste(solids.make_waste(tank, make_profile(tank.shell)), diggings)
+    mesh.uservert, mesh.userface = whole.vertices.ravel(), whole.faces.ravel()
+    low, high = diggings.places.min(axis=0), diggings.places.max(axis=0)
+    rows, columns = diggings.shape
+    size = [*(high - low) / 2, float(diggings.start.max()), _SKIRT]
+    flat = np.zeros(rows * columns).tolist()
+    spec.add_hfield(name=names.PIT, nrow=columns, ncol=rows, size=size, userdata=flat, info="tank.waste")
+    geom = spec.body(names.TANK).add_geom(
+        name=names.PIT, type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname=names.PIT, pos=[*(high + low) / 2, 0.0]
+    )
+    geom.contype = geom.conaffinity = 0
+    geom.group, geom.material = INSIDE_GROUP, f"{names.TANK}/waste"
