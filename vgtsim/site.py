@@ -8,7 +8,7 @@ in `planning.checks`; a property here raises only where it cannot be made at all
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -308,10 +308,14 @@ class Site:
             bed=self.bed,
         )
 
-    def lower_waste(self, heights: Array) -> Site:
-        """The same site with waste of some heights in its diggings, shape (P,), m; all that does not depend on them is kept."""
-        assert self.diggings is not None
-        return self._change("heights", heights, "bed", "surroundings")
+    def lower_waste(self, heights: Array | None) -> Site:
+        """The site with waste of some heights in its diggings, shape (P,), m, if given; what does not depend on them is kept."""
+        assert self.diggings is not None or heights is None
+        return self if heights is None else self._change("heights", heights, "bed", "surroundings")
+
+    def turn_mast(self, turn: float) -> Site:
+        """The site with its mast at an angle, rad."""
+        return self if turn == self.turn else replace(self, turn=turn)
 
     def learn(self, until: float) -> Site:
         """The same site with what has appeared in the tank up to a time of the run, s."""

@@ -18,8 +18,7 @@ from vgtsim.planning import insertion
 from vgtsim.planning.checks import asked_spare, riser_fit
 from vgtsim.planning.directrices import count_from, greatest_bend, propose_directrices
 from vgtsim.planning.directrix import make_directrix
-from vgtsim.planning.entry import Entry
-from vgtsim.planning.entry_checks import check_entry, start_feed
+from vgtsim.planning.entry import Entry, check_entry, start_feed
 from vgtsim.planning.insertion import BELOW, BORE, follow_directrix, make_guide, plan_insertion, time_way
 from vgtsim.planning.postures import find_postures
 from vgtsim.proximity import Proximity

@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 
 from vgtsim.kinematics.planar_arm import PlanarArm
-from vgtsim.planning.directrix import make_directrix
-from vgtsim.planning.leader import Leader
+from vgtsim.planning.directrix import Leader, make_directrix
 
 
 def test_points_are_as_far_from_the_path_as_they_were_put_aside(hanging_arm):

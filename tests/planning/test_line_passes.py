@@ -6,7 +6,7 @@ import pytest
 
 from vgtsim.description.conveyance import Conveyance
 from vgtsim.errors import DescriptionError
-from vgtsim.planning.passage import check_passage
+from vgtsim.planning.checks import check_passage
 from vgtsim.site import Site
 
 SCREWS = {"kind": "screws", "diameter": 0.13, "mass": 40.0}

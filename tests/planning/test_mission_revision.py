@@ -13,7 +13,7 @@ import vgtsim
 from vgtsim.description.mission import MoveStep
 from vgtsim.description.tank import Equipment
 from vgtsim.planning import plan_site, revise_as_run
-from vgtsim.planning.mission_revision import revise_mission
+from vgtsim.planning.replanning import revise_mission
 from vgtsim.plant import run
 from vgtsim.runlog import Revision
 from vgtsim.site import Site

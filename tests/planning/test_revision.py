@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vgtsim.planning.halting import go_on_rows, stop_rows
+from vgtsim.planning.programme import go_on_rows, stop_rows
 from vgtsim.planning.timing import run_ramps
 
 STEP, ACCELERATION, WAY = 0.04, 0.02, 0.3  # s, m/s², m

@@ -12,9 +12,9 @@ import vgtsim
 from vgtsim.description import Clamp, CuttingTool, Patch, cut_arm, list_phases
 from vgtsim.description.mission import AddStep, CutStep, WithdrawStep
 from vgtsim.planning import plan_mission
-from vgtsim.planning.assembly import cut_way
 from vgtsim.planning.directrix import make_directrix
 from vgtsim.planning.insertion import follow_directrix
+from vgtsim.planning.phases import cut_way
 from vgtsim.plant import carry_waste, run
 from vgtsim.site import Site
 from vgtsim.verification import PhaseRun, join_phases, verify

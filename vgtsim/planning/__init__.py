@@ -10,8 +10,8 @@ from vgtsim.planning.inspection import inspect_site
 from vgtsim.planning.mission import plan_mission
 from vgtsim.planning.pace import STEP_BOUND, name_bound
 from vgtsim.planning.phases import plan_phases, plan_site
+from vgtsim.planning.replanning import revise_as_run, revise_tour
 from vgtsim.planning.resolution import Answer, Resolution, goal_keep, make_objective, resolve_goal, solve_request
-from vgtsim.planning.revision import revise_as_run, revise_tour
 from vgtsim.planning.timing import make_limits
 from vgtsim.planning.tour import Leg, Tour, plan_tour, solve_first_goal
 

@@ -112,8 +112,13 @@ def check_cuts(site: Site) -> None:
             heights[swept] = np.minimum(heights[swept], np.maximum(plan.bottom, site.diggings.floor[swept]))
 
 
+def foresee_cut(site: Site, lengths: Array, share: Array, timestep: float, heights: Array) -> Array:
+    """Heights that the tool will leave, shape (P,), m, from lengths, shape (T, J), m, and its share of power, shape (T,)."""
+    return foresee_waste(site, site.chain.tool(site.chain.inputs_from_lengths(lengths))[0], share, timestep, heights)
+
+
 def foresee_waste(site: Site, points: Array, share: Array, timestep: float, heights: Array) -> Array:
-    """Heights that the tool will leave, shape (P,), m, from tool points, shape (T, 3), m, and its share of power, shape (T,)."""
+    """As `foresee_cut`, from tool points, shape (T, 3), m."""
     diggings, left = _require(site), heights.copy()
     for point, part in zip(points[:-1], (share[1:] + share[:-1]) / 2, strict=True):
         diggings.dig(left, point, diggings.rate * timestep * float(part))

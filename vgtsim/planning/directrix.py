@@ -94,3 +94,49 @@ def make_directrix(foot: float, pieces: Sequence[tuple[float, float]]) -> LeadCu
     chords = (length * np.sinc(turn / np.pi))[:, None] * np.stack([np.sin(middle), -np.cos(middle)], axis=-1)
     start = np.concatenate([[[0.0, foot + _FAR]], [0.0, foot + _FAR] + np.cumsum(chords, axis=0)[:-1]])
     return LeadCurve(length, curvature, start, heading)
+
+
+@dataclass(frozen=True, eq=False)
+class Leader:
+    """A directrix in its vertical plane, which an arm follows on its way in or out.
+
+    Attributes:
+        foot: A point of the mast's axis, shape (3,), m, at z = 0 of frame G; `level` is the level direction of the plane, shape
+            (3,), unit.
+        deviation: Greatest distance of the axis from it in the plan, m; `bound` is the least that any posture can have.
+    """
+
+    directrix: LeadCurve
+    foot: Array
+    level: Array
+    deviation: float
+    bound: float
+
+    def measure(self, points: Array) -> Array:
+        """Distances of points of frame G, shape (..., 3), m, from the path, shape (...), m; across the plane too."""
+        away = points - self.foot
+        r, across = away @ self.level, np.cross(self.level, [0.0, 0.0, 1.0])
+        off, _ = self.directrix.offsets(np.stack([r, points[..., 2]], axis=-1))
+        return np.hypot(off, away @ across)
+
+
+@dataclass(frozen=True, eq=False)
+class LeaderPair:
+    """Paths of an arm that goes back on one and on along another: it has to be near either."""
+
+    first: Leader | LeaderPair
+    second: Leader
+
+    @property
+    def deviation(self) -> float:
+        """The greater of the planned distances, m."""
+        return max(self.first.deviation, self.second.deviation)
+
+    @property
+    def bound(self) -> float:
+        """The greater of the least distances that a posture can have, m."""
+        return max(self.first.bound, self.second.bound)
+
+    def measure(self, points: Array) -> Array:
+        """Distances of points of frame G, shape (..., 3), m, from the nearer path, shape (...), m."""
+        return np.minimum(self.first.measure(points), self.second.measure(points))

@@ -14,9 +14,10 @@ from vgtsim.errors import DescriptionError, PathError, ReachError
 from vgtsim.kinematics import Chain, PlanarArm, check_strokes, hanging_mount
 from vgtsim.planning.checks import RISER_SPARE, find_faults, riser_fit
 from vgtsim.planning.design import passing_sizes, sample_postures
-from vgtsim.planning.entry_checks import check_entry, start_feed
+from vgtsim.planning.entry import check_entry, start_feed
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import default_resolution, goal_keep, resolve_goal
+from vgtsim.planning.resolution import goal_keep
+from vgtsim.planning.tour import configure
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import make_postures
 from vgtsim.site import Site
@@ -270,9 +271,8 @@ def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:
             break
         if f"motion.goals.{index}.position" in keys or not _has_room(site, goal):
             continue
-        pose = np.array(goal.position), np.array(goal.direction)
         try:
-            q = np.array(resolve_goal(site, default_resolution(site), goal.name, pose, shape, keep).q)
+            q = configure(site, goal, shape, keep)
             plan_path(corridor, shape, q, goal.name)
         except (ReachError, PathError):
             missed += 1

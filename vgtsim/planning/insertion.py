@@ -21,10 +21,9 @@ from vgtsim.kinematics import PlanarArm
 from vgtsim.planning.checks import asked_spare
 from vgtsim.planning.curve import reverse_spline
 from vgtsim.planning.directrices import count_from, propose_directrices
-from vgtsim.planning.directrix import LeadCurve
-from vgtsim.planning.entry import Entry
-from vgtsim.planning.entry_checks import require_feed, start_feed
-from vgtsim.planning.mast_timing import MastLimits, time_feed
+from vgtsim.planning.directrix import LeadCurve, Leader
+from vgtsim.planning.entry import Entry, require_feed, start_feed
+from vgtsim.planning.mast_timing import time_feed
 from vgtsim.planning.postures import Postures, find_postures
 from vgtsim.planning.smooth_shapes import Track, fit_shapes
 from vgtsim.planning.timing import TimedPath, make_limits
@@ -128,7 +127,14 @@ def time_way(site: Site, way: Insertion) -> TimedPath:
     """
     motion, feed = site.task.motion, require_feed(site)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
-    return time_feed(site.chain, way.spline, way.feed, limits, MastLimits(feed.rate, feed.acceleration))
+    return time_feed(site.chain, way.spline, way.feed, limits, feed)
+
+
+def make_leader(site: Site, way: Insertion) -> Leader:
+    """The path of the leader of a way in."""
+    mount = site.chain.mount
+    level = mount[:3, :3] @ [np.cos(way.azimuth), np.sin(way.azimuth), 0.0]
+    return Leader(way.directrix, mount[:3, 3] * [1.0, 1.0, 0.0], level, way.deviation, way.bound)
 
 
 def make_guide(site: Site, directrix: LeadCurve, azimuth: float, last: float = 0.0) -> Follower:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-
-import numpy as np
+from functools import partial
 
 from vgtsim.description import AddStep, begins_inside
 from vgtsim.errors import DescriptionError, VgtError
-from vgtsim.planning.assembly import check_unit_room
-from vgtsim.planning.checks import find_faults
-from vgtsim.planning.entry_checks import check_hoist, check_mouth
-from vgtsim.planning.passage import check_passage
-from vgtsim.planning.resolution import default_resolution, goal_keep, resolve_goal
+from vgtsim.planning.checks import check_passage, find_faults
+from vgtsim.planning.entry import check_hoist, check_mouth
+from vgtsim.planning.resolution import goal_keep
+from vgtsim.planning.tour import configure
 from vgtsim.site import Site
 
 
@@ -29,9 +27,8 @@ def inspect_site(site: Site) -> list[VgtError]:
     for index, goal in enumerate(site.task.motion.goals):
         if f"motion.goals.{index}.position" in wrong:  # it is in something, which nothing can solve
             continue
-        pose = np.array(goal.position), np.array(goal.direction)
         try:
-            shape = np.array(resolve_goal(site, default_resolution(site), goal.name, pose, shape, keep).q)
+            shape = configure(site, goal, shape, keep)
         except VgtError as error:
             faults.append(error)
     return faults
@@ -43,7 +40,7 @@ def _find_entry_faults(site: Site) -> Iterator[VgtError]:
     if not steps or begins_inside(steps):
         return
     grows = any(isinstance(step, AddStep) for step in steps)
-    for check in (check_mouth, check_unit_room if grows else check_hoist, _check_stowed_line):
+    for check in (check_mouth, partial(check_hoist, grows=grows), _check_stowed_line):
         try:
             check(site)
         except VgtError as error:

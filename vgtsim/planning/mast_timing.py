@@ -6,12 +6,12 @@ bend would take twice the time. So a fed way has a speed of its own at each plac
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vgtsim.arrays import Array
+from vgtsim.description import Feed, Slew
 from vgtsim.kinematics import Chain
 from vgtsim.planning.timing import STEEPEST, SpeedLimits, TimedPath, overrun, ramp_profile, run_ramps
 
@@ -23,16 +23,8 @@ _FED_GRID = 2001  # places of a fed path: a centimetre of feed apart
 _WINDOW = 9  # places that a speed is averaged over, three times: 0.1 m of 20; wider ones lose time
 
 
-@dataclass(frozen=True)
-class MastLimits:
-    """Greatest speed and acceleration of the mast: of its feed, m/s and m/s², or of its turn, rad/s and rad/s²."""
-
-    rate: float
-    acceleration: float
-
-
-def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits, mast: MastLimits) -> TimedPath:
-    """Time splines of inputs and of the mast's feed, m, over 0 to 1, inside the limits of cylinders and mast."""
+def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits, mast: Feed) -> TimedPath:
+    """Time splines of inputs and of the mast's feed, m, over 0 to 1, inside the limits of cylinders and hoist."""
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 
     grid = np.linspace(0.0, 1.0, _FED_GRID)
@@ -56,7 +48,7 @@ def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits,
     )
 
 
-def time_turn(q: Array, first: float, last: float, mast: MastLimits) -> TimedPath:
+def time_turn(q: Array, first: float, last: float, mast: Slew) -> TimedPath:
     """An arm of inputs, shape (n,), that keeps its shape while the mast turns from an angle to another, rad."""
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 

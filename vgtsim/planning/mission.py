@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,19 +24,17 @@ from vgtsim.description import (
 )
 from vgtsim.errors import PathError
 from vgtsim.planning.carousel import Carousel
-from vgtsim.planning.checks import check_site
+from vgtsim.planning.checks import check_passage, check_site
 from vgtsim.planning.curve import reverse_curve
-from vgtsim.planning.cutting import check_cuts, foresee_waste, plan_cut
-from vgtsim.planning.entry import Entry
-from vgtsim.planning.entry_checks import check_entry
+from vgtsim.planning.cutting import check_cuts, foresee_cut, plan_cut
+from vgtsim.planning.directrix import Leader
+from vgtsim.planning.entry import Entry, check_entry
 from vgtsim.planning.following import Followed, follow
-from vgtsim.planning.insertion import Insertion, plan_insertion, time_way
-from vgtsim.planning.leader import Leader, make_leader
-from vgtsim.planning.mast_timing import MastLimits, time_turn
+from vgtsim.planning.insertion import Insertion, make_leader, plan_insertion, time_way
+from vgtsim.planning.mast_timing import time_turn
 from vgtsim.planning.pace import choose_step, find_bounds
-from vgtsim.planning.passage import check_passage
 from vgtsim.planning.path import Path, plan_path
-from vgtsim.planning.programme import ProgrammeRows, join_rows
+from vgtsim.planning.programme import ProgrammeRows, join_rows, read_height
 from vgtsim.planning.resolution import aim_tool, default_resolution, goal_keep, make_objective, resolve_goal
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import TimedPath, make_limits, time_path
@@ -47,7 +45,6 @@ from vgtsim.site import Site
 
 _LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
 _JUDGED = 1000  # instants of a raster at which clearance is measured
-_ROUNDING = 1e-9  # m of the feed at the end of a way
 _AGAIN = 241  # postures of a way at which it is measured anew, as many as of one that is planned
 _SMOOTH = ("mid_stroke",)  # objective of postures along a path: hinges would let them jump
 _SWEPT = 0.1  # m that the farthest point of an arm goes between two turns of the mast at which clearance is measured
@@ -144,8 +141,7 @@ class MissionPlan:
             self.trail.clear()
             return [self._feed(self.way)]
         if isinstance(step, MoveStep):
-            turn = self.site.turn if step.turn is None else step.turn
-            turned = replace(self.site, turn=turn) if turn != self.site.turn else self.site
+            turned = self.site.turn_mast(self.site.turn if step.turn is None else step.turn)
             there = pose_at(turned, goals[step.goal], self.here, goal_keep(turned))
             return self._come(there, step.goal, turned)
         if isinstance(step, RasterStep):
@@ -154,9 +150,9 @@ class MissionPlan:
             return self._cut(step)
         if isinstance(step, HoldStep):
             return [self._stand(step.time)]
-        self.way = self.way or plan_insertion(replace(self.site, turn=0.0) if self.site.turn else self.site)
+        straight = self.site.turn_mast(0.0)
+        self.way = self.way or plan_insertion(straight)
         there = self.height or np.array_equal(self.here, self.way.ends[1])
-        straight = replace(self.site, turn=0.0) if self.site.turn else self.site
         pieces = [] if there and not self.site.turn else self._return(self.way.ends[1], straight)
         return [*pieces, self._feed(self.way.reverse())]
 
@@ -218,7 +214,7 @@ class MissionPlan:
             raise PathError(name, gap, turned)
         self._enter(site)
         self.trail.clear()
-        return self._run(gap, place, time_turn(self.here, first, last, MastLimits(slew.rate, slew.acceleration)))
+        return self._run(gap, place, time_turn(self.here, first, last, slew))
 
     def _stand(self, time: float) -> LegPart:
         length, height = self.site.chain.lengths(self.here), self.height
@@ -241,8 +237,7 @@ class MissionPlan:
         return LegPart(clearance=clearance, place=place, rows=rows, turn=self.site.turn, timed=timed)
 
     def _feed(self, way: Insertion) -> LegPart:
-        height = float(way.feed(1.0))
-        self.here, self.height = way.ends[1], height if abs(height) > _ROUNDING else 0.0
+        self.here, self.height = way.ends[1], read_height(way.feed([1.0]))
         place = min(way.gaps, key=lambda name: way.gaps[name])
         piece = self._run(way.gaps[place], place, time_way(self.site, way))
         return replace(piece, leader=make_leader(self.site, way), bound=True)
@@ -291,8 +286,7 @@ class MissionPlan:
             return ProgrammeRows(lengths, share=share)
 
         lengths, share = cut.add_rests(rows.rows(site.timestep).lengths, site.timestep)
-        points = site.chain.tool(site.chain.inputs_from_lengths(lengths))[0]
-        self.lower(foresee_waste(site, points, share, site.timestep, self.heights))
+        self.lower(foresee_cut(site, lengths, share, site.timestep, self.heights))
         return [*pieces, replace(rows, rows=run)]
 
     def _run_rows(self, path: ToolPath, middle: Array, *, free: bool) -> tuple[list[LegPart], LegPart]:
@@ -391,7 +385,12 @@ def make_leg(site: Site, stage: int, plan: MissionPlan, index: int, timestep: fl
         feed=rows.feed,
         turn=rows.turn,
         tool=rows.share,
-        leader=next((piece.leader for piece in pieces if piece.leader is not None), None),
+        leader=find_leader(pieces),
         bound=sum(len(part.lengths) - 1 for part, _ in parts[:-1]) if pieces[-1].bound else None,
         trail=plan.trails[index],
     )
+
+
+def find_leader(pieces: Sequence[LegPart]) -> Leader | None:
+    """What an arm follows on some parts of a leg."""
+    return next((piece.leader for piece in pieces if piece.leader is not None), None)

@@ -1,27 +1,31 @@
-"""Clear paths between two configurations of the arm."""
+"""Clear paths between two configurations of the arm: one, or by successive anchoring one for each stage (section 7.2).
+
+In a stage few modules move, and the others are held.
+"""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise, permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vgtsim.arrays import Array
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.errors import AssemblyError, PathError
 from vgtsim.geometry import PILLAR
-from vgtsim.kinematics import Chain, State, azimuth, bend_all, swing
+from vgtsim.kinematics import Chain, State, Subspace, azimuth, bend_all, swing
 from vgtsim.planning.carousel import Carousel
 from vgtsim.planning.curve import Curve, make_curve
 from vgtsim.planning.sampling import Ground, can_search
 from vgtsim.planning.trajectory import Corridor, assemblable, smooth
+from vgtsim.positioning import ANCHOR_FREE
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
-
 
 _WAYPOINTS = 40  # of a way, ends included
 _SAMPLES = 6  # configurations for each way-point at which a smoothed path is judged
@@ -29,6 +33,10 @@ _STRIDE, _MOST_WAYPOINTS = 0.4, 120  # m of some point of the arm between way-po
 _SPARSE = 4  # samples of a path that is no good, of which one is measured: the message needs no more
 _SUNK, _GLANCES = 0.25, 20  # m inside equipment, two thirds of the way to its axis or more; way-points looked at for it
 _TOLD = 10  # steps of smoothing of a guess that serves a message alone
+_MOST_WINDOWS = (
+    5  # of anchoring, whose orders are all looked at: 120; of more windows those from the mast and from the tool
+)
+_TRIED = 4  # orders that are planned
 _SWING = np.radians(5.0)  # below this the swing is the straight line
 # Bends of a shape that is clear of floor, wall and dome, degrees; each module bends less where an arm has more modules.
 _TUCKED = (20.0, 35.0, 35.0, 20.0, 0.0)
@@ -198,3 +206,48 @@ def _judge(corridor: Corridor, rough: _Rough, stride: int = 1) -> Path:
     worst, lengths = int(np.argmin(clearance)), rough.state.lengths
     spare = float(np.min(corridor.box.spare(lengths)))
     return Path(rough.curve, float(clearance[worst]), places[worst], spare, _travel(lengths))
+
+
+def plan_stages(corridor: Corridor, first: Array, last: Array, leg: str, owner: Index | None = None) -> list[Path]:
+    """Find clear paths, one after the other, between two configurations, shape (n,), on each of which few modules move.
+
+    A window of modules goes to its place at the end while all others are held. The order of the windows whose corners
+    keep farthest from everything is tried first. `owner` is the module of each input, shape (n,), or its group of coupled
+    modules, which move as one; the layout's where absent.
+
+    Raises:
+        PathError: No order is clear.
+    """
+    owner = corridor.box.chain.layout.owner if owner is None else owner
+    count = int(owner.max()) + 1
+    windows = [np.arange(k, min(k + ANCHOR_FREE, count)) for k in range(0, count, ANCHOR_FREE)]
+    moving = [window for window in windows if np.any((first != last)[np.isin(owner, window)])] or windows[:1]
+    orders = [moving, moving[::-1]] if len(moving) > _MOST_WINDOWS else list(permutations(moving))
+    ranked = []
+    for order in orders:
+        corners = [first]
+        for window in order:
+            corners.append(np.where(np.isin(owner, window), last, corners[-1]))
+        clearance, places = corridor.surroundings.clearance(np.array(corners))
+        worst = int(np.argmin(clearance))
+        ranked.append((float(clearance[worst]), places[worst], order, corners))
+    ranked.sort(key=lambda item: -item[0])
+    failed = PathError(leg, *ranked[0][:2])
+    for clearance, _, order, corners in ranked[:_TRIED]:
+        if clearance < corridor.clearance:
+            break
+        try:
+            return [
+                plan_path(_anchor(corridor, begin, np.isin(owner, window)), begin, end, leg)
+                for window, (begin, end) in zip(order, pairwise(corners), strict=True)
+            ]
+        except PathError as error:
+            failed = error
+    raise failed
+
+
+def _anchor(corridor: Corridor, q: Array, free: Mask) -> Corridor:
+    """The corridor in which only some inputs move and the others stay as in inputs of shape (n,)."""
+    space = corridor.space
+    rows = np.concatenate([space.rows.reshape(-1, len(q)), np.eye(len(q))[~free]])
+    return replace(corridor, subspace=Subspace(space.chain, rows, np.concatenate([space.values, q[~free]])))

@@ -13,15 +13,13 @@ from vgtsim.description import Goal
 from vgtsim.digests import digest
 from vgtsim.errors import ReachError, TrussError
 from vgtsim.planning.carousel import Carousel
-from vgtsim.planning.checks import check_site
+from vgtsim.planning.checks import check_passage, check_site
+from vgtsim.planning.directrix import Leader, LeaderPair
 from vgtsim.planning.insertion import Insertion
-from vgtsim.planning.leader import Leader, LeaderPair
 from vgtsim.planning.pace import choose_step, find_bounds
-from vgtsim.planning.passage import check_passage
-from vgtsim.planning.path import Path, plan_path
+from vgtsim.planning.path import Path, plan_path, plan_stages
 from vgtsim.planning.resolution import MARGIN, default_resolution, goal_keep, resolve_goal
 from vgtsim.planning.sampling import Ground
-from vgtsim.planning.stages import plan_stages
 from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Keep
@@ -112,7 +110,7 @@ def solve_first_goal(site: Site) -> Array:
         ReachError: The goal cannot be met.
     """
     goals = site.task.motion.goals
-    return _configure(site, goals[0], site.start, goal_keep(site)) if goals else site.start
+    return configure(site, goals[0], site.start, goal_keep(site)) if goals else site.start
 
 
 def plan_tour(site: Site) -> Tour:
@@ -180,7 +178,7 @@ def pose_at(site: Site, goal: Goal, start: Array, keep: Keep | None) -> Array:
         ReachError: The goal cannot be met, or not by an arm that gives.
         TrussError: The arm does not settle at the goal.
     """
-    q = _configure(site, goal, start, keep)
+    q = configure(site, goal, start, keep)
     return _aim_above(site, goal, q) if site.sags else q
 
 
@@ -192,10 +190,12 @@ def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name:
     return [plan_path(corridor, first, last, name, carousel)]
 
 
-def _configure(
-    site: Site, goal: Goal, start: Array, keep: Keep | None, aim: tuple[Array, Array] | None = None
-) -> Array:
-    """Inputs with the tool at a goal, or at an aim in its place, shape (n,)."""
+def configure(site: Site, goal: Goal, start: Array, keep: Keep | None, aim: tuple[Array, Array] | None = None) -> Array:
+    """Inputs with the tool of an arm that does not sag at a goal, or at an aim in its place, shape (n,), sought from a start.
+
+    Raises:
+        ReachError: The goal cannot be met.
+    """
     pose = aim or (np.array(goal.position), np.array(goal.direction))
     return np.array(resolve_goal(site, default_resolution(site), goal.name, pose, start, keep).q)
 
@@ -209,7 +209,7 @@ def _aim_above(site: Site, goal: Goal, q: Array) -> Array:
         if np.abs(left).max() < _AIMED:
             return q
         aim += left
-        q = _configure(site, goal, q, keep, (aim[0], aim[1]))
+        q = configure(site, goal, q, keep, (aim[0], aim[1]))
         left = _find_error(site, goal, q)
     if np.abs(left).max() < _AIMED:
         return q

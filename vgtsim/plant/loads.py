@@ -71,7 +71,7 @@ def find_digger(model: mujoco.MjModel, site: Site) -> Digger | None:
 def carry_waste(site: Site, log: LogSource) -> Site:
     """The site of a mission's next phase, over the waste as the log of the phase before left it."""
     last = log.read(log.count - 1, log.count)
-    return site.lower_waste(last.bed[0]) if last.bed.size else site
+    return site.lower_waste(last.bed[0] if last.bed.size else None)
 
 
 def command_tool(digger: Digger | None, share: float) -> None:

@@ -1,13 +1,13 @@
-"""A mission planned anew on its way, when something appears in the tank that nobody knew of.
+"""Tours and missions planned anew on their way, when something appears in the tank that nobody knew of.
 
-The step that runs is stopped on its own path, mast and tool with it, and the arm stands for the scene's hold. Rows of the tool, a
-hold and the way through the riser go on as they were where the rest of them is clear. Where it is not, an arm in the riser goes
-back to where that way began, and another way in or out is sought. Ways to goals are planned from where the arm stands.
+The leg that runs is stopped on its own path, mast and tool with it, within the acceleration of the scene. The arm stands for the
+scene's hold, and the ways to goals are planned from where it stands. Of a mission rows of the tool, a hold and the way through the riser go on as they were where the rest of them is clear. Where it is not, an arm in the riser goes
+back to where that way began, and another way in or out is sought.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 
@@ -16,20 +16,18 @@ import numpy as np
 from vgtsim.arrays import Array
 from vgtsim.description import FollowStep, InsertStep, MissionStep, RasterStep, WithdrawStep
 from vgtsim.errors import DescriptionError, FollowError, PathError, ReachError, TrussError
-from vgtsim.planning.cutting import foresee_waste
+from vgtsim.planning.cutting import foresee_cut
+from vgtsim.planning.directrix import Leader, LeaderPair
 from vgtsim.planning.entry import Entry
-from vgtsim.planning.halting import PacedRows, go_on_rows, stop_rows
 from vgtsim.planning.insertion import ask_gap, judge_again
-from vgtsim.planning.leader import Leader, LeaderPair
-from vgtsim.planning.mission import LegPart, MissionPlan, make_leg
-from vgtsim.planning.programme import ProgrammeRows
-from vgtsim.planning.tour import Leg, Tour
+from vgtsim.planning.mission import LegPart, MissionPlan, find_leader, make_leg
+from vgtsim.planning.programme import ROUNDING, PacedRows, ProgrammeRows, go_on_rows, read_height, stop_rows
+from vgtsim.planning.tour import Leg, Tour, plan_goals
 from vgtsim.runlog import Revision
 from vgtsim.site import Site
 
 _SAME_INSTANT = 1e-6  # of a step: rounding in the clock of a run must not hide what appeared at this very instant
 _JUDGED = 1000  # instants of the rest of a step at which clearance is measured
-_ROUNDING = 1e-9  # m of the feed, and inputs
 
 
 @dataclass(frozen=True)
@@ -147,27 +145,19 @@ def _resume(site: Site, tour: Tour, index: int, halt: _Halt) -> MissionPlan:
     rows = [ProgrammeRows(leg.lengths, leg.feed, leg.turn, leg.tool) for leg in tour.legs[:index]]
     for part in (*rows, halt.begun):
         if part.share is not None and heights is not None:
-            heights = _foresee(site, part, heights, tour.timestep)
+            heights = foresee_cut(site, part.lengths, part.share, tour.timestep, heights)
     turn = _find_turn(site, tour.legs[: index + 1], halt)
-    site = site.lower_waste(heights) if heights is not None else site
-    site = replace(site, turn=turn) if turn != site.turn else site
-    height = 0.0 if halt.begun.feed is None else float(halt.begun.feed[-1])
+    site = site.lower_waste(heights).turn_mast(turn)
     here = np.array(site.chain.inputs_from_lengths(halt.begun.lengths[-1]))
     way = None
     if tour.way is not None:
         try:
-            way = judge_again(replace(site, turn=0.0) if turn else site, tour.way)
+            way = judge_again(site.turn_mast(0.0), tour.way)
         except PathError:
             way = None  # another one is found when it is asked for
-    plan = MissionPlan(site=site, here=here, height=height if abs(height) > _ROUNDING else 0.0, way=way)
+    plan = MissionPlan(site=site, here=here, height=read_height(halt.begun.feed), way=way)
     plan.trail = list(tour.legs[index - 1].trail) if index and halt.begun.turn is None else []
     return plan
-
-
-def _foresee(site: Site, rows: ProgrammeRows, heights: Array, timestep: float) -> Array:
-    assert rows.share is not None  # of a leg that cuts
-    points = site.chain.tool(site.chain.inputs_from_lengths(rows.lengths))[0]
-    return foresee_waste(site, points, rows.share, timestep, heights)
 
 
 def _go_on(
@@ -185,14 +175,13 @@ def _go_on(
         if isinstance(step, RasterStep):
             return plan.raster(step, plan.site.chain.tool(start)), None, None
         pieces = plan.take(step)
-        return pieces, next((piece.leader for piece in pieces if piece.leader is not None), None), None
+        return pieces, find_leader(pieces), None
     rest = _rest(halt)
     gap, place, room = _judge(plan, rest)
     if room >= 0:
-        plan.here, plan.height = leg.q, 0.0 if rest.feed is None else float(rest.feed[-1])
-        plan.height = plan.height if abs(plan.height) > _ROUNDING else 0.0
+        plan.here, plan.height = leg.q, read_height(rest.feed)
         if rest.share is not None and plan.heights is not None:
-            plan.lower(_foresee(plan.site, rest, plan.heights, halt.timestep))
+            plan.lower(foresee_cut(plan.site, rest.lengths, rest.share, halt.timestep, plan.heights))
         return (
             [LegPart(clearance=gap, place=place, rows=lambda _: rest, turn=plan.site.turn, bound=True)],
             leg.leader,
@@ -205,10 +194,9 @@ def _go_on(
     if room < 0:
         raise PathError(f"where {leg.name} began", gap, place)
     plan.here = np.array(plan.site.chain.inputs_from_lengths(back.lengths[-1]))
-    height = 0.0 if back.feed is None else float(back.feed[-1])
-    plan.height, plan.way = (height if abs(height) > _ROUNDING else 0.0), None
+    plan.height, plan.way = read_height(back.feed), None
     pieces = plan.take(step)
-    leader = next((piece.leader for piece in pieces if piece.leader is not None), None)
+    leader = find_leader(pieces)
     assert leg.leader is not None
     assert leader is not None  # ways in and out have one
     return (
@@ -252,8 +240,39 @@ def _distances(plan: MissionPlan, rows: ProgrammeRows) -> Iterator[tuple[str, fl
     """Names of places, and the least distances of rows from them, m."""
     picked = slice(None, None, max(1, len(rows.lengths) // _JUDGED))
     q = plan.site.chain.inputs_from_lengths(rows.lengths[picked])
-    if rows.feed is not None and np.abs(rows.feed).max() > _ROUNDING:
+    if rows.feed is not None and np.abs(rows.feed).max() > ROUNDING:
         yield from Entry(plan.site).gaps(q, rows.feed[picked]).least().items()
         return
     gaps, places = plan.site.surroundings.clearance(q)
     yield places[int(np.argmin(gaps))], float(gaps.min())
+
+
+def revise_as_run(site: Site, tour: Tour, revisions: Iterable[Revision]) -> Tour:
+    """A tour as it was planned anew in a run, by the instants that its log tells."""
+    for revision in revisions:
+        tour = revise_tour(site, tour, revision)
+    return tour
+
+
+def revise_tour(site: Site, tour: Tour, revision: Revision) -> Tour:
+    """The tour from an instant on with what has appeared in the tank by then.
+
+    Legs before it and the rows up to it stay. Where there is no way on, the tour ends where the arm stopped, and says why.
+    """
+    if site.task.mission:
+        return revise_mission(site, tour, revision)
+    done, now = tour.legs[: revision.leg], tour.legs[revision.leg]
+    step, goal = tour.timestep, now.goal
+    stopped = stop_rows(now.lengths, revision.row, step, site.task.motion.acceleration).rows
+    here = np.array(site.chain.inputs_from_lengths(stopped[-1]))
+    stopped = np.concatenate([stopped, np.tile(stopped[-1], (round(site.task.motion.hold / step), 1))])
+    later, blocked = learn_until(site, revision.time, step), ""
+    legs: tuple[Leg, ...]
+    try:
+        rest = plan_goals(later, here, goal, step).legs
+        legs = (replace(rest[0], lengths=np.concatenate([stopped, rest[0].lengths[1:]])), *rest[1:])
+    except (PathError, ReachError, TrussError) as error:
+        gap, place = later.surroundings.least(here)
+        blocked = f"no way on from {revision.time:.6g} s, at which something appeared in the tank: {error}"
+        legs = (replace(now, lengths=stopped, q=here, clearance=gap, place=place),)
+    return replace(tour, legs=(*done, *legs), planned=tour.digest, blocked=blocked)
