@@ -5,47 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vgtsim.arrays import Mask
-from vgtsim.runlog import BESIDE, Array, Revision, RunLog
+from vgtsim.arrays import Array, Mask
+from vgtsim.logbook import LogBook
+from vgtsim.runlog import BESIDE, RunLog
 
 _LENGTH = 3000  # records: two minutes of a shipped scene, of which verification makes some 200 MB
 _OVERVIEW = 6000  # records: what plots can show, and some more
 
-
-class LogSource(Protocol):
-    """A log in memory or on disk: a `RunLog` or a `LogBook`."""
-
-    @property
-    def count(self) -> int:
-        """Number of records."""
-        ...
-
-    @property
-    def performance(self) -> dict[str, float]:
-        """Figures of the run itself, such as its speed, by name."""
-        ...
-
-    @property
-    def versions(self) -> dict[str, str]:
-        """Versions of the programs that made the log, by name."""
-        ...
-
-    @property
-    def digests(self) -> dict[str, str]:
-        """Digests of the description and the programme, by name."""
-        ...
-
-    @property
-    def revisions(self) -> tuple[Revision, ...]: ...  # noqa: D102
-
-    def read(self, first: int, stop: int, every: int = 1) -> RunLog:
-        """The records from one to before another, or every so many of them, with all contacts."""
-        ...
+LogSource = RunLog | LogBook  # in memory or on disk
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ def use(site, log, report, role):
 
 def read(sheet, quantity):
     """Value of a line in SI."""
-    (text,) = (line.value for line in sheet.lines if line.quantity == quantity)
+    (text,) = (line[2] for line in sheet.lines if line[0] == quantity)
     figure, prefix = re.fullmatch(r"([\d.]+)(?: ([kMGm]?)(?:N|Pa|m|mm²))?", text).groups()
     return float(figure) * {"k": 1e3, "M": 1e6, "G": 1e9, "m": 1e-3}.get(prefix or "", 1.0)
 
@@ -61,7 +61,7 @@ def test_a_tube_is_calculated_as_by_hand(site, log, report):
 def test_demand_over_capacity_is_the_use_in_the_report(site, log, report, role):
     only = use(site, log, report, role)
     sheet = make_sheet(site, log, only)
-    uses = {line.quantity: float(line.value) for line in sheet.lines if line.quantity.startswith("use by")}
+    uses = {line[0]: float(line[2]) for line in sheet.lines if line[0].startswith("use by")}
     assert uses[f"use by {sheet.mode}"] == max(uses.values())
     assert max(uses.values()) == pytest.approx(sheet.used, abs=5e-4)
 

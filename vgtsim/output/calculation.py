@@ -17,16 +17,8 @@ from vgtsim.verification import Report
 
 _MM2 = 1e-6  # m², as sections of members are written
 _CODE = "AISC 360-22"
-
-
-@dataclass(frozen=True)
-class SheetLine:
-    """A line of a calculation: what it is, the formula, its value as text, and where the formula comes from."""
-
-    quantity: str
-    formula: str
-    value: str
-    clause: str
+# A line of a calculation: what it is, the formula, its value as text, and where the formula comes from.
+SheetLine = tuple[str, str, str, str]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,14 +88,14 @@ def _pick(pair: tuple[Array, Array], index: int, shape: tuple[int, ...]) -> tupl
 def _describe_tube(tube: Tube, design: float) -> list[SheetLine]:
     wall = f"{design:.3g} · {format_quantity(tube.wall, 'm')}"
     return [
-        SheetLine("outer diameter", "D", format_quantity(tube.outer_diameter, "m"), "section"),
-        SheetLine("design wall", f"t = {wall}", format_quantity(design * tube.wall, "m"), f"{_CODE} B4.2"),
-        SheetLine("slimness", "D / t", f"{tube.outer_diameter / (design * tube.wall):.3g}", "section"),
+        ("outer diameter", "D", format_quantity(tube.outer_diameter, "m"), "section"),
+        ("design wall", f"t = {wall}", format_quantity(design * tube.wall, "m"), f"{_CODE} B4.2"),
+        ("slimness", "D / t", f"{tube.outer_diameter / (design * tube.wall):.3g}", "section"),
     ]
 
 
 def _describe_rod(cylinder: Cylinder) -> list[SheetLine]:
-    return [SheetLine("rod", "d", format_quantity(cylinder.rod, "m"), "section")]
+    return [("rod", "d", format_quantity(cylinder.rod, "m"), "section")]
 
 
 def _list_column(
@@ -120,24 +112,20 @@ def _list_column(
     critical = allowed["column"][1] * omega / counted
     pascals = f"{fy / 1e6:.4g} MPa", f"{modulus / 1e9:.4g} GPa"
     return [
-        SheetLine("steel", f"Fy = {pascals[0]}, E = {pascals[1]}", "", "material of the section"),
-        SheetLine("area", "A", f"{area / _MM2:.4g} mm²", "section"),
-        SheetLine("length from hub to hub", "L", format_quantity(length, "m"), "the pose of this instant"),
-        SheetLine(
-            "slenderness", f"K L / r, K = 1, r = {format_quantity(radius, 'm')}", f"{slenderness:.3g}", f"{_CODE} E2"
-        ),
-        SheetLine("area that counts in compression", "Ae", f"{counted / _MM2:.4g} mm²", f"{_CODE} E7-6, E7-7"),
-        SheetLine("elastic buckling stress", "Fe = π² E / (K L / r)²", f"{euler / 1e6:.4g} MPa", f"{_CODE} E3-4"),
-        SheetLine(
-            "critical stress", f"Fcr = {column}", f"{critical / 1e6:.4g} MPa", f"{_CODE} E3-{2 if inelastic else 3}"
-        ),
-        SheetLine(
+        ("steel", f"Fy = {pascals[0]}, E = {pascals[1]}", "", "material of the section"),
+        ("area", "A", f"{area / _MM2:.4g} mm²", "section"),
+        ("length from hub to hub", "L", format_quantity(length, "m"), "the pose of this instant"),
+        ("slenderness", f"K L / r, K = 1, r = {format_quantity(radius, 'm')}", f"{slenderness:.3g}", f"{_CODE} E2"),
+        ("area that counts in compression", "Ae", f"{counted / _MM2:.4g} mm²", f"{_CODE} E7-6, E7-7"),
+        ("elastic buckling stress", "Fe = π² E / (K L / r)²", f"{euler / 1e6:.4g} MPa", f"{_CODE} E3-4"),
+        ("critical stress", f"Fcr = {column}", f"{critical / 1e6:.4g} MPa", f"{_CODE} E3-{2 if inelastic else 3}"),
+        (
             "allowable compression",
             f"Fcr Ae / Ω, Ω = {omega:.4g}",
             format_quantity(allowed["column"][1], "N"),
             f"{_CODE} E3-1, E7-1",
         ),
-        SheetLine("allowable tension", "Fy A / Ω", format_quantity(allowed["yield"][0], "N"), f"{_CODE} D2-1"),
+        ("allowable tension", "Fy A / Ω", format_quantity(allowed["yield"][0], "N"), f"{_CODE} D2-1"),
     ]
 
 
@@ -147,20 +135,20 @@ def _list_cylinder(
     """Lines that a cylinder has beside those of its rod as a column."""
     euler = float(rod_buckling(cylinder.rod, steel[1], length))
     lines = [
-        SheetLine("Euler load of the rod", "π² E (π d⁴ / 64) / L²", format_quantity(euler, "N"), "Euler, pinned ends"),
-        SheetLine(
+        ("Euler load of the rod", "π² E (π d⁴ / 64) / L²", format_quantity(euler, "N"), "Euler, pinned ends"),
+        (
             "allowable compression of the rod",
             f"Euler load / {ROD_FACTOR:g}",
             format_quantity(allowed["rod buckling"][1], "N"),
             "cylinder makers' factor, 3 to 5",
         ),
-        SheetLine(
+        (
             "push at supply pressure",
             f"p π D² / 4, D = {format_quantity(cylinder.bore, 'm')}",
             format_quantity(cylinder.push, "N"),
             "pressure on the bore",
         ),
-        SheetLine(
+        (
             "pull at supply pressure",
             f"p π (D² {MINUS} d²) / 4",
             format_quantity(cylinder.pull, "N"),
@@ -169,7 +157,7 @@ def _list_cylinder(
     ]
     if np.isfinite(allowed["pin shear"][0]):
         lines.append(
-            SheetLine(
+            (
                 "allowable force of the pins",
                 "2 · 0.6 Fy (π d² / 4) / Ω",
                 format_quantity(allowed["pin shear"][0], "N"),
@@ -183,12 +171,10 @@ def _list_demand(demand: tuple[float, float], shares: dict[str, float]) -> list[
     """Lines of the demands and of how much of each strength they use."""
     words = zip(("greatest tension along the member", "greatest compression along the member"), demand, strict=True)
     lines = [
-        SheetLine(name, "measured", format_quantity(force, "N"), "the run, with weight and inertia")
+        (name, "measured", format_quantity(force, "N"), "the run, with weight and inertia")
         for name, force in words
         if force > 0
     ]
     return lines + [
-        SheetLine(f"use by {name}", "demand / allowable", f"{share:.3f}", "")
-        for name, share in shares.items()
-        if share > 0
+        (f"use by {name}", "demand / allowable", f"{share:.3f}", "") for name, share in shares.items() if share > 0
     ]

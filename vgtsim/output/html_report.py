@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module, resources
 from pathlib import Path
@@ -120,7 +120,7 @@ def describe_run(site: Site, log: RunLog, report: Report) -> dict[str, Any]:
         "plots": [_draw(plot, report) for plot in list_plots(site, log, report)],
         "goals": tables.list_goals(site, log, report),
         "members": tables.list_members(site, log, report),
-        "sheet": sheet and {**vars(sheet), "lines": [astuple(line) for line in sheet.lines]},
+        "sheet": sheet,
         "reactions": tables.list_reactions(site, log),
     }
 

@@ -1,8 +1,9 @@
 """Tours and missions planned anew on their way, when something appears in the tank that nobody knew of.
 
 The leg that runs is stopped on its own path, mast and tool with it, within the acceleration of the scene. The arm stands for the
-scene's hold, and the ways to goals are planned from where it stands. Of a mission rows of the tool, a hold and the way through the riser go on as they were where the rest of them is clear. Where it is not, an arm in the riser goes
-back to where that way began, and another way in or out is sought.
+scene's hold, and the ways to goals are planned from where it stands. Of a mission rows of the tool, a hold and the way through
+the riser go on as they were where the rest of them is clear. Where it is not, an arm in the riser goes back to where that way
+began, and another way in or out is sought.
 """
 
 from __future__ import annotations

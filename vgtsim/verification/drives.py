@@ -12,7 +12,17 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import MODES, SLENDERNESS_ADVICE
 from vgtsim.verification.evidence import Array, Evidence
-from vgtsim.verification.measures import Finding, Measure, has_cases, least_of, missing, report_as, when, worst_of
+from vgtsim.verification.measures import (
+    Finding,
+    Measure,
+    has_cases,
+    is_imposed,
+    least_of,
+    missing,
+    report_as,
+    when,
+    worst_of,
+)
 
 SATURATIONS = {  # bits of `RunLog.saturation` that each drive sets
     "servo": {1: "above its rated speed", 2: "at its force limit", 4: "beyond its stroke"},
@@ -39,12 +49,7 @@ def check_speed(run: Evidence) -> Finding:
     return worst_of(speed / collect(run.site, "rate"), run.wide.time[1:], run.actuator_names)
 
 
-@report_as(
-    "actuator_speed",
-    "acceleration over the scene's",
-    limit="actuator_acceleration",
-    applies=when(drive="rigid", members=("rigid", "sections")),
-)
+@report_as("actuator_speed", "acceleration over the scene's", limit="actuator_acceleration", applies=is_imposed)
 def check_acceleration(run: Evidence) -> Finding:
     """Greatest acceleration of a cylinder over that of the scene's motion, from differenced lengths."""
     return _find_acceleration(run, run.wide.actual)

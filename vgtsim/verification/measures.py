@@ -133,6 +133,9 @@ def when(**settings: object) -> Callable[[Site], bool]:
     return applies
 
 
+is_imposed = when(drive="rigid", members=("rigid", "sections"))  # whether cylinders have the lengths that are commanded
+
+
 def has_goals(site: Site) -> bool:
     """Whether a scene has stages to settle at the end of; an operator has none."""
     return bool(site.task.stages)

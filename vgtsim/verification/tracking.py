@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,60 +13,57 @@ from vgtsim.stretch import Outline
 from vgtsim.verification.evidence import Array, Evidence, Index
 from vgtsim.verification.measures import (
     Finding,
+    Measure,
     absent,
     has_operator,
     has_paths,
     has_poses,
+    is_imposed,
     missing,
     report_as,
-    when,
     worst_of,
 )
 
 
-@report_as("tracking", "tool position at a settled goal", limit="tracking_position", applies=has_poses)
-def check_tool_position(run: Evidence) -> Finding:
-    """Greatest distance of the tool from a settled goal."""
-    return _find_worst_held(run, run.tool_errors[0])
+def _report(
+    position: str, direction: str, applies: Callable[[Site], bool]
+) -> Callable[[Callable[[Evidence, int], Finding]], tuple[Measure, ...]]:
+    """Make two rows of the function below, which is given 0 for a distance and 1 for an angle."""
+    words = ((position, "tracking_position"), (direction, "tracking_angle"))
+    return lambda find: tuple(
+        report_as("tracking", quantity, limit=limit, applies=applies)(lambda run, which=which: find(run, which))
+        for which, (quantity, limit) in enumerate(words)
+    )
 
 
-@report_as("tracking", "tool direction at a settled goal", limit="tracking_angle", applies=has_poses)
-def check_tool_direction(run: Evidence) -> Finding:
-    """Greatest angle of the tool from a settled goal's direction."""
-    return _find_worst_held(run, run.tool_errors[1])
+@_report("tool position at a settled goal", "tool direction at a settled goal", has_poses)
+def check_tool(run: Evidence, which: int) -> Finding:
+    """Greatest error of the tool at settled goals; not measured when a goal was never settled."""
+    log, task, errors = run.log, run.site.task, run.tool_errors[which]
+    labels = [stage.name for stage in task.stages]
+    least = max(int(task.motion.hold * task.simulation.log_rate) - 1, 1)  # records of a whole hold, less the first
+    whole = run.outline
+    missed = [name for goal, name in enumerate(labels) if np.sum(whole.settled & (whole.goal == goal)) < least]
+    if missed:
+        return missing(f"not held, settled, at {', '.join(missed)}", missed[0])
+    held = np.flatnonzero(log.settled & np.isfinite(errors))  # a stage may have no pose to hold
+    if not len(held):
+        return absent("the arm never settled")
+    worst = held[np.argmax(errors[held])]
+    return Finding(value=float(errors[worst]), where=labels[int(log.goal[worst])], when=float(log.time[worst]))
 
 
-@report_as("tracking", "tool position to the operator's target", limit="tracking_position", applies=has_operator)
-def check_target_position(run: Evidence) -> Finding:
-    """Greatest distance of the tool from where the operator's filtered target was."""
-    return _find_worst_aimed(run, 0)
-
-
-@report_as("tracking", "tool direction to the operator's target", limit="tracking_angle", applies=has_operator)
-def check_target_direction(run: Evidence) -> Finding:
-    """Greatest angle of the tool from the direction of the operator's filtered target."""
-    return _find_worst_aimed(run, 1)
-
-
-def _find_worst_aimed(run: Evidence, which: int) -> Finding:
+@_report("tool position to the operator's target", "tool direction to the operator's target", has_operator)
+def check_target(run: Evidence, which: int) -> Finding:
+    """Greatest distance of the tool from where the operator's filtered target was, or angle from its direction."""
     if not run.log.target.size:
         return missing("the log has no targets of an operator")
     return worst_of(run.target_errors[which][:, None], run.log.time, ("the tool",))
 
 
-@report_as("tracking", "tool to its path", limit="tracking_position", applies=has_paths)
-def check_path(run: Evidence) -> Finding:
-    """Greatest distance of the tool from a path that it follows."""
-    return _find_worst_off(run, 0)
-
-
-@report_as("tracking", "tool direction to that of its path", limit="tracking_angle", applies=has_paths)
-def check_path_direction(run: Evidence) -> Finding:
-    """Greatest angle of the tool from the direction that its path has where it is nearest."""
-    return _find_worst_off(run, 1)
-
-
-def _find_worst_off(run: Evidence, which: int) -> Finding:
+@_report("tool to its path", "tool direction to that of its path", has_paths)
+def check_path(run: Evidence, which: int) -> Finding:
+    """Greatest distance of the tool from a path that it follows, or angle from its direction where it is nearest."""
     errors = run.path_errors[which]
     rows = np.flatnonzero(np.isfinite(errors))
     if not len(rows):
@@ -76,12 +73,7 @@ def _find_worst_off(run: Evidence, which: int) -> Finding:
     return Finding(value=float(errors[worst]), where=where, when=float(run.log.time[worst]))
 
 
-@report_as(
-    "tracking",
-    "cylinder length to its command",
-    limit="command",
-    applies=when(drive="rigid", members=("rigid", "sections")),
-)
+@report_as("tracking", "cylinder length to its command", limit="command", applies=is_imposed)
 def check_command(run: Evidence) -> Finding:
     """Greatest distance of a cylinder's length from its command.
 
@@ -119,22 +111,6 @@ def measure_plan_error(run: Evidence, commanded: Array, planned: Sequence[Array]
 def _follow(lengths: Array, steps: Index) -> Array:
     """Lengths at some steps of a leg, the last ones after its end."""
     return lengths[np.minimum(steps, len(lengths) - 1)]
-
-
-def _find_worst_held(run: Evidence, errors: Array) -> Finding:
-    """Greatest of errors of shape (T,) at settled goals; not measured when a goal was never settled."""
-    log, task = run.log, run.site.task
-    labels = [stage.name for stage in task.stages]
-    least = max(int(task.motion.hold * task.simulation.log_rate) - 1, 1)  # records of a whole hold, less the first
-    whole = run.outline
-    missed = [name for goal, name in enumerate(labels) if np.sum(whole.settled & (whole.goal == goal)) < least]
-    if missed:
-        return missing(f"not held, settled, at {', '.join(missed)}", missed[0])
-    held = np.flatnonzero(log.settled & np.isfinite(errors))  # a stage may have no pose to hold
-    if not len(held):
-        return absent("the arm never settled")
-    worst = held[np.argmax(errors[held])]
-    return Finding(value=float(errors[worst]), where=labels[int(log.goal[worst])], when=float(log.time[worst]))
 
 
 @dataclass(frozen=True)
