@@ -14,7 +14,7 @@ from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.workspace import sample_workspace
 from vgtsim.planning.resolution import solve_request
 from vgtsim.site import Site
-from vgtsim.study import Engine, conduct_study, records, work
+from vgtsim.study import Engine, conduct_study, dispatch, records
 
 KEEP = 'keep = ["reach", "max tilt", "mobility"]\n'
 SEEDS = KEEP + "[grid]\nwork.seed = [3, 1, 2]\n"
@@ -56,26 +56,26 @@ def test_a_failed_case_is_a_row_with_its_error(make_study, one_thread, tmp_path)
 
 
 def test_a_defect_in_one_case_does_not_end_the_others(make_study, one_thread, tmp_path, monkeypatch):
-    verb = work.VERBS["workspace"]
+    verb = dispatch.VERBS["workspace"]
 
     def fail(site, settings, folder):
         assert settings.seed != 1, "a defect"
         return verb.do(site, settings, folder)
 
-    monkeypatch.setitem(work.VERBS, "workspace", type(verb)(fail, verb.figures, verb.arrays))
+    monkeypatch.setitem(dispatch.VERBS, "workspace", type(verb)(fail, verb.figures, verb.arrays))
     rows = conduct_study(make_study(SEEDS), tmp_path / "out", one_thread).table.to_pylist()
     assert [(row["error"] or "").split("\n")[0] for row in rows] == ["", "AssertionError: a defect", ""]
 
 
 def count_work(monkeypatch):
     done = []
-    plain = work._do_case
+    plain = dispatch._do_case
 
     def counted(order, case):
         done.append(case.entries[0])
         return plain(order, case)
 
-    monkeypatch.setattr(work, "_do_case", counted)
+    monkeypatch.setattr(dispatch, "_do_case", counted)
     return done
 
 

@@ -11,7 +11,7 @@ import pytest
 from vgtsim.errors import ClusterError
 from vgtsim.study import Engine, dispatch
 from vgtsim.study.cases import plan_study
-from vgtsim.study.work import make_row
+from vgtsim.study.dispatch import make_row
 
 
 class LostError(Exception):

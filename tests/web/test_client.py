@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import urllib.request
 from pathlib import Path
 
@@ -31,3 +32,19 @@ def test_the_server_gives_it_and_another_server_gives_viser_s(tmp_path):
             found.append("antialias: false" in answer.read().decode())
         server.stop()
     assert found == [True, False]
+
+
+def test_what_nobody_can_read_is_one_line_in_the_log(tmp_path, caplog):
+    connect = pytest.importorskip("websockets.sync.client").connect
+    server = open_client("127.0.0.1", 0, "a label", tmp_path)
+    version = f"viser-v{viser.__version__}"
+    with connect(f"ws://127.0.0.1:{server.get_port()}", subprotocols=[version], max_size=None) as line:
+        line.send(b"no message")
+        until = time.monotonic() + 60
+        while not any("handler failed" in text for text in caplog.messages) and time.monotonic() < until:
+            time.sleep(0.05)
+    server.stop()
+    (said,) = (record for record in caplog.records if "handler failed" in record.getMessage())
+    assert said.exc_info is None
+    assert said.getMessage().startswith("connection handler failed: ")
+    assert "\n" not in said.getMessage()

@@ -12,10 +12,9 @@ from vgtsim.description import Study
 from vgtsim.output import naming_folder, prepare_folder
 from vgtsim.replacing import replacing
 from vgtsim.study.cases import plan_study
-from vgtsim.study.dispatch import dispatch
+from vgtsim.study.dispatch import Row, dispatch
 from vgtsim.study.engines import Engine
 from vgtsim.study.records import Records
-from vgtsim.study.work import Row
 
 if TYPE_CHECKING:
     import pyarrow as pa

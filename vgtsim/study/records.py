@@ -11,7 +11,7 @@ from uuid import uuid4
 
 from vgtsim.replacing import lock_folder, replacing
 from vgtsim.study.cases import Case, Order
-from vgtsim.study.work import Row
+from vgtsim.study.dispatch import Row
 
 if TYPE_CHECKING:
     import pyarrow as pa

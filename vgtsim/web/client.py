@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import viser
 from viser import ViserServer, infra
 
 _HEAD = "<head>"
+_NOISE = "opening handshake failed"  # viser leaves such records out by this text: browsers open connections that they do not use
 
 
 def make_client() -> str:
@@ -27,6 +29,7 @@ def open_client(host: str, port: int, label: str, folder: Path) -> ViserServer:
 
     Viser has no setting for its page, so the folder of the page is changed between the server's making and its start.
     """
+    logging.getLogger("websockets.server").addFilter(_say_in_a_line)
     (folder / "index.html").write_text(make_client(), encoding="utf-8")
     start = infra.WebsockServer.start
 
@@ -39,6 +42,14 @@ def open_client(host: str, port: int, label: str, folder: Path) -> ViserServer:
         return ViserServer(host, port, label=label, verbose=False)
     finally:
         infra.WebsockServer.start = start
+
+
+def _say_in_a_line(record: logging.LogRecord) -> bool:
+    """Leave the traceback out of a record: what a browser sends and nobody can read is no defect."""
+    error, record.exc_info = record.exc_info and record.exc_info[1], None
+    if error is not None and record.getMessage() != _NOISE:
+        record.msg, record.args = f"{record.getMessage()}: {' '.join(str(error).split())}", ()
+    return True
 
 
 def _find_folder() -> Path:

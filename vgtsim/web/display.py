@@ -13,10 +13,9 @@ from vgtsim.arrays import Array
 from vgtsim.kinematics import Chain, quaternions_to
 from vgtsim.output.colours import force_colours
 from vgtsim.site import Site
-from vgtsim.web.baking import SHARP, add_baked
 from vgtsim.web.parts import NOBODY, make_bars, place_points, turn_plate
 from vgtsim.web.scale import to_bytes
-from vgtsim.web.scenery import NAME, add_name, add_pit, add_scenery, make_mark, place_pit
+from vgtsim.web.scenery import NAME, SHARP, add_baked, add_name, add_pit, add_scenery, make_mark, place_pit
 
 _STEEL, _MAST, _PAYLOAD, _TARGET, _GAP = (70, 76, 86), (110, 118, 130), (240, 150, 40), (255, 214, 10), (230, 60, 180)
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
