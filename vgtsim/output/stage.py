@@ -132,17 +132,15 @@ class Stage:
             self._seen = seen
             self._grounds.clear()
         whole = (0, 0, *self._size)
-        if self._model.body_weldid[self._model.cam(camera).bodyid].any():  # the camera moves, and all with it
-            self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
-            self._lay_line(nodes)
-            places = project(self._scene, self._points, *self._size)
-            return self._take(whole), places
-        if camera not in self._grounds:
+        moves = bool(self._model.body_weldid[self._model.cam(camera).bodyid].any())  # the camera, and all with it
+        if not moves and camera not in self._grounds:
             self._look(camera, mujoco.mjtCatBit.mjCAT_STATIC)
             self._grounds[camera] = self._take(whole)
         self._look(camera, mujoco.mjtCatBit.mjCAT_ALL)
         self._lay_line(nodes)
         places = project(self._scene, self._points, *self._size)
+        if moves:
+            return self._take(whole), places
         left, top, right, bottom = box = self._find_arm()
         picture = self._grounds[camera].copy()
         if left < right and top < bottom:

@@ -68,13 +68,7 @@ def _parts(site: Site) -> tuple[list[str], list[str], Array, Index]:
     truss, arm = site.truss, site.arm
     count = len(truss.nodes)
     module = [*truss.module, *truss.node_module, len(arm.modules) - 1]
-    radii = np.concatenate(
-        [
-            member_radii(site.chain),
-            np.full(count, arm.hub.radius),
-            [site.task.payload.radius],
-        ]
-    )
+    radii = np.concatenate([member_radii(site.chain), np.full(count, arm.hub.radius), [site.task.payload.radius]])
     ends = np.concatenate([truss.ends, np.repeat(np.arange(count + 1), 2).reshape(-1, 2)])
     owners = [arm.modules[max(int(m), 0)].name for m in module]
     return [*truss.member_names, *truss.nodes, _PAYLOAD], owners, radii, ends
@@ -84,7 +78,7 @@ def _with_tank(site: Site, points: Array, wanted: float) -> list[Collision]:
     names, owners, radii, ends = _parts(site)
     part = np.linspace(0.0, 1.0, _POINTS)
     first, last = points[ends[:, 0]], points[ends[:, 1]]
-    places, coarse = _measure(site, _along(first, last, part), radii)
+    places, coarse = _measure(site, first[:, None] + part[:, None] * (last - first)[:, None], radii)
     step = np.linalg.norm(last - first, axis=1) / (_POINTS - 1)
     rows, columns = np.nonzero(coarse.min(axis=1) < wanted + step[:, None])
     found = []
@@ -97,13 +91,8 @@ def _with_tank(site: Site, points: Array, wanted: float) -> list[Collision]:
     for row, column, line_, gap in zip(rows.tolist(), columns.tolist(), line, gaps, strict=True):
         k = int(np.argmin(gap))
         if gap[k] < wanted:
-            x, y, z = (float(value) for value in line_[k])
-            found.append(Collision(owners[row], names[row], places[column], (x, y, z), float(gap[k])))
+            found.append(_collision(owners[row], names[row], places[column], line_[k], gap[k]))
     return found
-
-
-def _along(first: Array, last: Array, part: Array) -> Array:
-    return first[:, None] + part[:, None] * (last - first)[:, None]
 
 
 def _measure(site: Site, points: Array, radii: Array) -> tuple[tuple[str, ...], Array]:
@@ -126,8 +115,8 @@ def _with_mast(site: Site, points: Array, wanted: float) -> list[Collision]:
 
 
 def _with_itself(site: Site, points: Array, wanted: float) -> list[Collision]:
-    pairs, names = site.surroundings.capsules.judged_pairs, _parts(site)[0]
-    shown = [*site.truss.member_names, *["the tip plate"] * 3, names[-1]]
+    pairs = site.surroundings.capsules.judged_pairs
+    shown = [*site.truss.member_names, *["the tip plate"] * 3, _PAYLOAD]
     owners = [site.arm.modules[int(m)].name for m in site.surroundings.capsules.module]
     (i, j), ends = pairs.members, pairs.ends
     a, b, c, d = (points[ends[part, k]] for part in (i, j) for k in (0, 1))
