@@ -16,16 +16,7 @@ import numpy as np
 
 from vgtsim.arrays import Array
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
-from vgtsim.description import (
-    CutStep,
-    Manipulator,
-    Payload,
-    Scene,
-    SceneFile,
-    Tank,
-    load_manipulator,
-    load_scene,
-)
+from vgtsim.description import CutStep, Manipulator, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry import (
     Bed,

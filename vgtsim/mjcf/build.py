@@ -43,11 +43,7 @@ _MODELS: WeakKeyDictionary[Site, mujoco.MjModel] = WeakKeyDictionary()
 
 
 def build_spec(
-    site: Site,
-    poses: Mapping[str, Array] | None = None,
-    timestep: float | None = None,
-    *,
-    limited: bool = False,
+    site: Site, poses: Mapping[str, Array] | None = None, timestep: float | None = None, *, limited: bool = False
 ) -> mujoco.MjSpec:
     """Lay out a scene in MJCF; the servos hold the arm until `select_drive` says otherwise.
 

@@ -52,11 +52,7 @@ def add_block(spec: mujoco.MjSpec, rigging: Rigging, row: int) -> dict[int, Seat
 
 
 def _dress_block(
-    spec: mujoco.MjSpec,
-    body: mujoco.MjsBody,
-    rigging: Rigging,
-    block: Index,
-    post: tuple[float, float, Array],
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, rigging: Rigging, block: Index, post: tuple[float, float, Array]
 ) -> None:
     """Post of a mass, half height and moments, and two balls, whose masses stand at the ends of the post."""
     arm, truss = rigging.chain.manipulator, rigging.chain.truss

@@ -15,15 +15,7 @@ from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.planning import STEP_BOUND, name_bound
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import (
-    CHECK_NAMES,
-    Check,
-    PhaseRun,
-    Report,
-    find_begins,
-    find_holds,
-    find_riser_reaction,
-)
+from vgtsim.verification import CHECK_NAMES, Check, PhaseRun, Report, find_begins, find_holds, find_riser_reaction
 
 Row = dict[str, Any]  # of a table, by the names of the template
 

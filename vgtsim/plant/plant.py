@@ -97,12 +97,7 @@ class Plant:
         return self._steps * self.timestep
 
     def reset(
-        self,
-        lengths: ArrayLike | None = None,
-        inputs: ArrayLike | None = None,
-        *,
-        feed: float = 0.0,
-        turn: float = 0.0,
+        self, lengths: ArrayLike | None = None, inputs: ArrayLike | None = None, *, feed: float = 0.0, turn: float = 0.0
     ) -> PlantState:
         """Stand the arm in a posture, at rest and in equilibrium under its weight; time, log and goal start anew.
 

@@ -18,12 +18,4 @@ from vgtsim.web.recording import Recording, open_server, write_recording
 from vgtsim.web.scale import draw_scale
 from vgtsim.web.session import Session
 
-__all__ = [
-    "Display",
-    "Recording",
-    "Session",
-    "Sight",
-    "draw_scale",
-    "open_server",
-    "write_recording",
-]
+__all__ = ["Display", "Recording", "Session", "Sight", "draw_scale", "open_server", "write_recording"]
