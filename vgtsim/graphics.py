@@ -17,14 +17,8 @@ import warnings
 from vgtsim.errors import MissingLibraryError
 
 _KEY = "MUJOCO_GL"
-_ANY = (
-    "",
-    "enable",
-    "enabled",
-    "on",
-    "true",
-    "1",
-)  # MuJoCo would open a window, which a machine without a display lacks
+# MuJoCo would open a window, which a machine without a display lacks
+_ANY = ("", "enable", "enabled", "on", "true", "1")
 _NONE = ("disable", "disabled", "off", "false", "0")
 _EGL = ("EGL", "apt-get install libegl1 libgl1-mesa-dri")
 _REMEDY = "set MUJOCO_GL=egl, or unset it, before the program starts"

@@ -31,10 +31,8 @@ _MAY_LACK = {END: {"revisions"}}  # entries of logs in which a tour was planned 
 PERFORMANCE = ("simulated_s", "wall_s", "real_time_factor", "steps", "nv")
 _RECORDED = {name: form for name, form in ARRAYS.items() if form[1][0] == "T"}
 TOUCHES = "contact_time", "contact_pair", "contact_distance", "contact_force", "contact_point"
-_WITHOUT_FORCE, _WITH_FORCE = (
-    4,
-    10,
-)  # figures and names of a contact, in logs that tell its force and in those that do not
+# figures and names of a contact, in logs that tell its force and in those that do not
+_WITHOUT_FORCE, _WITH_FORCE = 4, 10
 
 
 def make_table(piece: Piece) -> pa.Table:

@@ -25,11 +25,8 @@ from vgtsim.site import Site, load_site
 Row = NDArray[np.float32]
 
 PERIOD = 0.5  # of an action, s: a cylinder comes to full speed in five
-EFFORT, DONE, FAULT = (
-    0.01,
-    5.0,
-    -5.0,
-)  # rewards: of the mean square of an action, taken; of the end of a task; of a fault
+# rewards: of the mean square of an action, taken; of the end of a task; of a fault
+EFFORT, DONE, FAULT = 0.01, 5.0, -5.0
 # Of a mast without a described feed: rate, m/s, acceleration, m/s², and force, N, enough for any shipped arm and mast.
 _RATE, _ACCELERATION, _FORCE = 0.1, 0.05, 1e6
 _BOUND = 2.0  # of observations, which are within one but for what acceleration or a start beyond a box leaves

@@ -33,9 +33,8 @@ VIEW_TIMESTEP = 0.001  # of model files for viewers, s: without the scaled weigh
 SOLVED = 1e-29
 SHOWN = 1e-10  # of model files: MJCF writes nothing smaller, and zero would cost all hundred iterations
 EXTENT = 20.0  # m, about a tank's diameter
-_SHORT_MAST = MastPipe(
-    outer_diameter=0.9144, wall=0.0127, density=STEEL, length=2.0
-)  # the reference scene's, cut short
+# the reference scene's, cut short
+_SHORT_MAST = MastPipe(outer_diameter=0.9144, wall=0.0127, density=STEEL, length=2.0)
 _FLOOR_GAP = 1.0  # between the tool of a hanging arm alone and its floor, m
 # Of a hoist that nothing describes: how often it lifts mast, arm and payload, how fast, m/s, and how far that of an arm alone, m.
 _RESERVE, _LIFT_RATE, _LIFT = 3.0, 0.05, 1.0
@@ -190,9 +189,8 @@ def _start_spec(
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_REFSAFE  # closures are stiffer than two steps
     if not limited:
         option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverged state must be seen, not hidden
-        option.disableflags |= (
-            mujoco.mjtDisableBit.mjDSBL_ISLAND
-        )  # an arm hangs together: the search finds one, in each step
+        # an arm hangs together: the search finds one, in each step
+        option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     spec.add_numeric(name=names.WEIGHT_SCALE, data=[weight_scale])
     spec.visual.global_.offwidth, spec.visual.global_.offheight = 3840, 2160  # the largest film, pixels
     spec.visual.map.znear, spec.visual.map.zfar = 0.002, 10.0  # of the extent: from 4 cm to 200 m

@@ -27,10 +27,8 @@ _DIM = 0.45  # of the liner: members without force are a light grey
 _GHOST = (0.75, 0.80, 0.86, 0.10)  # the near wall from outside: there, but not in the way
 _HOSE, _PIECES = (0.25, 0.42, 0.30, 1.0), 4  # dark green, between the members' colours; pieces of a bend
 _AMBIENT, _DIFFUSE = 0.4, 0.35  # together just above one: no colour saturates
-_SLICES, _STACKS = (
-    14,
-    4,
-)  # of a round geom, a few pixels wide; more stacks change no pixel that is seen, and cost a third
+# of a round geom, a few pixels wide; more stacks change no pixel that is seen, and cost a third
+_SLICES, _STACKS = 14, 4
 _INSIDE = ("riser", "tool")
 _MOST = 10_000  # drawn shapes; a scene has some hundreds
 _EDGE = 2  # pixels around the arm, for the smoothing of its edges

@@ -18,21 +18,18 @@ from vgtsim.planning.unfolding import make_opening
 from vgtsim.site import Site
 
 _AZIMUTHS = 12  # 30 degrees apart: a way between two of them is a little of both
-_BETWEEN = np.radians(
-    15.0
-)  # between planes whose bends are compared: modules of triangles bend most in every eighth of them
+# between planes whose bends are compared: modules of triangles bend most in every eighth of them
+_BETWEEN = np.radians(15.0)
 _SAME = 1e-6  # rad: rounding of the start's azimuth
-_RISE = np.array(
-    [0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, -0.5, -1.0]
-)  # m of the foot above what a stowed module leaves straight
+# m of the foot above what a stowed module leaves straight
+_RISE = np.array([0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, -0.5, -1.0])
 _CURVED = np.array([1.0, 1.1, 1.25, 1.45, 1.8])  # radius over the least that the modules can follow
 _TURNS = np.radians([75.0, 90.0, 105.0, 120.0, 137.0])
 _ENOUGH = 0.3  # m of room beyond which more is worth nothing
 _BULGE = 0.07  # m that mid nodes of a bent module stand beyond the riser's radius
 _SPACING = 0.25  # m between the points of a curve that are looked at
-_BACK = (
-    0.4  # share of the way that the arm leaves the curve by that it costs in room: what follows comes back to the curve
-)
+# share of the way that the arm leaves the curve by that it costs in room: what follows comes back to the curve
+_BACK = 0.4
 _APART = 0.01  # m of room that a radian away from the start's azimuth costs: of equal ways the nearest
 
 

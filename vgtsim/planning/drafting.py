@@ -24,9 +24,8 @@ from vgtsim.site import Site
 from vgtsim.statics import Demand, Sizing, size_arm
 from vgtsim.units import to_si
 
-_HUB = (
-    1.5 * INCH
-)  # radius of the joint balls of the shipped arms, for risers of 42 in; smaller risers have smaller ones
+# radius of the joint balls of the shipped arms, for risers of 42 in; smaller risers have smaller ones
+_HUB = 1.5 * INCH
 _WIDE = 42 * INCH
 _STRAIGHT = 1.25  # face sides from face to face of a straight active module: the middle of its working range
 _ROUNDING = 1e-5  # m: lengths in the file have five digits

@@ -37,9 +37,8 @@ if TYPE_CHECKING:
 
 JUDGED = 0.02  # m of feed between the postures that are judged
 BELOW = 0.10  # m that a module's upper face is below the rim before it opens
-BORE = (
-    0.8  # part of the gap that the stowed arm is to have in the riser, that a way keeps: of 38 mm, 8 are left for sag
-)
+# part of the gap that the stowed arm is to have in the riser, that a way keeps: of 38 mm, 8 are left for sag
+BORE = 0.8
 
 _CURVES = 10  # directrices that are tried in either set of planes: about four seconds each
 GRID = 0.025  # m of feed between the places that the splines of a way go through: fourteen in a knot

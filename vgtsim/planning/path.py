@@ -33,9 +33,8 @@ _STRIDE, _MOST_WAYPOINTS = 0.4, 120  # m of some point of the arm between way-po
 _SPARSE = 4  # samples of a path that is no good, of which one is measured: the message needs no more
 _SUNK, _GLANCES = 0.25, 20  # m inside equipment, two thirds of the way to its axis or more; way-points looked at for it
 _TOLD = 10  # steps of smoothing of a guess that serves a message alone
-_MOST_WINDOWS = (
-    5  # of anchoring, whose orders are all looked at: 120; of more windows those from the mast and from the tool
-)
+# of anchoring, whose orders are all looked at: 120; of more windows those from the mast and from the tool
+_MOST_WINDOWS = 5
 _TRIED = 4  # orders that are planned
 _SWING = np.radians(5.0)  # below this the swing is the straight line
 # Bends of a shape that is clear of floor, wall and dome, degrees; each module bends less where an arm has more modules.

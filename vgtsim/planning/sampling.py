@@ -93,9 +93,8 @@ class _Space:
         self.space.setBounds(limits)
         self.information = base.SpaceInformation(self.space)
 
-        read = self.read = partial(
-            _read, self.scale
-        )  # what OMPL calls must not hold what OMPL made: it would never be freed
+        # what OMPL calls must not hold what OMPL made: it would never be freed
+        read = self.read = partial(_read, self.scale)
 
         class Motions(base.MotionValidator):
             def checkMotion(self, first: Any, last: Any) -> bool:  # noqa: N802 - as OMPL calls it

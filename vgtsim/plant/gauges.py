@@ -128,9 +128,8 @@ class SectionGauges:
         self._lumped = make_load_model(chain, task.payload, gravity, lumped=True, line=line)
         self._lengths = truss.lengths(chain.nodes(chain.straight))
         on_flange = truss.ends < truss.base.stop
-        self._seated = np.flatnonzero(
-            on_flange[:, 0] != on_flange[:, 1]
-        )  # members at the flange, and their nodes there
+        # members at the flange, and their nodes there
+        self._seated = np.flatnonzero(on_flange[:, 0] != on_flange[:, 1])
         first = on_flange[self._seated, 0]
         self._feet, self._pulls = np.where(first, *truss.ends[self._seated].T), np.where(first, -1.0, 1.0)
         self.counts = _count(site)

@@ -48,9 +48,8 @@ def check_rate(run: Evidence) -> Finding:
     log, most = run.wide, _find_most(run)
     gone = np.diff(_volume(run, log.bed))
     with np.errstate(divide="ignore", invalid="ignore"):
-        part = np.where(
-            np.abs(gone) > 1e-15, np.abs(gone) / most, 0.0
-        )  # rounding of heights: nothing goes with no power
+        # rounding of heights: nothing goes with no power
+        part = np.where(np.abs(gone) > 1e-15, np.abs(gone) / most, 0.0)
     return worst_of(part[:, None], log.time[1:], _NAME)
 
 

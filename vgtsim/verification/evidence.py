@@ -202,9 +202,8 @@ class Evidence:
 
         The damper resists stretching as the members' do, over which the oil's pull changes: the two are in one place.
         """
-        damper = (
-            self.site.damper if self.site.task.simulation.damping_ratio else self.step / 2
-        )  # the least that is stable
+        # the least that is stable
+        damper = self.site.damper if self.site.task.simulation.damping_ratio else self.step / 2
         inner = self.stretch.inner if self.stretch else slice(None)
         return pull[inner] + damper * self._differentiate(pull[..., None]).velocity[..., 0]
 
@@ -334,9 +333,8 @@ class Evidence:
     @cached_property
     def bore(self) -> Array:
         """Distance of each module from the riser, shape (T, K), m; no more than the tank is high."""
-        distance, places = self.proximity.by_module(
-            self.log.nodes, self.tool[0], together=True
-        )  # the waste does not count
+        # the waste does not count
+        distance, places = self.proximity.by_module(self.log.nodes, self.tool[0], together=True)
         return np.minimum(distance[..., places.index(RISER)], self.site.tank.shell.crown)
 
     @cached_property

@@ -35,9 +35,8 @@ NAME = 0.8  # size of names, of the usual size of text
 _BALL, _STEM = 0.10, (0.025, 0.6)  # m: a goal's ball, and radius and length of the rod along its direction
 _SIDES, _FEW = 24, 8  # of round things, and of thin ones
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
-_SPACING = (
-    1.0  # m, of points along the tank's profile: a third of the triangles, each within a centimetre of the surface
-)
+# m, of points along the tank's profile: a third of the triangles, each within a centimetre of the surface
+_SPACING = 1.0
 _FIELD = np.radians(38)  # of view, upright
 SHARP = np.radians(30)  # between faces: from there on an edge is drawn as one
 _LAMP = np.array([-0.42, -0.70, 0.57])  # unit vector toward it: from the left, in front and above
