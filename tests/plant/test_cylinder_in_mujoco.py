@@ -7,7 +7,6 @@ from typing import cast
 import mujoco
 import numpy as np
 import pytest
-from scipy.signal import lti, step
 
 from vgtsim.plant.drives import HydraulicDrive
 from vgtsim.plant.hydraulics import Hydraulics
@@ -66,6 +65,8 @@ def lift(command, seconds, timestep, gravity=G, leakage=0.0, lock_band=0.0):
 @pytest.mark.parametrize("timestep", [5e-4, 5e-3])
 def test_step_response_is_that_of_valve_oil_spring_and_mass(timestep):
     """K w² (1 + beta s) / (s³ + beta w² s² + w² (1 + K beta) s + K w²); the step size may add a step's lag."""
+    from scipy.signal import lti, step  # costs a third of a second, which every collection of tests would pay
+
     w = np.sqrt(stiffness() / MASS)
     system = lti([w**2 * GAIN * BETA, w**2 * GAIN], [1.0, w**2 * BETA, w**2 * (1 + GAIN * BETA), w**2 * GAIN])
     time, length, _ = lift(lambda t: START + 5e-4, 1.5, timestep)

@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.signal import lti, step
 
 from vgtsim.plant.hydraulics import CAVITY, FLOW, PRESSURE, STROKE, Hydraulics, advance
 from vgtsim.plant.oil import VAPOUR, Cylinders, fill, find_state
@@ -114,6 +113,8 @@ def test_small_step_of_a_light_load_is_the_first_order_lag():
 @pytest.mark.long
 def test_small_step_of_a_heavy_load_on_the_oil_spring_is_the_third_order_response():
     """K w² / (s³ + 2 z w s² + w² s + K w²): valve, oil spring and mass, H. E. Merritt, Hydraulic Control Systems, 6-2."""
+    from scipy.signal import lti, step  # costs a third of a second, which every collection of tests would pay
+
     mass, beta, dt = 2e5, 2e-2, 1e-4
     w = np.sqrt(stiffness(0.3) / mass)
     run = play(cylinder(timestep=dt), lambda t: 1.1005, 1.5, mass=mass, damping=beta)
