@@ -6,6 +6,7 @@ import numpy as np
 from Pynite import FEModel3D
 
 STIFF = 1e4  # rigid tip: bars this much stiffer than the stiffest member
+ENOUGH = 1e-2  # of the way: a later pass moves the square of such a part or less, a hundredth of what is allowed
 
 
 def settle_with_pynite(truss, nodes, spring, force, tool, tool_force, passes=4):
@@ -16,6 +17,7 @@ def settle_with_pynite(truss, nodes, spring, force, tool, tool_force, passes=4):
     points, loads = np.vstack([nodes, tool]), np.vstack([force, tool_force])
     stiff = np.concatenate([spring, np.full(len(ends) - len(spring), STIFF * spring.max())])
     rest = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)
+    begun = points
     for _ in range(passes):
         span = points[ends[:, 1]] - points[ends[:, 0]]
         length = np.linalg.norm(span, axis=1)
@@ -23,7 +25,10 @@ def settle_with_pynite(truss, nodes, spring, force, tool, tool_force, passes=4):
         left = loads.copy()
         np.add.at(left, ends[:, 0], pull)
         np.add.at(left, ends[:, 1], -pull)
-        points = points + deflect_with_pynite(truss, points[:-1], spring, left[:-1], points[-1], left[-1])
+        shift = deflect_with_pynite(truss, points[:-1], spring, left[:-1], points[-1], left[-1])
+        points = points + shift
+        if np.abs(shift).max() < ENOUGH * np.abs(points - begun).max():
+            break
     return points
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,12 @@ ROOT = Path(__file__).parents[2]
 CATALOGUE = ROOT / "vgtsim/description/catalogue.toml"
 SHIPPED = [(kind, file) for kind in FILES if kind != "catalogue" for file in list_shipped(kind).values()]
 SHIPPED.append(("catalogue", CATALOGUE))
+
+
+@cache
+def read_schema(kind):
+    """The schema of a kind of file, written once for all files of the kind."""
+    return json.loads(write_schema(kind))
 
 
 def test_the_generated_pages_are_current():
@@ -41,7 +48,7 @@ def test_straight_is_explained_for_each_kind():
 
 
 def test_a_scene_on_another_may_hold_some_keys_of_a_table_in_a_table():
-    schema, file = json.loads(write_schema("scene")), list_shipped("scene")["type_ii_mission"]
+    schema, file = read_schema("scene"), list_shipped("scene")["type_ii_mission"]
     whole = tomllib.loads(file.read_text(encoding="utf-8"))
     part = {"feed": {"stroke": "20 m"}}
     assert holds(schema, {"base": "type_ii_mission", "mast": part}, schema)
@@ -103,7 +110,7 @@ def holds_table(schema, value, root):
 
 
 def test_a_study_may_write_its_keys_dotted_or_as_tables():
-    schema = json.loads(write_schema("study"))
+    schema = read_schema("study")
     study = {"name": "x", "scene": "y", "work": {"verb": "plan"}}
     span, values = {"least": "1 kg", "greatest": 2.0, "count": 3}, ["1 kg", 2.0]
     for grid in (
@@ -120,7 +127,7 @@ def test_a_study_may_write_its_keys_dotted_or_as_tables():
 
 @pytest.mark.parametrize(("kind", "file"), SHIPPED, ids=lambda item: getattr(item, "stem", item))
 def test_schemas_accept_what_is_shipped_and_refuse_slips(kind, file):
-    schema, data = json.loads(write_schema(kind)), tomllib.loads(file.read_text(encoding="utf-8"))
+    schema, data = read_schema(kind), tomllib.loads(file.read_text(encoding="utf-8"))
     assert holds(schema, data, schema)
     assert not holds(schema, data | {"nmae": "x"}, schema)
     if kind in ("arm", "tank") and "base" not in data:
