@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -26,9 +27,12 @@ ANGLE = 0.9  # rad
 ASIDE = {"radius": 10.5, "azimuth": 1.0, "top": 2.0}  # out of every way
 
 
+plan_once = cache(plan_site)  # of a site that several tests interrupt
+
+
 def interrupt(site, leg, part, **place):
     """The site with a pole that appears at a part of a leg of its mission, that mission, and the appearance."""
-    tour = plan_site(site)
+    tour = plan_once(site)
     row = int(part * len(tour.legs[leg].lengths))
     when = (sum(len(one.lengths) for one in tour.legs[:leg]) + row) * tour.timestep
     pole = Equipment(**{"name": "pole", "diameter": 0.1, "appears": when} | ASIDE | place)
@@ -76,9 +80,14 @@ def test_a_turn_that_is_shut_is_not_made(turning):
     assert tour.legs[-1].turn[-1] < 0.8
 
 
+@pytest.fixture(scope="module")
+def raster():
+    return vgtsim.load("type_ii_raster")
+
+
 @pytest.mark.parametrize(("leg", "part"), [(0, 0.5), (1, 0.3)])
-def test_a_followed_path_goes_on_where_it_was(leg, part):
-    site, before, told = interrupt(vgtsim.load("type_ii_raster"), leg, part)
+def test_a_followed_path_goes_on_where_it_was(raster, leg, part):
+    site, before, told = interrupt(raster, leg, part)
     tour = revise_mission(site, before, told)
     rows = np.concatenate([one.lengths for one in tour.legs])
     assert not tour.blocked
