@@ -17,7 +17,8 @@ from vgtsim.plant import run
 from vgtsim.positioning import StrokeBox, Surroundings
 from vgtsim.site import Site
 from vgtsim.statics import MemberSections
-from vgtsim.verification import CHECK_NAMES, verify
+from vgtsim.verification import CHECK_NAMES, Evidence, tracking, verify
+from vgtsim.verification.report import judge
 
 pytestmark = pytest.mark.slow
 
@@ -82,6 +83,7 @@ def test_a_goal_that_was_moved_fails_tracking(folder):
     goals[2] = goals[2].model_copy(update={"position": (x, y, z + 0.002)})
     motion = scene.task.motion.model_copy(update={"goals": tuple(goals)})
     moved = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
-    rows = [check for check in verify(Site(moved), log).checks if check.name == "tracking"]
-    assert not rows[0].passed
-    assert rows[0].where == goals[2].name
+    row, site = tracking.check_tool_position, Site(moved)
+    found = judge(site, row.check, row.quantity, row.limit, row.find(Evidence(site, log.read(0, log.count))))
+    assert not found.passed
+    assert found.where == goals[2].name
