@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.description import CuttingTool, Patch
 from vgtsim.geometry.bed import Bed
 from vgtsim.geometry.profile import Profile
@@ -56,22 +57,9 @@ class Diggings:
         A layer of one thickness goes where the tool covers a cell, part of it at the rim; where it meets the floor or the end
         of the tool's reach, the others give more. Less is removed where less is there.
         """
-        cover = self.cover(point)
-        room = np.maximum(heights - np.maximum(self.floor, np.asarray(point)[2] - self.tool.reach), 0.0)
-        some = np.flatnonzero((cover > 0) & (room > 0))
-        if not len(some) or volume <= 0:
-            return 0.0
-        cover, room, area = cover[some], room[some], self.areas[some]
-        layer = room
-        if area @ room > volume:
-            order = np.argsort(room / cover, kind="stable")  # those that give all they have come first
-            spent = np.concatenate([[0.0], np.cumsum((area * room)[order])[:-1]])
-            wide = np.cumsum((area * cover)[order][::-1])[::-1]
-            thick = (volume - spent) / wide
-            first = int(np.argmax(thick <= (room / cover)[order]))
-            layer = np.minimum(thick[first] * cover, room)
-        heights[some] -= layer
-        return float(area @ layer)
+        cover = by_rows(self.cover(point))
+        lowest = float(np.asarray(point)[2]) - self.tool.reach
+        return float(lower_layer(heights, self.floor, self.areas, cover, lowest, volume))
 
     def removed(self, heights: Array) -> Array:
         """Volume between the bed before and heights, shape (..., P), m; shape (...), m³."""
@@ -82,6 +70,26 @@ class Diggings:
         whole = self.bed.heights.copy()
         whole[slice(*self.rows), slice(*self.columns)] = np.reshape(heights, self.shape)
         return Bed(whole, self.bed.corner, self.bed.spacing, self.bed.radius)
+
+
+@compiled
+def lower_layer(heights: Array, floor: Array, areas: Array, cover: Array, lowest: float, volume: float) -> float:
+    """Lower heights as `Diggings.dig` does where a tool that reaches down to a lowest height, m, covers them."""
+    room = np.maximum(heights - np.maximum(floor, lowest), 0.0)
+    some = np.flatnonzero((cover > 0) & (room > 0))
+    if not len(some) or volume <= 0:
+        return 0.0
+    cover, room, area = cover[some], room[some], areas[some]
+    layer = room
+    if (area * room).sum() > volume:
+        order = np.argsort(room / cover, kind="mergesort")  # those that give all they have come first
+        held = (area * room)[order]
+        wide = np.cumsum((area * cover)[order][::-1])[::-1]
+        thick = (volume - (np.cumsum(held) - held)) / wide
+        first = np.argmax(thick <= (room / cover)[order])
+        layer = np.minimum(thick[first] * cover, room)
+    heights[some] -= layer
+    return (area * layer).sum()
 
 
 def make_diggings(bed: Bed, profile: Profile, tool: CuttingTool, rate: float, patches: Iterable[Patch]) -> Diggings:

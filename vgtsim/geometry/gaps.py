@@ -15,7 +15,7 @@ from vgtsim.compilation import compiled
 from vgtsim.geometry.blocks import Blocks, to_block
 from vgtsim.geometry.pairs import MemberPairs
 from vgtsim.geometry.segments import TOUCHING, find_between
-from vgtsim.geometry.side_mouth import enclose_aside, find_rim, hypot
+from vgtsim.geometry.side_mouth import enclose_aside, find_rim, find_top, hypot
 from vgtsim.geometry.surface import along_surface, find_height, is_above, to_surface
 
 Array = NDArray[np.float64]
@@ -47,6 +47,10 @@ def _to_piece(curve: Array, k: int, rho: float, z: float) -> float:
 def enclose(curve: Array, mouth: Array, x: float, y: float, z: float) -> tuple[float, int]:
     """Signed distance, and what is nearest: a piece, or the rim (-1) or the bore (-2) of the riser."""
     bore, rim, dome = mouth[0], mouth[1], mouth[2]
+    if z >= find_top(mouth):
+        away = hypot(x - mouth[3], y - mouth[4])
+        if away < bore:
+            return bore - away, -2
     rho = hypot(x, y)
     if mouth[3] != 0 or mouth[4] != 0:
         return _enclose_beside(curve, mouth, x, y, z)
@@ -58,7 +62,7 @@ def enclose(curve: Array, mouth: Array, x: float, y: float, z: float) -> tuple[f
         closed = min(closed, away)
         if away < others and not (below and k == last):  # the dome ends at the rim
             others, nearest = away, k
-    if z >= rim and (rho < bore or bore - rho > closed):
+    if z >= rim and bore - rho > closed:
         return bore - rho, -2
     if below:
         reach = hypot(rho - bore, z - rim)
@@ -240,9 +244,12 @@ def _search_mouth(
     The distance changes by no more than the way along the segment, so samples bound it from below. A member that cannot
     come as near to the riser as another one is given up.
     """
-    some = np.flatnonzero(at_mouth[ends[:, 0]] | at_mouth[ends[:, 1]])
+    some, top = np.flatnonzero(at_mouth[ends[:, 0]] | at_mouth[ends[:, 1]]), find_top(mouth)
     for j in range(len(some)):  # a member that can come nearer to neither than another one is already needs no search
         a, b = points[ends[some[j], 0]], points[ends[some[j], 1]]
+        if min(a[2], b[2]) >= top and min(depths[ends[some[j], 0]], depths[ends[some[j], 1]]) > 0:
+            some[j] = -1  # all of it is inside the bore, to which one of its ends is nearest
+            continue
         middle = enclose(curve, mouth, (a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2)[0]
         end = min(depths[ends[some[j], 0]], depths[ends[some[j], 1]])
         if (end + middle - _apart(a, b) / 2) / 2 - radii[some[j]] >= max(least[0], least[1]):

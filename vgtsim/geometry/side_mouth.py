@@ -24,6 +24,15 @@ def hypot(x: float, y: float) -> float:
 
 
 @compiled
+def find_top(mouth: Array) -> float:
+    """Height of the highest place of the rim, m: inside the bore nothing at or above it is near the tank."""
+    if mouth[3] == 0 and mouth[4] == 0:
+        return mouth[1]
+    near = max(hypot(mouth[3], mouth[4]) - mouth[0], 0.0)
+    return mouth[2] + np.sqrt(mouth[5] ** 2 - near * near)
+
+
+@compiled
 def _climb(mouth: Array, x: float, y: float, z: float, turn: float) -> tuple[float, float, float]:
     """Product of the directions from the dome's centre to a point and to the rim at an azimuth, and two derivatives."""
     bore, mx, my = mouth[0], mouth[3], mouth[4]

@@ -1,6 +1,6 @@
 """Pure kinematics: modules, the chain they make, its truss and its inertia."""
 
-from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, straight_yaws, swing
+from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, swing
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.composition import compose, curve, pull
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, find_sine, invert_in_place, warn_poor
@@ -87,7 +87,6 @@ __all__ = [
     "sample_inputs",
     "sample_workspace",
     "singular_values",
-    "straight_yaws",
     "swing",
     "trace_line",
     "warn_poor",

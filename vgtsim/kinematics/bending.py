@@ -57,16 +57,6 @@ def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
     return x
 
 
-def straight_yaws(chain: Chain) -> Array:
-    """Turn about Z of the base of each active module of the straight arm, in B_1, shape (A,), rad.
-
-    Octahedra turn what follows them by 60 degrees, and twisted sections by their twist.
-    """
-    R = chain.mount[:3, :3].T @ chain.frames(chain.straight)[0]
-    which = chain.layout.modules
-    return np.arctan2(R[which, 1, 0], R[which, 0, 0])
-
-
 def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
     """Inputs, shape (..., n), of the modules bent symmetrically at their straight extension.
 
@@ -76,13 +66,13 @@ def bend_all(chain: Chain, angles: ArrayLike, directions: ArrayLike) -> Array:
         angles: Between the end faces of each active module, shape (..., A), rad; positive away from the mast.
         directions: Azimuth that each bends to, from X of B_1 in the straight arm, rad; broadcast to shape (..., A).
     """
-    angle, direction = np.broadcast_arrays(np.asarray(angles, float), np.asarray(directions, float))
-    direction = direction - straight_yaws(chain)
-    x = np.empty((*angle.shape[:-1], chain.layout.inputs))
+    angle, direction = np.asarray(angles, float), np.asarray(directions, float) - chain.straight_yaws
+    lean, shape = np.sin(angle / 2), np.broadcast_shapes(angle.shape, direction.shape)
+    half = np.empty((*shape, 3))
+    half[..., 0], half[..., 1], half[..., 2] = lean * np.cos(direction), lean * np.sin(direction), np.cos(angle / 2)
+    x, angle = np.empty((*shape[:-1], chain.layout.inputs)), np.broadcast_to(angle, shape)
     for place in chain.layout.places:
-        bend, to = angle[..., place.active], direction[..., place.active]
-        half = np.stack([np.sin(bend / 2) * np.cos(to), np.sin(bend / 2) * np.sin(to), np.cos(bend / 2)], axis=-1)
-        x[..., place.columns] = place.modules.bend(bend, half)
+        x[..., place.columns] = place.modules.bend(angle.take(place.active, axis=-1), half.take(place.active, axis=-2))
     return x
 
 

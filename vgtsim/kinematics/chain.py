@@ -96,6 +96,16 @@ class Chain:
         return self.truss.lengths(self.nodes(self.straight))
 
     @cached_property
+    def straight_yaws(self) -> Array:
+        """Turn about Z of the base of each active module of the straight arm, in B_1, shape (A,), rad.
+
+        Octahedra turn what follows them by 60 degrees, and twisted sections by their twist.
+        """
+        R = self.mount[:3, :3].T @ self.frames(self.straight)[0]
+        which = self.layout.modules
+        return np.arctan2(R[which, 1, 0], R[which, 0, 0])
+
+    @cached_property
     def stowed(self) -> Array:
         """Inputs of the pose that passes the riser, shape (n,): double octahedra stowed, other modules straight."""
         row = np.array(self.straight)

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.bending import bend_all, can_swing
 from vgtsim.kinematics.chain import Chain
@@ -81,18 +82,18 @@ class PlanarArm:
         """Inputs of the chain, shape (W, n)."""
         q = bend_all(self.chain, bend, self.azimuth)
         for place in self.chain.layout.places:
-            for m, a in enumerate(place.active):
-                q[:, place.columns[m]] = place.modules.extend(m, q[:, place.columns[m]], extension[:, a])
+            q[:, place.columns] = place.modules.extend(slice(None), place.take(q), extension.take(place.active, axis=1))
         return q
 
     def input_slopes(self, bend: Array, extension: Array) -> Array:
         """Derivatives of the inputs by the shape parameters, shape (W, n, 2 A), by differences."""
-        count, owner = bend.shape[1], self.chain.layout.owner
-        slopes = np.zeros((len(bend), len(owner), 2 * count))
-        by_bend = (self.inputs(bend + _STEP, extension) - self.inputs(bend - _STEP, extension)) / (2 * _STEP)
-        by_reach = (self.inputs(bend, extension + _STEP) - self.inputs(bend, extension - _STEP)) / (2 * _STEP)
-        each = np.arange(len(owner))
-        slopes[:, each, owner], slopes[:, each, count + owner] = by_bend, by_reach
+        (rows, count), owner = bend.shape, self.chain.layout.owner
+        bends = np.concatenate([bend + _STEP, bend - _STEP, bend, bend])
+        reaches = np.concatenate([extension, extension, extension + _STEP, extension - _STEP])
+        q = self.inputs(bends, reaches).reshape(4, rows, -1)
+        slopes, each = np.zeros((rows, len(owner), 2 * count)), np.arange(len(owner))
+        slopes[:, each, owner] = (q[0] - q[1]) / (2 * _STEP)
+        slopes[:, each, count + owner] = (q[2] - q[3]) / (2 * _STEP)
         return slopes
 
     def line(self, bend: Array, extension: Array, top: Array, *, slopes: bool = False) -> tuple[Array, Array]:
@@ -106,18 +107,9 @@ class PlanarArm:
         J = np.zeros((rows, 2 * count + 2, 2, 2 * count if slopes else 0))
         points[:, 0, 1], points[:, 1, 1] = top, top - self.static[0]
         beyond = self.static[1:] + self.tool_offset * (np.arange(count) == count - 1)
-        heading = np.zeros(rows)
-        for a in range(count):
-            halfway, heading = heading + bend[:, a] / 2, heading + bend[:, a]
-            for k, turn, size in ((2 * a + 2, halfway, extension[:, a]), (2 * a + 3, heading, beyond[a])):
-                along, across = (np.sin(turn), -np.cos(turn)), (np.cos(turn), np.sin(turn))
-                points[:, k] = points[:, k - 1] + (np.multiply(size, along)).T
-                if slopes:
-                    J[:, k] = J[:, k - 1]
-                    J[:, k, :, :a] += np.multiply(size, across).T[..., None]
-                    J[:, k, :, a] += (0.5 if k == 2 * a + 2 else 1.0) * np.multiply(size, across).T
-                    if k == 2 * a + 2:
-                        J[:, k, :, count + a] += np.stack(along, axis=-1)
+        heading = np.cumsum(bend, axis=1)
+        turns = np.stack([np.concatenate([np.zeros((rows, 1)), heading[:, :-1]], axis=1) + bend / 2, heading], axis=-1)
+        trace(np.sin(turns), np.cos(turns), by_rows(extension), beyond, points, J)
         return points, J
 
     def place(self, points: Array) -> Array:
@@ -126,6 +118,27 @@ class PlanarArm:
         level = np.array([np.cos(self.azimuth), np.sin(self.azimuth), 0.0])
         foot = mount[:3, 3] * [1.0, 1.0, 0.0]
         return foot + points[..., :1] * (mount[:3, :3] @ level) + points[..., 1:] * np.array([0.0, 0.0, 1.0])
+
+
+@compiled
+def trace(sin: Array, cos: Array, extension: Array, beyond: Array, points: Array, J: Array) -> None:
+    """Write the corners of a centre line below its first two, see `PlanarArm.line`, and slopes if there is room for them.
+
+    Sines and cosines of the headings have shape (W, A, 2): of each module halfway, and of what follows it.
+    """
+    rows, count = extension.shape
+    for w in range(rows):
+        for a in range(count):
+            for part in range(2):
+                k, size = 2 * a + 2 + part, beyond[a] if part else extension[w, a]
+                along, across = (sin[w, a, part], -cos[w, a, part]), (cos[w, a, part], sin[w, a, part])
+                for i in range(2):
+                    points[w, k, i] = points[w, k - 1, i] + size * along[i]
+                    if J.shape[3]:
+                        J[w, k, i] = J[w, k - 1, i]
+                        J[w, k, i, :a] += size * across[i]
+                        J[w, k, i, a] += (1.0 if part else 0.5) * size * across[i]
+                        J[w, k, i, count + a] += 0.0 if part else along[i]
 
 
 def _steps(chain: Chain) -> Array:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vgtsim.arrays import Array
+from vgtsim.compilation import by_rows, compiled
 
 _FAR = 1e3  # m: length of the straight parts at both ends
 _STRAIGHT = 1e-9  # 1/m: curvature below which a piece is straight
@@ -53,21 +54,11 @@ class LeadCurve:
 
         They are positive on the side of +r of a curve that runs down.
         """
-        shape = points.shape[:-1]
-        least, normal = np.full(shape, np.inf), np.zeros(points.shape)
-        for start, heading, bend, length in zip(self.start, self.heading, self.curvature, self.length, strict=True):
-            aside = np.array([np.cos(heading), np.sin(heading)])
-            ahead, v = np.array([np.sin(heading), -np.cos(heading)]), points - start
-            if abs(bend) < _STRAIGHT:
-                off, along, lead = v @ aside, v @ ahead, np.broadcast_to(aside, points.shape)
-            else:
-                out = v - aside / bend
-                radius = np.maximum(np.linalg.norm(out, axis=-1), 1e-12)
-                off, lead = 1 / bend - np.copysign(radius, bend), -np.sign(bend) * out / radius[..., None]
-                along = np.arctan2(out @ ahead, -(out @ aside) * np.sign(bend)) / abs(bend)
-            slack = 1e-9 * max(1.0, length)
-            near = (along >= -slack) & (along <= length + slack) & (np.abs(off) < np.abs(least))
-            least, normal = np.where(near, off, least), np.where(near[..., None], lead, normal)
+        least, normal = np.full(points.shape[:-1], np.inf), np.zeros(points.shape)
+        aside = np.stack([np.cos(self.heading), np.sin(self.heading)], axis=-1)
+        across = np.stack([(points - start) @ way for start, way in zip(self.start, aside, strict=True)])
+        figures = self.start, aside, self.curvature, self.length, across.reshape(len(aside), -1)
+        measure_offsets(*figures, by_rows(points.reshape(-1, 2)), least.reshape(-1), normal.reshape(-1, 2))
         return least, normal
 
     def least_offset(self, section: float, reach: float) -> float:
@@ -83,6 +74,40 @@ class LeadCurve:
         across = np.stack([-chord[:, 1], chord[:, 0]], axis=-1) / np.linalg.norm(chord, axis=-1, keepdims=True)
         away = np.einsum("wpk,wk->wp", points - points[:, :1], across)
         return float(np.max(np.ptp(away, axis=1)) / 2)
+
+
+@compiled
+def measure_offsets(
+    starts: Array,
+    asides: Array,
+    bends: Array,
+    lengths: Array,
+    across: Array,
+    points: Array,
+    least: Array,
+    normal: Array,
+) -> None:
+    """Write distances and gradients of `LeadCurve.offsets`, shape (R,) and (R, 2), that begin infinite and zero.
+
+    Given are pieces with their directions aside at the begin, shape (P, 2), and the points' distances across those, (P, R), m.
+    """
+    for k in range(len(starts)):
+        (cos, sin), bend, slack = asides[k], bends[k], 1e-9 * max(1.0, lengths[k])
+        straight, side = abs(bend) < _STRAIGHT, np.sign(bend)
+        for i in range(len(points)):
+            x, y, radius, off = points[i, 0] - starts[k, 0], points[i, 1] - starts[k, 1], 1.0, across[k, i]
+            if not straight:
+                x, y = x - cos / bend, y - sin / bend
+                radius = max(np.sqrt(x * x + y * y), 1e-12)
+                off = 1 / bend - side * radius
+            if not abs(off) < abs(least[i]):
+                continue
+            along = x * sin - y * cos
+            if not straight:
+                along = np.arctan2(along, -(x * cos + y * sin) * side) / abs(bend)
+            if along >= -slack and along <= lengths[k] + slack:
+                least[i] = off
+                normal[i, 0], normal[i, 1] = (cos, sin) if straight else (-side * x / radius, -side * y / radius)
 
 
 def make_directrix(foot: float, pieces: Sequence[tuple[float, float]]) -> LeadCurve:

@@ -13,7 +13,7 @@ from vgtsim.arrays import Array
 from vgtsim.constants import Method
 from vgtsim.description import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.errors import DescriptionError
-from vgtsim.kinematics import Chain, straight_yaws
+from vgtsim.kinematics import Chain
 from vgtsim.positioning import (
     ClearanceHinges,
     Differences,
@@ -182,7 +182,7 @@ def _facts(place: Place, goal: GoalSpace, found: Solution, objectives: tuple[str
 
 def _require_alike(place: Place, pairs: tuple[tuple[int, int], ...]) -> None:
     """Refuse to couple modules turned to each other: equal inputs, each in its module's own frame, bend them apart."""
-    yaws, seats, named = straight_yaws(place.chain), place.chain.seats, place.chain.layout.names
+    yaws, seats, named = place.chain.straight_yaws, place.chain.seats, place.chain.layout.names
     for follower, leader in pairs:
         if seats[follower][0].modules.turns_alike:
             continue

@@ -5,12 +5,13 @@ Most rows of the sum depend on the shape at one feed alone, so the matrix is gat
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from vgtsim.arrays import Array, Mask
+from vgtsim.arrays import Array, Index, Mask
+from vgtsim.compilation import compiled
 from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import State
 from vgtsim.planning.postures import Postures
@@ -61,6 +62,14 @@ class Track:
         return tuple(tabulate(self.guide, self.feed, order) for order in range(3))  # type: ignore[return-value]
 
     @cached_property
+    def begun(self) -> Index:
+        """Columns of the basis from the first to before the last that are not zero, shape (W, A, 2)."""
+        some = (self.basis[0] != 0) | (self.basis[1] != 0)
+        first, count = some.argmax(axis=2), some.shape[2]
+        last = np.where(some.any(axis=2), count - some[..., ::-1].argmax(axis=2), first)
+        return np.stack([first, last], axis=-1)
+
+    @cached_property
     def free(self) -> Mask:
         """Which actuators may move, shape (W, J)."""
         return (self.feed[:, None] < self.guide.opening)[:, self.guide.owner]
@@ -72,35 +81,48 @@ class Track:
         return bent.T @ bent
 
 
-@dataclass
 class _Sum:
     """Half of a sum of squares, its slope and matrix by the coefficients."""
 
-    track: Track
-    sloped: bool
-    value: float = 0.0
-    slope: Array = field(default_factory=lambda: np.zeros(0))
-    matrix: Array = field(default_factory=lambda: np.zeros((0, 0)))
-
-    def __post_init__(self) -> None:
-        size = 2 * self.track.basis[0].shape[2]
-        self.slope, self.matrix = np.zeros(size), np.zeros((size, size))
+    def __init__(self, track: Track, *, sloped: bool) -> None:
+        """Nothing yet."""
+        rows, count, half = track.basis[0].shape
+        self.value, self.slope, self.matrix = 0.0, np.zeros(2 * half), np.zeros((2 * half, 2 * half))
+        # slope and matrix by the shape parameters, and by their rates, at each feed
+        self._pulls = np.zeros((2, rows, 2 * count)) if sloped else None
+        self._grams = np.zeros((2, rows, 2 * count, 2 * count))
 
     def add(self, rows: Array, slopes: Array, order: int = 0) -> None:
         """Rows of shape (W, K) with slopes by the shape parameters, or by their rates, shape (W, K, 2 A)."""
         self.value += 0.5 * float(np.sum(rows * rows))
-        if not self.sloped:
-            return
-        table = self.track.basis[order]
-        pull = np.einsum("wkn,wk->wn", slopes, rows)
-        small = np.swapaxes(slopes, 1, 2) @ slopes
-        count, half = table.shape[1], table.shape[2]
-        flat = table.reshape(-1, half)
-        for i, one in enumerate((slice(0, count), slice(count, None))):
-            self.slope[i * half : (i + 1) * half] += np.einsum("wan,wa->n", table, pull[:, one])
-            for j, two in enumerate((slice(0, count), slice(count, None))):
-                part = flat.T @ (small[:, one, two] @ table).reshape(-1, half)
-                self.matrix[i * half : (i + 1) * half, j * half : (j + 1) * half] += part
+        if self._pulls is not None:
+            across = np.swapaxes(slopes, 1, 2)
+            self._pulls[order] += (across @ rows[..., None])[..., 0]
+            self._grams[order] += across @ slopes
+
+    def gather(self, track: Track) -> None:
+        """Slope and matrix by the coefficients."""
+        if self._pulls is not None:
+            for table, pulls, grams in zip(track.basis, self._pulls, self._grams, strict=False):
+                gather(table, track.begun, pulls, grams, self.slope, self.matrix)
+
+
+@compiled
+def gather(table: Array, begun: Index, pulls: Array, grams: Array, slope: Array, matrix: Array) -> None:
+    """Add slopes, shape (W, 2 A), and matrices, (W, 2 A, 2 A), by what a table of a basis, (W, A, N), makes of coefficients.
+
+    Each of the W A rows of the table has numbers between two of its columns alone, shape (W, A, 2).
+    """
+    count, half = table.shape[1], table.shape[2]
+    for w in range(len(table)):
+        for a in range(2 * count):
+            for i in range(begun[w, a % count, 0], begun[w, a % count, 1]):
+                one, row = table[w, a % count, i], i + half * (a // count)
+                slope[row] += one * pulls[w, a]
+                for b in range(2 * count):
+                    both = one * grams[w, a, b]
+                    for j in range(begun[w, b % count, 0], begun[w, b % count, 1]):
+                        matrix[row, j + half * (b // count)] += both * table[w, b % count, j]
 
 
 def fit_shapes(track: Track, postures: Postures) -> Shapes:
@@ -142,13 +164,14 @@ def _start(track: Track, postures: Postures) -> Array:
 
 def _sum(track: Track, weights: Array, *, sloped: bool) -> _Sum:
     guide, (table, rates, _) = track.guide, track.basis
-    half, total = len(weights) // 2, _Sum(track, sloped)
+    half, total = len(weights) // 2, _Sum(track, sloped=sloped)
     bend, reach = table @ weights[:half], guide.planar.stowed + table @ weights[half:]
     state = guide.chain.state(guide.planar.inputs(bend, reach))
     if not np.all(state.assembles):
         total.value = np.inf
         return total
-    S = state.leg_slopes[:, : len(guide.least)] @ guide.planar.input_slopes(bend, reach)
+    Q = guide.planar.input_slopes(bend, reach)
+    S = state.leg_slopes[:, : len(guide.least)] @ Q
     off, J = guide.axis(bend, reach, track.feed, slopes=sloped)
     near = off / track.aim
     slope = (_POWER / track.aim * np.abs(near) ** (_POWER - 1))[..., None] * J if sloped else J
@@ -163,7 +186,8 @@ def _sum(track: Track, weights: Array, *, sloped: bool) -> _Sum:
         total.slope[part] += pull
         total.matrix[part, part] += track.calm
     if track.around is not None:
-        _hold_clear(track, track.around, total, state, bend, reach)
+        _hold_clear(track, track.around, total, state, Q if sloped else None)
+    total.gather(track)
     return total
 
 
@@ -175,7 +199,7 @@ def _hold_strokes(track: Track, total: _Sum, length: Array, S: Array) -> None:
     total.add(over, np.where(over != 0, 1 / _STROKE, 0.0)[..., None] * S)
 
 
-def _hold_clear(track: Track, around: Surroundings, total: _Sum, state: State, bend: Array, reach: Array) -> None:
+def _hold_clear(track: Track, around: Surroundings, total: _Sum, state: State, Q: Array | None) -> None:
     """Hinges of nodes and tool against the tank's shell and the waste."""
     points = np.concatenate([state.nodes, state.tool[0][:, None]], axis=1)
     points = points + np.stack([0.0 * track.feed, 0.0 * track.feed, track.feed], axis=-1)[:, None]
@@ -188,12 +212,29 @@ def _hold_clear(track: Track, around: Surroundings, total: _Sum, state: State, b
     short[points[..., 2] > track.mouth] = 0.0
     if not short.any():
         return
-    lead = np.zeros((*points.shape[:2], 2, 3))
-    lead[:, :, 0], lead[:, :, 1] = inward, away
-    if not total.sloped:
-        total.add(short.reshape(len(short), -1), np.zeros((len(short), 0, 0)))
-        return
-    Q = track.guide.planar.input_slopes(bend, reach)
-    J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1) @ Q[:, None]
-    slopes = -(lead @ J) / _GAP * (short > 0)[..., None]
-    total.add(short.reshape(len(short), -1), slopes.reshape(len(short), -1, slopes.shape[-1]))
+    slopes = np.zeros((len(short), short[0].size, 0 if Q is None else Q.shape[2]))
+    if Q is not None:
+        J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1)
+        away = np.array(np.broadcast_to(away, points.shape))
+        near_slopes(short, inward, away, J, Q, slopes.reshape(*short.shape, -1))
+    total.add(short.reshape(len(short), -1), slopes)
+
+
+@compiled
+def near_slopes(short: Array, inward: Array, away: Array, J: Array, Q: Array, slopes: Array) -> None:
+    """Write slopes, shape (W, P, 2, 2 A), of hinges, shape (W, P, 2), that are not zero, from gradients of both distances.
+
+    Derivatives of the points by the inputs have shape (W, P, 3, n), those of the inputs by the shape (W, n, 2 A).
+    """
+    pull = np.empty(J.shape[3])
+    for w in range(len(short)):
+        for p in range(short.shape[1]):
+            for c in range(2):
+                if short[w, p, c] <= 0:
+                    continue
+                lead = away[w, p] if c else inward[w, p]
+                for n in range(len(pull)):
+                    pull[n] = -(lead[0] * J[w, p, 0, n] + lead[1] * J[w, p, 1, n] + lead[2] * J[w, p, 2, n]) / _GAP
+                for n in range(len(pull)):
+                    for a in range(Q.shape[2]):
+                        slopes[w, p, c, a] += pull[n] * Q[w, n, a]

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from vgtsim.arrays import Array, Index
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.kinematics import Chain, PlanarArm, State
 from vgtsim.planning.directrix import LeadCurve
 
@@ -68,13 +69,36 @@ class Follower:
         off, lead = self.directrix.offsets(np.concatenate(parts, axis=1))
         if not slopes:
             return off, J[..., 0, :]
-        J = np.concatenate([J, *((1 - t) * J[:, :-1] + t * J[:, 1:] for t in _ALONG)], axis=1)
-        return off, np.einsum("wpk,wpkn->wpn", lead, J)
+        found = np.empty((*off.shape, J.shape[3]))
+        lead_along(lead, by_rows(J), _ALONG, found)
+        return off, found
 
     def state(self, bend: Array, extension: Array) -> tuple[State, Array]:
         """Kinematics, and actuator lengths' slopes by the shape parameters, shape (W, J, 2 A)."""
         state = self.chain.state(self.planar.inputs(bend, extension))
         return state, state.leg_slopes[:, : len(self.least)] @ self.planar.input_slopes(bend, extension)
+
+
+@compiled
+def lead_along(lead: Array, J: Array, shares: Array, slopes: Array) -> None:
+    """Write slopes along leads, shape (W, P, 2), of C corners and of places at shares between them, all of a share in a row.
+
+    Derivatives of the corners have shape (W, C, 2, n), the slopes (W, P, n).
+    """
+    corners = J.shape[1]
+    for w in range(len(J)):
+        for p in range(lead.shape[1]):
+            piece, place = (
+                (0, p) if p < corners else ((p - corners) // (corners - 1) + 1, (p - corners) % (corners - 1))
+            )
+            t = shares[piece - 1] if piece else 0.0
+            for n in range(J.shape[3]):
+                slopes[w, p, n] = 0.0
+                for k in range(2):
+                    slope = J[w, place, k, n]
+                    if piece:
+                        slope = (1 - t) * slope + t * J[w, place + 1, k, n]
+                    slopes[w, p, n] += lead[w, p, k] * slope
 
 
 def make_opening(planar: PlanarArm, pivot: float, below: float) -> Array:

@@ -43,8 +43,9 @@ class Digger:
 
         The bodies are where they stand at the begin of a step.
         """
-        lever = data.site_xpos[self._tool] - data.xipos[self._tip]
-        wrenches[self._tip] += [*self.force, *np.cross(lever, self.force)]
+        up = self.share * self._diggings.tool.push
+        (x, y, _), (u, v, _) = data.site_xpos[self._tool].tolist(), data.xipos[self._tip].tolist()
+        wrenches[self._tip] += [0.0, 0.0, up, (y - v) * up, -(x - u) * up, 0.0]
 
     @property
     def record(self) -> dict[str, float | Array]:

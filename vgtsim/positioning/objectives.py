@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import ObjectiveError
-from vgtsim.kinematics import Chain, State, azimuth, straight_yaws
+from vgtsim.kinematics import Chain, State, azimuth
 from vgtsim.positioning.rows import measure_strokes
 from vgtsim.positioning.strokes import StrokeBox
 from vgtsim.positioning.surroundings import Surroundings
@@ -282,7 +282,7 @@ def goal_plane(chain: Chain, position: ArrayLike) -> InPlane:
     """
     point = np.asarray(position, float)
     local, angle = (point - chain.mount[:3, 3]) @ chain.mount[:3, :3], azimuth(chain, point)
-    yaws, known = straight_yaws(chain), float(np.hypot(local[0], local[1]) > _ON_AXIS)
+    yaws, known = chain.straight_yaws, float(np.hypot(local[0], local[1]) > _ON_AXIS)
     forms = []
     for place in chain.layout.places:
         for m, (columns, yaw) in enumerate(zip(place.columns, yaws[place.active], strict=True)):

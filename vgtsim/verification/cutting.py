@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vgtsim.compilation import compiled
 from vgtsim.description import CuttingTool
 from vgtsim.geometry import Diggings
 from vgtsim.runlog import RunLog
@@ -163,15 +164,27 @@ def _take(ground: Diggings, heights: Array, point: Array, volume: float) -> floa
     away = np.hypot(ground.places[:, 0] - point[0], ground.places[:, 1] - point[1])
     under = np.minimum(np.maximum((tool.width / 2 + spacing / 2 - away) / spacing, 0.0), 1.0)
     room = np.maximum(heights - np.maximum(ground.floor, point[2] - tool.reach), 0.0) * (under > 0)
-    low, high = 0.0, float(np.max(room / np.where(under > 0, under, np.inf), initial=0.0))
-    if np.sum(ground.areas * room) > volume:
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2
-            less = np.sum(ground.areas * np.minimum(middle * under, room)) < volume
-            low, high = (middle, high) if less else (low, middle)
-    layer = np.minimum(high * under, room)
+    thick = halve(ground.areas, under, room, volume)
+    layer = np.minimum(thick * under, room)
     heights -= layer
     return float(np.sum(ground.areas * layer))
+
+
+@compiled
+def halve(areas: Array, under: Array, room: Array, volume: float) -> float:
+    """Thickness, m, at which a layer has a volume, m³; where less is there, one at which all of it goes. Arrays are (P,)."""
+    low, high, whole, some = 0.0, 0.0, 0.0, np.flatnonzero(under > 0)
+    for p in some:
+        high, whole = max(high, room[p] / under[p]), whole + areas[p] * room[p]
+    for _ in range(_HALVINGS if whole > volume else 0):
+        middle, held = (low + high) / 2, 0.0
+        for p in some:
+            held += areas[p] * min(middle * under[p], room[p])
+        if held < volume:
+            low = middle
+        else:
+            high = middle
+    return high
 
 
 def _aside(places: Array, first: Array, last: Array) -> Array:

@@ -286,7 +286,7 @@ class DoubleOctahedra(ModuleSet):
         """The normal midway between the faces is the mid-plane's."""
         return np.concatenate([half[..., :2], np.broadcast_to(self.straight[:, 2:], (*angle.shape, 1))], axis=-1)
 
-    def extend(self, m: int, x: Array, extension: ArrayLike) -> Array:
+    def extend(self, m: int | slice, x: Array, extension: ArrayLike) -> Array:
         """The mid-plane stands halfway, the joint offset left out."""
         distance = (np.asarray(extension, float) - self.geometry.joint_offset[m]) / 2
         return np.concatenate([x[..., :2], distance[..., None]], axis=-1)

@@ -279,7 +279,7 @@ class Octahedra(ModuleSet):
         mirror[..., 2] *= -1
         return pose_parameters(mirror @ R, np.linalg.norm(P, axis=-1)[:, None] * half)
 
-    def extend(self, m: int, x: Array, extension: ArrayLike) -> Array:  # noqa: ARG002
+    def extend(self, m: int | slice, x: Array, extension: ArrayLike) -> Array:  # noqa: ARG002
         """The centroid of the top moves along its direction from the base's."""
         reach = np.asarray(extension, float)[..., None]
         place = x[..., :3] * reach / np.linalg.norm(x[..., :3], axis=-1, keepdims=True)

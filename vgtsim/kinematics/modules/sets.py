@@ -275,8 +275,8 @@ class ModuleSet(ABC):
         Angles between the end faces have shape (..., M), rad; the normal midway between the faces is `half`, (..., M, 3).
         """
 
-    def extend(self, m: int, x: Array, extension: ArrayLike) -> Array:  # noqa: ARG002
-        """Inputs of module m, shape (..., inputs), with its end faces extensions apart, shape (...), m.
+    def extend(self, m: int | slice, x: Array, extension: ArrayLike) -> Array:  # noqa: ARG002
+        """Inputs of module m, shape (..., inputs), with its end faces extensions apart, shape (...), m; or of a slice of them.
 
         They stay as they are where the extension cannot be chosen.
         """
