@@ -60,11 +60,8 @@ def make_sheet(site: Site, log: RunLog, report: Report) -> CalculationSheet | No
         mode = "axial force with bending"
     steel = float(sections.yield_strength[index]), float(sections.youngs_modulus[index])
     lines = [
-        *(
-            _describe_tube(part, arm.materials[part.material].design_wall)
-            if isinstance(part, Tube)
-            else _describe_rod(part)
-        ),
+        *(_describe_tube(part, arm.materials[part.material].design_wall) if isinstance(part, Tube) else []),
+        *([("rod", "d", format_quantity(part.rod, "m"), "section")] if isinstance(part, Cylinder) else []),
         *_list_column(site, index, float(lengths[index]), steel, allowed),
         *(_list_cylinder(part, steel, float(lengths[index]), allowed) if isinstance(part, Cylinder) else []),
         *_list_demand(demand, shares),
@@ -92,10 +89,6 @@ def _describe_tube(tube: Tube, design: float) -> list[SheetLine]:
         ("design wall", f"t = {wall}", format_quantity(design * tube.wall, "m"), f"{_CODE} B4.2"),
         ("slimness", "D / t", f"{tube.outer_diameter / (design * tube.wall):.3g}", "section"),
     ]
-
-
-def _describe_rod(cylinder: Cylinder) -> list[SheetLine]:
-    return [("rod", "d", format_quantity(cylinder.rod, "m"), "section")]
 
 
 def _list_column(

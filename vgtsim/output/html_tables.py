@@ -38,8 +38,10 @@ _COSTS = {
 
 
 def summarise(report: Report) -> str:
-    """Say in one line the failed checks by name, then the key figures."""
-    failed = list(dict.fromkeys(check.name for check in report.checks if not check.passed)) + missing_checks(report)
+    """Say in one line the checks that failed or were not made, by name, then the key figures."""
+    present = {check.name for check in report.checks}
+    failed = list(dict.fromkeys(check.name for check in report.checks if not check.passed))
+    failed += [name for name in CHECK_NAMES if name not in present]
     parts = [f"failed: {', '.join(failed)}"] if failed else []
     first = {check.name: check for check in reversed(report.checks)}
     for name, text in _KEY_FIGURES.items():
@@ -48,12 +50,6 @@ def summarise(report: Report) -> str:
     if "real_time_factor" in report.performance:
         parts.append(f"{report.performance['real_time_factor']:.3g} times real time")
     return " · ".join(parts)
-
-
-def missing_checks(report: Report) -> list[str]:
-    """Names of the checks that the report should hold and does not, in the order of `CHECK_NAMES`."""
-    present = {check.name for check in report.checks}
-    return [name for name in CHECK_NAMES if name not in present]
 
 
 def list_notices(log: RunLog, report: Report) -> list[str]:

@@ -40,12 +40,9 @@ def _find_entry_faults(site: Site) -> Iterator[VgtError]:
     if not steps or begins_inside(steps):
         return
     grows = any(isinstance(step, AddStep) for step in steps)
-    for check in (check_mouth, partial(check_hoist, grows=grows), _check_stowed_line):
+    line = partial(check_passage, q=site.chain.stowed[None])
+    for check in (check_mouth, partial(check_hoist, grows=grows), line):
         try:
             check(site)
         except VgtError as error:
             yield error
-
-
-def _check_stowed_line(site: Site) -> None:
-    check_passage(site, site.chain.stowed[None])

@@ -130,7 +130,7 @@ class ContactStage:
         if self._wait:
             self._wait -= 1
             return
-        if not self._is_clear(sites):
+        if not (self._room > 0 and self._near.stays(*self._find_places(sites), self._places, self._room)):
             if self._lasted < 1:
                 self._wait = _WAIT
             self._look(data)
@@ -143,9 +143,6 @@ class ContactStage:
         """Switch the search on again after the step."""
         if not self._off and self._model.opt.disableflags & _CONTACT:
             self._model.opt.disableflags &= ~_CONTACT
-
-    def _is_clear(self, sites: Array) -> bool:
-        return self._room > 0 and self._near.stays(*self._find_places(sites), self._places, self._room)
 
     def _find_places(self, sites: Array) -> tuple[Array, Array]:
         return sites.take(self._gauges.nodes, axis=0), sites[self._gauges.tool]

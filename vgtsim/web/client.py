@@ -19,7 +19,8 @@ def make_client() -> str:
 
     Smoothing is two fifths of what such a picture costs. Keys that move a slider or go into a field do not turn the view.
     """
-    page, pages = (_find_folder() / "index.html").read_text(encoding="utf-8"), files("vgtsim.web").joinpath("pages")
+    page = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+    pages = files("vgtsim.web").joinpath("pages")
     words = [pages.joinpath(name).read_text("utf-8") for name in ("software.html", "keys.html")]
     return page.replace(_HEAD, _HEAD + "".join(words), 1)
 
@@ -50,7 +51,3 @@ def _say_in_a_line(record: logging.LogRecord) -> bool:
     if error is not None and record.getMessage() != _NOISE:
         record.msg, record.args = f"{record.getMessage()}: {' '.join(str(error).split())}", ()
     return True
-
-
-def _find_folder() -> Path:
-    return Path(viser.__file__).parent / "client" / "build"

@@ -21,7 +21,8 @@ def make_live(site: Site) -> Site:
     task = site.task
     if task.operator is not None:
         return site
-    motion = {"goals": (), "start": task.motion.start or _give_start(site)}
+    # without goals a start is not searched near the first one: it is given
+    motion = {"goals": (), "start": task.motion.start or StartPosture(inputs=tuple(site.start.tolist()))}
     step = site.fit_step(_LONGEST)
     changed = {
         "name": f"{task.name}_live",
@@ -31,11 +32,6 @@ def make_live(site: Site) -> Site:
         "simulation": task.simulation.model_copy(update={"timestep": step, "log_rate": 1 / step}),
     }
     return Site(replace(site.scene, task=task.model_copy(update=changed)))
-
-
-def _give_start(site: Site) -> StartPosture:
-    """The start that was looked for near the first goal, for a scene that has no goals."""
-    return StartPosture(inputs=tuple(site.start.tolist()))
 
 
 @dataclass
