@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1] / "vgtsim"
+# of named tuples, of the operating system, and of Numba and viser, which have no public ones
+OF_OTHERS = {"_asdict", "_replace", "_fields", "_exit", "_source_stamp", "_http_server_root", "_impl"}
 MOST = 5  # fields that a reader can still tell by their order
 
 
@@ -56,6 +58,37 @@ def test_names_of_functions_have_one_meaning_in_a_room(trees):
         if isinstance(node, ast.FunctionDef) and not node.name.startswith(("_", "check_")) and "/modules/" not in file
     )
     assert [name for name, times in count.items() if times > 1] == []
+
+
+def find_private(tree):
+    """Private attributes of other files' objects that a file reads, and private names that it imports."""
+    nodes = list(ast.walk(tree))
+    own = {node.name for node in nodes if isinstance(node, ast.FunctionDef)}
+    own |= {node.target.id for node in nodes if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)}
+    read = [node for node in nodes if isinstance(node, ast.Attribute)]
+    own |= {node.attr for node in read if isinstance(node.value, ast.Name) and node.value.id in ("self", "cls")}
+    names = {node.attr for node in read}
+    for node in nodes:
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vgtsim"):
+            names |= {alias.name for alias in node.names}
+    return {name for name in names - own if name.startswith("_") and not name.startswith("__")} - OF_OTHERS
+
+
+def test_no_file_reaches_for_what_another_keeps_to_itself(trees):
+    assert {file: found for file, tree in trees.items() if (found := find_private(tree))} == {}
+
+
+def test_a_run_is_stepped_and_its_log_made_in_one_place(trees):
+    """Model files settle for a picture or a keyframe; logs on disk are read by the logbook."""
+    calls = {
+        (file, ast.unparse(node.func).split(".")[-1])
+        for file, tree in trees.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call)
+    }
+    assert {file for file, name in calls if name == "RunLog"} == {"plant/recorder.py", "logbook.py"}
+    stepping = {file for file, name in calls if name in ("mj_step", "mj_step1", "mj_step2")}
+    assert stepping == {"plant/correction.py", "mjcf/files.py", "mjcf/keyframes.py"}
 
 
 def test_each_constant_of_physics_stands_once(trees):
