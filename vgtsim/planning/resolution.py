@@ -209,7 +209,7 @@ def make_objective(place: Place, goal: GoalSpace, names: tuple[str, ...]) -> Obj
         "stroke_barrier": StrokeBarrier,
         "mid_stroke": MidStroke,
         "length_variation": LengthVariation,
-        "in_plane": lambda: goal_plane(chain, goal.parts[0].target),
+        "in_plane": lambda: goal_plane(chain, goal.groups[0].target),
         "condition_number": lambda: Differences("condition_number", lambda q: _condition(place, goal, q)),
         "actuator_force": lambda: Differences("actuator_force", lambda q: _greatest_force(place, q)),
         "utilisation": lambda: Differences("utilisation", lambda q: _greatest_use(place, q)),

@@ -155,36 +155,36 @@ class Orientation(Rows):
 class GoalSpace:
     """Groups of rows for a batch of goals, at least one; all have the same number of targets, or one for all."""
 
-    parts: tuple[Position | Direction | Orientation, ...]
+    groups: tuple[Position | Direction | Orientation, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the rows."""
-        return tuple(name for part in self.parts for name in part.names)
+        return tuple(name for part in self.groups for name in part.names)
 
     @property
     def tolerance(self) -> Array:
         """Of each row, shape (m,), m or rad."""
-        return np.array([part.tolerance for part in self.parts for _ in range(part.width)])
+        return np.array([part.tolerance for part in self.groups for _ in range(part.width)])
 
     @property
     def width(self) -> int:
         """Number of rows m."""
-        return sum(part.width for part in self.parts)
+        return sum(part.width for part in self.groups)
 
     @property
     def count(self) -> int:
         """Number of goals."""
-        return max(part.count for part in self.parts)
+        return max(part.count for part in self.groups)
 
     def choose(self, which: Index) -> GoalSpace:
         """Some of the goals."""
-        return GoalSpace(tuple(part.choose(which) for part in self.parts))
+        return GoalSpace(tuple(part.choose(which) for part in self.groups))
 
     def repeat(self, count: int) -> GoalSpace:
         """A single goal several times."""
-        targets = (np.repeat(part.target[None], count, axis=0) for part in self.parts)
-        return GoalSpace(tuple(replace(part, target=every) for part, every in zip(self.parts, targets, strict=True)))
+        targets = (np.repeat(part.target[None], count, axis=0) for part in self.groups)
+        return GoalSpace(tuple(replace(part, target=every) for part, every in zip(self.groups, targets, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -233,10 +233,10 @@ def measure(table: rows.Table, state: State, which: Index, slopes: bool = True) 
 
 def tabulate(chain: Chain, goal: GoalSpace) -> rows.Table:
     """The rows of all goals as compiled functions take them."""
-    targets = np.zeros((len(goal.parts), goal.count, 3, 3))
-    for part, own in zip(goal.parts, targets, strict=True):
+    targets = np.zeros((len(goal.groups), goal.count, 3, 3))
+    for part, own in zip(goal.groups, targets, strict=True):
         part.fill(own)
-    kinds = tuple((type(part), part.module, getattr(part, "axes", "")) for part in goal.parts)
+    kinds = tuple((type(part), part.module, getattr(part, "axes", "")) for part in goal.groups)
     return *_seat(chain, kinds), targets
 
 
@@ -265,7 +265,7 @@ def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tupl
     one = np.array([which])
     error = evaluate(chain, goal, chain.state(q[None]), one)[0][0]
     wanted: list[float | None] = []
-    for part in goal.parts:
+    for part in goal.groups:
         places = isinstance(part, Position)
         wanted += part.targets(one)[0, list(part.columns)].tolist() if places else [None] * len(part.names)
     lines = zip(goal.names, wanted, error, goal.tolerance, strict=True)

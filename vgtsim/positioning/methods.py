@@ -63,7 +63,7 @@ def _find_groups(problem: Problem) -> NDArray[np.intp]:
 
 
 def _by_shape(problem: Problem) -> Solution:
-    place, along = problem.goal.parts
+    place, along = problem.goal.groups
     assert isinstance(place, Position) and isinstance(along, Direction)  # noqa: PT018  # a tool goal's
     shapes = solve_shapes(problem.box, place.target, along.target, problem.objective)
     whole = join_solutions([item.solution for item in shapes])

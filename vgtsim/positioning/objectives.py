@@ -209,22 +209,22 @@ class Differences(Objective):
 class WeightedSum(Objective):
     """A sum of objectives with weights greater than zero; its name is made of weights and names."""
 
-    parts: tuple[tuple[float, Objective], ...]
+    summands: tuple[tuple[float, Objective], ...]
     name: str = field(init=False)
 
     def __post_init__(self) -> None:
         """Make the name."""
-        names = [part.name if weight == 1 else f"{weight:g} {part.name}" for weight, part in self.parts]
+        names = [part.name if weight == 1 else f"{weight:g} {part.name}" for weight, part in self.summands]
         object.__setattr__(self, "name", " + ".join(names))
 
     @property
     def dear(self) -> bool:
         """As dear as any part."""
-        return any(part.dear for _, part in self.parts)
+        return any(part.dear for _, part in self.summands)
 
     def terms(self, at: Configurations) -> Terms:
         """Weighted sums of everything."""
-        found = [(weight, part.terms(at)) for weight, part in self.parts]
+        found = [(weight, part.terms(at)) for weight, part in self.summands]
         return Terms(
             value=sum((w * t.value for w, t in found), np.zeros(len(at.which))),
             slope=sum((w * t.slope for w, t in found), np.zeros(at.q.shape)),
@@ -235,11 +235,11 @@ class WeightedSum(Objective):
 
     def values(self, at: Configurations) -> Array:
         """Weighted sum of the values."""
-        return sum((weight * part.values(at) for weight, part in self.parts), np.zeros(len(at.which)))
+        return sum((weight * part.values(at) for weight, part in self.summands), np.zeros(len(at.which)))
 
     def bend(self, at: Configurations) -> Array | float:
         """Weighted sum of the curvatures."""
-        return sum((weight * part.bend(at) for weight, part in self.parts), 0.0)
+        return sum((weight * part.bend(at) for weight, part in self.summands), 0.0)
 
 
 def _sum(parts: list[Array]) -> Array | None:

@@ -58,7 +58,7 @@ def pattern_bends(count: int) -> Array:
 
 def start_groups(problem: Problem, start: Array) -> Iterator[Array]:
     """Starts for one goal inside the strokes, shape (S, n): the likely one, the others, postures near the goal."""
-    likely = likely_starts(problem.chain, start, np.asarray(problem.goal.parts[0].target, float))
+    likely = likely_starts(problem.chain, start, np.asarray(problem.goal.groups[0].target, float))
     yield bring_starts_inside(problem, likely[:1])
     yield bring_starts_inside(problem, likely[1:])
     table, first = make_postures(problem.box), np.zeros(1, int)
@@ -135,7 +135,7 @@ def _tool_targets(goal: GoalSpace, chain: Chain, count: int) -> tuple[Array, Arr
     """Positions and directions wanted of the tool, in B_1, or nothing when its position is not wanted."""
     R = chain.mount[:3, :3]
     position = direction = None
-    for part in goal.parts:
+    for part in goal.groups:
         if part.module is None and isinstance(part, Position) and part.axes == "xyz":
             position = (np.broadcast_to(part.target, (count, 3)) - chain.mount[:3, 3]) @ R
         elif part.module is None and isinstance(part, Direction):
@@ -185,7 +185,7 @@ def make_postures(box: StrokeBox, count: int = _COUNT) -> PostureTable:
     """Draw a number of postures: one half with every actuator anywhere in its stroke, one half bent smoothly."""
     rng, chain = np.random.default_rng(_SEED), box.chain
     if chain.leans:
-        q = _double_octahedral(box, count, rng)
+        q = _drawn(box, count, rng)
     elif len(box.chain.layout.static):  # a bend would not leave static legs their lengths
         q = sample_inputs(chain, count, _SEED, _PART)
     else:
@@ -195,8 +195,8 @@ def make_postures(box: StrokeBox, count: int = _COUNT) -> PostureTable:
     return PostureTable(q, (position - chain.mount[:3, 3]) @ R, direction @ R)
 
 
-def _double_octahedral(box: StrokeBox, count: int, rng: np.random.Generator) -> Array:
-    """Postures of an arm of double octahedra, by lengths: three equal ones lean as the bend says."""
+def _drawn(box: StrokeBox, count: int, rng: np.random.Generator) -> Array:
+    """Postures of modules that lean, by their three lengths: one half drawn anywhere, one half bent smoothly."""
     modules, low = len(box.chain.layout.names), (1 - _PART) / 2
     part = low + _PART * rng.random((count, modules, 3))
     curve = _curves(modules, count // 2, rng)

@@ -61,7 +61,7 @@ def solve_shapes(
     objective is that of the arm with its end met, not of the fit.
     """
     goal, chain = tool_goal(position, direction), box.chain
-    at, along = np.asarray(position, float), goal.parts[1].target
+    at, along = np.asarray(position, float), goal.groups[1].target
     face = at - chain.manipulator.tip_plate.tool_offset * along
     base, out = chain.mount[:3, 3], chain.mount[:3, 2]
     reach = float(np.linalg.norm(face - base))

@@ -78,7 +78,7 @@ def solve_start(
     """
     goal = tool_goal(position, direction)
     hinges = ClearanceHinges(keep.surroundings.unloaded, keep.clearance, payload=False)
-    parts = hinges, StrokeBarrier(), goal_plane(box.chain, goal.parts[0].target)
+    parts = hinges, StrokeBarrier(), goal_plane(box.chain, goal.groups[0].target)
     problem = Problem(box, goal, WeightedSum(tuple(zip(_WEIGHTS, parts, strict=True))), reduction=reduction)
     keep = Keep(keep.surroundings.unloaded, keep.clearance)
     first = bring_inside(box, box.chain.straight)
