@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Callable
 
@@ -16,6 +17,7 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 
 Edit = Callable[[mujoco.MjSpec], None]
+_FREE: list[tuple[Scene, mujoco.MjModel]] = []  # what was compiled last
 
 
 def shorten(scene: Scene, active: int) -> Scene:
@@ -48,6 +50,17 @@ def out_of_the_tank(spec: mujoco.MjSpec) -> None:
         geom.contype = geom.conaffinity = 0
 
 
+def build_in_free_air(scene: Scene) -> mujoco.MjModel:
+    """The model of a scene without its tank; scenes that are equal are compiled once."""
+    model = next((model for known, model in _FREE if known == scene), None)
+    if model is None:
+        spec = build_spec(Site(scene))
+        out_of_the_tank(spec)
+        model = finish_model(spec, Site(scene))
+        _FREE[:] = [(scene, model), *_FREE[:7]]
+    return copy.copy(model)
+
+
 def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit: Edit | None = None) -> RunLog:
     """Move from one pose to another, smoothly, and hold."""
     step = Site(scene).timestep
@@ -57,6 +70,8 @@ def play(scene: Scene, start: np.ndarray, end: np.ndarray, duration: float, edit
     program = Tour(start, (Leg("goal", 0, lengths, end, 1.0, "nothing"),), step)
     if edit is None:
         return run(Site(scene), program)
+    if edit is out_of_the_tank:
+        return run(Site(scene), program, build_in_free_air(scene))
     spec = build_spec(Site(scene))
     edit(spec)
     return run(Site(scene), program, finish_model(spec, Site(scene)))

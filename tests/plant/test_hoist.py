@@ -47,6 +47,12 @@ def scene(reach_scene):
     return dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
 
 
+@pytest.fixture(scope="module")
+def sites(scene):
+    """A site for each tier, whose model is compiled once."""
+    return {tier: Site(change(scene, **settings)) for tier, settings in TIERS.items()}
+
+
 def lift(site, lengths=None, height=HEIGHT, seconds=TIME):
     """The log of a lift from the working depth, lengths on their way meanwhile."""
     plant = Plant(site, record_rate=site.task.simulation.log_rate)
@@ -59,8 +65,8 @@ def lift(site, lengths=None, height=HEIGHT, seconds=TIME):
 
 
 @pytest.mark.parametrize("tier", ["rigid", "sections"])
-def test_arm_rises_as_a_whole(scene, tier):
-    site = Site(change(scene, **TIERS[tier]))
+def test_arm_rises_as_a_whole(scene, sites, tier):
+    site = sites[tier]
     q, end = bend(scene, [0.2, 0.25], [0.0, 1.0]), bend(scene, [0.25, 0.2], [0.2, 0.9])
     s = climb(1.0, TIME, STEP)[:, None]
     plant = lift(site, site.chain.lengths(q + s * (end - q)))
@@ -75,9 +81,9 @@ def test_arm_rises_as_a_whole(scene, tier):
 
 
 @pytest.mark.parametrize("tier", TIERS)
-def test_hoist_pulls_weight_and_inertia(scene, tier):
+def test_hoist_pulls_weight_and_inertia(sites, tier):
     """By hand: the mast, the arm and the payload are lifted as one, and an arm that gives rings a little about that."""
-    site = Site(change(scene, **TIERS[tier]))
+    site = sites[tier]
     log = lift(site).log
     a = np.diff(log.feed, n=2) / np.diff(log.time[:2]) ** 2
     pull = (site.mast.mass + site.load_model.mass) * (site.gravity + a)
@@ -87,8 +93,8 @@ def test_hoist_pulls_weight_and_inertia(scene, tier):
 
 
 @pytest.mark.parametrize("tier", TIERS)
-def test_checks_pass_while_mast_and_arm_move(scene, tier):
-    site = Site(change(scene, **TIERS[tier]))
+def test_checks_pass_while_mast_and_arm_move(scene, sites, tier):
+    site = sites[tier]
     start, end = bend(scene, [0.2, 0.25], [0.0, 1.0]), bend(scene, [0.22, 0.23], [0.1, 1.0])
     s = climb(1.0, TIME, site.timestep)
     lengths = site.chain.lengths(start + s[:, None] * (end - start))

@@ -44,11 +44,10 @@ def scenes(reach_scene):
 def rest(scene, pose, edit=None):
     def both(spec):
         out_of_the_tank(spec)
-        if edit is not None:
-            edit(spec)
+        edit(spec)
 
     q = bend(scene, *pose)
-    log = play(scene, q, q, 0.25, both)
+    log = play(scene, q, q, 0.25, out_of_the_tank if edit is None else both)
     return Evidence(Site(scene), log)
 
 
