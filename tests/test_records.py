@@ -28,7 +28,11 @@ def classes(trees):
 
 
 def is_record(node):
-    return any("dataclass" in ast.unparse(item) for item in node.decorator_list)
+    return any(
+        word in ast.unparse(item)
+        for item in (*node.decorator_list, *node.bases)
+        for word in ("dataclass", "NamedTuple")
+    )
 
 
 def test_records_with_many_fields_are_built_by_keyword(trees, classes):

@@ -148,7 +148,7 @@ def _read_touch(time: float, first: str, second: str, gap: float, *more: float) 
     if len(more) not in (0, _WITH_FORCE - _WITHOUT_FORCE):
         raise ValueError(f"{len(more)} figures after the gap")
     force, point = (tuple(float(value) for value in more[k : k + 3]) or (nan,) * 3 for k in (0, 3))
-    return Contact(float(time), str(first), str(second), float(gap), force, point)
+    return Contact(time=float(time), first=str(first), second=str(second), gap=float(gap), force=force, point=point)
 
 
 def write_text(file: Path, data: Mapping[str, Any]) -> None:

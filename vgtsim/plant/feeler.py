@@ -98,13 +98,13 @@ class Lookout:
         around = near.leave_out(around, time)
         self._room = _ONE * min(float(around.least), float(among) / 2)
         found = [
-            Contact(time, near.name_around(int(part)), place, float(gap))
+            Contact(time=time, first=near.name_around(int(part)), second=place, gap=float(gap))
             for place, gap, part in zip(around.places, around.distance, around.body, strict=True)
             if gap <= 0
         ]
         if among <= 0:
             first, second = (near.name_among(int(part)) for part in pair)
-            found.append(Contact(time, first, second, float(among)))
+            found.append(Contact(time=time, first=first, second=second, gap=float(among)))
         return found
 
 

@@ -129,7 +129,7 @@ def list_contacts(model: mujoco.MjModel, data: mujoco.MjData, *, forces: bool = 
     for index, contact in enumerate(data.contact):
         if contact.dist <= 0:
             first, second = (model.geom(int(geom)).name for geom in contact.geom)
-            touch = Contact(float(data.time), first, second, float(contact.dist))
+            touch = Contact(time=float(data.time), first=first, second=second, gap=float(contact.dist))
             if forces:
                 mujoco.mj_contactForce(model, data, index, wrench)
                 force = contact.frame.reshape(3, 3).T @ wrench[:3]
