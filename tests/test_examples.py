@@ -1,7 +1,7 @@
 """Every example runs from an empty folder, and each figure that it prints beside an expected one agrees with it.
 
-Two of them run in a process of their own, as a user starts them: one that builds models and one that draws. The others run
-in the process of the tests, which spares what a program loads first.
+One that draws runs in a process of its own, as a user starts it. The others run in the process of the tests, which spares
+what a program loads first.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import pytest
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 FILMS = {"12_film"}  # need EGL
-ALONE = {"09_run_and_verify", *FILMS}
 MOST_LINES = 60
 PAIR = re.compile(r"(-?\d+(?:\.\d+)?)[^,\d\n]*, expected (-?\d+(?:\.\d+)?)")
 
@@ -28,7 +27,7 @@ PAIR = re.compile(r"(-?\d+(?:\.\d+)?)[^,\d\n]*, expected (-?\d+(?:\.\d+)?)")
 @pytest.mark.long
 def test_an_example_prints_what_it_expects(path, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    if path.stem in ALONE:
+    if path.stem in FILMS:
         done = subprocess.run([sys.executable, path], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         printed = done.stdout

@@ -9,13 +9,13 @@ import os
 import time
 from pathlib import Path
 
-from vgtsim.study import work
+from vgtsim.study import dispatch
 
 FREE = 2  # cases that pass by, the first ones
 GATE = "GATE"  # the variable with the path of the file
 
 
-def hold(order, case, do=work._do_case):
+def hold(order, case, do=dispatch._do_case):
     """Leave a file with the number of this process beside the gate, and wait."""
     gate = Path(os.environ[GATE])
     if case.entries[0] >= FREE and gate.exists():
@@ -25,7 +25,7 @@ def hold(order, case, do=work._do_case):
     return do(order, case)
 
 
-work._do_case = hold
+dispatch._do_case = hold
 
 if __name__ == "__main__":
     from vgtsim.cli import main

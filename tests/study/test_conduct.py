@@ -12,12 +12,20 @@ import pytest
 from vgtsim.description import load_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.workspace import sample_workspace
+from vgtsim.output import figure, study_plot
 from vgtsim.planning.resolution import solve_request
 from vgtsim.site import Site
 from vgtsim.study import Engine, conduct_study, dispatch, records
 
 KEEP = 'keep = ["reach", "max tilt", "mobility"]\n'
 SEEDS = KEEP + "[grid]\nwork.seed = [3, 1, 2]\n"
+
+
+@pytest.fixture
+def no_plots(monkeypatch):
+    """For tests of a study's rows: a picture takes as long as all their work."""
+    monkeypatch.setattr(study_plot, "plot_study", lambda *_: None)
+    monkeypatch.setattr(figure, "save_figure", lambda *_: None)
 
 
 def test_the_table_holds_what_the_verb_finds(make_study, one_thread, tmp_path):
@@ -33,7 +41,7 @@ def test_the_table_holds_what_the_verb_finds(make_study, one_thread, tmp_path):
     assert (tmp_path / "out/plots.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_figures_of_ik_are_those_of_its_request(make_study, one_thread, tmp_path):
+def test_the_figures_of_ik_are_those_of_its_request(make_study, one_thread, no_plots, tmp_path):
     head = 'name = "g"\nscene = "arm9_nullspace"\nwork.verb = "ik"\nkeep = ["value", "clearance", "min lengths"]\n'
     text = "[[cases]]\nscene.motion.goals.heel.position = [-6.7, -1.8, 1.0]\n"
     found = conduct_study(make_study(text, head), tmp_path / "out", one_thread)
@@ -46,7 +54,7 @@ def test_the_figures_of_ik_are_those_of_its_request(make_study, one_thread, tmp_
     assert json.loads(row["scene.motion.goals.heel.position"]) == [-6.7, -1.8, 1.0]
 
 
-def test_a_failed_case_is_a_row_with_its_error(make_study, one_thread, tmp_path):
+def test_a_failed_case_is_a_row_with_its_error(make_study, one_thread, no_plots, tmp_path):
     text = KEEP + '[grid]\nscene.mast.pivot_depth = ["1.75 m", "90 m", "-1 m"]\nwork.seed = [0]\n'
     rows = conduct_study(make_study(text), tmp_path / "out", one_thread).table.to_pylist()
     assert rows[0]["error"] is None
@@ -55,7 +63,7 @@ def test_a_failed_case_is_a_row_with_its_error(make_study, one_thread, tmp_path)
     assert rows[1]["reach, m"] is None is rows[2]["mobility"]
 
 
-def test_a_defect_in_one_case_does_not_end_the_others(make_study, one_thread, tmp_path, monkeypatch):
+def test_a_defect_in_one_case_does_not_end_the_others(make_study, one_thread, no_plots, tmp_path, monkeypatch):
     verb = dispatch.VERBS["workspace"]
 
     def fail(site, settings, folder):
@@ -79,7 +87,7 @@ def count_work(monkeypatch):
     return done
 
 
-def test_a_study_goes_on_and_does_no_case_twice(make_study, one_thread, tmp_path, monkeypatch):
+def test_a_study_goes_on_and_does_no_case_twice(make_study, one_thread, no_plots, tmp_path, monkeypatch):
     done = count_work(monkeypatch)
     first = conduct_study(make_study(SEEDS), tmp_path / "out", one_thread)
     assert sorted(done) == [1, 2, 3]
@@ -93,7 +101,7 @@ def test_a_study_goes_on_and_does_no_case_twice(make_study, one_thread, tmp_path
     assert longer.table.slice(0, 1)["reach, m"] == first.table.slice(1, 1)["reach, m"]
 
 
-def test_an_interrupted_study_keeps_what_is_finished(make_study, one_thread, tmp_path, monkeypatch):
+def test_an_interrupted_study_keeps_what_is_finished(make_study, one_thread, no_plots, tmp_path, monkeypatch):
     monkeypatch.setattr(records, "_EVERY_S", 0.0)
 
     def stop(finished, total):
@@ -132,7 +140,7 @@ def test_the_table_is_the_same_bit_for_bit_in_any_order_of_work(make_study, one_
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
 
 
-def test_many_parts_are_packed_and_nothing_is_lost(make_study, one_thread, tmp_path, monkeypatch):
+def test_many_parts_are_packed_and_nothing_is_lost(make_study, one_thread, no_plots, tmp_path, monkeypatch):
     monkeypatch.setattr(records, "_EVERY_S", 0.0)
     monkeypatch.setattr(records, "_MOST_PARTS", 3)
     found = conduct_study(
@@ -144,7 +152,7 @@ def test_many_parts_are_packed_and_nothing_is_lost(make_study, one_thread, tmp_p
     assert np.isfinite(found.numbers["reach, m"]).all()
 
 
-def test_two_studies_do_not_share_a_folder(make_study, one_thread, tmp_path):
+def test_two_studies_do_not_share_a_folder(make_study, one_thread, no_plots, tmp_path):
     (tmp_path / "out").mkdir()
     held = records.Records(tmp_path / "out")
     with pytest.raises(DescriptionError, match="one study at a time"):
