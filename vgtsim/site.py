@@ -51,7 +51,7 @@ _STROKE_MARGIN = 0.005  # m at the ends of strokes of an arm alone: what the shi
 # reference tour but with forces 0.2 % off; and of one that rings at about 1 Hz, whose period is then right to 0.2 % and its
 # damping to 2 %; with valves and oil the greatest forces at 10 ms are those at 4 ms to 2e-5.
 _RIGID_STEP, _SOFT_STEP, _SECTION_STEP = 0.02, 0.01, 0.04
-_ROUNDING = 1e-9
+_ROUNDING = 1e-9  # of a quotient of times: what is whole but for it is not rounded up to the next number
 
 
 @dataclass(frozen=True, eq=False)

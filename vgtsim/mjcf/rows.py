@@ -21,7 +21,7 @@ from vgtsim.mjcf import names
 # of the step: a stiff, hardly damped row is met within it and trails a moving command by 2 ratio² time constants.
 SOLREF_STEPS, SOLREF_RATIO = 0.2, 0.1
 SOLIMP = (0.9999, 0.9999, 0.001, 0.5, 2.0)  # the greatest impedance MuJoCo accepts
-SERVO_GROUP = 1
+SERVO_GROUP = 1  # of the actuators, which are switched off by the bit of their group
 # What MuJoCo is told of a member whose mass sits in its hubs, kg and kg·m²: it divides by them. Turned at 100 rad/s², a
 # metre of such a member shears by 1e-7 N.
 LEAST_MASS, LEAST_INERTIA = 1e-9, 1e-9

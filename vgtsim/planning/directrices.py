@@ -24,7 +24,7 @@ _SAME = 1e-6  # rad: rounding of the start's azimuth
 # m of the foot above what a stowed module leaves straight
 _RISE = np.array([0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, -0.5, -1.0])
 _CURVED = np.array([1.0, 1.1, 1.25, 1.45, 1.8])  # radius over the least that the modules can follow
-_TURNS = np.radians([75.0, 90.0, 105.0, 120.0, 137.0])
+_TURNS = np.radians([75.0, 90.0, 105.0, 120.0, 137.0])  # of the arc, from straight down: 90 degrees is level
 _ENOUGH = 0.3  # m of room beyond which more is worth nothing
 _BULGE = 0.07  # m that mid nodes of a bent module stand beyond the riser's radius
 _SPACING = 0.25  # m between the points of a curve that are looked at

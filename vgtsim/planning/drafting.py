@@ -26,7 +26,7 @@ from vgtsim.units import to_si
 
 # radius of the joint balls of the shipped arms, for risers of 42 in; smaller risers have smaller ones
 _HUB = 1.5 * INCH
-_WIDE = 42 * INCH
+_WIDE = 42 * INCH  # riser of the shipped arms
 _STRAIGHT = 1.25  # face sides from face to face of a straight active module: the middle of its working range
 _ROUNDING = 1e-5  # m: lengths in the file have five digits
 _RETRACTED = 0.994  # of the face side: just below it, so that a stowed module passes the riser
@@ -34,7 +34,7 @@ _EXTENDED = sqrt(3.0)  # face sides, up to which a module assembles whatever its
 USUAL_MODULES = 5  # of the shipped 45 ft arm
 _SHORTEST = 0.4  # face sides, of a static module between two active ones
 _TOOL_OFFSET = 0.3  # m, flange to tool point
-_PLATE = 0.5 * INCH
+_PLATE = 0.5 * INCH  # thickness of the tip plate, as of the shipped arms
 _RATE = 0.05  # m/s
 _RESERVE = 0.95  # use of every strength: the tours of a scene are not known yet
 _BENDS = 0.2  # stroke over retracted length below which an arm hardly bends

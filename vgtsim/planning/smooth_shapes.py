@@ -23,9 +23,8 @@ _POWER = 4  # of a deviation over its aim, whose square is summed: above the aim
 _STROKE = 5e-4  # m by which an actuator in the hinge at the end of its stroke counts one
 _GAP = 5e-3  # m by which a node that is too near counts one
 _RATE = 0.2  # m of an actuator per m of feed that counts one, and is summed in its fourth power
-_CALM = (
-    0.3  # weight of second derivatives, m² and m: it costs under 1 % of deviation and makes accelerations half as great
-)
+# weight of second derivatives, m² and m: it costs under 1 % of deviation and makes accelerations half as great
+_CALM = 0.3
 _STEPS = 60  # of one search: a bound on time, the relative fall ends most
 _SETTLED = 1e-3  # relative fall of the sum below which a step is not worth its price
 

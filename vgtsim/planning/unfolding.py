@@ -21,9 +21,8 @@ from vgtsim.planning.directrix import LeadCurve
 _KNOT = 0.35  # m of feed between knots: about an eighth of the distance of two modules
 _DEGREE = 5  # so that jerk has no jumps at knots
 _CORNERS = 3  # coefficients at the opening that are zero: value, rate and second derivative
-_ALONG = np.linspace(0.0, 1.0, 7)[
-    1:-1
-]  # places on each piece of the axis, besides its ends, that are kept to the curve
+# places on each piece of the axis, besides its ends, that are kept to the curve
+_ALONG = np.linspace(0.0, 1.0, 7)[1:-1]
 
 
 @dataclass(frozen=True, eq=False)

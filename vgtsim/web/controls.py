@@ -27,7 +27,7 @@ _SCENE, _NOTHING = "as the scene", "nothing"  # choices of the objective beside 
 _STRAIGHT, _POSTURE = "straight, at once", "to a posture, when let go"  # what the arm does with the place of the handle
 _TEXT_EVERY, _SLIDER_EVERY = 0.2, 0.5  # s between changes of texts, and of sliders that follow the arm
 _TOUCHED = 1.0  # s for which a slider that was moved is left where it is
-_MILLI = 1e3
+_MILLI = 1e3  # sliders are in mm
 _HANDLE = 1.5  # m: size of the handle
 _UNIT = 1e-3  # by which a quaternion in a page's numbers may miss length 1
 

@@ -29,9 +29,8 @@ from vgtsim.web.letters import Letter, LiveState, Pages, Served, Shown
 from vgtsim.web.precedence import SERVER, take_precedence
 
 _SCALE = 1.25  # of the greatest force at the start, where the colours end
-_TURN = (
-    1e-3  # s that a thread may keep others waiting: those that write to pages and the one that shows states take turns
-)
+# s that a thread may keep others waiting: those that write to pages and the one that shows states take turns
+_TURN = 1e-3
 _REACH = 3.0  # m within which the nearest thing is looked for
 
 
@@ -61,9 +60,8 @@ class Page:
         with self.server.atomic():
             self._display = Display(self.server, site, end)
             self._controls = Controls(self.server, site, end, self.post)
-        site.surroundings.unloaded.find_nearest(
-            site.surroundings.unloaded.points(site.start[None])[0], _REACH
-        )  # compiles it
+        there = site.surroundings.unloaded
+        there.find_nearest(there.points(site.start[None])[0], _REACH)  # compiles it
         self.server.on_client_connect(lambda _: self._count())
         self.server.on_client_disconnect(lambda _: self._count())
         self.post(Served(self.server.get_port()))
