@@ -14,7 +14,7 @@ from studies.drawn_directrices import FOLLOWED, follow_drawn
 from vgtsim.description import Bend, Feed, cut_arm
 from vgtsim.errors import AssemblyError, DescriptionError, PathError
 from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
-from vgtsim.planning import insertion
+from vgtsim.planning import insertion, smooth_shapes
 from vgtsim.planning.checks import asked_spare, riser_fit
 from vgtsim.planning.directrices import count_from, greatest_bend, propose_directrices
 from vgtsim.planning.directrix import make_directrix
@@ -143,6 +143,27 @@ def test_bound_is_no_posture_beaten_by_chance(small):
         off, _ = guide.axis(bend[kept], reach[kept], np.full(int(kept.sum()), found.feed[w]))
         assert kept.sum() > 20
         assert np.abs(off).max(axis=1).min() >= 0.995 * found.deviation[w]
+
+
+def test_slope_of_the_sum_that_is_made_small_is_that_of_differences(small):
+    """So far from the curve that the deviation counts most."""
+    guide = make_guide(small, CURVE, AZIMUTH)
+    track = smooth_shapes.Track(guide, 0.2, small.surroundings.unloaded, clearance=6.0, kept=0.2, mouth=20.0)
+    half = track.basis[0].shape[2]
+    weights = np.random.default_rng(5).normal(0.0, 0.05, 2 * half)
+    slope = smooth_shapes.sum_up(track, weights, sloped=True).slope
+    for ahead in np.random.default_rng(6).normal(0.0, 1.0, (4, 2 * half)):
+        high, low = (smooth_shapes.sum_up(track, weights + step * ahead, sloped=False).value for step in (1e-6, -1e-6))
+        assert (high - low) / 2e-6 == pytest.approx(slope @ ahead, rel=1e-4)
+
+
+def test_hinges_slope_against_the_gradients_of_their_distances():
+    rng = np.random.default_rng(7)
+    short, leads, J, Q = (rng.normal(size=shape) for shape in ((3, 4, 2), (2, 3, 4, 3), (3, 4, 3, 6), (3, 6, 5)))
+    slopes = np.zeros((3, 4, 2, 5))
+    smooth_shapes.near_slopes(short, *leads, J, Q, slopes)
+    wanted = -200.0 * np.einsum("cwpk,wpkn,wna->wpca", leads, J, Q)  # hinges count one at 5 mm
+    np.testing.assert_allclose(slopes, np.where(short[..., None] > 0, wanted, 0.0), atol=1e-9)
 
 
 def test_speeds_are_inside_the_ratings_by_differences(small, way):

@@ -80,7 +80,7 @@ class Track:
         return bent.T @ bent
 
 
-class _Sum:
+class Sum:
     """Half of a sum of squares, its slope and matrix by the coefficients."""
 
     def __init__(self, track: Track, *, sloped: bool) -> None:
@@ -127,13 +127,13 @@ def gather(table: Array, begun: Index, pulls: Array, grams: Array, slope: Array,
 def fit_shapes(track: Track, postures: Postures) -> Shapes:
     """Make shapes that follow the curve, from the postures of least deviation."""
     weights = _start(track, postures)
-    now, damping = _sum(track, weights, sloped=True), 1e-3
+    now, damping = sum_up(track, weights, sloped=True), 1e-3
     for _ in range(_STEPS):
         diagonal = np.diagonal(now.matrix)
         scale = diagonal + 1e-6 * diagonal.max()
         for _ in range(10):
             step = -np.linalg.solve(now.matrix + damping * np.diag(scale), now.slope)
-            after = _sum(track, weights + step, sloped=False).value
+            after = sum_up(track, weights + step, sloped=False).value
             if after < now.value:
                 break
             damping *= 6
@@ -141,7 +141,7 @@ def fit_shapes(track: Track, postures: Postures) -> Shapes:
             break
         done = now.value - after < _SETTLED * now.value
         weights = weights + step
-        now, damping = _sum(track, weights, sloped=True), max(damping / 5, 1e-9)
+        now, damping = sum_up(track, weights, sloped=True), max(damping / 5, 1e-9)
         if done:
             break
     return Shapes(track.guide, weights)
@@ -156,14 +156,15 @@ def _start(track: Track, postures: Postures) -> Array:
     wanted = postures.bend, postures.extension - guide.planar.stowed
     weights = np.concatenate([np.linalg.solve(matrix, flat.T @ item.ravel()) for item in wanted])
     for share in (1.0, 0.8, 0.6, 0.4, 0.2, 0.0):
-        if np.isfinite(_sum(track, share * weights, sloped=False).value):
+        if np.isfinite(sum_up(track, share * weights, sloped=False).value):
             return share * weights
     return 0.0 * weights
 
 
-def _sum(track: Track, weights: Array, *, sloped: bool) -> _Sum:
+def sum_up(track: Track, weights: Array, *, sloped: bool) -> Sum:
+    """The sum at coefficients, shape (2 N,), its slope and matrix if asked for; infinite where a shape has no posture."""
     guide, (table, rates, _) = track.guide, track.basis
-    half, total = len(weights) // 2, _Sum(track, sloped=sloped)
+    half, total = len(weights) // 2, Sum(track, sloped=sloped)
     bend, reach = table @ weights[:half], guide.planar.stowed + table @ weights[half:]
     state = guide.chain.state(guide.planar.inputs(bend, reach))
     if not np.all(state.assembles):
@@ -190,7 +191,7 @@ def _sum(track: Track, weights: Array, *, sloped: bool) -> _Sum:
     return total
 
 
-def _hold_strokes(track: Track, total: _Sum, length: Array, S: Array) -> None:
+def _hold_strokes(track: Track, total: Sum, length: Array, S: Array) -> None:
     guide = track.guide
     low = np.where(track.free, np.maximum(guide.least + track.kept - length, 0.0), 0.0) / _STROKE
     high = np.where(track.free, np.maximum(length - guide.greatest + track.kept, 0.0), 0.0) / _STROKE
@@ -198,7 +199,7 @@ def _hold_strokes(track: Track, total: _Sum, length: Array, S: Array) -> None:
     total.add(over, np.where(over != 0, 1 / _STROKE, 0.0)[..., None] * S)
 
 
-def _hold_clear(track: Track, around: Surroundings, total: _Sum, state: State, Q: Array | None) -> None:
+def _hold_clear(track: Track, around: Surroundings, total: Sum, state: State, Q: Array | None) -> None:
     """Hinges of nodes and tool against the tank's shell and the waste."""
     points = np.concatenate([state.nodes, state.tool[0][:, None]], axis=1)
     points = points + np.stack([0.0 * track.feed, 0.0 * track.feed, track.feed], axis=-1)[:, None]
