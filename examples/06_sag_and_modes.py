@@ -6,8 +6,7 @@ import vgtsim
 from vgtsim.description import Payload
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import find_modes
-from vgtsim.statics.settling import settle
-from vgtsim.statics.stiffness import deflect, tip_compliance
+from vgtsim.statics.stiffness import deflect, settle, tip_compliance
 
 arm = vgtsim.load_arm("arm15")
 posture = vgtsim.solve_goal(arm, (9.0, 0.0, -5.0), (1.0, 0.0, 0.0))

@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies import tetrahedron as tetra
 from studies.closure_modes import Modes, closure_modes
-from vgtsim.kinematics.closure import circle_nodes, closure_coefficients
+from studies.double_octahedron_goals import transform
+from vgtsim.kinematics.closure import circle_nodes, closure_coefficients, triangle_frame, triangle_nodes
 from vgtsim.kinematics.modules import octahedron as single
 from vgtsim.kinematics.modules import two_cells as double
-from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ def double_octahedron_assemblies(geometry: double.TwoCellGeometry, actuators: Ar
     first, second = np.meshgrid(np.arange(len(lower.phi)), np.arange(len(upper.phi)), indexing="ij")
     state = np.concatenate([lower.phi[first.ravel()], upper.phi[second.ravel()]], axis=-1)
     count = len(lower.residual) * len(upper.residual)
-    return Assemblies(count, *double.transform(geometry, state), state, lower.flexible or upper.flexible)
+    return Assemblies(count, *transform(geometry, state), state, lower.flexible or upper.flexible)
 
 
 def mirrored_assemblies(geometry: double.TwoCellGeometry, actuators: ArrayLike) -> Assemblies:

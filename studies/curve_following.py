@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
 from vgtsim.positioning import Nearness, NewtonSettings, Problem, StrokeBox, bring_inside, solve_anywhere, tool_goal
-from vgtsim.positioning.fitting import Directrix, fit
-from vgtsim.positioning.shape import BARRIER, Shape, overruns, unmet_ends
+from vgtsim.positioning.shape import BARRIER, Directrix, Shape, fit, overruns, unmet_ends
 
 Array = NDArray[np.float64]
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import AssemblyError
+from vgtsim.kinematics.closure import angle_jacobian, circle_nodes, edge_lengths
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.modules import ModuleState, mid_plane
 from vgtsim.kinematics.modules.double_octahedral import DoubleOctahedra
@@ -142,11 +143,11 @@ def midplane_from_lengths(
     phi = mid_plane.straight_angles(geometry, wanted) if start is None else angles(module, start)[..., None, :]
     residual = np.inf
     for _ in range(50):
-        gap = mid_plane.actuator_lengths(mid_plane.mid_nodes(geometry, phi)) - wanted
+        gap = edge_lengths(circle_nodes(geometry.circles, phi)) - wanted
         residual = float(np.max(np.abs(gap), initial=0.0))
         if residual <= tolerance:
             break
-        slopes = mid_plane.angle_jacobian(geometry, phi)
+        slopes = angle_jacobian(geometry.circles, phi)
         step = -(invert_sound(slopes, module.height, lambda _: "double octahedron") @ gap[..., None])[..., 0]
         largest = np.max(np.abs(step), axis=-1, keepdims=True)
         phi = phi + step * np.minimum(1.0, 0.2 / np.maximum(largest, 1e-300))

@@ -18,9 +18,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.pose_rates import angular_velocity_matrix
+from vgtsim.kinematics.closure import triangle_frame
 from vgtsim.kinematics.conditioning import invert_sound
-from vgtsim.kinematics.modules.two_cell_rates import jacobian
-from vgtsim.kinematics.modules.two_cells import TwoCellGeometry, advance, transform
+from vgtsim.kinematics.modules.two_cells import (
+    TwoCellGeometry,
+    actuator_lengths,
+    advance,
+    angle_jacobian,
+    jacobian,
+    nodes,
+)
 from vgtsim.kinematics.roll_pitch_yaw import roll_pitch_yaw
 
 Array = NDArray[np.float64]
@@ -28,6 +35,23 @@ Array = NDArray[np.float64]
 _MOST_ITERATIONS = 100
 _STILL = 1e-13  # m: error, or its slope per radian of every input, that counts as none
 _LARGEST_STEP = 0.25  # rad: of the canonical input in one iteration
+
+
+def transform(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[Array, Array]:
+    """R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, of a state: 3.47 to 3.51 with the top nodes 7 to 9."""
+    return triangle_frame(nodes(geometry, state)[..., 6:, :])
+
+
+def length_jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[Array, Array]:
+    """l1, l2, l3, shape (..., 3), m, of a state, and dtwist/dl of the top, shape (..., 6, 3), by the chain rule (section 3.2).
+
+    Raises:
+        SingularPoseError: Either cell is singular.
+    """
+    angles = np.asarray(state, float)
+    usual = float(np.mean(geometry.circles.radius))
+    inverse = invert_sound(angle_jacobian(geometry, angles), usual, lambda _: "double octahedron, lower cell")
+    return actuator_lengths(geometry, angles), jacobian(geometry, angles) @ inverse
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vgtsim.errors import DescriptionError
-from vgtsim.statics.banded_solve import solve_poses
-from vgtsim.statics.framework import Framework
-from vgtsim.statics.joints import substitute_back
-from vgtsim.statics.stiffness_matrix import Pattern, add_blocks, assemble, geometric_blocks, make_pattern, unfold
+from vgtsim.statics.framework import Framework, substitute_back
+from vgtsim.statics.stiffness_matrix import (
+    Pattern,
+    add_blocks,
+    assemble,
+    geometric_blocks,
+    make_pattern,
+    solve_poses,
+    unfold,
+)
 
 Array = NDArray[np.float64]
 

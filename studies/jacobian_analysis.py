@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import qr
 
-from vgtsim.positioning.kkt import CONDITION_LIMIT, lost_directions
+from vgtsim.positioning.newton import CONDITION_LIMIT, lost_directions
 
 Array = NDArray[np.float64]
 

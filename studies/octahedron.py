@@ -6,11 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.closure_modes import closure_values, solve_cyclic
-from vgtsim.kinematics.closure import closure_slopes
+from vgtsim.errors import AssemblyError
+from vgtsim.kinematics.closure import circle_angles, closure_slopes, edge_jacobian
 from vgtsim.kinematics.conditioning import invert_sound
-from vgtsim.kinematics.modules.octahedron import OctahedronGeometry, length_jacobian
+from vgtsim.kinematics.modules.octahedron import OctahedronGeometry, closure, length_jacobian, lengths, top_nodes
 
 Array = NDArray[np.float64]
+
+_KEPT = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 
 
 def damped_newton(C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: float, count: int) -> tuple[Array, Array]:
@@ -57,8 +60,42 @@ def all_lengths(geometry: OctahedronGeometry, actuated: ArrayLike) -> Array:
     moving = np.asarray(actuated, float)
     result = np.empty((*moving.shape[:-1], 6))
     result[...] = [0.0 if item is None else item for item in geometry.static]
-    result[..., geometry.actuated] = moving
+    result[..., find_actuated(geometry)] = moving
     return result
+
+
+def find_actuated(geometry: OctahedronGeometry) -> NDArray[np.intp]:
+    """Indices of the actuated longerons, shape (6 - k,)."""
+    return np.array([i for i, length in enumerate(geometry.static) if length is None], dtype=np.intp)
+
+
+def inverse(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike, tolerance: float = _KEPT) -> Array:
+    """Inverse solution (section 3.4.2): l1 to l6, shape (..., 6), m, of a pose that the module can take.
+
+    Raises:
+        AssemblyError: A static longeron, which is named, would need another length by more than the tolerance, m: the
+            pose is outside the (6 - k)-dimensional subspace of the module. The residual is the greatest such error.
+    """
+    result = lengths(geometry, R, P)
+    fixed = np.array([np.nan if item is None else item for item in geometry.static])
+    error = np.where(np.isnan(fixed), 0.0, np.abs(result - fixed))
+    if np.any(error > tolerance):
+        worst = np.unravel_index(int(np.argmax(error)), error.shape)
+        needs = f"static longeron l{int(worst[-1]) + 1} would be {result[worst]:.6g} m"
+        detail = f"pose outside the {find_actuated(geometry).size}-dimensional subspace: {needs}"
+        raise AssemblyError("octahedron", float(error[worst]), detail)
+    return result
+
+
+def angles(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
+    """Angles phi_1 to phi_3 of the equivalent mechanism of a pose, shape (..., 3), rad."""
+    return circle_angles(closure(geometry, lengths(geometry, R, P))[0], top_nodes(geometry, R, P))
+
+
+def angle_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
+    """The matrix of the forward iteration at a pose, dD/dphi, shape (..., 3, 3), m/rad: equation 3.14."""
+    C = closure(geometry, lengths(geometry, R, P))[1]
+    return edge_jacobian(C, geometry.top, angles(geometry, R, P))
 
 
 def twist_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
@@ -76,4 +113,6 @@ def twist_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> 
         SingularPoseError: The pose is singular.
     """
     _, J = length_jacobian(geometry, R, P)
-    return invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "octahedron")[..., geometry.actuated]
+    return invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "octahedron")[
+        ..., find_actuated(geometry)
+    ]

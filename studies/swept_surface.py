@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vgtsim.positioning.fitting import Directrix, arc_length
+from vgtsim.positioning.shape import Directrix, arc_length
 
 Array = NDArray[np.float64]
 

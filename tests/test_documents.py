@@ -65,9 +65,9 @@ def exists(name):
 
 
 def test_a_file_that_is_nowhere_would_be_seen():
-    for name in ("kkt.py", "positioning/kkt.py"):
+    for name in ("newton.py", "positioning/newton.py"):
         assert exists(name)
-        assert not exists(name.replace("kkt", "nowhere"))
+        assert not exists(name.replace("newton", "nowhere"))
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=name_of)

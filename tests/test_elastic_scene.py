@@ -13,7 +13,7 @@ from vgtsim.plant import run
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import tool_point
-from vgtsim.statics.settling import settle
+from vgtsim.statics.stiffness import settle
 from vgtsim.verification import verify
 
 pytestmark = pytest.mark.slow

@@ -84,7 +84,7 @@ def solve_goal(
         position: Tool point, shape (3,), m.
         direction: Outward normal of the tip plate, shape (3,).
         method: Use of the redundancy: "nullspace", "coupled", "anchored" or "shape".
-        objective: Terms of the objective, each "NAME" or "NAME:WEIGHT"; see `description.redundancy.OBJECTIVES`.
+        objective: Terms of the objective, each "NAME" or "NAME:WEIGHT"; see `description.motion.OBJECTIVES`.
 
     Raises:
         ReachError: No posture meets the goal, or none clear of everything. The error holds the shortfall.

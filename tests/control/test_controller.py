@@ -11,7 +11,7 @@ from playing import bend
 
 from vgtsim.control import Controller
 from vgtsim.control.arm_now import ArmNow
-from vgtsim.control.nearness import GapWatch
+from vgtsim.control.watches import GapWatch
 from vgtsim.description import AllowedContact, Bend, Operator, load_manipulator
 from vgtsim.errors import CommandError, DescriptionError, ReachError, StoppedError
 from vgtsim.site import Site, load_site

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from vgtsim.description.reference import FILES, find_meaning, find_models, write_reference, write_schema
+from scripts.reference_page import write_reference
+from vgtsim.description.reference import FILES, find_meaning, find_models, write_schema
 from vgtsim.description.shipped import list_shipped
 
 ROOT = Path(__file__).parents[2]

@@ -9,8 +9,14 @@ from scipy.optimize import minimize
 import vgtsim
 from vgtsim.description import load_manipulator, load_tank
 from vgtsim.description.waste import Roughness
-from vgtsim.geometry.clearance import arm_clearance, nearest_pair, obstacles
-from vgtsim.geometry.distance import enclosure_distance, interior_distance, segment_distance
+from vgtsim.geometry.clearance import (
+    arm_clearance,
+    enclosure_distance,
+    interior_distance,
+    nearest_pair,
+    obstacles,
+    segment_distance,
+)
 from vgtsim.geometry.gaps import WASTE
 from vgtsim.geometry.pairs import pair_members
 from vgtsim.geometry.profile import make_profile

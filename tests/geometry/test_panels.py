@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from vgtsim.description import load_tank
-from vgtsim.geometry.distance import enclosure_distance, interior_distance
+from vgtsim.geometry.clearance import enclosure_distance, interior_distance
 from vgtsim.geometry.panels import DEPTH, TOLERANCE, make_panels
 from vgtsim.geometry.profile import make_profile
 

@@ -11,7 +11,7 @@ from vgtsim.description import load_tank
 from vgtsim.description.tank import Shell
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry import make_profile
-from vgtsim.geometry.distance import interior_distance
+from vgtsim.geometry.clearance import interior_distance
 from vgtsim.geometry.panels import make_panels
 
 REST = {"crown": 9.0, "dome_thickness": 0.3, "liner_thickness": 0.01, "soil_cover": 2.0}

@@ -7,9 +7,9 @@ from scipy.spatial import cKDTree
 from vgtsim.description import load_tank
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry import enclosure_distance, make_profile
-from vgtsim.geometry.distance import find_mouth
+from vgtsim.geometry.clearance import find_mouth
+from vgtsim.geometry.panels import enclose_tank
 from vgtsim.geometry.side_mouth import find_rim
-from vgtsim.geometry.side_panels import enclose_tank
 from vgtsim.geometry.solids import make_arm_riser, make_dome
 
 CENTRE = load_tank("type_ii")

@@ -6,7 +6,7 @@ import pytest
 
 from vgtsim.description import load_tank
 from vgtsim.geometry import solids
-from vgtsim.geometry.distance import enclosure_distance
+from vgtsim.geometry.clearance import enclosure_distance
 from vgtsim.geometry.profile import make_profile
 
 TANK = load_tank(Path(__file__).parents[2] / "scenes/tanks/type_ii.toml")

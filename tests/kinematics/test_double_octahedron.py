@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from studies import double_octahedron as octa
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.modules.mid_plane import mid_nodes, normal
+from vgtsim.kinematics.closure import circle_nodes
+from vgtsim.kinematics.modules.mid_plane import normal
 
 EXACT = 1e-12  # m and 1: rounding of a few dozen operations on numbers of order one
 DIFFERENCE = 1e-7  # central differences with a step of 1e-6
@@ -118,9 +119,8 @@ def test_derivatives_agree_with_differences(geometry, g):
 @given(geometries, midplanes)
 def test_mid_nodes_are_those_of_the_angles(geometry, g):
     """By trigonometry, which the engine does without."""
-    assert np.allclose(
-        octa.inner(geometry, g)[0][:3], mid_nodes(geometry.geometry, octa.angles(geometry, g)), atol=EXACT
-    )
+    (found,) = circle_nodes(geometry.geometry.circles, octa.angles(geometry, g))
+    assert np.allclose(octa.inner(geometry, g)[0][:3], found, atol=EXACT)
 
 
 def test_batches_agree_with_single_solutions():

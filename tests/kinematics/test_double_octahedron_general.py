@@ -4,7 +4,6 @@ import pytest
 from studies import double_octahedron as symmetric
 from studies import double_octahedron_goals as goals
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.modules import two_cell_rates as rates
 from vgtsim.kinematics.modules import two_cells as general
 from vgtsim.kinematics.modules.octahedron import LEGS
 from vgtsim.kinematics.roll_pitch_yaw import roll_pitch_yaw, rotation
@@ -55,15 +54,15 @@ def test_symmetric_dimensions_give_the_symmetric_module(offset):
     module = general.TwoCellGeometry((SIDE,) * 3, (SIDE,) * 3, (LONGERON,) * 12, offset)
     midplane = np.c_[rng.uniform(-0.2, 0.2, (200, 2)), rng.uniform(0.4, 0.6, 200)]
     state = general.forward_lengths(module, symmetric.lengths(plain, midplane))
-    R, P = general.transform(module, state)
+    R, P = goals.transform(module, state)
     assert np.allclose(state[:, :3], symmetric.angles(plain, midplane), atol=ROUNDING)
     assert np.allclose(R, symmetric.transform(plain, midplane)[0], atol=ROUNDING)
     assert np.allclose(P, symmetric.transform(plain, midplane)[1], atol=ROUNDING)
     angular, linear = symmetric.twist(plain, midplane)
     lengths, block = symmetric.length_jacobian(plain, midplane)
-    assert np.allclose(rates.length_jacobian(module, state)[0], lengths, atol=ROUNDING)
+    assert np.allclose(goals.length_jacobian(module, state)[0], lengths, atol=ROUNDING)
     chain = np.concatenate([linear, angular], axis=-2) @ np.linalg.inv(block)
-    assert np.allclose(rates.length_jacobian(module, state)[1], chain, atol=1e-10)
+    assert np.allclose(goals.length_jacobian(module, state)[1], chain, atol=1e-10)
 
 
 def test_mirroring_in_the_plane_of_the_midpoints_must_not_add_the_offset_again():
@@ -84,8 +83,8 @@ def test_mirroring_in_the_plane_of_the_midpoints_must_not_add_the_offset_again()
 
 
 def _rate(module, plus, minus, middle):
-    (Ra, Pa), (Rb, Pb) = general.transform(module, plus), general.transform(module, minus)
-    W = (Ra - Rb) / (2 * STEP) @ np.swapaxes(general.transform(module, middle)[0], -1, -2)
+    (Ra, Pa), (Rb, Pb) = goals.transform(module, plus), goals.transform(module, minus)
+    W = (Ra - Rb) / (2 * STEP) @ np.swapaxes(goals.transform(module, middle)[0], -1, -2)
     turn = np.stack([W[..., 2, 1], W[..., 0, 2], W[..., 1, 0]], axis=-1)
     return np.concatenate([(Pa - Pb) / (2 * STEP), turn], axis=-1)
 
@@ -94,7 +93,7 @@ def _rate(module, plus, minus, middle):
 def test_canonical_jacobian_matches_central_differences(offset):
     module = _module(3, offset)
     states = _states(module, 50)
-    J, dl = rates.jacobian(module, states), general.angle_jacobian(module, states)
+    J, dl = general.jacobian(module, states), general.angle_jacobian(module, states)
     for k in range(3):
         step = STEP * np.eye(3)[k]
         plus, minus = (general.forward(module, states[:, :3] + s * step, states) for s in (1, -1))
@@ -107,7 +106,7 @@ def test_canonical_jacobian_matches_central_differences(offset):
 def test_conventional_jacobian_matches_central_differences(offset):
     module = _module(4, offset)
     states = _states(module, 50)
-    lengths, J = rates.length_jacobian(module, states)
+    lengths, J = goals.length_jacobian(module, states)
     for k in range(3):
         step = STEP * np.eye(3)[k]
         plus, minus = (general.forward_lengths(module, lengths + s * step, states) for s in (1, -1))
@@ -115,7 +114,7 @@ def test_conventional_jacobian_matches_central_differences(offset):
 
 
 def _wanted(module, states):
-    R, P = general.transform(module, states)
+    R, P = goals.transform(module, states)
     rpy = roll_pitch_yaw(R)
     extension = np.linalg.norm(P, axis=-1)
     return {
@@ -141,7 +140,7 @@ def test_two_angles_and_a_lateral_coordinate_can_be_met(axis):
     """The third parameter may be X or Y too, away from the straight pose."""
     module = _module(5)
     states = general.forward_lengths(module, np.array([0.85, 1.05, 0.9]) + np.linspace(0, 0.05, 5)[:, None])
-    R, P = general.transform(module, states)
+    R, P = goals.transform(module, states)
     rpy = roll_pitch_yaw(R)
     goal = goals.AnglesAndCoordinate(rpy[:, 0], rpy[:, 1], axis, P[:, axis])
     start = general.forward(module, states[:, :3] + [0.01, -0.01, 0.01], states)
@@ -166,7 +165,7 @@ def test_symmetric_module_agrees_with_its_closed_form_inverses():
 def test_over_specified_goal_gives_the_nearest_state_and_its_residual():
     module = _module(6)
     state = _states(module, 1)[0]
-    R, P = general.transform(module, state)
+    R, P = goals.transform(module, state)
     goal = goals.Pose(R @ rotation([0.0, 0.0, 0.05]), P + np.array([0.02, -0.01, 0.01]))
     found = goals.inverse(module, goal, state)
     assert found.residual > 0.005
@@ -174,7 +173,7 @@ def test_over_specified_goal_gives_the_nearest_state_and_its_residual():
     rng = np.random.default_rng(0)
     for step in 0.02 * rng.standard_normal((40, 3)):  # no neighbour is nearer
         other = general.forward(module, found.state[:3] + step, found.state)
-        R2, P2 = general.transform(module, other)
+        R2, P2 = goals.transform(module, other)
         square = np.sum((P2 - goal.P) ** 2) + module.radius**2 / 2 * np.sum((R2 - goal.R) ** 2)
         assert square > found.residual**2
 
@@ -224,7 +223,7 @@ def test_singular_value_falls_to_nothing_at_the_refusal():
     module = _module(1)
     start = general.home(module, [0.95] * 3)
     begin, end = general.actuator_lengths(module, start), np.array([1.27, 0.48, 0.81])
-    far, _ = rates.singularity(module, start)
+    far, _ = general.singularity(module, start)
     reached, state = 0.0, start
     for t in np.linspace(0, 1, 401)[1:]:
         try:
@@ -232,7 +231,7 @@ def test_singular_value_falls_to_nothing_at_the_refusal():
         except AssemblyError:
             break
         reached = t
-    near, member = rates.singularity(module, state)
+    near, member = general.singularity(module, state)
     assert 0.9 < reached < 1.0
     assert near < 0.1 * far
     assert member == "actuator l3"
@@ -244,7 +243,7 @@ def test_only_the_symmetric_module_keeps_from_turning_about_z():
 
     def turn(longerons):
         module = general.TwoCellGeometry((SIDE,) * 3, (SIDE,) * 3, longerons)
-        R = general.transform(module, general.forward_lengths(module, actuators))[0]
+        R = goals.transform(module, general.forward_lengths(module, actuators))[0]
         return np.abs(R[:, 1, 0] - R[:, 0, 1]) / 2
 
     mirrored = (0.9, 0.9, 0.9, 0.8, 0.8, 0.8, 0.8, 0.8, 0.8, 0.9, 0.9, 0.9)

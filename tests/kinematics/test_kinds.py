@@ -11,9 +11,10 @@ from pydantic import ValidationError
 from studies.assembly_modes import octahedron_assemblies
 from vgtsim.description import Manipulator, load_manipulator
 from vgtsim.errors import AssemblyError, DescriptionError, SingularityError, TrussError
-from vgtsim.kinematics import Chain, check_strokes, hanging_mount, sample_inputs, singular_values
+from vgtsim.kinematics import Chain, check_strokes, hanging_mount, sample_inputs
 from vgtsim.kinematics.modules.octahedral import octahedron_geometry
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters
+from vgtsim.kinematics.workspace import singular_values
 from vgtsim.statics import diagnose
 
 ROOT = Path(__file__).parents[2] / "models"

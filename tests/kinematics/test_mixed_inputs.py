@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studies.mixed_inputs import mix_inputs
 from vgtsim.description import load_manipulator
 from vgtsim.errors import DescriptionError, SingularityError
 from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
-from vgtsim.kinematics.mixed_inputs import mix_inputs
 
 ROOT = Path(__file__).parents[2] / "models"
 MIXES = {

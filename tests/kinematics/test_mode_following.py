@@ -5,7 +5,7 @@ import pytest
 
 from studies.assembly_modes import octahedron_assemblies
 from studies.closure_modes import closure_values, solve_cyclic
-from studies.octahedron import damped_newton
+from studies.octahedron import angles, damped_newton
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.closure import (
     Circles,
@@ -26,7 +26,7 @@ FINE = 1500  # steps of the reference path: half a millimetre each, small beside
 
 def _home(module):
     R, P = octa.home(module, np.full(6, 0.9))
-    return R, P, octa.lengths(module, R, P), octa.angles(module, R, P)
+    return R, P, octa.lengths(module, R, P), angles(module, R, P)
 
 
 def _gap(first, second):
@@ -50,7 +50,7 @@ def test_solution_is_the_one_a_very_fine_path_reaches():
     rng = np.random.default_rng(3)
     R, P, lengths, phi = _home(MODULE)
     for goal in lengths * (1 + rng.uniform(-0.3, 0.3, (6, 6))):
-        found = octa.angles(MODULE, *octa.forward(MODULE, goal, (R, P)))
+        found = angles(MODULE, *octa.forward(MODULE, goal, (R, P)))
         assert _gap(found, _fine_path(MODULE, lengths, goal, phi)) < SAME
 
 
@@ -79,7 +79,7 @@ def test_plain_newton_jumps_where_following_does_not():
         if not error < SAME:
             continue
         try:
-            jumped += bool(_gap(octa.angles(MODULE, *octa.forward(MODULE, goal, (R, P))), there) > 1e-6)
+            jumped += bool(_gap(angles(MODULE, *octa.forward(MODULE, goal, (R, P))), there) > 1e-6)
         except AssemblyError:
             jumped += 1
     assert jumped >= 5

@@ -11,6 +11,7 @@ import pytest
 
 from vgtsim.description import load_manipulator
 from vgtsim.description.modules import KIND_NAMES
+from vgtsim.errors import SingularityError
 from vgtsim.kinematics import Chain, hanging_mount, sample_inputs
 from vgtsim.kinematics.modules import KINDS, Kind, ModuleSet, PlannedMember
 
@@ -42,27 +43,17 @@ class Lifts(ModuleSet):
     def figures(self):
         return np.empty((len(self.names), 0))
 
-    @property
-    def actuated(self):
-        return np.ones((len(self.names), 1), dtype=bool)
-
     def refuse(self, x):
         return ValueError(f"heights {x}")
 
     def attempt(self, lengths, start=None):
         return lengths, np.ones(lengths.shape[:-1])
 
-    def solve(self, lengths, start=None):
-        return self.attempt(lengths, start)[0]
+    def tell_end(self, where, m, x, lengths, start, part):
+        return SingularityError(self.names[m], 0.0, f"{self.names[m]}/actuator/1", 0.0, part)
 
     def conditioned(self, x):
         return np.ones((*x.shape, 1))
-
-    def one(self, m):
-        return Lifts(self.names[m : m + 1], self.straight[m : m + 1])
-
-    def dimensions(self, m):
-        return float(self.straight[m, 0])
 
     def bend(self, angle, half):
         return np.broadcast_to(self.straight, (*angle.shape, 1))

@@ -1,12 +1,11 @@
 import numpy as np
 import pytest
 
-from studies.octahedron import all_lengths, twist_jacobian
+from studies.octahedron import all_lengths, angle_jacobian, angles, find_actuated, inverse, twist_jacobian
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.closure import circle_nodes
+from vgtsim.kinematics.closure import circle_nodes, triangle_frame
 from vgtsim.kinematics.modules import octahedron as octa
 from vgtsim.kinematics.roll_pitch_yaw import roll_pitch_yaw, rotation
-from vgtsim.kinematics.triangle import triangle_frame
 
 ROUNDING = 1e-12  # m or rad: Newton's last step leaves rounding, magnified by the conditioning of the pose
 STEP, DIFFERENCE = 1e-6, 1e-7  # central differences of smooth functions of order one
@@ -32,7 +31,7 @@ def _moved(R, P, twist):
 
 def test_forward_after_inverse_is_identity():
     R, P = _poses(500)
-    R2, P2 = octa.forward(MODULE, octa.inverse(MODULE, R, P), octa.home(MODULE, np.full(6, 0.9)))
+    R2, P2 = octa.forward(MODULE, inverse(MODULE, R, P), octa.home(MODULE, np.full(6, 0.9)))
     assert np.max(np.abs(R2 - R)) < ROUNDING
     assert np.max(np.abs(P2 - P)) < ROUNDING
 
@@ -40,7 +39,7 @@ def test_forward_after_inverse_is_identity():
 def test_inverse_after_forward_is_identity_for_lengths_all_different():
     rng = np.random.default_rng(1)
     longerons = rng.uniform(0.82, 0.98, (300, 6))
-    assert np.allclose(octa.inverse(MODULE, *octa.forward(MODULE, longerons)), longerons, atol=ROUNDING, rtol=0)
+    assert np.allclose(inverse(MODULE, *octa.forward(MODULE, longerons)), longerons, atol=ROUNDING, rtol=0)
 
 
 def test_nodes_of_the_inverse_are_the_frame_s():
@@ -53,7 +52,7 @@ def test_nodes_of_the_inverse_are_the_frame_s():
 
 def test_batch_is_the_same_as_one_by_one():
     R, P = _poses(6)
-    lengths = octa.inverse(MODULE, R, P).reshape(2, 3, 6)
+    lengths = inverse(MODULE, R, P).reshape(2, 3, 6)
     batch = octa.forward(MODULE, lengths)
     single = octa.forward(MODULE, lengths[1, 2])
     assert batch[0].shape == (2, 3, 3, 3)
@@ -84,7 +83,7 @@ def test_twist_jacobian_matches_central_differences_in_length():
 def test_angle_jacobian_matches_central_differences():
     """The matrix of 3.14, with its three zeros."""
     R, P = (item[0] for item in _poses(1))
-    J, phi = octa.angle_jacobian(MODULE, R, P), octa.angles(MODULE, R, P)
+    J, phi = angle_jacobian(MODULE, R, P), angles(MODULE, R, P)
     circles, _ = octa.closure(MODULE, octa.lengths(MODULE, R, P))
     for k in range(3):
         ends = []
@@ -101,11 +100,11 @@ def test_pose_outside_the_subspace_of_static_longerons_is_refused_with_the_resid
     lengths = octa.lengths(MODULE, R, P)
     static = tuple(float(lengths[i]) if i < k else None for i in range(6))
     module = octa.OctahedronGeometry(MODULE.base, MODULE.top, static)
-    assert module.actuated.size == 6 - k
-    assert np.allclose(octa.inverse(module, R, P), lengths)
+    assert find_actuated(module).size == 6 - k
+    assert np.allclose(inverse(module, R, P), lengths)
     off = P + np.array([0.0, 0.0, 0.01])
     with pytest.raises(AssemblyError, match=f"{6 - k}-dimensional subspace") as caught:
-        octa.inverse(module, R, off)
+        inverse(module, R, off)
     error = np.abs(octa.lengths(module, R, off) - lengths)[:k]
     assert caught.value.residual == pytest.approx(error.max())
     assert f"l{int(np.argmax(error)) + 1} " in str(caught.value)
@@ -117,9 +116,9 @@ def test_motion_by_the_actuated_longerons_stays_in_the_subspace():
     module = octa.OctahedronGeometry(
         MODULE.base, MODULE.top, (None, float(lengths[1]), None, float(lengths[3]), None, None)
     )
-    moving = lengths[module.actuated] + 0.03
+    moving = lengths[find_actuated(module)] + 0.03
     joined = all_lengths(module, moving)
-    assert np.allclose(octa.inverse(module, *octa.forward(module, joined, (R, P)))[[1, 3]], lengths[[1, 3]])
+    assert np.allclose(inverse(module, *octa.forward(module, joined, (R, P)))[[1, 3]], lengths[[1, 3]])
     J = twist_jacobian(module, R, P)
     assert J.shape == (6, 4)
     assert np.max(np.abs(octa.length_jacobian(module, R, P)[1][[1, 3]] @ J)) < ROUNDING

@@ -13,14 +13,13 @@ from vgtsim.description import load_manipulator
 from vgtsim.description.catalogue import INCH
 from vgtsim.errors import SingularityError
 from vgtsim.kinematics import Chain, check_strokes
+from vgtsim.kinematics.closure import angle_jacobian, closure_coefficients
 from vgtsim.kinematics.mode_following import certify_box
 from vgtsim.kinematics.modules import find_singular
 from vgtsim.kinematics.modules import octahedron as single
-from vgtsim.kinematics.modules import two_cell_rates as rates
-from vgtsim.kinematics.modules.mid_plane import angle_jacobian, cell_closure
+from vgtsim.kinematics.modules import two_cells as cells
 from vgtsim.kinematics.modules.octahedral import Octahedra
-from vgtsim.kinematics.modules.stroke_proof import prove_strokes
-from vgtsim.kinematics.modules.stroke_search import search_strokes
+from vgtsim.kinematics.modules.stroke_boxes import prove_strokes, search_strokes
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters
 
 MODELS = sorted((Path(__file__).parents[2] / "models").glob("*/*.toml"))
@@ -102,7 +101,7 @@ def test_value_of_a_general_double_octahedron_is_that_of_its_nearer_cell():
     own, rng = chain.layout.places[0].modules, np.random.default_rng(3)
     x = own.solve(rng.uniform(*chain.stroke, (40, 1, 3)), None)
     states = own.states(x)[:, 0]
-    one_by_one = [rates.singularity(own.geometries[0], state)[0] for state in states]
+    one_by_one = [cells.singularity(own.geometries[0], state)[0] for state in states]
     assert np.allclose(own.find_least(x)[:, 0], one_by_one, atol=1e-12)
 
 
@@ -156,17 +155,16 @@ def test_ball_of_a_box_holds_the_assemblies_of_its_points():
     centre, half = rng.uniform(1.2, 1.8, (50, 3)) ** 2, np.full(3, 0.02)
     x = own.solve(np.sqrt(centre)[:, None], None)
     phi = own.angles(x)[:, 0]
-    radius, quality = certify_box(
-        cell_closure(geometry.geometry, np.sqrt(centre)[:, None]).reshape(5, 3, -1), half, phi
-    )
+    circles = geometry.geometry.circles
+    radius, quality = certify_box(closure_coefficients(circles, np.sqrt(centre)[:, None]).reshape(5, 3, -1), half, phi)
     sure = quality <= 0.5
     assert 10 < sure.sum() < 50 or sure.all()
     for _ in range(20):
         point = np.sqrt(centre + half * rng.uniform(-1, 1, centre.shape))
         there = own.angles(own.solve(point[:, None], x))[:, 0]
         assert np.all(np.abs(there - phi).max(axis=1)[sure] <= radius[sure])
-        assert np.abs(angle_jacobian(geometry.geometry, there[:, None])[:, 0][sure]).max() > 0
-        assert np.abs(np.linalg.det(angle_jacobian(geometry.geometry, there[:, None])[:, 0]))[sure].min() > 1e-3
+        assert np.abs(angle_jacobian(circles, there[:, None])[:, 0][sure]).max() > 0
+        assert np.abs(np.linalg.det(angle_jacobian(circles, there[:, None])[:, 0]))[sure].min() > 1e-3
 
 
 def test_box_with_a_singularity_is_never_certified():
@@ -176,5 +174,6 @@ def test_box_with_a_singularity_is_never_certified():
     length = np.full((1, 3), 0.995 * widest)
     phi = own.angles(own.solve(length[:, None], None))[:, 0]
     reach = widest**2 - length[0] ** 2
-    assert certify_box(cell_closure(geometry.geometry, length[:, None]).reshape(5, 3, -1), reach, phi)[1][0] > 0.5
-    assert certify_box(cell_closure(geometry.geometry, length[:, None]).reshape(5, 3, -1), reach / 20, phi)[1][0] <= 0.5
+    C = closure_coefficients(geometry.geometry.circles, length[:, None]).reshape(5, 3, -1)
+    assert certify_box(C, reach, phi)[1][0] > 0.5
+    assert certify_box(C, reach / 20, phi)[1][0] <= 0.5

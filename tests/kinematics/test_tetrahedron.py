@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from studies import tetrahedron as tetra
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
+from vgtsim.kinematics.closure import triangle_frame, triangle_nodes
 
 ROUNDING = 1e-13  # m or rad: rounding of a few operations on metres
 STEP, DIFFERENCE = 1e-6, 1e-8  # central differences: step² plus rounding over the step, with a margin

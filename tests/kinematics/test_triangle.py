@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from studies.double_octahedron import face_nodes
 from vgtsim.errors import AssemblyError
-from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
+from vgtsim.kinematics.closure import triangle_frame, triangle_nodes
 
 ROUNDING = 1e-14  # m: a few units in the last place of a metre
 

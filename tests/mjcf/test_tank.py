@@ -6,7 +6,7 @@ import pytest
 
 from vgtsim.description import load_tank
 from vgtsim.geometry import make_bed
-from vgtsim.geometry.distance import enclosure_distance
+from vgtsim.geometry.clearance import enclosure_distance
 from vgtsim.geometry.panels import TOLERANCE
 from vgtsim.geometry.profile import make_profile
 from vgtsim.mjcf import names

@@ -13,7 +13,7 @@ from vgtsim.planning import check_site, plan_tour, solve_first_goal
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import tool_point
-from vgtsim.statics.settling import settle
+from vgtsim.statics.stiffness import settle
 
 pytestmark = pytest.mark.long
 

@@ -17,7 +17,7 @@ from vgtsim.plant.hydraulics import CAVITY, PRESSURE, STROKE
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import hold_cylinders, make_elastic_model
 from vgtsim.statics.loads import tool_point
-from vgtsim.statics.settling import settle
+from vgtsim.statics.stiffness import settle
 from vgtsim.verification import Evidence, drives, shape, verify
 
 pytestmark = pytest.mark.long

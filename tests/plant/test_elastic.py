@@ -19,8 +19,7 @@ from vgtsim.plant.springs import fit_springs
 from vgtsim.site import Site
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import find_modes
-from vgtsim.statics.settling import settle
-from vgtsim.statics.stiffness import deflect, node_loads, tool_point
+from vgtsim.statics.stiffness import deflect, node_loads, settle, tool_point
 from vgtsim.verification import Evidence, drives, members, shape
 
 SAG = 5e-3  # of the greatest deflection: against another program, and what a linear solve leaves of a small sag

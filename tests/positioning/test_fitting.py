@@ -10,11 +10,10 @@ import pytest
 from vgtsim.description import load_manipulator
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, bend_all, hanging_mount
-from vgtsim.positioning.fitting import cubic, fit
 from vgtsim.positioning.goals import tool_goal
 from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum
 from vgtsim.positioning.problem import Problem, solve
-from vgtsim.positioning.shape import solve_shapes
+from vgtsim.positioning.shape import cubic, fit, solve_shapes
 from vgtsim.positioning.strokes import make_box
 
 pytestmark = pytest.mark.long

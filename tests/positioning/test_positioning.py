@@ -17,8 +17,7 @@ from vgtsim.positioning.goals import (
     tabulate,
     tool_goal,
 )
-from vgtsim.positioning.kkt import Quadratic, condition_numbers
-from vgtsim.positioning.newton import NewtonSettings, minimise
+from vgtsim.positioning.newton import NewtonSettings, Quadratic, condition_numbers, minimise
 from vgtsim.positioning.objectives import (
     ClearanceHinges,
     Configurations,
@@ -72,7 +71,7 @@ def test_state_agrees_with_the_chain(hanging_arm):
     linear, angular = (np.swapaxes(half, -1, -2) for half in (J[:, :3], J[:, 3:]))
     at_origin = linear - np.cross(angular, tool[:, None])  # a state's velocities are of the point at the origin of G
     pairs = zip(
-        (state.angular, state.linear, state.legs, state.leg_slopes),
+        (*state.motion[2:], state.legs, state.leg_slopes),
         (angular, at_origin, *hanging_arm.length_jacobian(q)),
         strict=True,
     )

@@ -54,7 +54,7 @@ def test_state_agrees_with_the_chain(chain):
     at_origin = linear - np.cross(angular, tool[:, None])  # a state's velocities are of the point at the origin of G
     theirs = (angular, at_origin, length, slope)
     count = chain.layout.actuators
-    found = (state.angular, state.linear, state.legs[:, :count], state.leg_slopes[:, :count])
+    found = (*state.motion[2:], state.legs[:, :count], state.leg_slopes[:, :count])
     for ours, other in zip(found, theirs, strict=True):
         np.testing.assert_allclose(ours, other, atol=ROUNDING)
     np.testing.assert_allclose(state.legs[:, count:], np.tile(chain.layout.static, (8, 1)), atol=GOAL)

@@ -5,8 +5,7 @@ import pytest
 
 from studies.swept_surface import end_tangent
 from vgtsim.errors import ReachError
-from vgtsim.positioning.fitting import F, cubic, fit
-from vgtsim.positioning.shape import solve_shapes
+from vgtsim.positioning.shape import F, cubic, fit, solve_shapes
 from vgtsim.positioning.strokes import make_box
 
 pytestmark = pytest.mark.long

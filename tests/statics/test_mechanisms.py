@@ -12,14 +12,12 @@ from vgtsim.description.catalogue import load_catalogue
 from vgtsim.description.scene import LoadCase, Payload
 from vgtsim.errors import NearSingularWarning, TrussError
 from vgtsim.statics import solve_members
-from vgtsim.statics.banded_solve import is_sound, softest
 from vgtsim.statics.capacity import find_allowance
 from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.modes import find_modes
-from vgtsim.statics.settling import settle
 from vgtsim.statics.sizing import Demand, size_arm
-from vgtsim.statics.stiffness import band_matrix, deflect, pattern_of, tip_compliance
-from vgtsim.statics.stiffness_matrix import unfold
+from vgtsim.statics.stiffness import band_matrix, deflect, pattern_of, settle, tip_compliance
+from vgtsim.statics.stiffness_matrix import is_sound, softest, unfold
 
 PAYLOAD = Payload(mass=453.6, radius=0.15)
 LOST = "m3/longeron/2"

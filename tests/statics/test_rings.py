@@ -20,8 +20,7 @@ from vgtsim.statics.elasticity import make_elastic_model
 from vgtsim.statics.loads import block_loads, hub_loads, member_loads
 from vgtsim.statics.modes import geometric_stiffness
 from vgtsim.statics.rating import make_sections
-from vgtsim.statics.settling import _residual, settle
-from vgtsim.statics.stiffness import band_matrix, deflect, scatter
+from vgtsim.statics.stiffness import _residual, band_matrix, deflect, scatter, settle
 from vgtsim.statics.stiffness_matrix import unfold
 from vgtsim.statics.utilisation import find_use
 

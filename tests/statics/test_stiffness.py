@@ -13,8 +13,7 @@ from vgtsim.errors import TrussError
 from vgtsim.mjcf import reach_pose
 from vgtsim.statics import solve_members
 from vgtsim.statics.elasticity import TRAPPED, make_elastic_model
-from vgtsim.statics.settling import settle
-from vgtsim.statics.stiffness import deflect, node_loads, tip_compliance, tool_point
+from vgtsim.statics.stiffness import deflect, node_loads, settle, tip_compliance, tool_point
 
 ROUNDING = 1e-9  # of the largest: the stiffness matrix has a condition number of 1e6
 FINITE_ELEMENTS = 2e-3  # of the largest: that program's tip is bars 1e4 times as stiff as the members, not rigid

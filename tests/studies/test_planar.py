@@ -7,7 +7,7 @@ import pytest
 
 from studies.jacobian_analysis import analyse, bases_by_qr, bases_by_svd
 from studies.planar import PlanarArm
-from vgtsim.positioning.kkt import condition_numbers
+from vgtsim.positioning.newton import condition_numbers
 
 PRINTED = 0.5e-4  # half the fourth decimal
 COARSE = 0.5e-2  # half the second decimal

@@ -12,7 +12,7 @@ from studies.swept_surface import (
     regular_partition,
     sweep,
 )
-from vgtsim.positioning.fitting import arc_length, cubic
+from vgtsim.positioning.shape import arc_length, cubic
 
 ROUNDING = 1e-12
 ARC = 1e-9  # relative, of an 8-point rule on 64 pieces of a smooth curve

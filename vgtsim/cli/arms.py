@@ -49,7 +49,7 @@ def workspace(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")] = 0,
 ) -> None:
     """Sample the workspace of an arm: volume, tilt range, dexterity and singular regions, as drawings and figures."""
-    from vgtsim.kinematics.stroke_boxes import check_strokes
+    from vgtsim.kinematics.modules.stroke_boxes import check_strokes
     from vgtsim.kinematics.workspace import NEAR_SINGULAR, sample_workspace
     from vgtsim.output import prepare_folder
     from vgtsim.output.arm_drawing import write_drawing

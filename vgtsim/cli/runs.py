@@ -153,7 +153,7 @@ def _programme(tour: Tour) -> _Programme:
 def build(description: SceneOrArm, out: OutFolder = None) -> None:
     """Write the MuJoCo model of a scene, or of an arm alone, as XML and MJB."""
     from vgtsim.description import find_file, is_scene
-    from vgtsim.kinematics.stroke_boxes import check_strokes
+    from vgtsim.kinematics.modules.stroke_boxes import check_strokes
     from vgtsim.mjcf import write_arm_files, write_scene_files
     from vgtsim.output import prepare_folder
     from vgtsim.planning import check_site, solve_first_goal

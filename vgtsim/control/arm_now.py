@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
 from vgtsim.kinematics import Chain, State
-
-Array = NDArray[np.float64]
+from vgtsim.positioning.elimination import apply_row, factorise, find_greatest, multiply_across, solve_by_factors
 
 _DAMPED = 1e-6  # of the sum of squared singular values: a thousandth of the greatest is still followed
 
@@ -61,32 +60,12 @@ class ArmNow:
 @compiled
 def _ask_most(jacobian: Array, twist: Array) -> float:
     """Greatest of J'(J J' + d I)^-1 t, for J of shape (6, J) and t of shape (6,): nearly lost directions are damped by d."""
-    rows, count = jacobian.shape
-    lower, left = np.empty((rows, rows)), twist.copy()
-    damped = 0.0
-    for i in range(rows):
-        for k in range(i + 1):
-            lower[i, k] = 0.0
-            for j in range(count):
-                lower[i, k] += jacobian[i, j] * jacobian[k, j]
-        damped += _DAMPED * lower[i, i]
-    for i in range(rows):  # Cholesky's factor, and the solution with it forward
-        lower[i, i] += damped
-        for k in range(i + 1):
-            for m in range(k):
-                lower[i, k] -= lower[i, m] * lower[k, m]
-            lower[i, k] = np.sqrt(lower[i, i]) if k == i else lower[i, k] / lower[k, k]
-        for k in range(i):
-            left[i] -= lower[i, k] * left[k]
-        left[i] /= lower[i, i]
-    for i in range(rows - 1, -1, -1):
-        for k in range(i + 1, rows):
-            left[i] -= lower[k, i] * left[k]
-        left[i] /= lower[i, i]
-    most = 0.0
-    for j in range(count):
-        rate = 0.0
-        for i in range(rows):
-            rate += jacobian[i, j] * left[i]
-        most = max(most, abs(rate))
-    return most
+    square, left, rates = np.empty((6, 6)), twist.copy(), np.empty(jacobian.shape[1])
+    multiply_across(jacobian, jacobian, square)
+    damped = _DAMPED * np.trace(square)
+    for i in range(6):
+        square[i, i] += damped
+    factorise(square)
+    solve_by_factors(square, left)
+    apply_row(left, jacobian, rates)
+    return find_greatest(rates)

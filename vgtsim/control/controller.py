@@ -3,31 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.commands import read_inputs, read_row
 from vgtsim.control.arm_now import ArmNow
 from vgtsim.control.feedback import Feedback
 from vgtsim.control.limits import ACCELERATION, RATE, CylinderLimits
 from vgtsim.control.mobility import Mobility, find_mobility
-from vgtsim.control.nearness import GapWatch
 from vgtsim.control.postures import find_posture, read_pose
 from vgtsim.control.preference import Preference
 from vgtsim.control.rates import Rates, solve_rates
-from vgtsim.control.report import ControlReport
-from vgtsim.control.strength import UseWatch
 from vgtsim.control.targets import Filter, LengthTarget, ToolTarget
+from vgtsim.control.watches import GapWatch, UseWatch
 from vgtsim.description import Operator
 from vgtsim.errors import CommandError, StoppedError
 from vgtsim.kinematics import State
 from vgtsim.site import Site
 from vgtsim.touches import Parts
-
-Array = NDArray[np.float64]
 
 _WHOLE = 0.98  # part of a wish from which nothing held it
 _REST = Operator()
@@ -235,7 +232,7 @@ class Controller:
         self._rates, self._arm = found.rates, ArmNow(self.site.chain, after)
         return before
 
-    def _name(self, found: Rates, kinds: NDArray[np.intp]) -> tuple[str, ...]:
+    def _name(self, found: Rates, kinds: Index) -> tuple[str, ...]:
         """Limits that hold the arm back, where some do."""
         if found.part >= _WHOLE:
             return ()
@@ -318,3 +315,33 @@ class Controller:
             found = f"{self._limits.names[worst]} at {lengths[worst]:.4f} m"
             raise CommandError(what, found, f"{box.least[worst]:.4f} to {box.greatest[worst]:.4f} m")
         return lengths
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlReport:
+    """What a person at the controls wants to know. Vectors are in frame G.
+
+    Attributes:
+        target_position, target_direction: Where the tool is meant to be, shape (3,), m, and its direction.
+        tool_position, tool_direction: The tool by the measured lengths.
+        lengths, rates: Wanted lengths of the cylinders and their rates, shape (J,), m and m/s.
+        part: Part of the wish that the last step did, 0 to 1.
+        held_by: What kept it from more: limits by name, or a contact.
+        condition: Condition number of the task; a radian counts as a metre.
+        clearance: Least gap of the arm, m, and `nearest` the two bodies; infinite where nothing is within half a metre.
+        utilisation: Greatest use of a member or drive at rest, a tenth added for motion, over its limit; `member` has it.
+    """
+
+    target_position: Array
+    target_direction: Array
+    tool_position: Array
+    tool_direction: Array
+    lengths: Array
+    rates: Array
+    part: float
+    held_by: tuple[str, ...]
+    condition: float
+    clearance: float
+    nearest: str
+    utilisation: float
+    member: str

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
 from vgtsim.kinematics import Chain, State
-
-Array = NDArray[np.float64]
 
 _SAME = 1e-9  # m: lengths that are as commanded
 _GAIN = 0.2  # 1/s, below twice the damping ratio of a slow elastic arm times its frequency, above which the trim would shake it

@@ -6,14 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.planning import make_limits
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 RATE, ACCELERATION, STROKE = range(3)
 _BRAKE = 0.5  # part of a cylinder's acceleration that it brakes with before the end of its stroke: its bound may fall meanwhile

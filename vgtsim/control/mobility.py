@@ -8,10 +8,9 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.positioning import CONDITION_LIMIT, name_direction
-
-Array = NDArray[np.float64]
 
 _AXES = ("x", "y", "z", "turn about x", "turn about y", "turn about z")
 _CLEAR = 1e3  # condition number up to which squares of singular values are good to ten digits

@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.commands import read_row
 from vgtsim.constants import Method
 from vgtsim.errors import CommandError
 from vgtsim.planning import Resolution, goal_keep, resolve_goal
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _UNIT = 1e-3  # of a direction: a shorter one is none
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.control.arm_now import ArmNow
 from vgtsim.planning import make_objective
 from vgtsim.positioning import Configurations, Objective, tool_goal
 from vgtsim.site import Site
-
-Array = NDArray[np.float64]
 
 _GAIN = 0.2  # 1/s, with which mid-stroke would be approached
 _MOST = 0.25  # part of the rates that the null space may use

@@ -16,11 +16,9 @@ from dataclasses import dataclass
 
 import daqp
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import by_rows, compiled
-
-Array = NDArray[np.float64]
 
 _TASK = 1e7  # W in units of the task's speed: a rate in full costs 1
 _PART = 1e-3  # w over W |v|²: above what rates cost in poor directions, and far below leaving the task's direction

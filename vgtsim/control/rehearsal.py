@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.control.controller import Controller
 from vgtsim.description import OperatorCommand, digest_commands
 from vgtsim.errors import CommandError, DescriptionError, VgtError
 from vgtsim.planning import check_site
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource, cut
-
-Array = NDArray[np.float64]
 
 _AT_ONCE = 1e-6  # of a step: a command of that instant counts
 
@@ -85,17 +82,16 @@ def apply(controller: Controller, command: OperatorCommand) -> None:
     controller.command(**target, method=command.method, objective=command.objective)
 
 
-def rehearse(site: Site, log: LogSource, commands: Sequence[OperatorCommand] | None = None) -> Rehearsal:
-    """Run the controller over the measured lengths of a log with commands, by default those of the site's scene.
+def rehearse(site: Site, log: LogSource) -> Rehearsal:
+    """Run the controller over the measured lengths of a log with the commands of the site's scene.
 
     The log must have a record of every step. Where it is that of another run the commands differ from it.
 
     Raises:
         VgtError: A command is refused.
     """
-    record = site.scene.commands if commands is None else tuple(commands)
     controller, step = Controller(site, site.timestep), site.timestep
-    waiting: list[OperatorCommand] = list(record)[::-1]
+    waiting = list(site.scene.commands)[::-1]
     found: list[Array] = []
     ended = False
     for stretch in cut(log):
@@ -112,4 +108,4 @@ def rehearse(site: Site, log: LogSource, commands: Sequence[OperatorCommand] | N
             pairs = [(now, str(a), str(b), 0.0) for a, b in part.contact_pair[touched]]
             seen = _Seen(commanded=found[-1], lengths=part.actual[k], contacts=tuple(pairs))
             found.append(found[-1] if ended else controller.step(seen))
-    return Rehearsal((RehearsedLeg(lengths=np.array(found)),), step, digest_commands(record))
+    return Rehearsal((RehearsedLeg(lengths=np.array(found)),), step, digest_commands(site.scene.commands))

@@ -1,7 +1,8 @@
 """Targets that move smoothly, whatever a hand does: bounded accelerations, then two first-order filters.
 
 A target's velocity is that of the last filter. The controller moves the target, as far as the arm could follow. So a target
-never runs away from an arm that a limit holds, and a new command acts at once.
+never runs away from an arm that a limit holds, and a new command acts at once. Turns of unit directions, which a controller
+needs in every cycle, are compiled.
 """
 
 from __future__ import annotations
@@ -11,13 +12,12 @@ from dataclasses import dataclass
 from math import expm1, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
 from vgtsim.control.arm_now import ArmNow
-from vgtsim.control.turns import find_turn, split_twist, turn
+from vgtsim.kinematics import cross_into, find_across
 
-Array = NDArray[np.float64]
 Measure = Callable[[Array], float]  # from a change of velocity to the time that it takes at full acceleration, s
 
 _BRAKE = 0.5  # part of the acceleration that a target brakes with: the filters lag behind
@@ -26,6 +26,7 @@ _RETURN = 4.0  # 1/s, with which the drift of the arm from its target is taken b
 _NOWHERE = 1e-5  # s: a way that takes less at full speed is none
 _STILL = 2e-5  # m/s or rad/s: what is left of a velocity is dropped, an acceleration of a ten thousandth of gravity
 _ROLLS = 1e-5  # rad/s
+_NOWHERE = 1e-12  # rad: a smaller turn is none
 
 
 @dataclass
@@ -190,3 +191,48 @@ class LengthTarget:
 def _size(vector: Array) -> float:
     """Norm of a short vector, quicker than NumPy's."""
     return sqrt(float(vector @ vector))
+
+
+@compiled
+def _length(a: Array) -> float:
+    return np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+@compiled
+def find_turn(first: Array, second: Array) -> Array:
+    """Turn from one unit direction to another about the axis across both, a vector of shape (3,), rad."""
+    axis = np.empty(3)
+    cross_into(first, second, axis)
+    size = _length(axis)
+    angle = np.arctan2(size, first[0] * second[0] + first[1] * second[1] + first[2] * second[2])
+    if size < _NOWHERE:
+        if angle < 1:
+            return axis
+        find_across(first, axis)  # half a turn: about any axis across
+        size = 1.0
+    return axis * (angle / size)
+
+
+@compiled
+def turn(direction: Array, by: Array) -> Array:
+    """A unit direction turned by a vector, shape (3,), rad."""
+    angle = _length(by)
+    if angle < _NOWHERE:
+        return direction.copy()
+    axis, across = by / angle, np.empty(3)
+    cross_into(axis, direction, across)
+    along = axis[0] * direction[0] + axis[1] * direction[1] + axis[2] * direction[2]
+    moved = np.cos(angle) * direction + np.sin(angle) * across + (1 - np.cos(angle)) * along * axis
+    return moved / _length(moved)
+
+
+@compiled
+def split_twist(direction: Array) -> Array:
+    """Rows of a twist, shape (6, 6): velocity, two turns across a direction, the turn about it."""
+    rows = np.zeros((6, 6))
+    for k in range(3):
+        rows[k, k] = 1.0
+        rows[5, 3 + k] = direction[k]
+    find_across(direction, rows[3, 3:])
+    cross_into(direction, rows[3, 3:], rows[4, 3:])
+    return rows

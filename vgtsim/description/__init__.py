@@ -4,7 +4,6 @@ from vgtsim.constants import Method
 from vgtsim.description.catalogue import INCH, Catalogue, CylinderSize, TubeSize, load_catalogue, write_sized_arm
 from vgtsim.description.changes import Steps, change_entries, locate
 from vgtsim.description.conveyance import Conveyance
-from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.faults import list_faults, tell_file
 from vgtsim.description.files import (
     digest_scene,
@@ -17,7 +16,7 @@ from vgtsim.description.files import (
     load_tool_path,
     parse_scene,
 )
-from vgtsim.description.judging import CameraName, Cut, Limits, Video
+from vgtsim.description.judging import CameraName, Cut, Limits
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.mission import (
     AddStep,
@@ -40,7 +39,7 @@ from vgtsim.description.modules import (
     SectionModule,
     Tetrahedral,
 )
-from vgtsim.description.motion import Bend, Goal, GoalPlace, StartPosture
+from vgtsim.description.motion import OBJECTIVES, Bend, Goal, GoalPlace, StartPosture, choose_coupling, split_objective
 from vgtsim.description.operator import (
     MOST_COMMANDS,
     TARGETS,
@@ -52,26 +51,24 @@ from vgtsim.description.operator import (
 )
 from vgtsim.description.original import find_original
 from vgtsim.description.phases import begins_anew, cut_arm, list_phases, pick_phase
-from vgtsim.description.redundancy import OBJECTIVES, choose_coupling, split_objective
 from vgtsim.description.scene import (
     AllowedContact,
     Feed,
     LoadCase,
-    Mast,
     Payload,
-    Phase,
     Scene,
     SceneFile,
     Simulation,
     Slew,
 )
 from vgtsim.description.schema import Description, closest
-from vgtsim.description.sections import Block, Cylinder, Material, Tube
+from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
-from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study, Work
-from vgtsim.description.tank import Box, Clamp, Equipment, Guide, MeshThing, Riser, Shell, Tank, Thing
+from vgtsim.description.study import Axis, RepeatedCapacity, RepeatedRun, RepeatedWorkspace, Span, Study
+from vgtsim.description.tank import Box, Clamp, Equipment, MeshThing, Riser, Shell, Tank, Thing
 from vgtsim.description.toml_file import read_text
 from vgtsim.description.tool_path import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
+from vgtsim.description.waste import CuttingTool, Patch
 
 __all__ = [
     "INCH",
@@ -84,7 +81,6 @@ __all__ = [
     "ArcPiece",
     "Axis",
     "Bend",
-    "Block",
     "Box",
     "CameraName",
     "Catalogue",
@@ -103,14 +99,12 @@ __all__ = [
     "GeneralDoubleOctahedral",
     "Goal",
     "GoalPlace",
-    "Guide",
     "HoldStep",
     "InsertStep",
     "Limits",
     "LinePiece",
     "LoadCase",
     "Manipulator",
-    "Mast",
     "Material",
     "MeshThing",
     "Method",
@@ -122,7 +116,6 @@ __all__ = [
     "OperatorCommand",
     "Patch",
     "Payload",
-    "Phase",
     "Prism",
     "RasterPiece",
     "RasterStep",
@@ -147,9 +140,7 @@ __all__ = [
     "ToolPath",
     "Tube",
     "TubeSize",
-    "Video",
     "WithdrawStep",
-    "Work",
     "begins_anew",
     "begins_inside",
     "change_entries",

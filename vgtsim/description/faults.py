@@ -17,9 +17,8 @@ from vgtsim.description.files import (
     read_tables,
     take_provenance,
 )
-from vgtsim.description.kinds import ROOTS, USES, tell_kind
 from vgtsim.description.schema import UNKNOWN_KEY, Description
-from vgtsim.description.shipped import Kind, find_file
+from vgtsim.description.shipped import ROOTS, USES, Kind, find_file, tell_kind
 from vgtsim.description.toml_file import read_toml
 from vgtsim.errors import DescriptionError
 

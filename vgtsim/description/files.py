@@ -11,13 +11,12 @@ from pydantic import ValidationError
 
 from vgtsim.description.complaints import shorten, translate
 from vgtsim.description.figures import warn_of_unusual
-from vgtsim.description.kinds import ROOTS, USES, articled, tell_kind
 from vgtsim.description.manipulator import Manipulator
 from vgtsim.description.mesh_file import list_meshes, split_meshes
 from vgtsim.description.operator import OperatorCommand, load_commands
 from vgtsim.description.scene import Scene, SceneFile
 from vgtsim.description.schema import Description, Provenance
-from vgtsim.description.shipped import Kind, find_file
+from vgtsim.description.shipped import ROOTS, USES, Kind, articled, find_file, tell_kind
 from vgtsim.description.study import Study, StudyFile
 from vgtsim.description.tank import Tank
 from vgtsim.description.toml_file import read_text, read_toml

@@ -19,7 +19,6 @@ class InsertStep(Description):
     """The arm comes from above the riser to its working depth, on a way that the program finds.
 
     Attributes:
-        do: Always `insert`.
         modules: Active modules of a shorter arm, counted from the tool; absent for the whole arm.
         pivot_depth: Depth of the arm's base face below the crown at which it works until it is withdrawn; absent, the mast's.
     """
@@ -36,7 +35,6 @@ class AddStep(Description):
     down to its working depth. The arm leaves the tank as it came, module by module.
 
     Attributes:
-        do: Always `add_module`.
         time: How long the part below stands in the clamp while the module is set on, or taken off.
     """
 
@@ -48,7 +46,6 @@ class MoveStep(Description):
     """The tool goes to a goal of the scene, by its name.
 
     Attributes:
-        do: Always `move`.
         goal: Name of a goal in `motion.goals`.
         turn: Of the mast at the goal; absent, it stays as it is. The arm keeps its shape while the mast turns, before or after
             the way. A withdrawal turns the mast back.
@@ -63,7 +60,6 @@ class RasterStep(Description):
     """The tool runs rows to and fro over a parallelogram that begins at the tool, as a raster of a tool path.
 
     Attributes:
-        do: Always `raster`.
         width: Along a row.
         depth: Across all rows.
         rows: Number of rows.
@@ -85,7 +81,6 @@ class CutStep(Description):
     The rows are level: the tool cuts no deeper than its reach, so the layer's bottom is level too.
 
     Attributes:
-        do: Always `cut`.
         patch: Name of one of the `patches`.
         depth: Of the layer, below the highest place of the patch as it is then.
         rows: Number of rows.
@@ -116,7 +111,6 @@ class FollowStep(Description):
     """The tool goes to the beginning of a path, and along it.
 
     Attributes:
-        do: Always `follow`.
         path: A tool path: its file, relative to the scene's, or a shipped one by name; or the path itself as a table.
     """
 
@@ -128,7 +122,6 @@ class HoldStep(Description):
     """The arm stands still for a `time`.
 
     Attributes:
-        do: Always `hold`.
         time: How long.
     """
 
@@ -137,11 +130,7 @@ class HoldStep(Description):
 
 
 class WithdrawStep(Description):
-    """The arm goes back to where it was inserted, and out through the riser.
-
-    Attributes:
-        do: Always `withdraw`.
-    """
+    """The arm goes back to where it was inserted, and out through the riser."""
 
     do: Literal["withdraw"]
 

@@ -1,11 +1,12 @@
-"""The task of an arm: where it starts, the goals of its tool, and how it is driven to them."""
+"""The task of an arm: where it starts, the goals of its tool, how it is driven to them, and how it uses its redundancy."""
 
 from __future__ import annotations
 
-from math import hypot
+from collections.abc import Sequence
+from math import hypot, inf
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from vgtsim.constants import Method
 from vgtsim.description.figures import (
@@ -17,12 +18,35 @@ from vgtsim.description.figures import (
     Speed,
     Wait,
 )
-from vgtsim.description.redundancy import ObjectiveName
-from vgtsim.description.schema import Description, Name, require_distinct
+from vgtsim.description.modules import Module
+from vgtsim.description.schema import Description, Name, closest, require_distinct
 
 Vector = tuple[Length, Length, Length]
-Direction = tuple[Number, Number, Number]
 BENDS, POSTURE, WORD = "list of bends", "table of a posture", "word for a posture"  # the forms of `motion.start`
+OBJECTIVES = (
+    "actuator_force",
+    "clearance",
+    "condition_number",
+    "in_plane",
+    "length_variation",
+    "mid_stroke",
+    "stroke_barrier",
+    "utilisation",
+)
+TOOL_ROWS = 5  # of a tool goal: three of the position, two of the direction
+
+Pairs = tuple[tuple[str, str], ...]
+
+
+def _unit(value: tuple[float, float, float]) -> tuple[float, float, float]:
+    length = hypot(*value)
+    if length < 1e-9:  # rounding of a figure such as "0 m", not a short vector
+        raise ValueError("a direction that is not zero")
+    x, y, z = value
+    return (x / length, y / length, z / length)
+
+
+Direction = Annotated[tuple[Number, Number, Number], AfterValidator(_unit)]
 
 
 class GoalPlace(Description):
@@ -67,11 +91,6 @@ class Goal(Description):
     direction: Direction = (0.0, 0.0, -1.0)
     at: GoalPlace | None = None
 
-    @field_validator("direction")
-    @classmethod
-    def _unit(cls, value: Direction) -> Direction:
-        return _unit(value)
-
     @model_validator(mode="after")
     def _one_form(self) -> Goal:
         if self.at is None and not {"position", "direction"} <= self.model_fields_set:
@@ -79,14 +98,6 @@ class Goal(Description):
         if self.at is not None and "position" in self.model_fields_set:
             raise ValueError("position or at, not both")
         return self
-
-
-def _unit(value: Direction) -> Direction:
-    length = hypot(*value)
-    if length < 1e-9:
-        raise ValueError("a direction that is not zero")
-    x, y, z = value
-    return (x / length, y / length, z / length)
 
 
 class Bend(Description):
@@ -119,11 +130,6 @@ class StartPosture(Description):
     inputs: tuple[float, ...] | None = Field(default=None, max_length=1000)
     position: Vector | None = None
     direction: Direction | None = None
-
-    @field_validator("direction")
-    @classmethod
-    def _unit(cls, value: Direction | None) -> Direction | None:
-        return value and _unit(value)
 
     @model_validator(mode="after")
     def _one_form(self) -> StartPosture:
@@ -206,3 +212,67 @@ class Motion(Description):
         if self.coupling is not None and self.method not in (Method.COUPLED, Method.ANCHORED):
             raise ValueError(f'coupling with method = "coupled" or "anchored" only, not {self.method.value!r}')
         return self
+
+
+def split_objective(text: str) -> tuple[str, float]:
+    """Split an objective written `NAME` or `NAME:WEIGHT` into name and weight; the weight is 1 if none is written.
+
+    Raises:
+        ValueError: The name is not known, or the weight is no number above zero. The message says what is allowed.
+    """
+    name, colon, number = text.partition(":")
+    if name not in OBJECTIVES:
+        raise ValueError(f"NAME or NAME:WEIGHT of an objective{closest(name, OBJECTIVES)}")
+    try:
+        weight = float(number) if colon else 1.0
+    except ValueError:
+        weight = -1.0
+    if not 0 < weight < inf:
+        raise ValueError(f"{name} with a weight that is a number above zero")
+    return name, weight
+
+
+def _known(text: str) -> str:
+    split_objective(text)
+    return text
+
+
+ObjectiveName = Annotated[str, AfterValidator(_known)]
+
+
+def choose_coupling(pairs: Pairs | None, modules: Sequence[Module]) -> tuple[tuple[int, int], ...]:
+    """Choose the active modules that follow others: indices (follower, leader) from pairs of such names.
+
+    No pairs stand for those of section 8.1: the two modules nearest the mast and the two nearest the tool, as far as
+    these differ.
+
+    Raises:
+        ValueError: The arm cannot be coupled so, or too few inputs are left for a tool goal. The message says what is
+            allowed.
+    """
+    names, freedom = tuple(module.name for module in modules), [module.freedom for module in modules]
+    if pairs is None:
+        ends = ((0, 1), (len(names) - 1, len(names) - 2))[: min(len(names) // 2, 2)]
+        chosen = tuple(pair for pair in ends if modules[pair[0]].kind == modules[pair[1]].kind)
+    else:
+        chosen = tuple((_index(follower, names), _index(leader, names)) for follower, leader in pairs)
+    if not chosen:
+        raise ValueError(f"at least one pair [follower, leader] of the active modules: {', '.join(names)}")
+    followers, leaders = [pair[0] for pair in chosen], {pair[1] for pair in chosen}
+    if len(set(followers)) < len(followers) or leaders & set(followers):
+        raise ValueError("pairs [follower, leader] in which no module follows twice, or leads and follows")
+    for follower, leader in chosen:
+        if modules[follower].kind != modules[leader].kind:
+            kinds = f"{names[follower]} is {modules[follower].kind}, {names[leader]} {modules[leader].kind}"
+            raise ValueError(f"pairs of modules of one kind; {kinds}")
+    left = sum(freedom) - sum(freedom[follower] for follower in followers)
+    if left < TOOL_ROWS:
+        most = max(0, len(names) - -(-TOOL_ROWS // max(freedom)))
+        raise ValueError(f"at most {most} pairs: a tool goal has {TOOL_ROWS} rows, and {left} inputs would be left")
+    return chosen
+
+
+def _index(name: str, modules: tuple[str, ...]) -> int:
+    if name not in modules:
+        raise ValueError(f"pairs [follower, leader] of active modules; {name!r} is none{closest(name, modules)}")
+    return modules.index(name)

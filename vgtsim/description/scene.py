@@ -11,7 +11,6 @@ from pydantic import Field, field_validator, model_validator
 
 from vgtsim.constants import GRAVITY, STEEL
 from vgtsim.description.conveyance import Conveyance
-from vgtsim.description.cutting import CuttingTool, Patch
 from vgtsim.description.figures import (
     Acceleration,
     Angle,
@@ -41,12 +40,12 @@ from vgtsim.description.mission import (
     find_disorder,
     find_stray_turn,
 )
-from vgtsim.description.motion import Motion
+from vgtsim.description.motion import Motion, choose_coupling
 from vgtsim.description.operator import Operator, OperatorCommand
-from vgtsim.description.redundancy import choose_coupling
 from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
 from vgtsim.description.sections import Pipe
 from vgtsim.description.tank import Tank
+from vgtsim.description.waste import CuttingTool, Patch
 from vgtsim.errors import DescriptionError
 
 

@@ -1,13 +1,18 @@
-"""The shipped arms, tanks, scenes, paths and studies: found by name, in a checkout and in an installed package alike."""
+"""The kinds of file that a user writes, and the shipped ones: found by name, in a checkout and in an installed package alike."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from vgtsim.description.kinds import USES, articled
-from vgtsim.description.schema import closest
+from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.scene import SceneFile
+from vgtsim.description.schema import Description, closest
+from vgtsim.description.study import StudyFile
+from vgtsim.description.tank import Tank
+from vgtsim.description.tool_path import ToolPath
 from vgtsim.errors import DescriptionError
 
 Kind = Literal["arm", "model", "tank", "scene", "path", "study"]  # a model is the MJCF of an arm and its floor
@@ -24,6 +29,21 @@ _PATTERNS: dict[Kind, str] = {
     "path": "scenes/paths/*.toml",
     "study": "scenes/studies/*.toml",
 }
+ROOTS: dict[str, type[Description]] = {
+    "arm": Manipulator,
+    "tank": Tank,
+    "scene": SceneFile,
+    "path": ToolPath,
+    "study": StudyFile,
+}
+USES = {
+    "arm": "for an arm: `vgtsim show`, `check`, `build`, `workspace`, `capacity`, `size`; a scene names it as `manipulator`",
+    "tank": "for a tank: `vgtsim show` and `check`; a scene names it as `tank`",
+    "scene": "for a scene: `vgtsim run`, `check`, `show`, `build`, `ik`, `track`",
+    "path": "for a path: `vgtsim track SCENE --path PATH`",
+    "study": "for a study: `vgtsim study`",
+}
+_COMMON = {"name", "title"}  # keys that every kind has
 
 
 def list_shipped(kind: Kind) -> dict[str, Path]:
@@ -57,3 +77,18 @@ def find_file(name: str | Path, *kinds: Kind, beside: Path | None = None) -> Pat
         allowed = f"the path of a file, or the name of a shipped {what}{closest(str(name), known)}"
         raise DescriptionError(None, what, repr(str(name)), allowed)
     return known[str(name)]
+
+
+def tell_kind(data: Iterable[Any]) -> str | None:
+    """Kind of a file by the keys of its tables; nothing where no kind has most of them."""
+    keys = set(data) - _COMMON
+    counts = {kind: len(keys & set(root.model_fields)) for kind, root in ROOTS.items()}
+    if "base" in keys:  # of those that may have one
+        return "tank" if counts["tank"] > counts["scene"] else "scene"
+    first, second = sorted(counts, key=lambda kind: -counts[kind])[:2]
+    return first if counts[first] > counts[second] and 2 * counts[first] > len(keys) else None
+
+
+def articled(kind: str) -> str:
+    """A kind with its article."""
+    return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"

@@ -18,11 +18,7 @@ from vgtsim.description.schema import Description, Name
 
 
 class Repeated(Description):
-    """The work of every case: plan the tour; or meet the first goal of the tour, from the start (`ik`).
-
-    Attributes:
-        verb: What is done in every case.
-    """
+    """The work of every case: plan the tour; or meet the first goal of the tour, from the start (`ik`)."""
 
     verb: Literal["plan", "ik"]
 
@@ -31,7 +27,6 @@ class RepeatedRun(Description):
     """Plan, run and verify the scene.
 
     Attributes:
-        verb: What is done in every case.
         folders: Whether each run also leaves its folder; on a cluster all workers must see its disk.
     """
 
@@ -43,7 +38,6 @@ class RepeatedWorkspace(Description):
     """Sample the workspace of the scene's arm.
 
     Attributes:
-        verb: What is done in every case.
         samples: Number of poses.
         seed: Of the sample.
     """
@@ -57,7 +51,6 @@ class RepeatedCapacity(Description):
     """Map the allowable payload of the scene's arm.
 
     Attributes:
-        verb: What is done in every case.
         shapes: Number of poses that are drawn.
         seed: Of the draw.
         resolve: Whether the governing member is unloaded in every cell of the map.

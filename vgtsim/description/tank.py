@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 from math import atan2, cos, pi, sin, tau
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
@@ -18,8 +18,6 @@ from vgtsim.description.waste import Waste
 from vgtsim.units import to_si
 
 _ROUNDED = 0.05  # m: of the corners of a profile table, less than a weld and a plate's edge take
-_COUNT = Field(default=None, ge=2, le=200)
-_FIRST = Field(default=1, ge=0, le=10_000)
 Corner = tuple[Length, Length, Length]
 Part = Annotated[tuple[Corner, ...], Field(min_length=4, max_length=1000)]
 
@@ -122,35 +120,52 @@ class Riser(Description):
         return (self.radius * cos(self.azimuth), self.radius * sin(self.azimuth)) if self.radius else (0.0, 0.0)
 
 
-class Equipment(Description):
-    """A cylinder in the tank, from the height `bottom` to `top`: upright, or a pipe that leans.
+class Placed(Description):
+    """A thing in the tank, whose axis, middle or origin is at `radius` from the tank axis, at `azimuth` from +x about +z.
 
-    Its axis stands at `radius` from the tank axis, at `azimuth` from +x about +z. With a `count` it is a ring of that many, at
-    equal angles, the first at `azimuth`; their names end in numbers from `first` on, such as `alc_1`.
+    With a `count` it is a ring of that many, at equal angles, the first at `azimuth`; their names end in numbers from `first`
+    on, such as `alc_1`.
+
+    Attributes:
+        appears: Time of the run at which it comes in; nothing is planned for it before. Absent, it is there from the beginning.
+    """
+
+    name: Name
+    radius: Gap
+    azimuth: Angle
+    appears: Wait | None = None
+    count: int | None = Field(default=None, ge=2, le=200)
+    first: int = Field(default=1, ge=0, le=10_000)
+
+    @property
+    def ring(self) -> tuple[Self, ...]:
+        """Each of a ring, alone: azimuths and headings turn with it."""
+        if self.count is None:
+            return (self,)
+        found = []
+        for i in range(self.count):
+            turn = i * tau / self.count
+            changes = {"name": f"{self.name}_{self.first + i}", "count": None, "first": 1}
+            turned = {key: getattr(self, key, None) for key in ("azimuth", "top_azimuth", "heading")}
+            changes |= {key: (angle + turn) % tau for key, angle in turned.items() if angle is not None}
+            found.append(self.model_copy(update=changes))
+        return tuple(found)
+
+
+class Equipment(Placed):
+    """A cylinder in the tank, from the height `bottom` to `top`: upright, or a pipe that leans.
 
     Attributes:
         bottom: Absent when it stands on the floor.
         top: Absent when it hangs from the dome.
         top_radius: Of the upper end of an axis that leans, with `top_azimuth`; absent, those of the lower end.
-        appears: Time of the run at which it comes in; nothing is planned for it before. Absent, it is there from the beginning.
     """
 
-    name: Name
     diameter: Size
-    radius: Gap
-    azimuth: Angle
     bottom: Gap | None = None
     top: Length | None = None
     top_radius: Gap | None = None
     top_azimuth: Angle | None = None
-    appears: Wait | None = None
-    count: int | None = _COUNT
-    first: int = _FIRST
-
-    @property
-    def ring(self) -> tuple[Equipment, ...]:
-        """Each of its cylinders, alone."""
-        return _take_apart(self)
 
     @property
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -159,66 +174,39 @@ class Equipment(Description):
         return (self.radius, self.azimuth), (radius, self.azimuth if self.top_azimuth is None else self.top_azimuth)
 
 
-class Box(Description):
+class Box(Placed):
     """An upright box in the tank, from the height `bottom` to `top`.
 
-    Its middle is at `radius` from the tank axis, at `azimuth` from +x about +z. A `count` makes a ring of it, as of
-    equipment.
-
     Attributes:
-        first: Number of the first of a ring.
         length: Along its heading; `width` is across.
         heading: Of its length from +x about +z; absent, away from the tank axis.
         bottom: Absent when it stands on the floor.
         top: Absent when it hangs from the dome.
-        appears: As that of equipment.
     """
 
-    name: Name
     length: Size
     width: Size
-    radius: Gap
-    azimuth: Angle
     heading: Angle | None = None
     bottom: Gap | None = None
     top: Length | None = None
-    appears: Wait | None = None
-    count: int | None = _COUNT
-    first: int = _FIRST
-
-    @property
-    def ring(self) -> tuple[Box, ...]:
-        """Each of its boxes, alone."""
-        return _take_apart(self)
 
 
-class MeshThing(Description):
-    """A thing of any shape in the tank, from a mesh in a file; it is felt as convex parts.
-
-    The mesh's own origin is at `radius` from the tank axis, at `azimuth` from +x about +z, and its z axis is upright. A `count`
-    makes a ring of it, as of equipment.
+class MeshThing(Placed):
+    """A thing of any shape in the tank, from a mesh in a file whose z axis is upright; it is felt as convex parts.
 
     Attributes:
-        first: Number of the first of a ring.
         file: An STL file, or another that trimesh reads; its path is relative to the tank's file.
         unit: Size of the file's unit, such as "1 mm".
         heading: Of the mesh's x axis from +x about +z; absent, away from the tank axis.
         height: Of the mesh's origin; absent, its lowest point stands on the floor.
         parts: Corners of its convex parts about its origin; the file gives them, or they take its place.
-        appears: As that of equipment.
     """
 
-    name: Name
     file: str | None = None
     unit: Size = 1.0
-    radius: Gap
-    azimuth: Angle
     heading: Angle | None = None
     height: Length | None = None
     parts: tuple[Part, ...] = Field(default=(), max_length=1000)
-    appears: Wait | None = None
-    count: int | None = _COUNT
-    first: int = _FIRST
 
     @model_validator(mode="after")
     def _has_a_shape(self) -> MeshThing:
@@ -226,28 +214,8 @@ class MeshThing(Description):
             raise ValueError("a `file`, or the `parts` themselves")
         return self
 
-    @property
-    def ring(self) -> tuple[MeshThing, ...]:
-        """Each of them, alone."""
-        return _take_apart(self)
 
-
-_Thing = TypeVar("_Thing", Equipment, Box, MeshThing)
 Thing = Equipment | Box | MeshThing
-
-
-def _take_apart(item: _Thing) -> tuple[_Thing, ...]:
-    """Each of a ring, alone: azimuths and headings turn with it."""
-    if item.count is None:
-        return (item,)
-    found = []
-    for i in range(item.count):
-        turn = i * tau / item.count
-        changes = {"name": f"{item.name}_{item.first + i}", "count": None, "first": 1}
-        turned = {key: getattr(item, key, None) for key in ("azimuth", "top_azimuth", "heading")}
-        changes |= {key: (angle + turn) % tau for key, angle in turned.items() if angle is not None}
-        found.append(item.model_copy(update=changes))
-    return tuple(found)
 
 
 class Guide(Description):

@@ -1,6 +1,6 @@
 """Geometry of the tank: its profile, and how far the arm is from it and from itself."""
 
-from vgtsim.geometry.bed import Bed, make_bed
+from vgtsim.geometry.bed import Bed, Diggings, make_bed, make_diggings
 from vgtsim.geometry.clearance import (
     RISER,
     SHELL,
@@ -8,22 +8,21 @@ from vgtsim.geometry.clearance import (
     Clearance,
     Obstacles,
     arm_clearance,
+    enclosure_distance,
     make_walls,
     nearest_pair,
     obstacles,
+    segment_distance,
     wall_clearance,
 )
-from vgtsim.geometry.copying import copy_matrix, copy_row
-from vgtsim.geometry.diggings import Diggings, make_diggings
-from vgtsim.geometry.distance import enclosure_distance, segment_distance
 from vgtsim.geometry.gaps import PILLAR, Walls, find_between
 from vgtsim.geometry.mast import MastPipe, make_mast
 from vgtsim.geometry.near import NearRows, carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
-from vgtsim.geometry.panels import DEPTH, Panel
+from vgtsim.geometry.panels import DEPTH, Panel, Wedge, enclose_tank
 from vgtsim.geometry.places import place_goals, tool_frame
 from vgtsim.geometry.profile import Profile, make_profile, ring_radii
-from vgtsim.geometry.side_panels import Wedge, enclose_tank
+from vgtsim.geometry.segments import copy_matrix, copy_row
 from vgtsim.geometry.stretches import Stretch, find_nearest, make_stretches
 from vgtsim.geometry.things import cylinder_axis, find_footprint, find_hulls, find_span
 

@@ -10,15 +10,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
-from vgtsim.geometry.copying import copy_row
-from vgtsim.geometry.segments import TOUCHING, find_between
+from vgtsim.geometry.segments import TOUCHING, copy_row, find_between
 from vgtsim.geometry.surface import to_triangle
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _FLAT = 1e-9  # between the directions of faces that are one face
 

@@ -9,8 +9,8 @@ level of the waste, its bed and ground, see `surface`, and solids, see `blocks`;
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.compilation import compiled
 from vgtsim.geometry.blocks import Blocks, to_block
 from vgtsim.geometry.pairs import MemberPairs
@@ -18,9 +18,6 @@ from vgtsim.geometry.segments import TOUCHING, find_between
 from vgtsim.geometry.side_mouth import enclose_aside, find_rim, find_top, hypot
 from vgtsim.geometry.surface import along_surface, find_height, is_above, to_surface
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 Walls = tuple[Array, Array, Array, Array, float, Array, Array, Blocks]
 
 # what a point or member is near; a bed is uneven waste, which a member is near

@@ -8,11 +8,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.compilation import compiled
 from vgtsim.geometry.blocks import to_block
-from vgtsim.geometry.copying import copy_row
 from vgtsim.geometry.gaps import (
     BED,
     OWN,
@@ -29,13 +28,9 @@ from vgtsim.geometry.gaps import (
     wrap_modules,
 )
 from vgtsim.geometry.pairs import MemberPairs
-from vgtsim.geometry.segments import TOUCHING, find_between
+from vgtsim.geometry.segments import TOUCHING, copy_row, find_between
 from vgtsim.geometry.side_mouth import hypot
 from vgtsim.geometry.surface import along_surface, is_above, to_surface
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 
 class NearRows(NamedTuple):

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from vgtsim.arrays import Array, Index
 
 
 class MemberPairs(NamedTuple):

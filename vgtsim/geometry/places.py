@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.description import Equipment, Goal, GoalPlace, Scene, Tank, Thing, closest
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry.bed import make_bed
-from vgtsim.geometry.distance import segment_distance
+from vgtsim.geometry.clearance import segment_distance
 from vgtsim.geometry.profile import make_profile
 from vgtsim.geometry.things import cylinder_axis, find_footprint
-
-Array = NDArray[np.float64]
 
 WALL, WASTE = "wall", "waste"
 _NEEDS = {WALL: ("azimuth", "height", "distance"), WASTE: ("azimuth", "radius", "height")}

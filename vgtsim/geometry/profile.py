@@ -3,25 +3,30 @@
 The curve lies in the half-plane (r, z) of frame G and runs from the lowest point on the axis to the crown. Each piece
 has constant curvature and each joint is tangent, so the tank is convex and has a normal everywhere. A flat floor and
 the wall are pieces of no curvature and need no case of their own.
+
+A profile may be a table of heights and radii: straight lines with rounded corners, and a dome cap. The corners are rounded
+from inside, so the tank is never wider than its table, and at a right angle 0.41 of the arc's radius narrower. A tangent at
+every joint is needed by the distances.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import acos, atan, ceil, cos, inf, pi, sin, tan
+from itertools import pairwise
+from math import acos, asin, atan, atan2, ceil, cos, inf, pi, sin, sqrt, tan
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.description import Shell, Tank
-from vgtsim.geometry.piece import Piece
-from vgtsim.geometry.profile_table import lay_table
-
-Array = NDArray[np.float64]
+from vgtsim.errors import DescriptionError
 
 _RINGS, _MOST_RINGS = (1.0, 2.0, 5.0), 6  # m between rings, and how many are not too many
 _UPRIGHT = 1e-9  # rad: nearer to upright than this a line is upright
+_FLOOR, _WALL = pi / 4, 3 * pi / 4  # headings up to which a line is floor, and up to which it is wall
+_FLAT = 1e-12  # rad
 
 
 @dataclass(frozen=True)
@@ -182,3 +187,123 @@ def _dish_angle(R: float, rk: float, depth: float) -> float:
     # tan(theta / 2) (R - rk + rk sin theta) = depth, a cubic in t = tan(theta / 2) that rises from 0 to 1
     roots = np.roots([R - rk, 2 * rk - depth, R - rk, -depth])
     return 2 * atan(next(float(root.real) for root in roots if not root.imag and 0 < root.real < 1))
+
+
+@dataclass(frozen=True)
+class Piece:
+    """An arc, or a straight line, of the profile, from its first point (r, z), m, the tangent point with the piece before.
+
+    The heading there is from the r axis towards z, rad; the turn is to the left, rad; the length is in m.
+    """
+
+    name: str
+    start: tuple[float, float]
+    heading: float
+    turn: float
+    length: float
+
+    @property
+    def curvature(self) -> float:
+        """1/m; the interior lies to the left."""
+        return self.turn / self.length
+
+    @property
+    def radius(self) -> float:
+        """m; infinite for a straight piece."""
+        return self.length / self.turn if self.turn else inf
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """Centre (r, z) of the arc, m; at infinity for a straight piece."""
+        if not self.turn:
+            upright = sin(self.heading) > 0.5
+            return (-inf if upright else self.start[0], inf if cos(self.heading) > 0.5 else self.start[1])
+        return (self.start[0] - self.radius * sin(self.heading), self.start[1] + self.radius * cos(self.heading))
+
+    @property
+    def end(self) -> tuple[float, float]:
+        """Its last point (r, z), m; the tangent point with the piece after."""
+        r, z = self.at(self.length)
+        return (float(r), float(z))
+
+    def at(self, distance: ArrayLike) -> Array:
+        """Points (r, z), shape (..., 2), m, at arc lengths from the start of the piece, shape (...), m."""
+        s = np.asarray(distance, float)
+        half = self.curvature * s / 2
+        chord = s * np.sinc(half / pi)
+        r, z = self.start[0] + chord * np.cos(self.heading + half), self.start[1] + chord * np.sin(self.heading + half)
+        return np.stack([r, z], -1)
+
+
+def lay_table(shell: Shell) -> tuple[Piece, ...]:
+    """Pieces from the lowest point to the crown.
+
+    Raises:
+        DescriptionError: The arcs of two corners meet, or that of the last one does not fit the cap.
+    """
+    assert shell.profile is not None
+    rows = [(radius, height) for height, radius in shell.profile]
+    sizes = [shell.knuckle_radius if height < shell.wall_top else shell.haunch_radius for height, _ in shell.profile]
+    sizes[-1] = shell.haunch_radius
+    headings = [atan2(z - low, r - near) for (near, low), (r, z) in pairwise(rows)]
+    lengths = [sqrt((r - near) ** 2 + (z - low) ** 2) for (near, low), (r, z) in pairwise(rows)]
+    pieces: list[Piece] = []
+    used = 0.0  # of the line that comes next, by the corner before it
+    if headings[0] > _FLAT:  # the tip of a cone
+        turn, size = headings[0], sizes[0]
+        used = size * tan(turn)
+        tip = rows[0][1] + size * (1 / cos(turn) - 1)
+        pieces.append(Piece("dish", (0.0, tip), 0.0, turn, size * turn))
+    for k, (heading, length) in enumerate(zip(headings, lengths, strict=True)):
+        (r, z), last = rows[k], k == len(headings) - 1
+        if last:
+            cut, turn, corner = _round_cap(shell, (r, z), heading)
+        else:
+            turn, size = headings[k + 1] - heading, sizes[k + 1]
+            cut, corner = length - size * tan(turn / 2), size * turn
+        if cut <= used:
+            found = f"{length:.4g} m between rows {k} and {k + 1}, less than the arcs at its ends take"
+            raise DescriptionError(
+                None, "shell.profile", found, "rows farther apart, or a smaller knuckle_radius or haunch_radius"
+            )
+        start = (r + used * cos(heading), z + used * sin(heading))
+        pieces.append(Piece(_name(heading), start, heading, 0.0, cut - used))
+        end = (r + cut * cos(heading), z + cut * sin(heading))
+        after = "haunch" if last or rows[k + 1][1] >= shell.wall_top else "knuckle"
+        after = "dish" if not last and _name(headings[k + 1]) == "dish" else after
+        pieces.append(Piece(after, end, heading, turn, corner))
+        used = length - cut
+    edge = pieces[-1].end
+    radius, _ = _cap(shell)
+    turn = asin(edge[0] / radius)
+    pieces.append(Piece("dome", edge, pi - turn, turn, radius * turn))
+    return tuple(pieces)
+
+
+def _name(heading: float) -> str:
+    return "dish" if heading < _FLOOR else "wall" if heading < _WALL else "haunch"
+
+
+def _cap(shell: Shell) -> tuple[float, float]:
+    """Radius of the cap through the last row and the crown, and height of its centre, m."""
+    assert shell.profile is not None
+    high, wide = shell.profile[-1]
+    rise = shell.crown - high
+    radius = (wide**2 + rise**2) / (2 * rise)
+    return radius, shell.crown - radius
+
+
+def _round_cap(shell: Shell, start: tuple[float, float], heading: float) -> tuple[float, float, float]:
+    """Where on the last line the arc to the cap begins, m, its turn, rad, and its length, m."""
+    (radius, middle), size = _cap(shell), shell.haunch_radius
+    along, inward = (cos(heading), sin(heading)), (-sin(heading), cos(heading))
+    # its centre is at its size from the line, and at radius - size from the cap's centre
+    x, y = start[0] + size * inward[0], start[1] + size * inward[1] - middle
+    half, rest = x * along[0] + y * along[1], x * x + y * y - (radius - size) ** 2
+    if half * half < rest or size >= radius:
+        found = f"{size:.4g} m, which does not fit between the last line and the dome"
+        raise DescriptionError(None, "shell.haunch_radius", found, "a smaller radius")
+    cut = -half + sqrt(half * half - rest)
+    centre = (x + cut * along[0], y + cut * along[1])
+    turn = pi - atan2(centre[0], centre[1]) - heading  # up to the cap's heading where it meets it
+    return cut, turn, size * turn

@@ -1,13 +1,16 @@
-"""The distance between two segments, compiled."""
+"""The distance between two segments, and copies entry by entry, for compiled functions.
+
+An assignment to a slice would bring along the text of an error about shapes, which takes a tenth of all compiling.
+"""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
-
-Array = NDArray[np.float64]
 
 TOUCHING = 1e-9  # m: below this distance two axes have no direction from one to the other
 
@@ -31,3 +34,18 @@ def find_between(a0: Array, a1: Array, b0: Array, b1: Array) -> tuple[float, flo
 def _share(numerator: float, denominator: float) -> float:
     """Quotient clipped to [0, 1]; zero where the denominator vanishes."""
     return min(max(numerator / denominator, 0.0), 1.0) if denominator > 0 else 0.0
+
+
+@compiled
+def copy_row(source: Any, out: Any) -> None:
+    """Copy a row, shape (n,), into another."""
+    for k in range(len(out)):
+        out[k] = source[k]
+
+
+@compiled
+def copy_matrix(source: Any, out: Any) -> None:
+    """Copy a matrix, shape (n, m), into another."""
+    for i in range(out.shape[0]):
+        for k in range(out.shape[1]):
+            out[i, k] = source[i, k]

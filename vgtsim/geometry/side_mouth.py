@@ -7,11 +7,9 @@ around the bore. A mouth is as in `gaps`; positions are in frame G, m.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
-
-Array = NDArray[np.float64]
 
 _STARTS = 12  # places around the rim from which the nearest one is sought: its distance has at most two minima
 _STEPS = 12  # of Newton's method, which doubles the right digits at each

@@ -11,15 +11,12 @@ from typing import Literal
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Riser, Tank
-from vgtsim.geometry.bed import make_bed
-from vgtsim.geometry.diggings import Diggings
-from vgtsim.geometry.distance import interior_distance
+from vgtsim.geometry.bed import Diggings, make_bed
+from vgtsim.geometry.clearance import interior_distance
 from vgtsim.geometry.profile import Profile
-
-Array = NDArray[np.float64]
 
 # Spacing of points along the profile, m, and sectors of a half turn: a picture shows no more.
 _SPACING = 0.35
@@ -31,9 +28,7 @@ _LEVEL = 0.1  # least upward part of the normal of a face that is of the surface
 _RINGS = 60  # of an uneven bed of waste: the spacing of its heights
 
 
-def revolve_strip(
-    near: Array, far: Array, front: bool, sections: int = _SECTORS, without: Literal["near", "far", ""] = ""
-) -> trimesh.Trimesh:
+def revolve_strip(near: Array, far: Array, front: bool, without: Literal["near", "far", ""] = "") -> trimesh.Trimesh:
     """Turn the strip between two curves (r, z), shape (n, 2), m, through half a turn; a closed mesh with outward normals.
 
     The inner curve runs anticlockwise, seen with r to the right and z up; outer points are paired with inner ones. The
@@ -51,7 +46,7 @@ def _turn_strip(inner: bytes, outer: bytes, sections: int, without: str) -> tupl
     """Vertices and faces of the half on the side of +y, from the bytes of both curves."""
     near, far = (np.frombuffer(curve).reshape(-1, 2) for curve in (inner, outer))
     outline = np.concatenate([near, far[::-1], near[:1]])
-    mesh = trimesh.creation.revolve(outline, angle=pi, sections=sections, process=False)
+    mesh = trimesh.creation.revolve(outline, angle=pi, sections=_SECTORS, process=False)
     i = np.arange(len(near) - 1)
     j = 2 * len(near) - 1 - i
     cap = np.concatenate([np.stack([i, i + 1, j - 1], -1), np.stack([i, j - 1, j], -1)])

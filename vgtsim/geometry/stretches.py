@@ -6,12 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.description import ArcPiece, LinePiece, RasterPiece, SplinePiece, ToolPath
 from vgtsim.errors import DescriptionError
-
-Array = NDArray[np.float64]
 
 _NOWHERE = 1e-6  # m or rad: shorter ways are none
 _CHORDS = 2**14  # of a stretch: 1 mm of the longest way in a tank

@@ -9,12 +9,10 @@ negative below it; where it is asked for within a bound, the depth of a deep poi
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
-from vgtsim.geometry.copying import copy_row
-
-Array = NDArray[np.float64]
+from vgtsim.geometry.segments import copy_row
 
 _TOUCHING = 1e-9  # m: nearer to the surface than this, up is the direction from it
 _DEEP = 0.5  # m below the surface, upright, from which the nearest cell is not sought: nothing real is there

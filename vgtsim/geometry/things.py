@@ -6,12 +6,10 @@ from itertools import product
 from math import cos, sin
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Box, Equipment, MeshThing, Thing
 from vgtsim.geometry.profile import Profile
-
-Array = NDArray[np.float64]
 
 
 def cylinder_axis(item: Equipment, profile: Profile) -> Array:

@@ -1,6 +1,15 @@
 """Pure kinematics: modules, the chain they make, its truss and its inertia."""
 
-from vgtsim.kinematics.bending import azimuth, bend_all, bend_start, can_swing, swing
+from vgtsim.kinematics.bending import (
+    azimuth,
+    bend_all,
+    bend_start,
+    can_swing,
+    find_mast_turn,
+    move_points,
+    rotate_upright,
+    swing,
+)
 from vgtsim.kinematics.chain import Chain, hanging_mount
 from vgtsim.kinematics.composition import compose, curve, pull
 from vgtsim.kinematics.conditioning import POOR, SINGULAR, find_sine, invert_in_place, warn_poor
@@ -14,38 +23,30 @@ from vgtsim.kinematics.inertia import (
     make_plate_inertia,
     member_radii,
 )
-from vgtsim.kinematics.mast_motion import find_mast_turn, move_points, rotate_upright
-from vgtsim.kinematics.modules import KINDS, Chord, Kind, ModuleSet, ModuleState, kind_of
+from vgtsim.kinematics.modules import Chord, kind_of
 from vgtsim.kinematics.modules.double_octahedral import fill_mid_planes
-from vgtsim.kinematics.passage import Axis, find_axis, measure_passage, trace_line
+from vgtsim.kinematics.modules.stroke_boxes import check_strokes
+from vgtsim.kinematics.passage import find_axis, measure_passage, trace_line
 from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
-from vgtsim.kinematics.rigid_sections import RigidSections, find_rigid_sections
+from vgtsim.kinematics.rigid_sections import find_rigid_sections
 from vgtsim.kinematics.roll_pitch_yaw import rotation
-from vgtsim.kinematics.sampling import sample_inputs, singular_values, within_strokes
 from vgtsim.kinematics.state import State
-from vgtsim.kinematics.stroke_boxes import check_strokes
 from vgtsim.kinematics.subspace import Subspace
 from vgtsim.kinematics.ties import first_greatest, first_least, order_down
-from vgtsim.kinematics.truss import Member, Truss, make_truss
-from vgtsim.kinematics.vectors import cross, cross_into, quaternions_to
-from vgtsim.kinematics.workspace import NEAR_SINGULAR, Workspace, sample_workspace
+from vgtsim.kinematics.truss import Member, Truss
+from vgtsim.kinematics.vectors import cross, cross_into, find_across, quaternions_to
+from vgtsim.kinematics.workspace import NEAR_SINGULAR, Workspace, sample_inputs, sample_workspace, within_strokes
 
 __all__ = [
-    "KINDS",
     "NEAR_SINGULAR",
     "POOR",
     "SINGULAR",
-    "Axis",
     "Chain",
     "Chord",
-    "Kind",
     "Member",
     "MemberInertia",
-    "ModuleSet",
-    "ModuleState",
     "PlanarArm",
     "PlateInertia",
-    "RigidSections",
     "State",
     "Subspace",
     "Truss",
@@ -61,6 +62,7 @@ __all__ = [
     "cross_into",
     "curve",
     "fill_mid_planes",
+    "find_across",
     "find_axis",
     "find_mast_turn",
     "find_rigid_sections",
@@ -75,7 +77,6 @@ __all__ = [
     "make_line_masses",
     "make_member_inertia",
     "make_plate_inertia",
-    "make_truss",
     "measure_passage",
     "member_radii",
     "move_points",
@@ -86,7 +87,6 @@ __all__ = [
     "rotation",
     "sample_inputs",
     "sample_workspace",
-    "singular_values",
     "swing",
     "trace_line",
     "warn_poor",

@@ -1,8 +1,10 @@
-"""Bends: the arm bent in a vertical plane and swung about its mast, for modules of every kind.
+"""Bends: the arm bent in a vertical plane and swung about its mast, for modules of every kind; and the mast's motion.
 
 A module is bent symmetrically when the plane midway between its end faces is inclined by half the angle between them,
 which is how a double octahedron moves. For an octahedron it is one pose of many: the top face turns by the angle about
 the horizontal axis across the bend, and its centroid stands in the direction halfway, at the straight pose's distance.
+
+The motion of the mast moves the arm as a whole: its feed lifts it, and its turn swings it about the mast's axis.
 """
 
 from __future__ import annotations
@@ -10,14 +12,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.description import Bend
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.subspace import Subspace
-
-Array = NDArray[np.float64]
 
 _PARALLEL = 1 - 1e-12  # cosine of the angle between a section's end faces
 
@@ -33,9 +34,8 @@ def azimuth(chain: Chain, point: Array) -> float:
 
 def can_swing(chain: Chain) -> bool:
     """Whether every module follows a swing: no hinges, no static longerons, no sections with inclined faces."""
-    if not all(place.modules.swings for place in chain.layout.places):
-        return False
-    return bool(np.all(chain.layout.after[:, 2, 2] > _PARALLEL))
+    free = all(place.modules.is_free(m) for place, m in chain.seats)
+    return free and bool(np.all(chain.layout.after[:, 2, 2] > _PARALLEL))
 
 
 def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
@@ -92,3 +92,28 @@ def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
         return Subspace(chain).project(row[None])[0]
     except AssemblyError:  # checks name the module that cannot take its bend
         return row
+
+
+def move_points(chain: Chain, points: Array, feed: ArrayLike = 0.0, turn: ArrayLike = 0.0) -> Array:
+    """Points of an arm, shape (..., P, 3), m, for a mast at a feed, m, and a turn from above, rad, each of shape (...).
+
+    The points are those of the mast at its working depth, not turned.
+    """
+    turn = np.asarray(turn, float)
+    if np.any(turn):
+        points = chain.mount[:3, 3] + (points - chain.mount[:3, 3]) @ np.swapaxes(rotate_upright(turn), -1, -2)
+    return points + np.asarray(feed, float)[..., None, None] * [0.0, 0.0, 1.0]
+
+
+def rotate_upright(turn: ArrayLike) -> Array:
+    """Rotations about the vertical by angles of shape (...), rad: shape (..., 3, 3)."""
+    c, s = np.cos(turn), np.sin(turn)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    return np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(*np.shape(c), 3, 3)
+
+
+def find_mast_turn(flange: Array, reference: Array) -> float:
+    """Turn of the mast, rad, above -pi to pi, from the nodes at its flange now and not turned, both of shape (3, 3), m."""
+    here, there = (corners - corners.mean(axis=0) for corners in (reference, flange))
+    across = np.sum(here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0])
+    return float(np.arctan2(across, np.sum(here[:, :2] * there[:, :2])))

@@ -18,16 +18,15 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.description import Manipulator
 from vgtsim.kinematics.composition import correct, spread_rates
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.layout import Layout, Place, make_layout
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.truss import Truss, make_truss
-
-Array = NDArray[np.float64]
 
 _SOLVED = 1e-9  # m: error of a length; the nodes of a long arm are a hundred times as far off
 _MOST = 6  # Newton steps; from a step before, two are enough

@@ -8,6 +8,9 @@ base triangle in a plane of normal w, the squared distance of the nodes of circl
 so a cell is fifteen numbers, m²: a, b, g, e, f for each of three pairs. F = D² - edge² has to vanish (3.13, 3.33,
 3.46). The closure is one array C of shape (5, 3, ...), with the squared edges already taken from a and the batch
 dimensions last. Unless a function says otherwise, angles in this file have shape (3, ...), rad, for the same reason.
+
+A face's corners come as first, second, third. Its frame has its origin at the centroid, X along first - third and Z along
+(first - third) x (second - third) (equations 3.15 to 3.19), so seen from +Z the corners run counter-clockwise.
 """
 
 from __future__ import annotations
@@ -17,9 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.errors import AssemblyError
-
-Array = NDArray[np.float64]
 
 LOWER = np.array([[2, 0], [0, 1], [1, 2]])  # base edge, start to end, of n4, n5, n6 (3.28)
 UPPER = np.array([[0, 1], [1, 2], [2, 0]])  # edge of the mid-plane, start to end, of n7, n8, n9 (3.41)
@@ -41,7 +43,7 @@ class Circles:
     radius: Array
 
 
-def make_circles(base: ArrayLike, longerons: ArrayLike, edges: NDArray[np.intp], module: str) -> Circles:
+def make_circles(base: ArrayLike, longerons: ArrayLike, edges: Index, module: str) -> Circles:
     """Circles of the equivalent mechanism over a base triangle, corners of shape (..., 3, 3), m, in its frame.
 
     Longerons are three lengths to the ends of the edges, then three to their starts, shape (..., 6), m: l1 to l6 with
@@ -66,7 +68,7 @@ def make_circles(base: ArrayLike, longerons: ArrayLike, edges: NDArray[np.intp],
     return place_circles(nodes, lengths, edges)
 
 
-def place_circles(base: Array, longerons: Array, edges: NDArray[np.intp]) -> Circles:
+def place_circles(base: Array, longerons: Array, edges: Index) -> Circles:
     """As `make_circles`, but with radii that are not numbers where two longerons do not meet."""
     start, end = base[..., edges[:, 0], :], base[..., edges[:, 1], :]
     far, near = longerons[..., :3], longerons[..., 3:]
@@ -100,6 +102,11 @@ def circle_tangents(circles: Circles, phi: ArrayLike) -> Array:
     angle = np.asarray(phi, float)[..., None]
     lift = np.array([0.0, 0.0, 1.0])
     return circles.radius[..., None] * (np.cos(angle) * lift - np.sin(angle) * circles.inward)
+
+
+def edge_lengths(nodes: Array) -> Array:
+    """Distances between first and second, second and third, third and first of three nodes, shape (..., 3, 3): (..., 3), m."""
+    return np.linalg.norm(nodes[..., _NEXT, :] - nodes, axis=-1)
 
 
 def closure_coefficients(circles: Circles, edges: ArrayLike) -> Array:
@@ -141,3 +148,49 @@ def edge_jacobian(C: ArrayLike, edges: ArrayLike, phi: ArrayLike) -> Array:
         J[..., k, k] = p[k] / (2 * edge[..., k])
         J[..., k, _NEXT[k]] = q[k] / (2 * edge[..., k])
     return J
+
+
+def angle_jacobian(circles: Circles, phi: Array) -> Array:
+    """As `edge_jacobian`, of upper nodes wherever they are on their circles, at angles of shape (..., 3)."""
+    length = edge_lengths(circle_nodes(circles, phi))
+    return edge_jacobian(closure_coefficients(circles, length), length, phi)
+
+
+def triangle_nodes(sides: ArrayLike) -> Array:
+    """Corners of a triangle in its own frame, shape (..., 3 corners, 3), m; all z are zero.
+
+    Sides are first-second, second-third, third-first, shape (..., 3), m.
+
+    Raises:
+        AssemblyError: The sides do not form a triangle; the residual is the excess of the longest side.
+    """
+    s = np.asarray(sides, float)
+    excess = 2 * np.max(s, axis=-1) - np.sum(s, axis=-1)
+    if np.any(~(excess < 0)) or np.any(s <= 0):
+        worst = np.unravel_index(int(np.argmax(excess)), excess.shape)
+        raise AssemblyError("face triangle", float(np.max(excess)), f"sides {np.array2string(s[worst], precision=4)} m")
+    return place_triangle(s)
+
+
+def place_triangle(sides: Array) -> Array:
+    """As `triangle_nodes`, but with corners that are not numbers where the sides do not close."""
+    s = sides
+    first, foot = s[..., 2], (s[..., 2] ** 2 + s[..., 1] ** 2 - s[..., 0] ** 2) / (2 * s[..., 2])
+    nodes = np.zeros((*s.shape, 3))
+    nodes[..., 0, 0] = first
+    nodes[..., 1, 0] = foot
+    nodes[..., 1, 1] = np.sqrt(s[..., 1] ** 2 - foot**2)
+    return nodes - np.mean(nodes, axis=-2, keepdims=True)
+
+
+def triangle_frame(nodes: ArrayLike) -> tuple[Array, Array]:
+    """Rotation, shape (..., 3, 3), and origin, shape (..., 3), m, of the frame on three corners, shape (..., 3, 3), m.
+
+    Both are in the frame of the corners. Source: equations 3.15 to 3.19, and 3.47 to 3.50 with the top nodes 7 to 9.
+    """
+    n = np.asarray(nodes, float)
+    along, other = n[..., 0, :] - n[..., 2, :], n[..., 1, :] - n[..., 2, :]
+    X = along / np.linalg.norm(along, axis=-1, keepdims=True)
+    Z = np.cross(along, other)
+    Z /= np.linalg.norm(Z, axis=-1, keepdims=True)
+    return np.stack([X, np.cross(Z, X), Z], axis=-1), np.mean(n, axis=-2)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.geometry import copy_matrix
 from vgtsim.kinematics.conditioning import invert_in_place
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @compiled

@@ -12,13 +12,11 @@ import warnings
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import NearSingularWarning, SingularPoseError
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 SINGULAR = 1e-9  # smallest sine refused: rounding leaves 1e-15, the weakest shipped arm within its strokes has 1e-3
 POOR = 1e-7  # smallest sine that is not warned of: nine digits are left, a random pose comes to 1e-5 in 1e5
@@ -88,7 +86,7 @@ def _invert_all(matrix: Array, usual: Array, sine: Array) -> None:
 
 
 @compiled
-def invert_in_place(matrix: Array, rows: Indices, count: int) -> bool:
+def invert_in_place(matrix: Array, rows: Index, count: int) -> bool:
     """Invert the first rows and columns, by Gauss and Jordan with the greatest pivots; whether there is an inverse.
 
     `rows` is room for as many indices.

@@ -10,13 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import Cylinder, Manipulator, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 
-Array = NDArray[np.float64]
 _Segment = tuple[float, float, float, float]  # mass, centre, transverse and axial moment
 
 

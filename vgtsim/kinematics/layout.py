@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.description import Manipulator, Module
+from vgtsim.kinematics.closure import triangle_nodes
 from vgtsim.kinematics.modules import KINDS, ModuleSet, kind_of
-from vgtsim.kinematics.triangle import triangle_nodes
 from vgtsim.kinematics.truss import Truss
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import by_rows
 from vgtsim.kinematics.mode_steps import certify_cells, follow_cells
 from vgtsim.kinematics.ties import first_greatest
-
-Array = NDArray[np.float64]
 
 _SAME_VALUE = 1e-6  # of the greatest: singular values this near are one, whose directions are any mix
 
@@ -82,7 +81,7 @@ def certify_box(C: Array, half: ArrayLike, phi: Array) -> tuple[Array, Array]:
     return radius, quality
 
 
-def worst_row(left: Array, value: Array) -> NDArray[np.intp]:
+def worst_row(left: Array, value: Array) -> Index:
     """Row with most of what is lost at the smallest singular value, shape (...), the first of equals.
 
     Left singular vectors have shape (..., n, n), falling singular values (..., n). All directions of one value count,

@@ -9,11 +9,9 @@ from the first to the second of the ends, shape (N, 2, 3), m. Rows of the room t
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
-
-Array = NDArray[np.float64]
 
 _KANTOROVICH = 0.5  # beta K eta; up to this value Newton's limit is the only assembly in its ball
 _TARGET = 0.4  # what the next step is cut to: a little below, since the estimate is not exact

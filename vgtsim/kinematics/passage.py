@@ -9,15 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.geometry import find_between
 from vgtsim.kinematics.truss import Truss
-from vgtsim.kinematics.vectors import cross, dot
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from vgtsim.kinematics.vectors import cross
 
 _HALF = 0.5  # of the pieces lie on either side of a joint
 _STRAIGHT = 1e-9  # rad between faces that count as parallel
@@ -85,7 +82,7 @@ def find_axis(truss: Truss, nodes: Array) -> Axis:
     places = corner.mean(axis=2)
     turn = cross(normals[:, :-1], normals[:, 1:])
     size = np.linalg.norm(turn, axis=-1)
-    angle = np.arctan2(size, dot(normals[:, :-1], normals[:, 1:])[..., 0])
+    angle = np.arctan2(size, np.sum(normals[:, :-1] * normals[:, 1:], axis=-1))
     chord = np.linalg.norm(np.diff(places, axis=1), axis=-1)
     bent = size > _STRAIGHT
     length = np.where(bent, chord * (angle / 2) / np.sin(np.where(bent, angle / 2, 1.0)), chord)

@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.bending import bend_all, can_swing
 from vgtsim.kinematics.chain import Chain
-
-Array = NDArray[np.float64]
 
 _STEP = 1e-6  # rad and m: of the differences of inputs, whose formulas are smooth
 _ASIDE = 1e-9  # m: rounding of a static section whose faces are above one another
@@ -151,7 +149,4 @@ def axis_of(chain: Chain, nodes: Array) -> Array:
 
     They have shape (..., K + 1, 3).
     """
-    truss = chain.truss
-    tops = [np.flatnonzero(truss.node_module == k)[-3:] for k in range(len(chain.manipulator.modules))]
-    groups = [np.arange(3), *tops]
-    return np.stack([nodes[..., group, :].mean(axis=-2) for group in groups], axis=-2)
+    return nodes[..., chain.truss.faces, :].mean(axis=-2)

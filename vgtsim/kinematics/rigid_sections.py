@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Index
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.modules import kind_of
-
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ R_X(gamma).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from vgtsim.arrays import Array
 
 _UPRIGHT = 1e-12  # X axis this near to vertical, as cos(beta): roll and yaw turn about the same axis
 

@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.kinematics import composition
 from vgtsim.kinematics.modules import ModuleState
 
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from vgtsim.kinematics.chain import Chain
     from vgtsim.kinematics.layout import Layout
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Blocks = tuple[Array, ...]
 
 _NO_MOTION = np.empty((0, 0, 6))
@@ -110,18 +108,11 @@ class State:
         return self._standing[1]
 
     @property
-    def angular(self) -> Array:
-        """Angular velocity of all beyond a module per input, shape (b, n, 3), in G."""
-        return self._moving[2]
-
-    @property
-    def linear(self) -> Array:
-        """Velocity of that body's point at the origin of G per input, shape (b, n, 3), m."""
-        return self._moving[3]
-
-    @property
     def motion(self) -> tuple[Array, Array, Array, Array]:
-        """Mast flange, tops, and angular and linear velocities, for compiled functions."""
+        """Mast flange, tops, and per input angular velocity of all beyond a module and velocity of its point at the origin of G.
+
+        For compiled functions, in G; shapes (3, 4), (b, A, 3, 4), (b, n, 3) and (b, n, 3), m.
+        """
         _, top, angular, linear = self._moving
         return self.chain.flange, top, angular, linear
 

@@ -10,13 +10,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.chain import Chain
 from vgtsim.kinematics.state import State
-
-Array = NDArray[np.float64]
 
 _CLOSE = 1e-12  # error of a row that ends the iteration, m and rad: a thousandth of what a chain allows
 _STEPS = 20  # of at most 0.2 each: what is farther off than four is no guess
@@ -68,7 +66,7 @@ class Subspace:
             )
         return found
 
-    def approach(self, q: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def approach(self, q: Array) -> tuple[Array, Mask]:
         """Inputs near given ones, shape (b, n), and which of them are in it, shape (b,)."""
         if self.whole:
             return q, np.ones(len(q), bool)
@@ -88,7 +86,7 @@ class Subspace:
         good[left] = False
         return found, good
 
-    def _sound(self, state: State) -> NDArray[np.bool_]:
+    def _sound(self, state: State) -> Mask:
         return np.all([part.placed.all(axis=1) for part in state.parts], axis=0)
 
     def _errors(self, state: State) -> Array:

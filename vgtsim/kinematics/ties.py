@@ -7,12 +7,14 @@ is named in a report or an error, and in which order, is the first of such equal
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from vgtsim.arrays import Index
 
 _EQUAL = 1e-9  # of the largest size: rounding leaves 1e-12 of a force, and no reader sees ten digits
 
 
-def first_greatest(values: ArrayLike, axis: int | None = None) -> NDArray[np.intp]:
+def first_greatest(values: ArrayLike, axis: int | None = None) -> Index:
     """Index of the first value that is the greatest but for rounding, along an axis or of the flattened values.
 
     A value that is not a number counts as greater than any, as in NumPy.
@@ -25,12 +27,12 @@ def first_greatest(values: ArrayLike, axis: int | None = None) -> NDArray[np.int
     return np.argmax(size >= bound, axis=axis)
 
 
-def first_least(values: ArrayLike, axis: int | None = None) -> NDArray[np.intp]:
+def first_least(values: ArrayLike, axis: int | None = None) -> Index:
     """As `first_greatest`, of the least."""
     return first_greatest(-np.asarray(values, float), axis)
 
 
-def order_down(values: ArrayLike) -> NDArray[np.intp]:
+def order_down(values: ArrayLike) -> Index:
     """Indices of values, shape (n,), the greatest first; equals but for rounding stay in their order."""
     size = np.asarray(values, float)
     order = np.argsort(-size, kind="stable")

@@ -18,15 +18,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.description import Manipulator
 from vgtsim.kinematics.modules import kind_of
-from vgtsim.kinematics.modules.kind import TRIANGLE, PlannedMember
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from vgtsim.kinematics.modules.sets import TRIANGLE, PlannedMember
 
 
 @dataclass(frozen=True)
@@ -113,7 +110,7 @@ class Truss:
         return np.setdiff1d(between, self.rings[:, :, [0, 2]])
 
     @property
-    def hubs(self) -> NDArray[np.bool_]:
+    def hubs(self) -> Mask:
         """Nodes at which a joint ball is, shape (N,): all but the middles of joint blocks."""
         return self.group >= 0
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
-
-Array = NDArray[np.float64]
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -29,9 +27,18 @@ def cross_into(a: Array, b: Array, out: Array) -> None:
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-def dot(a: Array, b: Array) -> Array:
-    """Scalar products, shape (..., 1), of vectors whose shapes broadcast."""
-    return (a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2])[..., None]
+@compiled
+def find_across(direction: Array, out: Array) -> None:
+    """A unit vector across a direction, shape (3,), within compiled functions; near ties of its parts are one everywhere."""
+    axis, least = np.zeros(3), 0
+    for k in range(1, 3):  # the first of equals, on every processor
+        if np.rint(1e9 * abs(direction[k])) < np.rint(1e9 * abs(direction[least])):
+            least = k
+    axis[least] = 1.0
+    cross_into(direction, axis, out)
+    size = np.sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2])
+    for k in range(3):
+        out[k] /= size
 
 
 def quaternions_to(direction: Array) -> Array:

@@ -6,9 +6,14 @@ configurations; `solve_goal` takes one goal by any method of the dissertation, w
 """
 
 from vgtsim.positioning.goals import GoalSpace, Position, RowReport, evaluate, report_rows, tool_goal
-from vgtsim.positioning.kkt import CONDITION_LIMIT, condition_numbers, lost_directions, name_direction
 from vgtsim.positioning.methods import ANCHOR_FREE
-from vgtsim.positioning.newton import NewtonSettings
+from vgtsim.positioning.newton import (
+    CONDITION_LIMIT,
+    NewtonSettings,
+    condition_numbers,
+    lost_directions,
+    name_direction,
+)
 from vgtsim.positioning.objectives import (
     ClearanceHinges,
     Configurations,

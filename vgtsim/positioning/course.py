@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.compilation import compiled
 from vgtsim.geometry import copy_row
 from vgtsim.kinematics import compose, curve, fill_mid_planes, pull
@@ -19,9 +19,6 @@ from vgtsim.positioning import descent
 from vgtsim.positioning.descent import carry_on
 from vgtsim.positioning.rows import curve_between, curve_within, measure_rows, measure_strokes, pull_rows
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 # flange, figures, straight inputs, root, steps, owner, place, legs and columns: see `ModuleSet`, `Layout` and `Place`
 Body = tuple[Array, Array, Array, Array, Array, Index, Index, Index, Index]
 # least, greatest and middle of the box, weights of stroke barrier and squares, and lengths from which squares are meant

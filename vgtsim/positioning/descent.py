@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.compilation import compiled
 from vgtsim.geometry import copy_matrix, copy_row
 from vgtsim.positioning.elimination import (
@@ -24,9 +24,6 @@ from vgtsim.positioning.elimination import (
     solve_equations,
 )
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 # inside, error, J, value, slope, curve, rough and by_length, see `Quadratic`; absent ones have no columns
 Point = tuple[Mask, Array, Array, Array, Array, Array, Array, Array]
 # Cholesky factors of W, shape (B, k, k), J W⁻¹, shape (B, m, k), and the pseudo-inverse of J W⁻¹ Jᵀ, shape (B, m, m)
@@ -162,7 +159,7 @@ def _judge(numbers: Array, step: Array, inside: Any, error: Array, value: Any) -
 
 @compiled
 def _take_up(i: int, how: Array, tolerance: Array, ways: Ways, at: Point, factors: Factors, further: Further) -> None:
-    """A new step: Newton's equations set up and solved."""
+    """A new step: Newton's equations set up and solved; at a saddle the way down is wanted."""
     marks, numbers, step, y = ways[0][i], ways[1][i], ways[4][i], ways[6][i]
     error, J, value, slope, curve = at[1][i], at[2][i], at[3][i], at[4][i], at[5][i]
     lower, spread, inverse = factors[0][i], factors[1][i], factors[2][i]
@@ -177,6 +174,10 @@ def _take_up(i: int, how: Array, tolerance: Array, ways: Ways, at: Point, factor
     largest = find_greatest(step)
     if largest > how[2]:
         step *= how[2] / largest
+    marks[PHASE] = _MAIN
+    if how[5] > 0 and not marks[DEFINITE] and marks[COUNT] < how[1]:
+        copy_row(step, ways[5][i])
+        marks[WANT], marks[PHASE] = DOWNHILL, _LEAVE
 
 
 @compiled
@@ -253,6 +254,16 @@ def _leave(marks: Index, numbers: Array, step: Array, y: Array, error: Array, va
 
 
 @compiled
+def _ask(marks: Index, numbers: Array, dear: Any) -> None:
+    """Ask for a trial point's errors where it is to be brought back to the goal rows, or for what judges it."""
+    if marks[BACKS] and (marks[MODE] == _ESCAPING or marks[MODE] == _LONG):
+        marks[WANT], marks[PHASE] = ERRORS, _BACKED
+    else:
+        marks[PHASE] = _JUDGE
+        marks[WANT] = MODEL if numbers[PART] == 1.0 or not dear else GLANCE
+
+
+@compiled
 def _take_or_cut(marks: Index, numbers: Array, good: Any, dear: Any) -> None:
     """What follows a trial point: going to it if it is good, whose model is wanted where it was glanced at; or a cut step."""
     if good:
@@ -291,10 +302,6 @@ def carry_on(
                 _take_up(i, how, tolerance, ways, at, factors, further)
                 if marks[COUNT] >= how[1]:
                     break
-                marks[PHASE] = _MAIN
-                if how[5] > 0 and not marks[DEFINITE]:
-                    copy_row(step, main)
-                    marks[WANT], marks[PHASE] = DOWNHILL, _LEAVE
             elif phase == _LEAVE:
                 _leave(marks, numbers, step, y, error, value, how[0])
             elif phase == _MAIN:
@@ -308,17 +315,12 @@ def carry_on(
                 add_row(trial, step, numbers[PART])
                 marks[PHASE] = _BACK
             elif phase == _BACK:
-                if marks[BACKS] and (marks[MODE] == _ESCAPING or marks[MODE] == _LONG):
-                    marks[WANT], marks[PHASE] = ERRORS, _BACKED
-                else:
-                    marks[PHASE] = _JUDGE
-                    marks[WANT] = MODEL if numbers[PART] == 1.0 or how[4] == 0 else GLANCE
+                _ask(marks, numbers, how[4] > 0)
             elif phase == _BACKED:
                 apply_matrix(factors[2][i], there[1][r], row)
                 apply_row(row, factors[1][i], back)
                 add_row(trial, back, -1.0)
-                marks[BACKS] -= 1
-                marks[PHASE] = _BACK
+                marks[BACKS], marks[PHASE] = marks[BACKS] - 1, _BACK
             elif phase == _JUDGE:
                 good = _judge(numbers, step, there[0][r], there[1][r], there[3][r])
                 _take_or_cut(marks, numbers, good, how[4] > 0)

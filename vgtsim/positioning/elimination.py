@@ -11,12 +11,10 @@ Eigenvalues of J W⁻¹ Jᵀ below the greatest over the squared condition limit
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.compilation import compiled
 from vgtsim.geometry import copy_row
-
-Array = NDArray[np.float64]
 
 
 @compiled
@@ -71,7 +69,7 @@ def apply_row(vector: Array, matrix: Array, out: Array) -> None:
 
 
 @compiled
-def _factorise(W: Array) -> bool:
+def factorise(W: Array) -> bool:
     """Cholesky's factor of a symmetric matrix in its upper triangle, and whether it is definite."""
     n = len(W)
     for k in range(0, n, 2):  # two rows at a time: half the ways through the matrix
@@ -103,7 +101,7 @@ def _scale(row: Array, k: int) -> bool:
 
 
 @compiled
-def _solve(U: Array, x: Array) -> None:
+def solve_by_factors(U: Array, x: Array) -> None:
     """Solve by the factors, in place."""
     n = len(x)
     for i in range(n):
@@ -151,12 +149,12 @@ def _invert(A: Array, out: Array) -> float:
     trace, size = 0.0, 0.0
     for i in range(n):
         trace += A[i, i]
-    if not _factorise(U):
+    if not factorise(U):
         return np.inf
     out[:] = 0.0
     for i in range(n):
         out[i, i] = 1.0
-        _solve(U, out[i])
+        solve_by_factors(U, out[i])
         size += out[i, i]
     return trace * size
 
@@ -178,7 +176,7 @@ def pseudo_inverse(A: Array, limit: float, out: Array) -> None:
 
 
 @compiled
-def _cross(A: Array, B: Array, out: Array) -> None:
+def multiply_across(A: Array, B: Array, out: Array) -> None:
     """A Bᵀ."""
     for i in range(len(A)):
         apply_matrix(B, A[i], out[i])
@@ -188,7 +186,7 @@ def _cross(A: Array, B: Array, out: Array) -> None:
 def project(J: Array, slope: Array, limit: float, y: Array, rest: Array) -> None:
     """Multipliers that leave least of a slope, and what they leave: its part in the null space of J."""
     square, inverse = np.empty((len(J), len(J))), np.empty((len(J), len(J)))
-    _cross(J, J, square)
+    multiply_across(J, J, square)
     pseudo_inverse(square, limit, inverse)
     _leave(J, inverse, slope, y, rest)
 
@@ -207,9 +205,7 @@ def _leave(J: Array, inverse: Array, slope: Array, y: Array, rest: Array) -> Non
 
 
 @compiled
-def judge(
-    J: Array, slope: Array, error: Array, limit: float, tolerance: Array, stationarity: Array, met: NDArray[np.bool_]
-) -> None:
+def judge(J: Array, slope: Array, error: Array, limit: float, tolerance: Array, stationarity: Array, met: Mask) -> None:
     """Stationarity, and which goals are met, shape (b,), of Jacobians (b, m, k), slopes (b, k) and errors (b, m).
 
     The stationarity is the norm of a slope in the null space of its Jacobian over 1 + the whole norm.
@@ -223,7 +219,7 @@ def judge(
         np.empty((size, size)),
     )
     for i in range(len(J)):
-        _cross(J[i], J[i], square)
+        multiply_across(J[i], J[i], square)
         pseudo_inverse(square, limit, inverse)
         _leave(J[i], inverse, slope[i], y, first)  # twice, for the last digits
         _leave(J[i], inverse, first, y, rest)
@@ -235,13 +231,13 @@ def judge(
 @compiled
 def set_up(W: Array, J: Array, spread: Array, inverse: Array, limit: float) -> bool:
     """Factors of Newton's equations from W, overwritten, and J; whether W is definite."""
-    if not _factorise(W):
+    if not factorise(W):
         return False
     square = np.empty(inverse.shape)
     for m in range(len(J)):
         copy_row(J[m], spread[m])
-        _solve(W, spread[m])
-    _cross(spread, J, square)
+        solve_by_factors(W, spread[m])
+    multiply_across(spread, J, square)
     pseudo_inverse(square, limit, inverse)
     return True
 
@@ -252,7 +248,7 @@ def solve_equations(
 ) -> float:
     """Step and multipliers for a slope and an error; returns the fall that the step in the null space promises."""
     fall, own, rows = slope.copy(), np.empty(len(error)), np.empty(len(error))
-    _solve(lower, fall)
+    solve_by_factors(lower, fall)
     apply_matrix(J, fall, rows)
     apply_matrix(inverse, rows, own)
     apply_matrix(inverse, error, y)

@@ -9,16 +9,14 @@ from math import prod
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.errors import GoalError
 from vgtsim.kinematics import Chain, State
 from vgtsim.positioning import rows
 
-Array = NDArray[np.float64]
-
 _FARTHEST = 1e9  # m: no arm asks for a goal beyond it, and squares and cubes of it are exact enough
-Index = NDArray[np.intp]
 
 TOLERANCE = 1e-9  # m and rad: far below what a drive can do, and within reach of Newton's last step
 _AXES = "xyz"

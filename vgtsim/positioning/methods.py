@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.constants import Method
 from vgtsim.errors import GoalError
 from vgtsim.positioning.goals import Direction, Position
@@ -15,8 +16,6 @@ from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.reduction import anchor
 from vgtsim.positioning.shape import solve_shapes
 from vgtsim.positioning.solution import Notes, Solution, join_solutions
-
-Array = NDArray[np.float64]
 
 ANCHOR_FREE = 3  # modules free at a time in successive anchoring: nine inputs for five goal rows
 _FALL = 1e-9  # of the objective in a whole cycle, of 1 + |objective|, that is not worth another cycle
@@ -56,7 +55,7 @@ def _by_anchoring(problem: Problem, found: Solution, settings: NewtonSettings) -
     return replace(found, notes=_column([{"stages": count} for count in stages]))
 
 
-def _find_groups(problem: Problem) -> NDArray[np.intp]:
+def _find_groups(problem: Problem) -> Index:
     """Number of each input's module, or group of coupled modules, shape (n,)."""
     owner = problem.chain.layout.owner
     return owner if problem.reduction is None else problem.reduction.gather(owner)

@@ -13,25 +13,57 @@ solved again for the error and slope found there (V. E. Shamanskii's method), as
 Step control: a step changes no input by more than `turn`; it is cut to a third until the point is inside the strokes
 and |e| times twice the multipliers' size plus the objective has fallen. Where a goal is met and stationary but the
 curvature in the null space is not positive, the point is a saddle: the way goes on along the least curvature.
+
+How well goal rows are conditioned is told at the end of this file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from math import inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.positioning import descent, elimination
 from vgtsim.positioning.course import pursue
-from vgtsim.positioning.kkt import CONDITION_LIMIT, Quadratic, stored
 from vgtsim.positioning.solution import Solution
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
+CONDITION_LIMIT = 1e5  # section 6.2.1: past it the smallest singular values are given up
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """Goal rows and objective about a batch of points.
+
+    Attributes:
+        inside: Whether a point is inside all hard limits, shape (b,); of a point outside nothing else counts.
+        error: Shape (b, m), in units of the rows.
+        J: Derivative of the error, shape (b, m, k).
+        value: Objective, shape (b,).
+        slope: Shape (b, k).
+        curve: Known curvature, positive semidefinite, shape (b, k, k).
+        rough: Part of the slope whose curvature is to be learned from its changes, shape (b, k), or absent.
+        by_length: Derivative of the objective by the actuator lengths, shape (b, J), or absent.
+    """
+
+    inside: Mask
+    error: Array
+    J: Array
+    value: Array
+    slope: Array
+    curve: Array
+    rough: Array | None = None
+    by_length: Array | None = None
+
+    @property
+    def parts(self) -> tuple[NDArray[Any], ...]:
+        """All of it as compiled functions take it; what is absent has no columns."""
+        own = (getattr(self, item.name) for item in fields(self))
+        return tuple(np.empty((len(self.error), 0)) if part is None else stored(part) for part in own)
 
 
 @dataclass(frozen=True)
@@ -108,7 +140,7 @@ def minimise(
     """
     how, z, every = settings or NewtonSettings(), np.array(start, float), np.arange(len(start))
     at = evaluate(z.copy(), every).parts if course is None else course.make_room(len(z))  # its parts are written to
-    inside, error, J, value, slope, curve, rough, by_length = at
+    _, error, J, _, slope, curve, rough, by_length = at
     count, rows, learns = len(z), error.shape[1], rough.shape[1] > 0
     bends = bend is not None and not learns
     marks, numbers = _begin(count)
@@ -117,8 +149,7 @@ def minimise(
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
     learned, bent = (np.zeros(curve.shape if wanted else (0, *curve.shape[1:])) for wanted in (learns, bends))
     figures = np.array([how.optimality, how.most, how.turn, how.limit, dear and glance is not None, bends], float)
-    tolerance = np.empty(rows)
-    tolerance[:] = how.tolerance
+    tolerance = np.full(rows, how.tolerance)
     which, there = every, at
     while True:
         if course is None:
@@ -129,7 +160,7 @@ def minimise(
             raise ValueError(f"start {int(np.argmin(at[0]))} is outside the strokes")
         pending = np.flatnonzero(marks[:, descent.WANT])
         if not len(pending):
-            break
+            return _conclude(at, ways, how.limit, tolerance)
         wants = marks[pending, descent.WANT]
         want = wants.max()
         which = pending if wants.min() == want else pending[wants == want]
@@ -143,8 +174,13 @@ def minimise(
         else:
             inside, error_there, values = glance(trial[which], which, want == descent.GLANCE)
             there = (stored(inside), stored(error_there), J, stored(values), slope, curve, rough, by_length)
-    stationarity, met = np.empty(count), np.empty(count, bool)
-    elimination.judge(J, slope, error, how.limit, tolerance, stationarity, met)
+
+
+def _conclude(at: tuple[Any, ...], ways: tuple[Any, ...], limit: float, tolerance: Array) -> Solution:
+    """The solution of goals that have all come to an end."""
+    (marks, _, z), (error, J, value, slope) = ways[:3], at[1:5]
+    stationarity, met = np.empty(len(z)), np.empty(len(z), bool)
+    elimination.judge(J, slope, error, limit, tolerance, stationarity, met)
     return Solution(
         q=z,
         error=error,
@@ -152,7 +188,6 @@ def minimise(
         iterations=marks[:, descent.MOVES].copy(),
         met=met,
         stationarity=stationarity,
-        promise=numbers[:, descent.PROMISE].copy(),
         optimal=marks[:, descent.OPTIMAL] > 0,
     )
 
@@ -176,3 +211,35 @@ def downhill(W: Array, J: Array, slope: Array) -> Array:
     rise = np.sum(slope * direction, axis=1)
     scale = np.where(rise > 0, -1.0, 1.0) / np.max(np.abs(direction), axis=1)
     return direction * scale[:, None]
+
+
+def stored(array: NDArray[Any]) -> NDArray[Any]:
+    """The array, or a copy of it that is stored by rows and may be written to."""
+    return array if array.flags.c_contiguous and array.flags.writeable else np.array(array, order="C")
+
+
+def condition_numbers(jacobian: ArrayLike) -> Array:
+    """Greatest over least singular value (6.32), shape (...), of Jacobians (..., m, n); infinite below rank m."""
+    values = np.linalg.svd(np.asarray(jacobian, float), compute_uv=False)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(values[..., -1] > 0, values[..., 0] / values[..., -1], inf)
+
+
+def lost_directions(jacobian: ArrayLike, names: tuple[str, ...], limit: float = CONDITION_LIMIT) -> tuple[str, ...]:
+    """Goal directions that a configuration cannot follow, from a Jacobian of shape (m, n) and the names of its rows.
+
+    Singular values below the greatest over `limit` are given up; each direction is named by the rows that it consists
+    of.
+    """
+    U, values, _ = np.linalg.svd(np.asarray(jacobian, float))
+    rank = int(np.sum(values > values[0] / limit))
+    return tuple(name_direction(column, names) for column in U[:, rank:].T)
+
+
+def name_direction(direction: Array, labels: tuple[str, ...]) -> str:
+    """The rows that a direction consists of, the greatest part first."""
+    order = np.argsort(-np.abs(direction), kind="stable")
+    parts = [(direction[i], labels[i]) for i in order if abs(direction[i]) >= 0.1]
+    if len(parts) == 1:
+        return parts[0][1]
+    return " ".join(f"{share:+.2f} {label}" for share, label in parts)

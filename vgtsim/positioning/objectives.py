@@ -7,16 +7,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics import Chain, State, azimuth
 from vgtsim.positioning.rows import measure_strokes
 from vgtsim.positioning.strokes import StrokeBox
 from vgtsim.positioning.surroundings import Surroundings
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _ON_AXIS = 1e-6  # distance from the mast's axis below which a goal has no plane, m
 _STEP = 1e-6  # of one-sided differences of closed-form slopes, in units of the inputs: the root of their rounding

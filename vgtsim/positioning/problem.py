@@ -6,23 +6,19 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.errors import GoalError, ObjectiveError
 from vgtsim.kinematics import Chain, State
 from vgtsim.positioning import rows
 from vgtsim.positioning.course import STEP
 from vgtsim.positioning.goals import GoalSpace, measure, tabulate
-from vgtsim.positioning.kkt import Quadratic
-from vgtsim.positioning.newton import Course, NewtonSettings, minimise
+from vgtsim.positioning.newton import Course, NewtonSettings, Quadratic, minimise
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, WeightedSum
 from vgtsim.positioning.reduction import Reduction
 from vgtsim.positioning.solution import Solution, join_solutions
 from vgtsim.positioning.strokes import StrokeBox
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 _STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain allows
 _NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from vgtsim.arrays import Array, Index
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Reduction:
         across = left[:, self.order :].T
         return across, across @ self.offset
 
-    def gather(self, owner: NDArray[np.intp]) -> NDArray[np.intp]:
+    def gather(self, owner: Index) -> Index:
         """Number of the group of each input's module, shape (n,): modules that share variables are one group.
 
         `owner` is the module of each input. Groups are counted from the mast by their first modules.
@@ -62,7 +62,7 @@ def anchor(inputs: ArrayLike, fixed: ArrayLike, coupling: Reduction | None = Non
 
 
 def couple(
-    reference: ArrayLike, pairs: tuple[tuple[int, int], ...], ratio: float = 1.0, owner: NDArray[np.intp] | None = None
+    reference: ArrayLike, pairs: tuple[tuple[int, int], ...], ratio: float = 1.0, owner: Index | None = None
 ) -> Reduction:
     """Tie active modules together: tau_first = k tau_second, as deviations from reference inputs of shape (n,).
 
@@ -85,9 +85,7 @@ def couple(
     return Reduction(C[:, ~np.isin(module, [follower for follower, _ in pairs])], zero)
 
 
-def coupled_inputs(
-    module: NDArray[np.intp], pairs: tuple[tuple[int, int], ...]
-) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+def coupled_inputs(module: Index, pairs: tuple[tuple[int, int], ...]) -> list[tuple[Index, Index]]:
     """For each pair of modules the inputs that follow and the inputs that they follow; refuses pairs as `couple`."""
     followers, leaders = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
     if len(set(followers)) < len(followers) or set(followers) & set(leaders):

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.errors import AssemblyError, GoalError
 from vgtsim.kinematics import Chain, azimuth, bend_all, can_swing, sample_inputs, swing
 from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate
@@ -15,9 +16,6 @@ from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.problem import Problem, solve
 from vgtsim.positioning.solution import Solution
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside, spare_strokes
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 # Bend of the modules from the mast to the tool, in degrees, at five stations along the arm.
 _BENDS = (

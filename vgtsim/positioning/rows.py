@@ -8,15 +8,15 @@ Functions take a table and then `State.motion`, array by array.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
+import numpy as np
+
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.geometry import copy_row
-from vgtsim.kinematics import cross_into
+from vgtsim.kinematics import cross_into, find_across
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Table = tuple[Index, Array, Index, Array]
 
 POSITION, DIRECTION, TURN = range(3)
@@ -42,40 +42,19 @@ def _dot(a: Array, b: Array) -> float:
 @compiled
 def fill_across(targets: Array) -> None:
     """Two unit vectors across each direction, the first row of a target, shape (G, 3, 3), into its other rows."""
-    axis = np.empty(3)
     for target in targets:
-        least = 0
-        for k in range(1, 3):  # the first of equals
-            if np.rint(1e9 * abs(target[0, k])) < np.rint(1e9 * abs(target[0, least])):
-                least = k
-        axis[:] = 0.0
-        axis[least] = 1.0
-        cross_into(target[0], axis, target[1])
-        size = np.sqrt(_dot(target[1], target[1]))
-        for k in range(3):
-            target[1, k] /= size
+        find_across(target[0], target[1])
         cross_into(target[0], target[1], target[2])
 
 
 @compiled
-def measure_rows(
-    which: Index,
-    error: Array,
-    J: Array,
-    parts: Index,
-    spots: Array,
-    axes: Index,
-    targets: Array,
-    mount: Array,
-    top: Array,
-    angular: Array,
-    linear: Array,
-) -> None:
+def measure_rows(which: Index, error: Array, J: Array, *tables: Any) -> None:
     """Errors, shape (b, m), and Jacobians, shape (b, m, n), of goals, shape (b,); an empty Jacobian is not asked for.
 
     Errors are a distance along each axis, m; for a direction twice the part of the normal across the target over 1 + the
     cosine; for a turn twice its Gibbs vector, 2 tan(theta / 2) about the axis of the turn from the target.
     """
+    parts, spots, axes, targets, mount, top, angular, linear = tables
     face, levers = np.empty((3, 5)), np.empty((3, 3))
     Z, arm, gibbs = np.empty(3), np.empty(3), np.empty(3)
     for i in range(len(error)):
@@ -138,20 +117,9 @@ def _find_forms(
 
 
 @compiled
-def pull_rows(
-    which: Index,
-    multipliers: Array,
-    slope: Array,
-    parts: Index,
-    spots: Array,
-    axes: Index,
-    targets: Array,
-    mount: Array,
-    top: Array,
-    angular: Array,
-    linear: Array,
-) -> None:
+def pull_rows(which: Index, multipliers: Array, slope: Array, *tables: Any) -> None:
     """Add the slope by the inputs of the rows weighted with multipliers, shape (b, m), to shape (b, n)."""
+    parts, spots, axes, targets, mount, top, angular, linear = tables
     face, force, bend, moment, arm = np.empty((3, 5)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for i in range(len(slope)):
         for p in range(len(parts)):
@@ -168,26 +136,13 @@ def pull_rows(
 
 
 @compiled
-def curve_between(
-    which: Index,
-    multipliers: Array,
-    owner: Index,
-    total: Array,
-    raw: Array,
-    parts: Index,
-    spots: Array,
-    axes: Index,
-    targets: Array,
-    mount: Array,
-    top: Array,
-    angular: Array,
-    linear: Array,
-) -> None:
+def curve_between(which: Index, multipliers: Array, owner: Index, total: Array, raw: Array, *tables: Any) -> None:
     """Add the curvature between modules of the rows weighted with multipliers, shape (b, m), to shape (b, n, n).
 
     An input i nearer the base turns the velocity v_j of an input j farther out, so it is omega_i x v_j. `raw` is what the
     first derivatives of `pull_rows` change by; of a turn's rows they are not symmetric.
     """
+    parts, spots, axes, targets, mount, top, angular, linear = tables
     n = len(owner)
     face, force, bend, moment = np.empty((3, 5)), np.empty(3), np.empty(3), np.empty(3)
     velocity, turning, arm = np.empty((n, 3)), np.empty((n, 3)), np.empty(3)

@@ -7,11 +7,8 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
+from vgtsim.arrays import Array, Index, Mask
 
 Notes = dict[str, str | float | int]
 
@@ -27,7 +24,6 @@ class Solution:
         iterations: Shape (B,); over all starts of a goal.
         met: Whether all rows are within tolerance, shape (B,).
         stationarity: Norm of the objective's slope in the null space, over 1 + that of the whole slope, shape (B,).
-        promise: Fall of the objective that the best null-space step promises, shape (B,).
         optimal: Whether the goal is met, the promise small and the curvature definite, shape (B,): a local minimum.
         clearance: Least clearance, shape (B,), m; infinite when none was asked for.
         nearest: Name of the nearest body, shape (B,); empty when no clearance was asked for.
@@ -40,7 +36,6 @@ class Solution:
     iterations: Index
     met: Mask
     stationarity: Array
-    promise: Array
     optimal: Mask
     clearance: Array | float = np.inf
     nearest: Any = ""
@@ -53,7 +48,7 @@ class Solution:
 
     def put(self, where: Index | Mask, source: Solution, which: Index | Mask | slice = slice(None)) -> None:
         """Overwrite some solutions by some of a source; the number of iterations stays."""
-        for name in ("q", "error", "value", "met", "stationarity", "promise", "optimal"):
+        for name in ("q", "error", "value", "met", "stationarity", "optimal"):
             getattr(self, name)[where] = getattr(source, name)[which]
 
 

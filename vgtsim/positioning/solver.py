@@ -9,22 +9,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.constants import Method
 from vgtsim.errors import ReachError
-from vgtsim.positioning.kkt import Quadratic
 from vgtsim.positioning.methods import solve_by
-from vgtsim.positioning.newton import NewtonSettings, minimise
+from vgtsim.positioning.newton import NewtonSettings, Quadratic, minimise
 from vgtsim.positioning.objectives import ClearanceHinges, StrokeBarrier, WeightedSum
 from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.restarts import start_groups
 from vgtsim.positioning.solution import Solution
 from vgtsim.positioning.strokes import binding_actuators
 from vgtsim.positioning.surroundings import Surroundings
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _WITHIN_REACH = 1e-3  # error, m or rad, below which only the surroundings keep the arm from the goal
 _INSIST = (10.0, 1000.0)  # weights of the clearance's hinges beside an objective that does not keep it

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.constants import Method
 from vgtsim.description import Bend, StartPosture
 from vgtsim.errors import AssemblyError, DescriptionError
@@ -22,8 +22,6 @@ from vgtsim.positioning.reduction import Reduction
 from vgtsim.positioning.restarts import make_postures, pattern_bends
 from vgtsim.positioning.solver import Keep, solve_goal
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside
-
-Array = NDArray[np.float64]
 
 _AROUND = 24  # azimuths that bends are tried in: every 15 degrees
 _TURNS = 8  # azimuths that a posture of the table is tried in, one more group each

@@ -6,14 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, fill_mid_planes
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 _BINDING = 2e-3  # m from the end of its box: such an actuator is called binding; the barrier keeps about a millimetre
 _PARTS = 41  # steps of the way to mid-stroke that are tried: each is 2.5 % of it

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.description import Tank
 from vgtsim.geometry import (
     Bed,
@@ -30,10 +30,6 @@ from vgtsim.geometry import (
 )
 from vgtsim.geometry.gaps import BED, PILLAR, SOLID, TANK, WASTE
 from vgtsim.kinematics import Chain, State, member_radii
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 _STEP = 1e-6  # of the differences of the sag, in units of the inputs
 _ROOM = 16  # near pairs of a configuration that room is made for at first

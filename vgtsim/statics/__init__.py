@@ -12,7 +12,7 @@ from vgtsim.statics.elasticity import (
 from vgtsim.statics.equilibrium import Loading, MemberForces, solve_loadings, solve_members
 from vgtsim.statics.framework import diagnose
 from vgtsim.statics.loads import LoadModel, hose_forces, make_load_model, tool_forces, tool_point, weigh
-from vgtsim.statics.modes import NaturalModes, damping_time, find_modes
+from vgtsim.statics.modes import damping_time, find_modes
 from vgtsim.statics.motion import NodeMotion, motion_from_log
 from vgtsim.statics.rating import (
     ROD_FACTOR,
@@ -26,9 +26,8 @@ from vgtsim.statics.rating import (
     rate,
     rod_buckling,
 )
-from vgtsim.statics.settling import settle
 from vgtsim.statics.sizing import Demand, Sizing, grow_sizes, size_arm
-from vgtsim.statics.stiffness import Deflection, deflect, node_loads, tip_compliance
+from vgtsim.statics.stiffness import deflect, node_loads, settle
 from vgtsim.statics.utilisation import MODES, Utilisation, find_use, smooth_peak, utilise
 
 __all__ = [
@@ -38,7 +37,6 @@ __all__ = [
     "SLENDERNESS_ADVICE",
     "TRAPPED",
     "CapacityMap",
-    "Deflection",
     "Demand",
     "ElasticModel",
     "Envelope",
@@ -46,7 +44,6 @@ __all__ = [
     "Loading",
     "MemberForces",
     "MemberSections",
-    "NaturalModes",
     "NodeMotion",
     "Ratings",
     "Sizing",
@@ -79,7 +76,6 @@ __all__ = [
     "smooth_peak",
     "solve_loadings",
     "solve_members",
-    "tip_compliance",
     "tool_forces",
     "tool_point",
     "utilise",

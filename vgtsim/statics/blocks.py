@@ -7,11 +7,9 @@ ring stay on the normals of the plane through their middles: the middles' nine d
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.kinematics import Truss, cross
-
-Array = NDArray[np.float64]
 
 _ENDS = [0, 2]  # foot and head among the nodes of a block
 _STEP = 1e-5  # m, of the central differences: at the least both of their errors, a relative 1e-10

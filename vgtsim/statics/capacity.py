@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.constants import GRAVITY, PAYLOAD, PAYLOAD_RADIUS, SAFETY_FACTOR
 from vgtsim.description import Payload
 from vgtsim.errors import TrussError
@@ -17,8 +18,6 @@ from vgtsim.statics.loads import make_load_model
 from vgtsim.statics.rating import LIMITS, Ratings, make_sections, rate
 from vgtsim.statics.stiffness import deflect
 from vgtsim.statics.utilisation import utilise
-
-Array = NDArray[np.float64]
 
 _UNIT = 1000.0  # payload of the second load, kg
 GREATEST_BEND = np.pi / 4  # of a module, rad
@@ -37,8 +36,8 @@ class Allowance:
     """
 
     payload: Array
-    member: NDArray[np.intp]
-    limit: NDArray[np.intp]
+    member: Index
+    limit: Index
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,7 @@ def _find_bending_room(
     first, last = empty.of(bent), loaded.of(bent)
     strength = ratings.of(bent)
 
-    def stands(payload: Array) -> NDArray[np.bool_]:
+    def stands(payload: Array) -> Mask:
         return utilise(strength, blend(first, last, payload / _UNIT)).bent <= 1.0
 
     top = np.maximum(axial[..., bent], 0.0)

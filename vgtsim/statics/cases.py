@@ -10,16 +10,15 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.description import LoadCase
 from vgtsim.statics.equilibrium import Loading, MemberForces, solve_loadings
 from vgtsim.statics.loads import LoadModel, tool_forces
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.rating import MemberSections, rate
 from vgtsim.statics.utilisation import utilise
-
-Array = NDArray[np.float64]
 
 _AXIAL = ("near_axial", "bar", "far_axial")
 _MOMENTS = ("near_moment", "far_moment")

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.description import Conveyance, Payload, Simulation
 from vgtsim.errors import DescriptionError, TrussError
 from vgtsim.kinematics import Chain, Truss
 from vgtsim.statics.loads import LoadModel, make_load_model
-
-Array = NDArray[np.float64]
 
 _HELD = 1e12  # N/m, of a member that keeps its length: 0.1 micrometre under 1e5 N
 TRAPPED = 0.005  # oil left beside the piston at either end of the stroke, m: ports and cushions

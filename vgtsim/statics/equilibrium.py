@@ -13,16 +13,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.kinematics import Truss, cross_into
-from vgtsim.statics.framework import framework_of
-from vgtsim.statics.joints import substitute_back
+from vgtsim.statics.framework import framework_of, substitute_back
 from vgtsim.statics.loads import LoadModel, block_loads, hub_loads, member_loads
 from vgtsim.statics.motion import NodeMotion
-
-Array = NDArray[np.float64]
 
 _CHUNK, _LEAST = 512, 64  # instants times loads solved at a time, and instants: keeps the work arrays in cache
 
@@ -59,11 +57,11 @@ class MemberForces:
         """Axial forces at the near hub, where the segments meet and at the far hub, shape (3, ..., M), N."""
         return np.stack([self.near_axial, self.bar, self.far_axial])
 
-    def at(self, instants: int | NDArray[np.intp]) -> MemberForces:
+    def at(self, instants: int | Index) -> MemberForces:
         """The forces at an index, or at several, of the first dimension."""
         return MemberForces(**{name: getattr(self, name)[instants] for name in _FORCES})
 
-    def of(self, members: NDArray[np.intp]) -> MemberForces:
+    def of(self, members: Index) -> MemberForces:
         """The forces of some members, with the reaction of the whole arm."""
         along = {name: getattr(self, name)[..., members] for name in ("bar", "near_axial", "far_axial")}
         vectors = ("near_transverse", "direction", "near_moment", "far_moment")

@@ -7,13 +7,10 @@ x², y² and z² over both about their own centres, kg·m². Nodes have shape (T
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.kinematics import cross_into
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @compiled

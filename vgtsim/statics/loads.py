@@ -4,6 +4,9 @@ A point of a member's near segment, at distance s from the near hub, moves with 
 distance e from the far hub, with p2 - e û. Its mass dm loads the member with dm (g - a). The transverse part goes to the
 two hubs by moment equilibrium about them, which is exact and holds the rotary inertia; the axial part goes to the
 segment's own hub, so that the bar force left between them is the force where the segments meet.
+
+A bent hose in the arm lies in an arc between two faces, whose curvature times its stiffness EI is the couple with which it
+straightens. It slides in the faces, so it carries no force along itself. Its weight stands in `LoadModel.hub_mass`.
 """
 
 from __future__ import annotations
@@ -12,8 +15,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Index
 from vgtsim.compilation import by_rows, compiled
 from vgtsim.description import Conveyance, Payload
 from vgtsim.kinematics import (
@@ -21,6 +24,7 @@ from vgtsim.kinematics import (
     MemberInertia,
     PlateInertia,
     Truss,
+    find_axis,
     make_block_inertia,
     make_hub_masses,
     make_line_masses,
@@ -28,11 +32,7 @@ from vgtsim.kinematics import (
     make_plate_inertia,
 )
 from vgtsim.statics.face_loads import bend_faces, load_hubs, place_tool, push_tool
-from vgtsim.statics.line import hose_couples
 from vgtsim.statics.motion import NodeMotion
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _REST = np.empty((0, 0, 0))  # velocities of no motion, for compiled functions
 
@@ -281,3 +281,16 @@ def _flatten(nodes: Array, motion: NodeMotion | None) -> tuple[Array, Array, Arr
     if motion is None:
         return flat, _REST, _REST
     return flat, by_rows(motion.velocity.reshape(flat.shape)), by_rows(motion.acceleration.reshape(flat.shape))
+
+
+def hose_couples(truss: Truss, stiffness: float, nodes: Array) -> Array:
+    """Couples of a hose of a stiffness EI, N·m², on the faces, shape (T, K + 1, 3), N·m, for nodes of shape (T, N, 3), m.
+
+    Source: M = EI / R, the elastica between parallel guides of its ends.
+    """
+    axis = find_axis(truss, nodes)
+    bent = stiffness * (axis.angle / axis.length)[..., None] * axis.bend
+    total = np.zeros(axis.places.shape)
+    total[:, :-1] += bent
+    total[:, 1:] -= bent
+    return total

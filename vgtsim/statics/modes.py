@@ -5,20 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
+from vgtsim.arrays import Array, Index
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import MemberInertia, Truss, first_greatest
-from vgtsim.statics.banded_solve import is_sound, require_stiff, softest
 from vgtsim.statics.blocks import block_moves, ring_stiffness
 from vgtsim.statics.elasticity import ElasticModel
 from vgtsim.statics.loads import hub_loads
 from vgtsim.statics.stiffness import band_matrix, deflect, node_loads, pattern_of, scatter, unknowns_of
-from vgtsim.statics.stiffness_matrix import add_blocks, geometric_blocks, make_pattern, unfold
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from vgtsim.statics.stiffness_matrix import (
+    add_blocks,
+    geometric_blocks,
+    is_sound,
+    make_pattern,
+    require_stiff,
+    softest,
+    unfold,
+)
 
 _MASSLESS = 1e-12  # smallest eigenvalue of the mass matrix, its diagonal scaled to one: rounding leaves 1e-16,
 # a payload of 100 t on massless hubs 1e-4

@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from vgtsim.arrays import Array, Index
 
 _SPACING = 1e-6  # relative change of the record spacing that ends a run: far above rounding, far below one step
 _WINDOWS = (5, 7)  # records of a polynomial: nine follow the ends of a move no better, and take more records beside
@@ -30,7 +30,7 @@ class NodeMotion:
         """The same with one leading dimension."""
         return NodeMotion(*(item.reshape(-1, *item.shape[-2:]) for item in (self.velocity, self.acceleration)))
 
-    def at(self, instants: slice | NDArray[np.intp]) -> NodeMotion:
+    def at(self, instants: slice | Index) -> NodeMotion:
         """The motion at some instants."""
         return NodeMotion(self.velocity[instants], self.acceleration[instants])
 

@@ -8,14 +8,13 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index, Mask
 from vgtsim.compilation import compiled
 from vgtsim.description import Cylinder, Material, Tube
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
-
-Array = NDArray[np.float64]
 
 SLENDERNESS_ADVICE = 200.0  # AISC 360-22 E2, user note: KL/r preferably not above
 ROD_FACTOR = 3.0  # on the Euler load of a cylinder's rod: makers ask for 3 to 5
@@ -46,7 +45,7 @@ class MemberSections:
     youngs_modulus: Array
     push: Array
     pull: Array
-    actuator: NDArray[np.bool_]
+    actuator: Mask
     slimness: Array | float = 0.0
     pin: Array | float = np.inf
     barrel_length: Array | float = 0.0
@@ -95,7 +94,7 @@ class Ratings:
     barrel_moment: Array
     rod_moment: Array
 
-    def of(self, members: NDArray[np.intp]) -> Ratings:
+    def of(self, members: Index) -> Ratings:
         """The ratings of some members."""
         return Ratings(**{item.name: getattr(self, item.name)[..., members] for item in fields(self)})
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array
 from vgtsim.description import INCH, Catalogue, Cylinder, CylinderSize, LoadCase, Manipulator, Payload, Tube, TubeSize
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain
@@ -19,7 +19,6 @@ from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.rating import SLENDERNESS_ADVICE, describe_sections, rate
 from vgtsim.statics.utilisation import use_axial, utilise
 
-Array = NDArray[np.float64]
 Place = tuple[str, str]
 PlaceT = TypeVar("PlaceT")
 

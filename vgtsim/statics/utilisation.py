@@ -8,14 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.compilation import compiled
 from vgtsim.statics.equilibrium import MemberForces, solve_members
 from vgtsim.statics.loads import LoadModel
 from vgtsim.statics.rating import LIMITS, ROD_FACTOR, MemberSections, Ratings, find_column, rate
-
-Array = NDArray[np.float64]
 
 ALPHA = 1.6  # AISC 360-22 C2.1: allowable loads are taken times this for second-order effects
 MODES = ("yield", "column", "rod buckling", "pin shear", "axial force with bending")

@@ -6,9 +6,14 @@ Adding a kind is adding a file with its `Kind`, a row here, and a class of its d
 from __future__ import annotations
 
 from vgtsim.description import Module
-from vgtsim.kinematics.modules import double_octahedral, general_double_octahedral, octahedral, static, tetrahedral
-from vgtsim.kinematics.modules.kind import Kind, PlannedMember
-from vgtsim.kinematics.modules.sets import Chord, ModuleSet, ModuleState, find_singular
+from vgtsim.kinematics.modules import (
+    double_octahedral,
+    general_double_octahedral,
+    octahedral,
+    static_section,
+    tetrahedral,
+)
+from vgtsim.kinematics.modules.sets import Chord, Kind, ModuleSet, ModuleState, PlannedMember, find_singular
 
 # by the name in the description; a chain has its sets in this order
 KINDS: dict[str, Kind] = {
@@ -16,8 +21,8 @@ KINDS: dict[str, Kind] = {
     "double_octahedral_general": general_double_octahedral.KIND,
     "tetrahedral": tetrahedral.KIND,
     "octahedral": octahedral.KIND,
-    "prism": static.KIND,
-    "section": static.KIND,
+    "prism": static_section.KIND,
+    "section": static_section.KIND,
 }
 
 

@@ -10,18 +10,23 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.compilation import compiled
 from vgtsim.description import DoubleOctahedral, GeneralDoubleOctahedral
 from vgtsim.errors import AssemblyError, SingularityError
+from vgtsim.kinematics.closure import (
+    angle_jacobian,
+    circle_nodes,
+    circle_tangents,
+    closure_coefficients,
+    edge_lengths,
+)
 from vgtsim.kinematics.mode_following import follow_squares, worst_direction
 from vgtsim.kinematics.modules import mid_plane as double
-from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
-from vgtsim.kinematics.modules.sets import Chord, Fill, Mask, ModuleSet, all_legs, find_short
-from vgtsim.kinematics.modules.stroke_proof import prove_strokes
-
-Array = NDArray[np.float64]
+from vgtsim.kinematics.modules.sets import TRIANGLE, Chord, Fill, Groups, Kind, ModuleSet, PlannedMember
+from vgtsim.kinematics.modules.stroke_boxes import prove_strokes
 
 # given as the fraction covered when lengths were reached with the mid-plane turned over, or past a mid node's circle
 _TURNED = 0.999
@@ -167,11 +172,6 @@ class DoubleOctahedra(ModuleSet):
         return 9 if self.offset else 3
 
     @cached_property
-    def actuated(self) -> Mask:
-        """All of them."""
-        return all_legs(self.names, 3)
-
-    @cached_property
     def fill(self) -> Fill:
         """As `fill_mid_planes`."""
         return fill_mid_planes
@@ -202,15 +202,6 @@ class DoubleOctahedra(ModuleSet):
             raise self.refuse(x)
         return double.angles(self.geometry, x)
 
-    def one(self, m: int) -> DoubleOctahedra:
-        """The set of module m alone."""
-        return DoubleOctahedra(self.names[m : m + 1], self.straight[m : m + 1], self.geometry.one(m))
-
-    def dimensions(self, m: int) -> object:
-        """Face side, longeron and offset."""
-        own = self.geometry.one(m)
-        return (*own.face_side, *own.longeron, *own.joint_offset)
-
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
         """Conventional forward solution of lengths, shape (..., M, 3), m; each step is proved to stay on the mode of the start.
 
@@ -219,7 +210,7 @@ class DoubleOctahedra(ModuleSet):
         """
         phi, reached = self._follow(lengths, start)
         x = double.midplane_from_angles(self.geometry, phi)
-        outward = np.sum(double.tangents(self.geometry, phi) * double.normal(x)[..., None, :], axis=-1) < 0
+        outward = np.sum(circle_tangents(self.geometry.circles, phi) * double.normal(x)[..., None, :], axis=-1) < 0
         sound = np.all(outward, axis=-1) & double.upright(self.geometry, phi)
         return x, np.where(sound, reached, np.minimum(reached, _TURNED))
 
@@ -227,54 +218,44 @@ class DoubleOctahedra(ModuleSet):
         """Angles, shape (..., M, 3), rad, and the fraction of the way covered, shape (..., M)."""
         begin = double.straight_angles(self.geometry, lengths) if start is None else self.angles(start)
         begin = np.broadcast_to(begin, lengths.shape)
-        first = double.actuator_lengths(double.mid_nodes(self.geometry, begin))
-        C = double.cell_closure(self.geometry, first).reshape(5, 3, -1)
+        first = edge_lengths(circle_nodes(self.geometry.circles, begin))
+        C = closure_coefficients(self.geometry.circles, first).reshape(5, 3, -1)
         change = (first**2 - lengths**2).reshape(-1, 3).T
         result = follow_squares(C, change, begin.reshape(-1, 3))
         return result.phi.reshape(lengths.shape), result.reached.reshape(lengths.shape[:-1])
 
-    def solve(self, lengths: Array, start: Array | None = None) -> Array:
-        """As `attempt`, but all lengths must be reached.
-
-        Raises:
-            AssemblyError: Three actuators do not make a triangle; the module is named.
-            SingularityError: A singularity lies between.
-        """
+    def require_closing(self, lengths: Array) -> None:
+        """Refuse three actuators that do not make a triangle."""
         excess = 2 * np.max(lengths, axis=-1) - np.sum(lengths, axis=-1)
         if np.any(~(excess < 0)):
             worst = np.unravel_index(int(np.argmax(excess)), excess.shape)
             detail = f"actuators of {np.array2string(lengths[worst], precision=4)} m make no triangle"
             raise AssemblyError(self.names[worst[-1]], float(excess[worst]), detail)
-        x, reached = self.attempt(lengths, start)
-        worst = find_short(reached)
-        if worst is not None:
-            geometry, name = self.geometry.one(worst[-1]), self.names[worst[-1]]
-            phi = self._follow(lengths, start)[0][worst][None]
-            value, row = worst_direction(double.angle_jacobian(geometry, phi)[0] / geometry.height[0])
-            gap = np.abs(double.actuator_lengths(double.mid_nodes(geometry, phi)) - lengths[worst]).max()
-            reason = f"a singularity lies on the way to actuators of {np.array2string(lengths[worst], precision=4)} m"
-            if reached[worst] == _TURNED:
-                reason = reason.replace("a singularity lies", "the mid-plane turns tangent to a mid node's circle")
-            member = f"{name}/actuator/{row + 1}"
-            raise SingularityError(name, value, member, float(gap), float(reached[worst]), reason)
-        return x
+
+    def tell_end(
+        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
+    ) -> SingularityError:
+        """A singularity of the cell below the mid-plane, or a mid-plane that turns too far."""
+        del x  # it may be turned over; the angles tell
+        geometry, name, wanted = self.geometry[m : m + 1], self.names[m], lengths[(*where, m)]
+        phi = self._follow(lengths, start)[0][(*where, m)][None]
+        value, row = worst_direction(angle_jacobian(geometry.circles, phi)[0] / geometry.height[0])
+        gap = np.abs(edge_lengths(circle_nodes(geometry.circles, phi)) - wanted).max()
+        turned = "the mid-plane turns tangent to a mid node's circle"
+        reason = f"{turned if part == _TURNED else 'a singularity lies'} on the way to actuators of"
+        reason = f"{reason} {np.array2string(wanted, precision=4)} m"
+        return SingularityError(name, value, f"{name}/actuator/{row + 1}", float(gap), part, reason)
 
     def conditioned(self, x: Array) -> Array:
         """dl/dphi over the altitude of the longeron triangles."""
-        phi = self.angles(x)
-        return double.angle_jacobian(self.geometry, phi) / self.geometry.height[..., None, None]
+        return angle_jacobian(self.geometry.circles, self.angles(x)) / self.geometry.height[..., None, None]
 
     def check_strokes(self, low: Array, high: Array) -> None:
         """By proof, see `prove_strokes`."""
         prove_strokes(self, low, high)
 
-    def stow(self, length: float) -> Array:
-        """All actuators retracted to the length."""
-        return self.solve(np.full(self.actuated.shape, length))
-
-    @cached_property
-    def swings(self) -> bool:
-        """A mid-plane's normal turns about Z."""
+    def is_free(self, m: int) -> bool:  # noqa: ARG002
+        """A mid-plane's normal turns about Z, and puts the end of what follows it at any point."""
         return True
 
     def swing(self, x: Array, turn: Array) -> Array:
@@ -294,10 +275,6 @@ class DoubleOctahedra(ModuleSet):
     def sideways(self, m: int, angle: float) -> Array:  # noqa: ARG002
         """The part of the mid-plane's normal across the plane."""
         return np.array([[-np.sin(angle), np.cos(angle), 0.0]])
-
-    def lies(self, m: int) -> bool:  # noqa: ARG002
-        """A mid-plane puts the end of what follows it at any point."""
-        return True
 
     def lay(self, m: int, chord: Chord, share: Array) -> tuple[Array, Array, Array]:  # noqa: ARG002
         """Only the end of the chord is met; its direction follows from the module.

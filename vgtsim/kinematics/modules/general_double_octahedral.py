@@ -13,18 +13,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.description import GeneralDoubleOctahedral
 from vgtsim.errors import AssemblyError, SingularityError
-from vgtsim.kinematics.modules import two_cell_rates as rates
+from vgtsim.kinematics.closure import edge_lengths
 from vgtsim.kinematics.modules import two_cells as cells
 from vgtsim.kinematics.modules.double_octahedral import node_groups, plan_members
-from vgtsim.kinematics.modules.kind import Kind
-from vgtsim.kinematics.modules.sets import Fill, Mask, ModuleSet, all_legs
-from vgtsim.kinematics.modules.stroke_search import search_strokes
-
-Array = NDArray[np.float64]
+from vgtsim.kinematics.modules.sets import Fill, Kind, ModuleSet
+from vgtsim.kinematics.modules.stroke_boxes import search_strokes
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +43,6 @@ class GeneralDoubleOctahedra(ModuleSet):
     def inner_count(self) -> int:
         """Three mid nodes; with a joint offset the feet, middles and heads of three joint blocks."""
         return 9 if self.geometries[0].joint_offset else 3
-
-    @cached_property
-    def actuated(self) -> Mask:
-        """All of them."""
-        return all_legs(self.names, 3)
 
     @cached_property
     def figures(self) -> Array:
@@ -87,7 +79,7 @@ class GeneralDoubleOctahedra(ModuleSet):
             if frame.size:
                 frame[:, m, :, :3], frame[:, m, :, 3] = cells.triangle_frame(nodes[:, 6:])
             if motion.size:
-                J = np.swapaxes(rates.jacobian(geometry, states), -1, -2)
+                J = np.swapaxes(cells.jacobian(geometry, states), -1, -2)
                 motion[:, m, :, :3], motion[:, m, :, 3:] = J[..., 3:], J[..., :3]
             if length.size:  # the lower cell alone, in closed form
                 length[:, m], slope[:, m] = cells.actuator_lengths(geometry, phi), cells.angle_jacobian(geometry, phi)
@@ -96,7 +88,7 @@ class GeneralDoubleOctahedra(ModuleSet):
             if inner.size:
                 inner[:, m] = self._with_blocks(nodes[:, :3], nodes[:, 3:6])
             if inner_slope.size:
-                both = rates.mid_velocities(geometry, states)
+                both = cells.mid_velocities(geometry, states)
                 inner_slope[:, m] = self._with_blocks(both[:, :3], both[:, 3:])
 
     def _with_blocks(self, feet: Array, heads: Array) -> Array:
@@ -115,11 +107,6 @@ class GeneralDoubleOctahedra(ModuleSet):
         """As `two_cells.angle_jacobian`, shape (..., M, 3, 3), m/rad."""
         parts = [cells.angle_jacobian(geometry, x[..., m, :]) for m, geometry in enumerate(self.geometries)]
         return np.stack(parts, axis=-3)
-
-    def one(self, m: int) -> GeneralDoubleOctahedra:
-        """The set of module m alone."""
-        mine = slice(m, m + 1)
-        return GeneralDoubleOctahedra(self.names[mine], self.straight[mine], self.geometries[mine], self.begins[mine])
 
     def dimensions(self, m: int) -> object:
         """As `TwoCellGeometry`, and the straight pose."""
@@ -151,34 +138,26 @@ class GeneralDoubleOctahedra(ModuleSet):
             x[..., m, :], reached[..., m] = state[..., :3], part
         return x, reached
 
-    def solve(self, lengths: Array, start: Array | None = None) -> Array:
-        """As `attempt`, but all lengths must be reached.
-
-        Raises:
-            AssemblyError: Lengths that no pose can have; the module is named.
-            SingularityError: A singularity of either cell lies between.
-        """
+    def require_closing(self, lengths: Array) -> None:
+        """Refuse actuators that make no triangle, or over which two longerons do not meet."""
         for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
             try:
                 cells.upper_circles(geometry, lengths[..., m, :])
             except AssemblyError as error:
                 raise AssemblyError(name, error.residual, str(error)) from None
-        x, reached = self.attempt(lengths, start)
-        if reached.min(initial=1.0) < 1.0:
-            worst = np.unravel_index(int(np.argmin(reached)), reached.shape)
-            m = int(worst[-1])
-            geometry, name = self.geometries[m], self.names[m]
-            begin = np.broadcast_to(
-                self.begins[m] if start is None else self.states(start)[..., m, :], (*x.shape[:-2], 6)
-            )
-            state = cells.advance_lengths(geometry, lengths[worst], begin[worst[:-1]])[0]
-            value, member = rates.singularity(geometry, state)
-            top = cells.nodes(geometry, state)[6:]
-            sides = np.linalg.norm(top[[1, 2, 0]] - top, axis=-1)
-            gap = np.abs([*(cells.actuator_lengths(geometry, state) - lengths[worst]), *(sides - geometry.top)]).max()
-            kind, number = member.split()
-            raise SingularityError(name, value, f"{name}/{kind}/{number[1:]}", float(gap), float(reached[worst]))
-        return x
+
+    def tell_end(
+        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
+    ) -> SingularityError:
+        """A singularity of either cell."""
+        geometry, name, wanted = self.geometries[m], self.names[m], lengths[(*where, m)]
+        begin = self.begins[m] if start is None else self.states(start)[..., m, :]
+        state = cells.advance_lengths(geometry, wanted, np.broadcast_to(begin, (*x.shape[:-2], 6))[where])[0]
+        value, member = cells.singularity(geometry, state)
+        sides = edge_lengths(cells.nodes(geometry, state)[6:])
+        gap = np.abs([*(cells.actuator_lengths(geometry, state) - wanted), *(sides - geometry.top)]).max()
+        kind, number = member.split()
+        return SingularityError(name, value, f"{name}/{kind}/{number[1:]}", float(gap), part)
 
     def conditioned(self, x: Array) -> Array:
         """dl/dphi over the mean radius of the circles."""
@@ -186,11 +165,11 @@ class GeneralDoubleOctahedra(ModuleSet):
         return self.angle_jacobian(x) / radius[:, None, None]
 
     def find_least(self, x: Array) -> Array:
-        """That of the nearer cell, as `two_cell_rates.singularity`."""
+        """That of the nearer cell, as `two_cells.singularity`."""
         lower = np.linalg.svd(self.conditioned(x), compute_uv=False)[..., -1]
         states, upper = self.states(x), []
         for m, geometry in enumerate(self.geometries):
-            J = rates.upper_jacobian(cells.nodes(geometry, states[..., m, :]))[1]
+            J = cells.upper_jacobian(cells.nodes(geometry, states[..., m, :]))[1]
             J[..., 3:] /= geometry.radius
             upper.append(np.linalg.svd(J, compute_uv=False)[..., -1])
         return np.minimum(lower, np.stack(upper, axis=-1))
@@ -198,10 +177,6 @@ class GeneralDoubleOctahedra(ModuleSet):
     def check_strokes(self, low: Array, high: Array) -> None:
         """By a search, see `search_strokes`."""
         search_strokes(self, low, high)
-
-    def stow(self, length: float) -> Array:
-        """All actuators retracted to the length."""
-        return self.solve(np.full(self.actuated.shape, length))
 
     def bend(self, angle: Array, half: Array) -> Array:  # noqa: ARG002
         """Every angle of its lower cell grows by the bend: no symmetric one is known in closed form."""

@@ -20,15 +20,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vgtsim.kinematics.closure import Circles, closure_coefficients
-
-Array = NDArray[np.float64]
+from vgtsim.arrays import Array, Mask
+from vgtsim.kinematics.closure import Circles, circle_nodes
 
 # v_i: from the middle of the base edge that carries n4, n5, n6 towards the centroid (3.8)
 INWARD = np.array([[0.0, 1.0, 0.0], [-np.sqrt(0.75), -0.5, 0.0], [np.sqrt(0.75), -0.5, 0.0]])
-_ACTUATORS = np.array([[0, 1], [1, 2], [2, 0]])  # l1 = n4 n5, l2 = n5 n6, l3 = n6 n4 (3.33)
 
 
 @dataclass(frozen=True)
@@ -55,11 +53,14 @@ class DoubleOctahedronGeometry:
         """Distance of the base edges from the centroid, shape (M,), m."""
         return self.face_side / (2 * np.sqrt(3))
 
-    def one(self, m: int) -> DoubleOctahedronGeometry:
-        """Dimensions of module m alone, each of shape (1,)."""
-        return DoubleOctahedronGeometry(
-            *(item[m : m + 1] for item in (self.face_side, self.longeron, self.joint_offset))
-        )
+    @cached_property
+    def circles(self) -> Circles:
+        """Circles of n4, n5, n6 in frame B, see `closure` (3.28)."""
+        inward = np.broadcast_to(INWARD, (len(self.height), 3, 3))
+        return Circles(-self.apothem[:, None, None] * INWARD, inward, np.repeat(self.height[:, None], 3, axis=-1))
+
+    def __getitem__(self, which: slice) -> DoubleOctahedronGeometry:
+        return DoubleOctahedronGeometry(self.face_side[which], self.longeron[which], self.joint_offset[which])
 
 
 def normal(midplane: ArrayLike) -> Array:
@@ -98,34 +99,17 @@ def angles(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
     return np.arctan2(sine, cosine) + np.arccos(offset / np.hypot(cosine, sine))
 
 
-def mid_nodes(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> Array:
-    """Nodes n4, n5, n6 in frame B, shape (..., 3, 3), node by node, m, of angles phi, shape (..., 3), rad (3.28)."""
-    phi = np.asarray(phi, float)
-    height = _column(geometry.height)
-    nodes = (height * np.cos(phi) - _column(geometry.apothem))[..., None] * INWARD
-    nodes[..., 2] = height * np.sin(phi)
-    return nodes
-
-
-def tangents(geometry: DoubleOctahedronGeometry, phi: Array) -> Array:
-    """Derivative of n4, n5, n6 with respect to their angles, shape (..., 3, 3), m."""
-    height = _column(geometry.height)
-    tangent = (-height * np.sin(phi))[..., None] * INWARD
-    tangent[..., 2] = height * np.cos(phi)
-    return tangent
-
-
 def midplane_from_angles(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> Array:
     """Canonical forward solution: the plane (u_x, u_y, d) through n4, n5, n6, of angles phi (3.28, 3.52, 3.53)."""
-    n = mid_nodes(geometry, phi)
+    n = circle_nodes(geometry.circles, phi)
     cross = _area(n)
     U = cross / np.linalg.norm(cross, axis=-1, keepdims=True)
     return np.concatenate([U[..., :2], np.sum(U * n[..., 0, :], axis=-1, keepdims=True)], axis=-1)
 
 
-def upright(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> NDArray[np.bool_]:
+def upright(geometry: DoubleOctahedronGeometry, phi: ArrayLike) -> Mask:
     """Whether the mid-plane's normal has a positive z component, as (u_x, u_y, d) takes for granted, shape (...)."""
-    return _area(mid_nodes(geometry, phi))[..., 2] > 0
+    return _area(circle_nodes(geometry.circles, phi))[..., 2] > 0
 
 
 def _area(n: Array) -> Array:
@@ -133,37 +117,11 @@ def _area(n: Array) -> Array:
     return np.cross(n[..., 1, :] - n[..., 0, :], n[..., 2, :] - n[..., 0, :])
 
 
-def actuator_lengths(nodes: Array) -> Array:
-    """Distances n4 n5, n5 n6, n6 n4 from the mid nodes, shape (..., 3, 3), m: shape (..., 3), m."""
-    return np.linalg.norm(nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :], axis=-1)
-
-
 def straight_angles(geometry: DoubleOctahedronGeometry, actuators: Array) -> Array:
     """Angles of the straight module whose three actuators all have the mean length, shape (..., 3)."""
     reach = np.mean(actuators, axis=-1, keepdims=True) / np.sqrt(3) - _column(geometry.apothem)
     phi = np.arccos(np.clip(-reach / _column(geometry.height), -0.98, 0.98))
     return np.repeat(phi, 3, axis=-1)
-
-
-def angle_jacobian(geometry: DoubleOctahedronGeometry, phi: Array) -> Array:
-    """Derivative of the actuator lengths with respect to phi: the matrix of equation 3.14, shape (..., 3, 3), m/rad."""
-    nodes = mid_nodes(geometry, phi)
-    tangent = tangents(geometry, phi)
-    span = nodes[..., _ACTUATORS[:, 1], :] - nodes[..., _ACTUATORS[:, 0], :]
-    unit = span / np.linalg.norm(span, axis=-1, keepdims=True)
-    J = np.zeros((*phi.shape, 3))
-    for row, (first, second) in enumerate(_ACTUATORS):
-        J[..., row, first] = -np.sum(unit[..., row, :] * tangent[..., first, :], axis=-1)
-        J[..., row, second] = np.sum(unit[..., row, :] * tangent[..., second, :], axis=-1)
-    return J
-
-
-def cell_closure(geometry: DoubleOctahedronGeometry, actuators: Array) -> Array:
-    """Closure of the cell below the mid-plane, see `closure`: C, shape (5, 3, ...), m², for lengths (..., M, 3), m."""
-    shape = actuators.shape[:-1]
-    apothem, height = (np.broadcast_to(item, shape) for item in (geometry.apothem, geometry.height))
-    centre, inward = -apothem[..., None, None] * INWARD, np.broadcast_to(INWARD, (*shape, 3, 3))
-    return closure_coefficients(Circles(centre, inward, np.repeat(height[..., None], 3, axis=-1)), actuators)
 
 
 def _column(value: Array) -> Array:

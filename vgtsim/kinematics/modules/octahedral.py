@@ -10,23 +10,21 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.compilation import compiled
 from vgtsim.description import Octahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.geometry import copy_matrix, copy_row
 from vgtsim.kinematics.modules import octahedron as single
-from vgtsim.kinematics.modules.kind import Groups, Kind, PlannedMember
-from vgtsim.kinematics.modules.sets import Chord, Fill, Mask, ModuleSet, find_short
-from vgtsim.kinematics.modules.stroke_search import search_strokes
+from vgtsim.kinematics.modules.sets import Chord, Fill, Groups, Kind, ModuleSet, PlannedMember
+from vgtsim.kinematics.modules.stroke_boxes import search_strokes
 from vgtsim.kinematics.roll_pitch_yaw import (
     pose_parameters,
     pose_transform,
     smallest_turn,
 )
-
-Array = NDArray[np.float64]
 
 _KEPT = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 _PITCH = np.radians(80.0)  # from which roll and yaw are too nearly the same turn
@@ -198,14 +196,6 @@ class Octahedra(ModuleSet):
         lower, upper = self._ends
         return single.leg_jacobian(lower, upper @ np.swapaxes(R, -1, -2) + P[..., None, :], P)
 
-    def one(self, m: int) -> Octahedra:
-        """The set of module m alone."""
-        return Octahedra(self.names[m : m + 1], self.straight[m : m + 1], self.geometries[m : m + 1])
-
-    def dimensions(self, m: int) -> object:
-        """As `OctahedronGeometry`."""
-        return self.geometries[m]
-
     @cached_property
     def _alike(self) -> tuple[tuple[single.OctahedronGeometry, list[int]], ...]:
         """Modules by their dimensions: those that are alike are followed together."""
@@ -229,28 +219,25 @@ class Octahedra(ModuleSet):
             reached[..., mine] = part.reshape(wanted.shape[:-1])
         return x, reached
 
-    def solve(self, lengths: Array, start: Array | None = None) -> Array:
-        """As `attempt`, but all lengths must be reached.
-
-        Raises:
-            AssemblyError: A longeron pair does not close; the module is named.
-            SingularityError: A singularity lies between.
-        """
+    def require_closing(self, lengths: Array) -> None:
+        """Refuse two longerons that do not meet over their edge."""
         for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
             try:
                 single.closure(geometry, lengths[..., m, :])
             except AssemblyError as error:
                 raise AssemblyError(name, error.residual, str(error)) from None
-        x, reached = self.attempt(lengths, start)
-        worst = find_short(reached)
-        if worst is not None:
-            geometry, name = self.geometries[worst[-1]], self.names[worst[-1]]
-            R, P = pose_transform(x[worst])
-            value, leg = single.singularity(geometry, R, P)
-            role = "longeron" if geometry.static[leg] is not None else "actuator"
-            gap = np.abs(single.lengths(geometry, R, P) - lengths[worst]).max()
-            raise SingularityError(name, value, f"{name}/{role}/{leg + 1}", float(gap), float(reached[worst]))
-        return x
+
+    def tell_end(
+        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
+    ) -> SingularityError:
+        """A singularity, with the longeron that loses most of its length change."""
+        del start
+        geometry, name, wanted = self.geometries[m], self.names[m], lengths[(*where, m)]
+        R, P = pose_transform(x[(*where, m)])
+        value, leg = single.singularity(geometry, R, P)
+        role = "longeron" if geometry.static[leg] is not None else "actuator"
+        gap = np.abs(single.lengths(geometry, R, P) - wanted).max()
+        return SingularityError(name, value, f"{name}/{role}/{leg + 1}", float(gap), part)
 
     def conditioned(self, x: Array) -> Array:
         """dl/dtwist with rotations in units of the top nodes' radius."""
@@ -262,10 +249,9 @@ class Octahedra(ModuleSet):
         """By a search, see `search_strokes`."""
         search_strokes(self, low, high)
 
-    @cached_property
-    def swings(self) -> bool:
-        """Only with six actuators: static longerons do not follow a swing."""
-        return bool(np.all(self.actuated))
+    def is_free(self, m: int) -> bool:
+        """Six actuators give the top any pose; static longerons do not follow a swing."""
+        return bool(np.all(self.actuated[m]))
 
     def swing(self, x: Array, turn: Array) -> Array:
         """The position turns, and so does the axis of the turn of the top."""
@@ -290,10 +276,6 @@ class Octahedra(ModuleSet):
         x, y = -np.sin(angle), np.cos(angle)
         cos, sin = np.cos(self.straight[m, 5]), np.sin(self.straight[m, 5])
         return np.array([[x, y, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, x * sin - y * cos, x * cos + y * sin, 0.0]])
-
-    def lies(self, m: int) -> bool:
-        """Six actuators give the top any pose."""
-        return bool(np.all(self.actuated[m]))
 
     def lay(self, m: int, chord: Chord, share: Array) -> tuple[Array, Array, Array]:
         """The top stands at the begin of the chord, its normal along it, turned by the share."""

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.closure import (
     LOWER,
@@ -22,19 +23,16 @@ from vgtsim.kinematics.closure import (
     circle_angles,
     circle_nodes,
     closure_coefficients,
-    edge_jacobian,
     make_circles,
     place_circles,
+    triangle_frame,
+    triangle_nodes,
 )
 from vgtsim.kinematics.mode_following import FollowedMode, follow, worst_direction
-from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 from vgtsim.kinematics.vectors import cross
-
-Array = NDArray[np.float64]
 
 # corner of the base and of the top of l1 to l6 (3.27)
 LEGS = np.array([[0, 0], [1, 1], [2, 2], [2, 0], [0, 1], [1, 2]])
-STATIC_TOLERANCE = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 
 
 @dataclass(frozen=True)
@@ -62,11 +60,6 @@ class OctahedronGeometry:
         return triangle_nodes(self.top)
 
     @cached_property
-    def actuated(self) -> NDArray[np.intp]:
-        """Indices of the actuated longerons, shape (6 - k,)."""
-        return np.array([i for i, length in enumerate(self.static) if length is None], dtype=np.intp)
-
-    @cached_property
     def radius(self) -> float:
         """RMS distance of the top nodes from their centroid, m: the unit to weigh rotations in."""
         return float(np.sqrt(np.mean(np.sum(self.top_nodes**2, axis=-1))))
@@ -81,26 +74,6 @@ def lengths(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
     """l1 to l6, shape (..., 6), m, of a pose, whatever the static ones should be (3.27)."""
     top = top_nodes(geometry, R, P)
     return np.linalg.norm(top[..., LEGS[:, 1], :] - geometry.base_nodes[LEGS[:, 0]], axis=-1)
-
-
-def inverse(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike, tolerance: float = STATIC_TOLERANCE) -> Array:
-    """Inverse solution (section 3.4.2): l1 to l6, shape (..., 6), m, of a pose that the module can take.
-
-    Raises:
-        AssemblyError: A static longeron, which is named, would need another length by more than the tolerance, m: the
-            pose is outside the (6 - k)-dimensional subspace of the module. The residual is the greatest such error.
-    """
-    result = lengths(geometry, R, P)
-    fixed = np.array([np.nan if item is None else item for item in geometry.static])
-    error = np.where(np.isnan(fixed), 0.0, np.abs(result - fixed))
-    if np.any(error > tolerance):
-        worst = np.unravel_index(int(np.argmax(error)), error.shape)
-        leg, freedom = int(worst[-1]), geometry.actuated.size
-        needs = f"static longeron l{leg + 1} would be {result[worst]:.6g} m"
-        raise AssemblyError(
-            "octahedron", float(error[worst]), f"pose outside the {freedom}-dimensional subspace: {needs}"
-        )
-    return result
 
 
 def home(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Array, Array]:
@@ -136,15 +109,19 @@ def forward(
     Differs: undamped steps, each proved to stay on the mode; the dissertation limits the range of phi instead.
     """
     wanted = np.asarray(longerons, float)
-    R, P = home(geometry, wanted) if start is None else start
-    first = top_nodes(geometry, R, P)
-    batch = np.broadcast_shapes(wanted.shape[:-1], first.shape[:-2])
-    goal = _circles(geometry, np.broadcast_to(wanted, (*batch, 6)).reshape(-1, 6))
-    nodes = np.broadcast_to(first, (*batch, 3, 3)).reshape(-1, 3, 3)
-    begin, result = _follow(geometry, goal, nodes)
-    if result.reached.min(initial=1.0) < 1.0:
-        raise _singular(geometry, wanted, begin, goal, result.phi, result.reached)
-    R, P = triangle_frame(circle_nodes(goal, result.phi))
+    R, P = (np.asarray(item, float) for item in (home(geometry, wanted) if start is None else start))
+    batch = np.broadcast_shapes(wanted.shape[:-1], P.shape[:-1])
+    flat = np.broadcast_to(wanted, (*batch, 6)).reshape(-1, 6)
+    begin = np.broadcast_to(R, (*batch, 3, 3)).reshape(-1, 3, 3), np.broadcast_to(P, (*batch, 3)).reshape(-1, 3)
+    closure(geometry, flat)  # refuses impossible lengths by name
+    R, P, reached = advance(geometry, flat, begin)
+    if reached.min(initial=1.0) < 1.0:
+        worst = int(np.argmin(reached))
+        value, member = singularity(geometry, R[worst], P[worst])
+        gap = np.abs(lengths(geometry, R[worst], P[worst]) - flat[worst]).max()
+        way = f"{reached[worst]:.4f} of the way to {np.array2string(flat[worst], precision=4)} m"
+        detail = f"the mode of the start ends {way}: smallest singular value {value:.2g}, longeron l{member + 1}"
+        raise AssemblyError("octahedron", float(gap), detail)
     return R.reshape(*batch, 3, 3), P.reshape(*batch, 3)
 
 
@@ -169,42 +146,17 @@ def advance(geometry: OctahedronGeometry, longerons: Array, start: tuple[Array, 
 
 def _follow(geometry: OctahedronGeometry, goal: Circles, nodes: Array) -> tuple[Circles, FollowedMode]:
     """Follow from top nodes, shape (N, 3, 3), to the circles of the goal; returns the circles of the start too."""
-    begin = _circles(geometry, _leg_lengths(geometry, nodes))
+    legs = np.linalg.norm(nodes[..., LEGS[:, 1], :] - geometry.base_nodes[LEGS[:, 0]], axis=-1)
+    begin = _circles(geometry, legs)
     first, last = closure_coefficients(begin, geometry.top), closure_coefficients(goal, geometry.top)
     # centres and radii are linear in t and the closure is a quadratic form in them
     change = Circles(goal.centre - begin.centre, begin.inward, goal.radius - begin.radius)
     square = closure_coefficients(change, np.zeros(3))
-    slope = last - first - square
-
-    return begin, follow(first, slope, square, circle_angles(begin, nodes))
+    return begin, follow(first, last - first - square, square, circle_angles(begin, nodes))
 
 
 def _circles(geometry: OctahedronGeometry, longerons: Array) -> Circles:
     return make_circles(geometry.base_nodes, longerons, LOWER, "octahedron")
-
-
-def _leg_lengths(geometry: OctahedronGeometry, nodes: Array) -> Array:
-    return np.linalg.norm(nodes[..., LEGS[:, 1], :] - geometry.base_nodes[LEGS[:, 0]], axis=-1)
-
-
-def _singular(
-    geometry: OctahedronGeometry, wanted: Array, begin: Circles, goal: Circles, phi: Array, reached: Array
-) -> AssemblyError:
-    """The error of the member of the batch that got least far."""
-    worst = int(np.argmin(reached))
-    t = reached[worst]
-    centre = (1 - t) * begin.centre[worst] + t * goal.centre[worst]
-    here = Circles(centre, begin.inward[worst], (1 - t) * begin.radius[worst] + t * goal.radius[worst])
-    R, P = triangle_frame(circle_nodes(here, phi[worst]))
-    nodes = circle_nodes(Circles(goal.centre[worst], goal.inward[worst], goal.radius[worst]), phi[worst])
-    gap = np.linalg.norm(nodes[[1, 2, 0]] - nodes, axis=-1) - geometry.top
-    value, member = singularity(geometry, R, P)
-    row = np.broadcast_to(wanted, (reached.size, 6))[worst] if wanted.ndim == 1 else wanted.reshape(-1, 6)[worst]
-    detail = (
-        f"the mode of the start ends {t:.4f} of the way to {np.array2string(row, precision=4)} m: "
-        f"smallest singular value {value:.2g}, longeron l{member + 1}"
-    )
-    return AssemblyError("octahedron", float(np.max(np.abs(gap))), detail)
 
 
 def length_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
@@ -239,12 +191,6 @@ def singularity(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tup
     return worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
 
 
-def angles(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
-    """Angles phi_1 to phi_3 of the equivalent mechanism of a pose, shape (..., 3), rad."""
-    nodes = top_nodes(geometry, R, P)
-    return circle_angles(_circles(geometry, _leg_lengths(geometry, nodes)), nodes)
-
-
 def closure(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Circles, Array]:
     """Equivalent mechanism and closure, C of shape (5, 3, ...), m², of longerons, shape (..., 6), m.
 
@@ -253,16 +199,3 @@ def closure(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Circles
     """
     circles = _circles(geometry, np.asarray(longerons, float))
     return circles, closure_coefficients(circles, geometry.top)
-
-
-def angle_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
-    """The matrix of the forward iteration at a pose.
-
-    Returns:
-        dD/dphi, shape (..., 3, 3), m/rad.
-
-    Source: equation 3.14.
-    """
-    nodes = top_nodes(geometry, R, P)
-    circles = _circles(geometry, _leg_lengths(geometry, nodes))
-    return edge_jacobian(closure_coefficients(circles, geometry.top), geometry.top, circle_angles(circles, nodes))

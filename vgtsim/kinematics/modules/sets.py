@@ -12,24 +12,28 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index, Mask
+from vgtsim.errors import SingularityError
 from vgtsim.kinematics.mode_following import worst_row
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Index = NDArray[np.intp]
+if TYPE_CHECKING:
+    from vgtsim.kinematics.modules.static_section import StaticSection
 
 # (x, figures, straight, marks, frame, motion, length, slope, inner, inner_slope) -> None: fills the last seven arrays at
 # inputs x, see the properties of `ModuleState`; compiled, or plain Python where a formula is an iteration. An array
 # without entries is not asked for. Marks, shape (b, M, 4), say whether a module is placed, closed, kept and valid; the
 # last two are asked for with lengths alone.
 Fill = Callable[[Array, Array, Array, Mask, Array, Array, Array, Array, Array, Array], None]
+TRIANGLE = ((0, 1), (1, 2), (2, 0))  # edges 12, 23, 31 of a face, as indices of its corners
+
+Groups = dict[str, list[int]]  # node indices of a module: `base`, `top`, and what lies between
 
 
 @dataclass(frozen=True)
@@ -199,9 +203,9 @@ class ModuleSet(ABC):
         return 0
 
     @cached_property
-    @abstractmethod
     def actuated(self) -> Mask:
-        """Which legs are actuators, shape (M, legs)."""
+        """Which legs are actuators, shape (M, legs); all, and as many as inputs, of a kind without static legs."""
+        return np.ones((len(self.names), self.inputs), dtype=bool)
 
     @cached_property
     def straight_legs(self) -> tuple[Array, Array]:
@@ -222,7 +226,6 @@ class ModuleSet(ABC):
         where the lengths were reached.
         """
 
-    @abstractmethod
     def solve(self, lengths: Array, start: Array | None = None) -> Array:
         """As `attempt`, but all lengths must be reached.
 
@@ -230,6 +233,21 @@ class ModuleSet(ABC):
             AssemblyError: Lengths that no pose can have; the module is named.
             SingularityError: A singularity lies between.
         """
+        self.require_closing(lengths)
+        x, reached = self.attempt(lengths, start)
+        if reached.min(initial=1.0) == 1.0:
+            return x
+        *where, m = (int(i) for i in np.unravel_index(int(np.argmin(reached)), reached.shape))
+        raise self.tell_end(tuple(where), m, x, lengths, start, float(reached[(*where, m)]))
+
+    def require_closing(self, lengths: Array) -> None:  # noqa: B027  # an attempt ends early where they cannot be
+        """Refuse lengths, shape (..., M, legs), m, that no pose can have: an AssemblyError names the module."""
+
+    @abstractmethod
+    def tell_end(
+        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
+    ) -> SingularityError:
+        """The error of module m of the member `where` of a batch, which got least far: a part of the way to inputs x."""
 
     @abstractmethod
     def conditioned(self, x: Array) -> Array:
@@ -239,13 +257,13 @@ class ModuleSet(ABC):
         """Smallest singular value of each module, a pure number, shape (..., M)."""
         return find_singular(self, x)[0]
 
-    @abstractmethod
-    def one(self, m: int) -> ModuleSet:
+    def one(self, m: int) -> Self:
         """The set of module m alone."""
+        return replace(self, **{item.name: getattr(self, item.name)[m : m + 1] for item in fields(self)})
 
-    @abstractmethod
     def dimensions(self, m: int) -> object:
         """What makes module m differ from another: two modules of equal dimensions behave alike."""
+        return self.figures[m].tobytes()
 
     def check_strokes(self, low: Array, high: Array) -> None:  # noqa: B027  # the description may have refused already
         """Refuse a set of one module if its strokes, low to high, shape (k,), m, hold a singularity.
@@ -255,13 +273,12 @@ class ModuleSet(ABC):
             SingularityError: Where the way ends, and the member.
         """
 
-    def stow(self, length: float) -> Array:  # noqa: ARG002
-        """Inputs that pass the riser, shape (M, inputs), for retracted actuators of a length, m; the straight ones."""
-        return self.straight
+    def stow(self, length: float) -> Array:
+        """Inputs that pass the riser, shape (M, inputs): of a kind that `stows`, with all actuators at a length, m."""
+        return self.solve(np.full(self.actuated.shape, length)) if self.stows else self.straight
 
-    @cached_property
-    def swings(self) -> bool:
-        """Whether inputs exist that turn every module about the axis of its base."""
+    def is_free(self, m: int) -> bool:  # noqa: ARG002
+        """Whether module m can point anywhere: it follows a `swing`, and `lay` puts it along a curve."""
         return False
 
     def swing(self, x: Array, turn: Array) -> Array:  # noqa: ARG002
@@ -286,12 +303,8 @@ class ModuleSet(ABC):
         """Linear forms on the inputs of module m that vanish when it bends in the plane at an angle about Z, (r, inputs)."""
         return np.empty((0, self.inputs))
 
-    def lies(self, m: int) -> bool:  # noqa: ARG002
-        """Whether module m can be laid along a curve: `lay` has an answer."""
-        return False
-
     def lay(self, m: int, chord: Chord, share: Array) -> tuple[Array, Array, Array]:
-        """Inputs of module m, shape (inputs,), that bring what follows onto a chord; the module `lies`.
+        """Inputs of module m, shape (inputs,), that bring what follows onto a chord; the module is free.
 
         `share` is the turn of its top about the top's normal, shape (3, 3), where that can be chosen. Returns the
         inputs, R_BT, shape (3, 3), and where the chord then ends, shape (3,), m.
@@ -299,19 +312,41 @@ class ModuleSet(ABC):
         raise NotImplementedError
 
 
-def all_legs(names: tuple[str, ...], legs: int) -> Mask:
-    """`actuated` of a set without static legs, shape (M, legs)."""
-    return np.ones((len(names), legs), dtype=bool)
-
-
-def find_short(reached: Array) -> tuple[int, ...] | None:
-    """Index of the member of a batch that got least far on its way, its last entry the module; None if all arrived."""
-    if reached.min(initial=1.0) == 1.0:
-        return None
-    return tuple(int(i) for i in np.unravel_index(int(np.argmin(reached)), reached.shape))
-
-
 def find_singular(modules: ModuleSet, x: Array) -> tuple[Array, Index]:
     """Smallest singular value of each module, a pure number, and the leg worst of it, shapes (..., M)."""
     left, value, _ = np.linalg.svd(modules.conditioned(x))
     return value[..., -1], worst_row(left, value)
+
+
+class PlannedMember(NamedTuple):
+    """One member of a module between two nodes, by index; numbers are counted from 1 within a role.
+
+    The role is `longeron`, `cross_longeron` or `actuator`; the section is the name of its tube or cylinder.
+    """
+
+    role: str
+    section: str
+    first: int
+    second: int
+    number: int
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of module. A function takes the module's description, whose class belongs to the kind.
+
+    Attributes:
+        plan: The members between its nodes, battens left out.
+        groups: Names of the groups of three nodes that it adds between base and top, in order.
+        top: Corners of its top that are nodes of its own; the others it shares with its base.
+        battens: Edges of its top that are members, as pairs of corners.
+        make_set: From modules of this kind and the arm's face side, m, to their set; absent for a static kind.
+        make_static: From a module and the arm's face side to its section; absent for a kind with actuators.
+    """
+
+    plan: Callable[[Any, Groups], list[PlannedMember]]
+    groups: Callable[[Any], tuple[str, ...]] = lambda _: ()
+    top: tuple[int, ...] = (0, 1, 2)
+    battens: tuple[tuple[int, int], ...] = TRIANGLE
+    make_set: Callable[[Any, float], ModuleSet] | None = None
+    make_static: Callable[[Any, float], StaticSection] | None = None

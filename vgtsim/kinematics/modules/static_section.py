@@ -1,4 +1,4 @@
-"""Static sections: two face triangles held together by longerons and diagonals (section 3.6).
+"""Static sections: two face triangles held together by longerons and diagonals (section 3.6), and their kinds of modules.
 
 The chain needs the transform from the top face of a section to its base; it comes from dimensions or from a measurement.
 Longerons 1 to 3 join corners 1 to 3 of the base to those of the top. Cross-longerons 1 to 3 join corners 1 to 3 of the base
@@ -11,33 +11,22 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
+from vgtsim.description import Prism, SectionModule
 from vgtsim.errors import AssemblyError, TrussError
+from vgtsim.kinematics.closure import triangle_nodes
 from vgtsim.kinematics.mode_following import worst_direction
 from vgtsim.kinematics.modules.octahedron import leg_jacobian
+from vgtsim.kinematics.modules.sets import TRIANGLE, Groups, Kind, PlannedMember
 from vgtsim.kinematics.roll_pitch_yaw import rotation
-from vgtsim.kinematics.triangle import triangle_nodes
 
-Array = NDArray[np.float64]
 Sides = tuple[float, float, float]
 
-_TRIANGLE = ((0, 1), (1, 2), (2, 0))
-_LEGS = np.array([(0, 0), (1, 1), (2, 2), *_TRIANGLE])  # corner of the base and of the top
+_LEGS = np.array([(0, 0), (1, 1), (2, 2), *TRIANGLE])  # corner of the base and of the top
 _RIGID = 1e-3  # smallest singular value, a pure number, below which a section is a mechanism for all purposes
 _SQUARE = 1e-6  # departure of a measured rotation from an orthogonal matrix that is taken for rounding
-
-
-@dataclass(frozen=True)
-class SectionMember:
-    """One bar of a section, a `longeron`, `cross_longeron` or `batten`, with its length, m.
-
-    Its ends are indices of nodes: 0 to 2 the base, 3 to 5 the top.
-    """
-
-    role: str
-    ends: tuple[int, int]
-    length: float
 
 
 @dataclass(frozen=True)
@@ -69,15 +58,6 @@ class StaticSection:
     def nodes(self) -> Array:
         """Corners 1 to 3 of the base and 1 to 3 of the top in frame B, shape (6, 3), m."""
         return np.concatenate([triangle_nodes(self.base), triangle_nodes(self.top) @ self.R.T + self.P])
-
-    @cached_property
-    def members(self) -> tuple[SectionMember, ...]:
-        """Three longerons, three cross-longerons, three battens."""
-        plan = [("longeron", i, 3 + i) for i in range(3)]
-        plan += [("cross_longeron", i, 3 + j) for i, j in _TRIANGLE]
-        plan += [("batten", 3 + i, 3 + j) for i, j in _TRIANGLE]
-        spans = [float(np.linalg.norm(self.nodes[j] - self.nodes[i])) for _, i, j in plan]
-        return tuple(SectionMember(role, (i, j), span) for (role, i, j), span in zip(plan, spans, strict=True))
 
     @cached_property
     def stiffness(self) -> tuple[float, int]:
@@ -121,3 +101,32 @@ def section_from_transform(base: Sides, top: Sides, T_BT: ArrayLike) -> StaticSe
     """
     T = np.asarray(T_BT, float)
     return StaticSection(base, top, T[:3, :3], T[:3, 3])
+
+
+def make_static(module: Prism | SectionModule, side: float) -> StaticSection:
+    """Static section of a described module; faces that are not given are the arm's, of a side in m.
+
+    Raises:
+        AssemblyError: A measured transform is not a rotation.
+        TrussError: The members do not hold it; the module is named.
+    """
+    base, top = module.faces(side)
+    try:
+        if isinstance(module, SectionModule) and module.transform is not None:
+            return section_from_transform(base, top, module.transform)
+        tilt, twist = (module.tilt, module.twist) if isinstance(module, SectionModule) else ((0.0, 0.0), 0.0)
+        return make_section(base, module.length or 0.0, top=top, tilt=tilt, twist=twist)
+    except TrussError as error:
+        members = tuple(f"{module.name}/{member}" for member in error.members)
+        raise TrussError(error.rank, members, f"{module.name}: a static section whose members do not hold it") from None
+
+
+def plan_members(module: Prism | SectionModule, groups: Groups) -> list[PlannedMember]:
+    """Three longerons and three diagonals."""
+    base, top = groups["base"], groups["top"]
+    plan = [PlannedMember("longeron", module.longeron_tube, base[i], top[i], i + 1) for i in range(3)]
+    tube = module.cross_longeron_tube
+    return plan + [PlannedMember("cross_longeron", tube, base[i], top[j], i + 1) for i, j in TRIANGLE]
+
+
+KIND = Kind(plan=plan_members, make_static=make_static)

@@ -20,15 +20,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vgtsim.arrays import Array, Mask
 from vgtsim.compilation import compiled
 from vgtsim.description import Tetrahedral
 from vgtsim.errors import AssemblyError, SingularityError
-from vgtsim.kinematics.modules.kind import TRIANGLE, Groups, Kind, PlannedMember
-from vgtsim.kinematics.modules.sets import Fill, Mask, ModuleSet, all_legs, find_short
-
-Array = NDArray[np.float64]
+from vgtsim.kinematics.modules.sets import TRIANGLE, Fill, Groups, Kind, ModuleSet, PlannedMember
 
 _FOLDED = 1e-9  # sine of half an angle at which n4 lies on n1 but for rounding: the length has no derivative there
 
@@ -98,11 +95,6 @@ class Hinges(ModuleSet):
         return np.sqrt(side**2 - hinge**2 / 4)
 
     @cached_property
-    def actuated(self) -> Mask:
-        """All of them."""
-        return all_legs(self.names, 1)
-
-    @cached_property
     def fill(self) -> Fill:
         """As `fill_hinges`."""
         return fill_hinges
@@ -119,14 +111,6 @@ class Hinges(ModuleSet):
         folded = np.any(np.abs(np.sin(x[..., 0] / 2)) < _FOLDED, axis=0)
         return AssemblyError(self.names[int(np.argmax(folded))], 0.0, "folded flat: n4 lies on n1")
 
-    def one(self, m: int) -> Hinges:
-        """The set of module m alone."""
-        return Hinges(self.names[m : m + 1], self.straight[m : m + 1], self.sides[m : m + 1])
-
-    def dimensions(self, m: int) -> object:
-        """L1 and L2."""
-        return tuple(self.sides[m].tolist())
-
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
         """Hinge angles, shape (..., M, 1), rad, in closed form, on the side of the flat pose on which the start is.
 
@@ -139,19 +123,13 @@ class Hinges(ModuleSet):
             theta = np.where(start > np.pi, 2 * np.pi - theta, np.where(start < 0, -theta, theta))
         return theta, np.where((ratio > 0) & (ratio < 1), 1.0, 0.0)[..., 0]
 
-    def solve(self, lengths: Array, start: Array | None = None) -> Array:
-        """As `attempt`, but all lengths must be reached.
-
-        Raises:
-            SingularityError: A length at or beyond the flat pose, or none; the module is named.
-        """
-        theta, reached = self.attempt(lengths, start)
-        worst = find_short(reached)
-        if worst is not None:
-            name, longest = self.names[worst[-1]], 2 * float(self.height[worst[-1]])
-            gap = abs(float(lengths[worst][0]) - longest)
-            raise SingularityError(name, 0.0, f"{name}/actuator/1", gap, min(1.0, longest / float(lengths[worst][0])))
-        return theta
+    def tell_end(
+        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
+    ) -> SingularityError:
+        """A length at or beyond the flat pose, or none."""
+        del x, start, part
+        name, longest, wanted = self.names[m], 2 * float(self.height[m]), float(lengths[(*where, m)][0])
+        return SingularityError(name, 0.0, f"{name}/actuator/1", abs(wanted - longest), min(1.0, longest / wanted))
 
     def conditioned(self, x: Array) -> Array:
         """dl/dtheta over the altitude: the cosine of half the hinge angle."""

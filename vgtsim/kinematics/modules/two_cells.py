@@ -1,4 +1,4 @@
-"""The general batten-actuated double-octahedral module (sections 3.5.1, 3.5.2): all its lengths may differ.
+"""The general batten-actuated double-octahedral module (sections 3.2, 3.5.1, 3.5.2, 3.5.4): all its lengths may differ.
 
 Frame B sits on the base triangle n1 n2 n3 and frame T on the top triangle n7 n8 n9, each as in `triangle`.
 The actuators l1 = n4 n5, l2 = n5 n6, l3 = n6 n4 make the mid-plane. With a joint offset the upper longerons
@@ -11,6 +11,9 @@ figure 3.10, are
 A state is all six angles (phi_1 to phi_6): the lower three are the canonical input, the upper three follow by
 the second closure and say which mode the upper cell is on. Arrays carry any leading batch dimensions, written
 `...`.
+
+The upper longerons and the top triangle are rigid, so the twist of the top follows from the velocities of n4', n5', n6' by
+one linear system, the same matrix as that of a longeron-actuated octahedron; no derivative of the upper angles is needed.
 """
 
 from __future__ import annotations
@@ -19,28 +22,30 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array
 from vgtsim.errors import AssemblyError
+from vgtsim.kinematics import closure
 from vgtsim.kinematics.closure import (
     LOWER,
     UPPER,
     Circles,
     circle_nodes,
+    circle_tangents,
     closure_coefficients,
-    edge_jacobian,
+    edge_lengths,
     make_circles,
     place_circles,
+    triangle_frame,
+    triangle_nodes,
 )
+from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.mode_following import FollowedMode, follow_sides, follow_squares, worst_direction
 from vgtsim.kinematics.modules.octahedron import leg_jacobian
-from vgtsim.kinematics.triangle import triangle_frame, triangle_nodes
 
-Array = NDArray[np.float64]
-
-UPPER_LEGS = np.array(
-    [[1, 0], [2, 1], [0, 2], [0, 0], [1, 1], [2, 2]]
-)  # corner of the mid-plane and of the top of L7 to L12
+# corner of the mid-plane and of the top of L7 to L12
+UPPER_LEGS = np.array([[1, 0], [2, 1], [0, 2], [0, 0], [1, 1], [2, 2]])
 
 
 @dataclass(frozen=True)
@@ -93,7 +98,7 @@ def upper_circles(geometry: TwoCellGeometry, actuators: ArrayLike) -> Circles:
 
 def actuator_lengths(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
     """l1, l2, l3, shape (..., 3), m, of phi_1 to phi_3 or of a state, shape (..., 3) or (..., 6) (3.28, 3.32)."""
-    return _distances(mid_nodes(geometry, phi))
+    return edge_lengths(mid_nodes(geometry, phi))
 
 
 def mid_nodes(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
@@ -110,14 +115,9 @@ def nodes(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
     mid = mid_nodes(geometry, angles)
     R, P = triangle_frame(mid)
     shift = geometry.joint_offset * R[..., :, 2]
-    local = circle_nodes(upper_circles(geometry, _distances(mid)), angles[..., 3:])
+    local = circle_nodes(upper_circles(geometry, edge_lengths(mid)), angles[..., 3:])
     top = local @ np.swapaxes(R, -1, -2) + (P + shift)[..., None, :]
     return np.concatenate([mid, mid + shift[..., None, :], top], axis=-2)
-
-
-def transform(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[Array, Array]:
-    """R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, of a state: 3.47 to 3.51 with the top nodes 7 to 9."""
-    return triangle_frame(nodes(geometry, state)[..., 6:, :])
 
 
 def home(geometry: TwoCellGeometry, actuators: ArrayLike) -> Array:
@@ -135,7 +135,7 @@ def home(geometry: TwoCellGeometry, actuators: ArrayLike) -> Array:
     circles = upper_circles(geometry, length)
     inset = np.mean(length, axis=-1, keepdims=True) / 2 - np.mean(geometry.top)
     guess = np.arccos(np.clip(inset / np.sqrt(3) / circles.radius, -0.98, 0.98))
-    begin, goal = _distances(circle_nodes(circles, guess)), np.asarray(geometry.top)
+    begin, goal = edge_lengths(circle_nodes(circles, guess)), np.asarray(geometry.top)
     upper = _along_edges(circles, guess, begin, np.broadcast_to(goal, begin.shape))
     if upper.reached.min(initial=1.0) < 1.0:
         raise AssemblyError("double octahedron, upper cell", float(np.max(np.abs(begin - goal))), "no upright assembly")
@@ -218,10 +218,6 @@ def advance_lengths(geometry: TwoCellGeometry, actuators: ArrayLike, start: Arra
     return found, np.minimum(lower.reached, upper.reached).reshape(goal.shape[:-1])
 
 
-def _distances(triangle: Array) -> Array:
-    return np.linalg.norm(triangle[..., [1, 2, 0], :] - triangle, axis=-1)
-
-
 def _along_edges(circles: Circles, phi: Array, begin: Array, goal: Array) -> FollowedMode:
     """Follow a cell with fixed circles while its upper edges change, straight in their squares."""
     first = closure_coefficients(circles, begin).reshape(5, 3, -1)
@@ -253,7 +249,7 @@ def _ended_upper(geometry: TwoCellGeometry, result: FollowedMode, begin: Array, 
     _, J = leg_jacobian(mid[UPPER_LEGS[:, 0]], top[UPPER_LEGS[:, 1]], np.mean(top, axis=0))
     value, row = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
     there = circle_nodes(place_circles(triangle_nodes(goal[worst]), np.asarray(geometry.longerons[6:]), UPPER), phi)
-    gap = float(np.max(np.abs(_distances(there) - geometry.top)))
+    gap = float(np.max(np.abs(edge_lengths(there) - geometry.top)))
     return _ended("upper cell", goal[worst], t, gap, value, f"longeron L{row + 7}")
 
 
@@ -267,6 +263,63 @@ def _ended(cell: str, wanted: Array, t: float, gap: float, value: float, member:
 
 def angle_jacobian(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
     """dl/dphi, shape (..., 3, 3), m/rad, at phi_1 to phi_3 or at a state: 3.14 with 3.33."""
-    angles = np.asarray(phi, float)[..., :3]
-    length = actuator_lengths(geometry, angles)
-    return edge_jacobian(closure_coefficients(geometry.circles, length), length, angles)
+    return closure.angle_jacobian(geometry.circles, np.asarray(phi, float)[..., :3])
+
+
+def jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
+    """Motion of the top per unit rate of phi_1 to phi_3 at a state, shape (..., 6, 3), in closed form.
+
+    The motion is the velocity of the origin of T, then the angular velocity of T, in frame B.
+
+    Raises:
+        SingularPoseError: The upper cell is singular.
+
+    Source: section 3.5.4, step 5, for the general module.
+    """
+    angles = np.asarray(state, float)
+    points = nodes(geometry, angles)
+    velocity = mid_velocities(geometry, angles)[..., 3 + UPPER_LEGS[:, 0], :, :]
+    length, J = upper_jacobian(points)
+    unit = (points[..., 6 + UPPER_LEGS[:, 1], :] - points[..., 3 + UPPER_LEGS[:, 0], :]) / length[..., None]
+    inverse = invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "double octahedron, upper cell")
+    return inverse @ np.einsum("...ik,...ikj->...ij", unit, velocity)
+
+
+def upper_jacobian(points: Array) -> tuple[Array, Array]:
+    """L7 to L12, shape (..., 6), m, of all moving nodes, shape (..., 9, 3), m, and dL/dtwist, shape (..., 6, 6)."""
+    origin = np.mean(points[..., 6:, :], axis=-2)
+    return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)
+
+
+def mid_velocities(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
+    """Derivatives of n4, n5, n6, n4', n5', n6' in frame B by phi_1 to phi_3, shape (..., 6 nodes, 3, 3 inputs), m/rad.
+
+    Angles are phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
+    """
+    angles = np.asarray(phi, float)
+    points = mid_nodes(geometry, angles)
+    tangent = circle_tangents(geometry.circles, angles[..., :3])
+    moves = tangent[..., :, :, None] * np.eye(3)[:, None, :]
+    first, second = points[..., 1, :] - points[..., 0, :], points[..., 2, :] - points[..., 0, :]
+    cross = np.cross(first, second)
+    size = np.linalg.norm(cross, axis=-1)[..., None, None]
+    rate = np.cross(moves[..., 1, :, :] - moves[..., 0, :, :], second[..., None], axis=-2)
+    rate = rate + np.cross(first[..., None], moves[..., 2, :, :] - moves[..., 0, :, :], axis=-2)
+    w = cross[..., None] / size
+    turn = (rate - w * np.sum(w * rate, axis=-2, keepdims=True)) / size
+    return np.concatenate([moves, moves + geometry.joint_offset * turn[..., None, :, :]], axis=-3)
+
+
+def singularity(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[float, str]:
+    """How near one state is to a singularity of either cell, and the member with most of the lost length change.
+
+    Returns:
+        The smaller of two pure numbers, and the member. The numbers are the smallest singular values of dl/dphi over
+        the mean radius of the circles, and of dL/dtwist of the upper longerons with rotations in units of
+        `TwoCellGeometry.radius`.
+    """
+    angles = np.asarray(state, float)
+    value, row = worst_direction(angle_jacobian(geometry, angles), float(np.mean(geometry.circles.radius)))
+    _, J = upper_jacobian(nodes(geometry, angles))
+    upper, leg = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
+    return (value, f"actuator l{row + 1}") if value <= upper else (upper, f"longeron L{leg + 7}")

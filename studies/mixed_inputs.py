@@ -1,8 +1,8 @@
 """Chains whose modules take conventional inputs (actuator lengths) or canonical ones, each as it pleases (chapter 4).
 
 A row y has the inputs of the active modules from the mast to the tool: of a conventional module the lengths of its
-actuators in the order of its legs, of any other its canonical inputs, see `chain`. Leading dimensions are batches. Static
-longerons keep their lengths.
+actuators in the order of its legs, of any other its canonical inputs, see `vgtsim.kinematics.chain`. Leading dimensions
+are batches. Static longerons keep their lengths.
 """
 
 from __future__ import annotations
@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vgtsim.arrays import Array, Index
 from vgtsim.description import closest
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.chain import Chain
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
