@@ -21,7 +21,7 @@ _BRAKE = 0.05  # m/s², with which the closing of a gap is slowed: half of what 
 _SHARE = 0.3  # part of what all cylinders together could slow a gap with: they have a task beside
 _MOST = 40  # gaps that are limited, the nearest: the others are farther by far
 _CREEP = (
-    0.02  # m/s, at which a gap may close whose bodies may touch: the tool at this speed gives a servo 0.4 mm a step
+    0.02  # m/s, at which a gap may close whose bodies may touch: at this speed the tool gives a servo 0.4 mm a step
 )
 _SAG_EVERY = 25  # cycles between looks at how far an arm that gives sags
 _SPARE = 1.1  # what the motion of an erratic hand may add to static forces

@@ -51,16 +51,7 @@ from vgtsim.description.operator import (
 )
 from vgtsim.description.original import find_original
 from vgtsim.description.phases import begins_anew, cut_arm, list_phases, pick_phase
-from vgtsim.description.scene import (
-    AllowedContact,
-    Feed,
-    LoadCase,
-    Payload,
-    Scene,
-    SceneFile,
-    Simulation,
-    Slew,
-)
+from vgtsim.description.scene import AllowedContact, Feed, LoadCase, Payload, Scene, SceneFile, Simulation, Slew
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped

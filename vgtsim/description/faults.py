@@ -9,14 +9,7 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from vgtsim.description.complaints import translate_all
-from vgtsim.description.files import (
-    load_description,
-    load_scene,
-    load_study,
-    load_tank,
-    read_tables,
-    take_provenance,
-)
+from vgtsim.description.files import load_description, load_scene, load_study, load_tank, read_tables, take_provenance
 from vgtsim.description.schema import UNKNOWN_KEY, Description
 from vgtsim.description.shipped import ROOTS, USES, Kind, find_file, tell_kind
 from vgtsim.description.toml_file import read_toml

@@ -9,15 +9,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from vgtsim.constants import Method
-from vgtsim.description.figures import (
-    Acceleration,
-    Angle,
-    Gap,
-    Length,
-    Number,
-    Speed,
-    Wait,
-)
+from vgtsim.description.figures import Acceleration, Angle, Gap, Length, Number, Speed, Wait
 from vgtsim.description.modules import Module
 from vgtsim.description.schema import Description, Name, closest, require_distinct
 

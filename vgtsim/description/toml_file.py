@@ -14,9 +14,8 @@ from vgtsim.errors import DescriptionError
 
 _LARGEST = 1_000_000  # bytes; the largest shipped file has a thirtieth of it
 _DEEPEST = 12  # tables in tables and lists in lists; shipped files have six
-_LONGEST = (
-    14_284  # bits of an integer: 4,300 digits, more of which Python does not write, nor read but as 0x, 0o and 0b
-)
+# bits of an integer: 4,300 digits, more of which Python does not write, nor read but as 0x, 0o and 0b
+_LONGEST = 14_284
 _MARKS = ((codecs.BOM_UTF32_LE, "UTF-32"), (codecs.BOM_UTF16_LE, "UTF-16"), (codecs.BOM_UTF16_BE, "UTF-16"))
 
 

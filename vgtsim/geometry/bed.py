@@ -35,9 +35,8 @@ class Bed:
     def ground(self) -> Array:
         """Corner, spacing, greatest and least height, m, and cosine of the steepest slope, for compiled functions, shape (5,)."""
         x, y = np.diff(self.heights, axis=0) / self.spacing, np.diff(self.heights, axis=1) / self.spacing
-        steep = max(
-            (x[:, :-1] ** 2 + y[1:] ** 2).max(), (x[:, 1:] ** 2 + y[:-1] ** 2).max()
-        )  # of both triangles of each cell
+        # of both triangles of each cell
+        steep = max((x[:, :-1] ** 2 + y[1:] ** 2).max(), (x[:, 1:] ** 2 + y[:-1] ** 2).max())
         return np.array([self.corner, self.spacing, self.heights.max(), self.heights.min(), 1 / np.sqrt(1 + steep)])
 
     @property

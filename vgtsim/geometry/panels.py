@@ -24,9 +24,8 @@ from vgtsim.geometry.clearance import find_mouth
 from vgtsim.geometry.profile import Piece, Profile
 
 TOLERANCE = 0.0045  # m, that the boxes stand back for each of the two angles: together less than a centimetre
-FINE = (
-    0.0015  # m, the same in the bore and about its rim, where angles between sectors or between rings matter, not both
-)
+# m, the same in the bore and about its rim, where angles between sectors or between rings matter, not both
+FINE = 0.0015
 NEAR = 3.0  # of the bore's radius: how far from the axis the dome counts as being about the rim
 DEPTH = 0.4  # m, of the boxes away from the tank
 RIM = "rim"  # name of the dome's piece about the bore

@@ -140,11 +140,8 @@ def _beside(at: GoalPlace, item: Thing, tank: Tank) -> _Pose:
 
 def _leave(corners: Array, side: float, distance: float) -> float:
     """How far along an azimuth from the origin a point is at a distance from a convex outline, shape (K, 2), m."""
-    ahead, low, high = (
-        np.array([np.cos(side), np.sin(side)]),
-        0.0,
-        float(np.linalg.norm(corners, axis=1).max()) + distance,
-    )
+    ahead = np.array([np.cos(side), np.sin(side)])
+    low, high = 0.0, float(np.linalg.norm(corners, axis=1).max()) + distance
     ends, across = np.roll(corners, -1, axis=0), np.roll(corners, -1, axis=0) - corners
     while high - low > _CLOSE:
         point = (low + high) / 2 * ahead

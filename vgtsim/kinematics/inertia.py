@@ -179,10 +179,6 @@ def _tube_segment(manipulator: Manipulator, tube: Tube, length: float) -> _Segme
 def _cylinder_segments(manipulator: Manipulator, cylinder: Cylinder) -> tuple[_Segment, _Segment]:
     density = manipulator.materials[cylinder.material].density
     barrel = _uniform_segment(
-        cylinder.barrel_mass(density),
-        cylinder.eye,
-        cylinder.barrel_length,
-        cylinder.barrel_diameter,
-        cylinder.bore,
+        cylinder.barrel_mass(density), cylinder.eye, cylinder.barrel_length, cylinder.barrel_diameter, cylinder.bore
     )
     return barrel, _uniform_segment(cylinder.rod_mass(density), 0.0, cylinder.rod_length, cylinder.rod, 0.0)

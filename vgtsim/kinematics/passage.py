@@ -59,11 +59,8 @@ def trace_line(axis: Axis, count: int, *, jointed: bool) -> Array:
 
     A hose's arc is drawn as the parabola with the same tangents at both faces.
     """
-    first, corner, last = (
-        axis.places[:, :-1, None],
-        axis.make_corners(jointed=True)[:, :, None],
-        axis.places[:, 1:, None],
-    )
+    first, last = axis.places[:, :-1, None], axis.places[:, 1:, None]
+    corner = axis.make_corners(jointed=True)[:, :, None]
     part = np.linspace(0.0, 1.0, count + 1)[1:, None]
     if jointed:
         points = np.where(

@@ -127,12 +127,8 @@ def pursue(how: Array, tolerance: Array, which: Index, goals: Index, *tables: An
     marks, z, trial, y = ways[0], ways[2], ways[3], ways[6]
     (rows, count), size = at[2].shape[1:], at[7].shape[1]
     inside, error, J, value = np.ones(1, np.bool_), np.empty((1, rows)), np.empty((1, rows, count)), np.empty(1)
-    slope, whole, rough, first = (
-        np.empty((1, count)),
-        np.empty((1, count, count)),
-        np.empty((1, 0)),
-        np.empty((1, size)),
-    )
+    slope, whole = np.empty((1, count)), np.empty((1, count, count))
+    rough, first = np.empty((1, 0)), np.empty((1, size))
     there = inside, error, J, value, slope, whole, rough, first
     one, goal = np.empty(1, np.intp), np.empty(1, np.intp)
     for i in which:

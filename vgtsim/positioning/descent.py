@@ -61,7 +61,7 @@ def _learn(shift: Array, change: Array, B: Array) -> None:
     Source: M. J. D. Powell's damped BFGS formula, Nocedal and Wright, Numerical Optimization, procedure 18.2.
     """
     length, k = find_dot(shift, shift), len(shift)
-    if length <= 1e-24:
+    if length <= 1e-24:  # a step of 1e-12, m or rad: its change of slope is rounding
         return
     if not np.any(B):
         first = max(find_dot(shift, change), 1e-3 * find_size(change) * find_size(shift)) / length
@@ -105,7 +105,7 @@ def _equations(
         plain += learned[i]
     trace = np.trace(plain)
     for a in range(k):
-        plain[a, a] += 1e-10 * trace / k + 1e-14
+        plain[a, a] += 1e-10 * trace / k + 1e-14  # flat directions get a curvature, far below any that counts
     copy_matrix(plain, W)
     numbers[PENALTY] = 0.0
     if near:
@@ -145,7 +145,7 @@ def _search(
     marks[MODE], marks[CUT], marks[CUTS], marks[BACKS], marks[PHASE] = mode, 0, cuts, _RESTORED, _TRY
     numbers[PART], numbers[WEIGHT], numbers[OFF] = 1.0, 2 * size, find_size(error)
     merit = value + numbers[WEIGHT] * numbers[OFF]
-    numbers[BAR] = merit - least + 1e-12 * (1 + abs(merit))
+    numbers[BAR] = merit - least + 1e-12 * (1 + abs(merit))  # rounding of the merit
 
 
 @compiled

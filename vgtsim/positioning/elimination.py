@@ -124,7 +124,7 @@ def _diagonalise(A: Array, V: Array) -> None:
             whole += A[i, i] * A[i, i]
             for j in range(i):
                 rest += A[i, j] * A[i, j]
-        if rest <= 1e-34 * whole:
+        if rest <= 1e-34 * whole:  # squares: off the diagonal 1e-17 of it, below rounding
             break
         for p in range(n):
             for q in range(p + 1, n):
@@ -211,13 +211,8 @@ def judge(J: Array, slope: Array, error: Array, limit: float, tolerance: Array, 
     The stationarity is the norm of a slope in the null space of its Jacobian over 1 + the whole norm.
     """
     size = J.shape[1]
-    y, first, rest, square, inverse = (
-        np.empty(size),
-        np.empty(J.shape[2]),
-        np.empty(J.shape[2]),
-        np.empty((size, size)),
-        np.empty((size, size)),
-    )
+    y, first, rest = np.empty(size), np.empty(J.shape[2]), np.empty(J.shape[2])
+    square, inverse = np.empty((size, size)), np.empty((size, size))
     for i in range(len(J)):
         multiply_across(J[i], J[i], square)
         pseudo_inverse(square, limit, inverse)

@@ -242,11 +242,8 @@ def tabulate(chain: Chain, goal: GoalSpace) -> rows.Table:
 def _seat(chain: Chain, kinds: tuple[tuple[type[Any], str | None, str], ...]) -> tuple[Index, Array, Index]:
     """Of a table all but the targets."""
     layout, row, none = chain.layout, 0, np.zeros(3)
-    parts, axes, spots = (
-        np.empty((len(kinds), 5), np.intp),
-        np.zeros((len(kinds), 3), np.intp),
-        np.empty((len(kinds), 3, 5)),
-    )
+    parts, axes = np.empty((len(kinds), 5), np.intp), np.zeros((len(kinds), 3), np.intp)
+    spots = np.empty((len(kinds), 3, 5))
     for p, (kind, module, names) in enumerate(kinds):
         part = kind(none, names, module) if kind is Position else kind(none, module)
         face, inputs = part.place(chain)

@@ -42,12 +42,8 @@ class Configurations:
     def strokes(self) -> tuple[Array, Array, Array, Array]:
         """Least spare stroke, m, and the stroke barrier, shape (b,), with its derivatives by the lengths, shape (b, J)."""
         length = self.length
-        room, value, first, second = (
-            np.empty(len(length)),
-            np.empty(len(length)),
-            np.empty(length.shape),
-            np.empty(length.shape),
-        )
+        room, value = np.empty(len(length)), np.empty(len(length))
+        first, second = np.empty(length.shape), np.empty(length.shape)
         measure_strokes(length, self.box.least, self.box.greatest, room, value, first, second)
         return room, value, first, second
 

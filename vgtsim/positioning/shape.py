@@ -109,15 +109,6 @@ def unmet_ends(error: Array, overrun: float) -> ReachError:
     return ReachError("shape", shortfall, (), f"the fit's strokes are overrun by {overrun:.3g} m")
 
 
-@dataclass(frozen=True)
-class _Chords:
-    """Begins, shape (A, 3), m, unit directions, and ends on the curve of the static sections after A active modules."""
-
-    begin: Array
-    direction: Array
-    end: Array
-
-
 def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
     """Inputs, shape (n,), that lay an arm along a curve from its base to its last face, in frame G; strokes left aside.
 
@@ -132,12 +123,12 @@ def fit(chain: Chain, curve: Directrix, twist: float = 0.0) -> Array:
     """
     _require_fitting(chain)
     layout, row = chain.layout, np.empty(chain.layout.inputs)
-    chords = _lay_out(chain, curve)
+    begins, directions, ends = _lay_out(chain, curve)
     share = rotation([0.0, 0.0, twist / len(layout.names)])
     R, P = chain.mount[:3, :3], chain.mount[:3, 3]
     for a, (place, m) in enumerate(chain.seats):
-        begin, end = R.T @ (chords.begin[a] - P), R.T @ (chords.end[a] - P)
-        chord = Chord(begin, R.T @ chords.direction[a], end, float(layout.after[a, 2, 3]))
+        begin, end = R.T @ (begins[a] - P), R.T @ (ends[a] - P)
+        chord = Chord(begin, R.T @ directions[a], end, float(layout.after[a, 2, 3]))
         row[place.columns[m]], top, end = place.modules.lay(m, chord, share)
         R, P = R @ top @ layout.after[a, :3, :3], P + R @ end
     return row
@@ -157,8 +148,8 @@ def _require_fitting(chain: Chain) -> None:
         raise DescriptionError(None, "method", found, "an arm that begins with an active module")
 
 
-def _lay_out(chain: Chain, curve: Directrix) -> _Chords:
-    """Chords of the static sections on a curve."""
+def _lay_out(chain: Chain, curve: Directrix) -> tuple[Array, Array, Array]:
+    """Begins, m, unit directions, and ends on a curve, m, of the static sections after A active modules, each of shape (A, 3)."""
     static = chain.layout.after[:, 2, 3]
     arc = arc_length(curve, _TABLE)
     modules = _straight_lengths(chain)
@@ -172,7 +163,7 @@ def _lay_out(chain: Chain, curve: Directrix) -> _Chords:
     direction = way / np.linalg.norm(way, axis=1, keepdims=True)
     ends[-1] = curve.point(np.ones(1))[0]
     begin[-1] = ends[-1] - static[-1] * direction[-1]
-    return _Chords(begin, direction, ends)
+    return begin, direction, ends
 
 
 def _straight_lengths(chain: Chain) -> Array:

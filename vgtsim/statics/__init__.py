@@ -2,13 +2,7 @@
 
 from vgtsim.statics.capacity import GREATEST_BEND, CapacityMap, draw_shapes, find_gain, map_capacity
 from vgtsim.statics.cases import Envelope, find_envelope
-from vgtsim.statics.elasticity import (
-    TRAPPED,
-    ElasticModel,
-    hold_cylinders,
-    make_elastic_model,
-    require_no_offset,
-)
+from vgtsim.statics.elasticity import TRAPPED, ElasticModel, hold_cylinders, make_elastic_model, require_no_offset
 from vgtsim.statics.equilibrium import Loading, MemberForces, solve_loadings, solve_members
 from vgtsim.statics.framework import diagnose
 from vgtsim.statics.loads import LoadModel, hose_forces, make_load_model, tool_forces, tool_point, weigh

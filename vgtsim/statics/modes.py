@@ -84,9 +84,8 @@ def geometric_stiffness(model: ElasticModel, nodes: ArrayLike) -> Array:
     near, far = _moves(truss, n, truss.ends)
     total = add_blocks(pattern_of(truss), geometric_blocks(span, bar, far - near))
     force = bar[:, None] * (span / np.linalg.norm(span, axis=-1)[:, None])
-    pull = (
-        node_loads(model, n[None])[0] - hub_loads(loads, n[None])[0]
-    )  # of the members: weight here, their forces next
+    # of the members: weight here, their forces next
+    pull = node_loads(model, n[None])[0] - hub_loads(loads, n[None])[0]
     np.add.at(pull, truss.ends[:, 0], force)
     np.add.at(pull, truss.ends[:, 1], -force)
     if len(truss.rings):

@@ -18,13 +18,8 @@ from vgtsim.kinematics import Chain
 
 SLENDERNESS_ADVICE = 200.0  # AISC 360-22 E2, user note: KL/r preferably not above
 ROD_FACTOR = 3.0  # on the Euler load of a cylinder's rod: makers ask for 3 to 5
-LIMITS = (
-    "yield",
-    "column",
-    "rod buckling",
-    "oil pressure",
-    "pin shear",
-)  # of axial force, as `Ratings.limits` has them
+# of axial force, as `Ratings.limits` has them
+LIMITS = ("yield", "column", "rod buckling", "oil pressure", "pin shear")
 
 
 @dataclass(frozen=True)

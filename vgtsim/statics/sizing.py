@@ -98,9 +98,8 @@ class _Sizes:
 
     def __init__(self, catalogue: Catalogue, arm: Manipulator) -> None:
         least = min(part.retracted - part.stroke for part in arm.cylinders.values())
-        fitting = [
-            size for size in catalogue.cylinders if size.head + 2 * size.eye <= least + 1e-9
-        ]  # rounding of lengths
+        # but for rounding of lengths
+        fitting = [size for size in catalogue.cylinders if size.head + 2 * size.eye <= least + 1e-9]
         if not fitting:
             short = min(size.head + 2 * size.eye for size in catalogue.cylinders)
             found = f"{len(catalogue.cylinders)} in the catalogue, of {short:.4g} m or more in heads and eyes"

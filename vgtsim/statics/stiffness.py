@@ -101,11 +101,7 @@ def elongations(truss: Truss, nodes: Array) -> Array:
 
 
 def deflect(
-    model: ElasticModel,
-    nodes: ArrayLike,
-    tool_wrench: ArrayLike | None = None,
-    *,
-    weight: bool = True,
+    model: ElasticModel, nodes: ArrayLike, tool_wrench: ArrayLike | None = None, *, weight: bool = True
 ) -> Deflection:
     """Find displacements and member forces under weight and a load on the tool, linear about an unloaded pose (..., N, 3), m.
 

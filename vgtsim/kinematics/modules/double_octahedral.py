@@ -16,13 +16,7 @@ from vgtsim.arrays import Array, Mask
 from vgtsim.compilation import compiled
 from vgtsim.description import DoubleOctahedral, GeneralDoubleOctahedral
 from vgtsim.errors import AssemblyError, SingularityError
-from vgtsim.kinematics.closure import (
-    angle_jacobian,
-    circle_nodes,
-    circle_tangents,
-    closure_coefficients,
-    edge_lengths,
-)
+from vgtsim.kinematics.closure import angle_jacobian, circle_nodes, circle_tangents, closure_coefficients, edge_lengths
 from vgtsim.kinematics.mode_following import follow_squares, worst_direction
 from vgtsim.kinematics.modules import mid_plane as double
 from vgtsim.kinematics.modules.sets import TRIANGLE, Chord, Fill, Groups, Kind, ModuleSet, PlannedMember

@@ -120,6 +120,7 @@ def _area(n: Array) -> Array:
 def straight_angles(geometry: DoubleOctahedronGeometry, actuators: Array) -> Array:
     """Angles of the straight module whose three actuators all have the mean length, shape (..., 3)."""
     reach = np.mean(actuators, axis=-1, keepdims=True) / np.sqrt(3) - _column(geometry.apothem)
+    # 0.98: lengths beyond what a straight module has begin beside the flat pose at one, where the way would end at once
     phi = np.arccos(np.clip(-reach / _column(geometry.height), -0.98, 0.98))
     return np.repeat(phi, 3, axis=-1)
 

@@ -20,11 +20,7 @@ from vgtsim.geometry import copy_matrix, copy_row
 from vgtsim.kinematics.modules import octahedron as single
 from vgtsim.kinematics.modules.sets import Chord, Fill, Groups, Kind, ModuleSet, PlannedMember
 from vgtsim.kinematics.modules.stroke_boxes import search_strokes
-from vgtsim.kinematics.roll_pitch_yaw import (
-    pose_parameters,
-    pose_transform,
-    smallest_turn,
-)
+from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, smallest_turn
 
 _KEPT = 1e-9  # m: rounding of a pose that was meant to lie in the module's subspace
 _PITCH = np.radians(80.0)  # from which roll and yaw are too nearly the same turn

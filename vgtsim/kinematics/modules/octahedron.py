@@ -89,6 +89,7 @@ def home(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Array, Arr
     plan = (geometry.top_nodes @ R.T)[LEGS[:, 1]] - geometry.base_nodes[LEGS[:, 0]]
     square = np.mean(np.asarray(longerons, float) ** 2, axis=-1)
     P = np.zeros((*square.shape, 3))
+    # legs too short for an upright top begin a third of their length high, not in the base's plane, where they are singular
     P[..., 2] = np.sqrt(np.maximum(square - np.mean(np.sum(plan**2, axis=-1)), square / 10))
     return np.broadcast_to(R, (*square.shape, 3, 3)), P
 

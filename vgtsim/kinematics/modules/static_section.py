@@ -68,12 +68,7 @@ class StaticSection:
 
 
 def make_section(
-    base: Sides,
-    length: float,
-    *,
-    top: Sides | None = None,
-    tilt: tuple[float, float] = (0.0, 0.0),
-    twist: float = 0.0,
+    base: Sides, length: float, *, top: Sides | None = None, tilt: tuple[float, float] = (0.0, 0.0), twist: float = 0.0
 ) -> StaticSection:
     """Section from its dimensions (section 3.6 and figure 3.14).
 

@@ -129,7 +129,7 @@ def home(geometry: TwoCellGeometry, actuators: ArrayLike) -> Array:
         AssemblyError: The upper cell cannot be assembled there.
     """
     mean = np.mean(np.asarray(actuators, float), axis=-1, keepdims=True)
-    inset = np.mean(geometry.base) / 2 - mean
+    inset = np.mean(geometry.base) / 2 - mean  # 0.98 below: beside the flat pose at one, where no way begins
     lower = np.arccos(np.clip(inset / np.sqrt(3) / geometry.circles.radius, -0.98, 0.98))
     length = actuator_lengths(geometry, lower)
     circles = upper_circles(geometry, length)
