@@ -44,10 +44,7 @@ def load_tank(tank: str | Path) -> Tank:
     Raises:
         DescriptionError: A file is missing, is not TOML, or describes no tank; or a mesh cannot be read.
     """
-    return _read_tank(find_file(tank, "tank"))
-
-
-def _read_tank(file: Path) -> Tank:
+    file = find_file(tank, "tank")
     return split_meshes(_validate(file, Tank, read_tables(file, "tank")), file)
 
 
@@ -70,7 +67,7 @@ def load_scene(scene: str | Path) -> Scene:
     if task.phase is not None:
         raise DescriptionError(file, "phase", "a table", "no such table: the program makes the phases of a mission")
     manipulator = load_description(find_file(task.manipulator, "arm", beside=file.parent), Manipulator)
-    tank = _read_tank(find_file(task.tank, "tank", beside=file.parent))
+    tank = load_tank(find_file(task.tank, "tank", beside=file.parent))
     try:
         tank = tank.enter_by(task.mast.riser)
     except ValueError as error:
