@@ -26,7 +26,7 @@ _RETURN = 4.0  # 1/s, with which the drift of the arm from its target is taken b
 _NOWHERE = 1e-5  # s: a way that takes less at full speed is none
 _STILL = 2e-5  # m/s or rad/s: what is left of a velocity is dropped, an acceleration of a ten thousandth of gravity
 _ROLLS = 1e-5  # rad/s
-_NOWHERE = 1e-12  # rad: a smaller turn is none
+_NO_TURN = 1e-12  # rad: a smaller turn is none
 
 
 @dataclass
@@ -205,7 +205,7 @@ def find_turn(first: Array, second: Array) -> Array:
     cross_into(first, second, axis)
     size = _length(axis)
     angle = np.arctan2(size, first[0] * second[0] + first[1] * second[1] + first[2] * second[2])
-    if size < _NOWHERE:
+    if size < _NO_TURN:
         if angle < 1:
             return axis
         find_across(first, axis)  # half a turn: about any axis across
@@ -217,7 +217,7 @@ def find_turn(first: Array, second: Array) -> Array:
 def turn(direction: Array, by: Array) -> Array:
     """A unit direction turned by a vector, shape (3,), rad."""
     angle = _length(by)
-    if angle < _NOWHERE:
+    if angle < _NO_TURN:
         return direction.copy()
     axis, across = by / angle, np.empty(3)
     cross_into(axis, direction, across)

@@ -24,8 +24,7 @@ from vgtsim.statics.loads import block_loads, hub_loads, member_loads, tool_poin
 from vgtsim.statics.motion import NodeMotion
 from vgtsim.statics.stiffness_matrix import Pattern, Stiffness, assemble, make_pattern, solve_poses
 
-_CHUNK = 256  # poses assembled at a time: keeps the work arrays in cache
-_CHUNK = 256  # poses settled at a time: keeps the work arrays in cache
+_CHUNK = 256  # poses assembled or settled at a time: keeps the work arrays in cache
 _PASSES = 40  # Newton doubles the digits: a posture that needs more has no rest
 _CLOSE = 1e-11  # last correction of a node at which the passes end, m
 
