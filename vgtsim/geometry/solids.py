@@ -11,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from vgtsim.arrays import Array
 from vgtsim.description import Riser, Tank
@@ -34,7 +35,7 @@ def revolve_strip(near: Array, far: Array, front: bool, without: Literal["near",
     The inner curve runs anticlockwise, seen with r to the right and z up; outer points are paired with inner ones. The
     front half is on the side of -y. The surface of one curve may be left out.
     """
-    vertices, faces = _turn_strip(near.tobytes(), far.tobytes(), sections, without)
+    vertices, faces = _turn_strip(near.tobytes(), far.tobytes(), without)
     mesh = trimesh.Trimesh(vertices, faces, process=False)
     if front:
         mesh.apply_transform(trimesh.transformations.rotation_matrix(pi, [0, 0, 1]))
@@ -42,7 +43,7 @@ def revolve_strip(near: Array, far: Array, front: bool, without: Literal["near",
 
 
 @lru_cache(maxsize=32)  # half of a tank is the other half turned, and scenes of a program share their tank
-def _turn_strip(inner: bytes, outer: bytes, sections: int, without: str) -> tuple[Array, NDArray[np.int64]]:
+def _turn_strip(inner: bytes, outer: bytes, without: str) -> tuple[Array, NDArray[np.int64]]:
     """Vertices and faces of the half on the side of +y, from the bytes of both curves."""
     near, far = (np.frombuffer(curve).reshape(-1, 2) for curve in (inner, outer))
     outline = np.concatenate([near, far[::-1], near[:1]])
