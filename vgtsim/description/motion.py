@@ -159,6 +159,32 @@ Start = Annotated[
 ]
 
 
+def split_objective(text: str) -> tuple[str, float]:
+    """Split an objective written `NAME` or `NAME:WEIGHT` into name and weight; the weight is 1 if none is written.
+
+    Raises:
+        ValueError: The name is not known, or the weight is no number above zero. The message says what is allowed.
+    """
+    name, colon, number = text.partition(":")
+    if name not in OBJECTIVES:
+        raise ValueError(f"NAME or NAME:WEIGHT of an objective{closest(name, OBJECTIVES)}")
+    try:
+        weight = float(number) if colon else 1.0
+    except ValueError:
+        weight = -1.0
+    if not 0 < weight < inf:
+        raise ValueError(f"{name} with a weight that is a number above zero")
+    return name, weight
+
+
+def _known(text: str) -> str:
+    split_objective(text)
+    return text
+
+
+ObjectiveName = Annotated[str, AfterValidator(_known)]
+
+
 class Motion(Description):
     """The tour and how it is driven.
 
@@ -204,32 +230,6 @@ class Motion(Description):
         if self.coupling is not None and self.method not in (Method.COUPLED, Method.ANCHORED):
             raise ValueError(f'coupling with method = "coupled" or "anchored" only, not {self.method.value!r}')
         return self
-
-
-def split_objective(text: str) -> tuple[str, float]:
-    """Split an objective written `NAME` or `NAME:WEIGHT` into name and weight; the weight is 1 if none is written.
-
-    Raises:
-        ValueError: The name is not known, or the weight is no number above zero. The message says what is allowed.
-    """
-    name, colon, number = text.partition(":")
-    if name not in OBJECTIVES:
-        raise ValueError(f"NAME or NAME:WEIGHT of an objective{closest(name, OBJECTIVES)}")
-    try:
-        weight = float(number) if colon else 1.0
-    except ValueError:
-        weight = -1.0
-    if not 0 < weight < inf:
-        raise ValueError(f"{name} with a weight that is a number above zero")
-    return name, weight
-
-
-def _known(text: str) -> str:
-    split_objective(text)
-    return text
-
-
-ObjectiveName = Annotated[str, AfterValidator(_known)]
 
 
 def choose_coupling(pairs: Pairs | None, modules: Sequence[Module]) -> tuple[tuple[int, int], ...]:
