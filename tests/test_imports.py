@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ROOMS = (
     ("arrays", "errors", "usual_units"),
-    ("commands", "compilation", "constants", "digests", "graphics", "replacing", "units"),
+    ("commands", "compilation", "constants", "digests", "ending", "graphics", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),
     ("logfiles",),

@@ -66,8 +66,9 @@ def test_the_tool_follows_a_path_with_its_hose():
     deeper = step.path.model_copy(update={"start": (x, y, z - 0.002)})
     task = site.task.model_copy(update={"mission": (step.model_copy(update={"path": deeper}),)})
     other = Site(replace(site.scene, task=task))
-    assert tracking.check_path(Evidence(site, log)).value < task.limits.tracking_position
-    assert tracking.check_path(Evidence(other, log)).value > task.limits.tracking_position
+    distance, _ = tracking.check_path
+    assert distance.find(Evidence(site, log)).value < task.limits.tracking_position
+    assert distance.find(Evidence(other, log)).value > task.limits.tracking_position
 
 
 @pytest.mark.slow

@@ -83,7 +83,7 @@ def test_a_goal_that_was_moved_fails_tracking(folder):
     goals[2] = goals[2].model_copy(update={"position": (x, y, z + 0.002)})
     motion = scene.task.motion.model_copy(update={"goals": tuple(goals)})
     moved = dataclasses.replace(scene, task=scene.task.model_copy(update={"motion": motion}))
-    row, site = tracking.check_tool_position, Site(moved)
+    row, site = tracking.check_tool[0], Site(moved)
     found = judge(site, row.check, row.quantity, row.limit, row.find(Evidence(site, log.read(0, log.count))))
     assert not found.passed
     assert found.where == goals[2].name

@@ -59,3 +59,11 @@ def test_the_model_of_an_arm_needs_no_mesh_and_no_plot():
 def test_the_package_runs_as_a_module():
     done = subprocess.run([sys.executable, "-m", "vgtsim", "--version"], capture_output=True, text=True, check=True)
     assert done.stdout.split()[-1] == vgtsim.__version__
+
+
+@pytest.mark.parametrize("more", ["", "; import ompl.base"])
+def test_the_end_looks_for_no_garbage_and_is_silent(more):
+    tell = "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 0))"  # what is registered last runs first
+    code = f"{tell}; from vgtsim.ending import end_at_once; end_at_once(){more}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (done.stdout.split(), done.stderr) == ([str(not more)], "")

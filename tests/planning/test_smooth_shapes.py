@@ -10,7 +10,7 @@ from playing import bend
 from vgtsim.kinematics import azimuth
 from vgtsim.planning.directrix import make_directrix
 from vgtsim.planning.insertion import make_guide
-from vgtsim.planning.smooth_shapes import Track, _sum
+from vgtsim.planning.smooth_shapes import Track, sum_up
 from vgtsim.site import Site
 
 CURVE = make_directrix(6.0, [(6.0, 1 / 4.0)])
@@ -46,13 +46,13 @@ def bent(track):
 def test_room_that_is_cut_counts(site, dug, towards):
     whole, less = make_track(site, towards), make_track(dug, towards)
     weights = bent(whole)
-    assert _sum(less, weights, sloped=False).value < 0.999 * _sum(whole, weights, sloped=False).value
+    assert sum_up(less, weights, sloped=False).value < 0.999 * sum_up(whole, weights, sloped=False).value
 
 
 def test_slope_of_the_sum_over_a_pit_is_its_difference(dug, towards):
     track = make_track(dug, towards)
     weights = bent(track)
     aside = np.random.default_rng(3).normal(size=len(weights))
-    ahead, behind = (_sum(track, weights + sign * ROUND * aside, sloped=False).value for sign in (1, -1))
-    slope = _sum(track, weights, sloped=True).slope @ aside
+    ahead, behind = (sum_up(track, weights + sign * ROUND * aside, sloped=False).value for sign in (1, -1))
+    slope = sum_up(track, weights, sloped=True).slope @ aside
     assert slope == pytest.approx((ahead - behind) / (2 * ROUND), rel=0.01)  # it takes rates of lengths as linear

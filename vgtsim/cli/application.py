@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
-import gc
 import shlex
 import sys
 import tempfile
@@ -20,6 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vgtsim import __version__
+from vgtsim.ending import end_at_once
 from vgtsim.errors import DivergenceError, MissingLibraryError, PostureError, VgtError
 
 if TYPE_CHECKING:  # the checks load SciPy, which `--help` does without
@@ -127,7 +126,7 @@ def finish(passed: bool, missing: MissingLibraryError | None) -> None:
 
 def main() -> None:
     """Run the command line and turn errors into exit statuses."""
-    atexit.register(gc.freeze)  # an end that looks for garbage in all that is loaded takes half a second
+    end_at_once()
     warnings.showwarning = _show_warning
     try:
         app()

@@ -6,8 +6,6 @@ Processes are those of `concurrent.futures`: it stands in the standard library, 
 
 from __future__ import annotations
 
-import atexit
-import gc
 import multiprocessing
 import os
 import signal
@@ -19,6 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from vgtsim.ending import end_at_once
 from vgtsim.errors import ClusterError, MissingLibraryError
 
 INSTALL = "pip install 'vgtsim[study]'"
@@ -78,8 +77,8 @@ def use_processes(workers: int) -> Iterator[Engine]:
 
 
 def _settle() -> None:
-    """Make a process silent, and end it with the one that started it, even if that is killed, and as quickly as `cli.main`."""
-    atexit.register(gc.freeze)
+    """Make a process silent, and end it with the one that started it, even if that is killed."""
+    end_at_once()
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  no progress bars; it lives as long as the process
     parent = multiprocessing.parent_process()

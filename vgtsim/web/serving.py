@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
-import gc
 import io
 import signal
 import sys
@@ -19,6 +17,7 @@ from typing import Any
 import viser
 
 from vgtsim.description import Scene
+from vgtsim.ending import end_at_once
 from vgtsim.output.colours import scale_end
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
@@ -36,7 +35,7 @@ _REACH = 3.0  # m within which the nearest thing is looked for
 
 def serve(pipe: Connection[Any, Any], scene: Scene, host: str, port: int, *, precedence: bool = True) -> None:
     """Serve a page until the other end of the pipe is closed, ahead of other programs if that is asked for and permitted."""
-    atexit.register(gc.freeze)  # ends as quickly as `cli.main`
+    end_at_once()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the loop, which closes the pipe
     sys.setswitchinterval(_TURN)
     with contextlib.redirect_stdout(io.StringIO()), tempfile.TemporaryDirectory() as folder:  # viser speaks
