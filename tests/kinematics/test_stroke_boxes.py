@@ -177,3 +177,18 @@ def test_box_with_a_singularity_is_never_certified():
     C = closure_coefficients(geometry.geometry.circles, length[:, None]).reshape(5, 3, -1)
     assert certify_box(C, reach, phi)[1][0] > 0.5
     assert certify_box(C, reach / 20, phi)[1][0] <= 0.5
+
+
+def test_strokes_of_other_figures_alone_are_proved_anew(monkeypatch):
+    proved = []
+    monkeypatch.setattr(
+        "vgtsim.kinematics.modules.double_octahedral.prove_strokes", lambda *asked: proved.append(asked)
+    )
+    arm = load_manipulator(Path(__file__).parents[2] / "models/arm15/arm15.toml")
+    for part in (0.9871, 0.9871, 0.9872):  # strokes that no other test has
+        cylinders = {
+            key: cylinder.model_copy(update={"stroke": part * cylinder.stroke})
+            for key, cylinder in arm.cylinders.items()
+        }
+        check_strokes(Chain(arm.model_copy(update={"cylinders": cylinders}), np.eye(4)))
+    assert len(proved) == 2

@@ -16,6 +16,8 @@ circles is looked at in all corners and centres.
 from __future__ import annotations
 
 import warnings
+from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -136,16 +138,33 @@ def check_strokes(chain: Chain) -> None:
         modules = place.modules
         for m in range(len(modules.names)):
             own = place.lengths[m][modules.actuated[m]]
-            alike = (modules.dimensions(m), *low[own], *high[own], *modules.straight[m])
+            alike = (type(modules), modules.dimensions(m), *low[own], *high[own], *modules.straight[m])
             if alike not in done:
                 done.add(alike)
-                _check(chain, modules.one(m), low[own], high[own])
+                _check(chain, _Strokes(alike, modules.one(m), low[own], high[own]))
 
 
-def _check(chain: Chain, own: ModuleSet, low: Array, high: Array) -> None:
+@dataclass(frozen=True)
+class _Strokes:
+    """Strokes of one module, a set of one: what is true of them is true of all with the same figures."""
+
+    figures: tuple[object, ...]
+    own: ModuleSet = field(compare=False)
+    low: Array = field(compare=False)
+    high: Array = field(compare=False)
+
+
+@lru_cache(maxsize=64)
+def _require_sound(strokes: _Strokes) -> None:
+    """Refuse strokes that hold a singularity; arms of one program, as those of a study, share what was proved before."""
+    strokes.own.check_strokes(strokes.low, strokes.high)
+
+
+def _check(chain: Chain, asked: _Strokes) -> None:
+    own, low, high = asked.own, asked.low, asked.high
     module = next(module for module in chain.manipulator.active if module.name == own.names[0])
     try:
-        own.check_strokes(low, high)
+        _require_sound(asked)
     except AssemblyError as error:
         strokes = ", ".join(
             f"{a:.4g} to {b:.4g} m" for a, b in sorted(set(zip(low.tolist(), high.tolist(), strict=True)))
