@@ -124,7 +124,8 @@ class Placed(Description):
     """A thing in the tank, or a ring of them.
 
     Its axis, its middle or its mesh's origin is at `radius` from the tank axis, at `azimuth` from +x about +z. With a `count` it
-    is a ring of that many, at equal angles, the first at `azimuth`; their names end in numbers from `first` on, such as `alc_1`.
+    is a ring of that many, at equal angles, the first at `azimuth`. Names in a ring end in numbers from `first` on, such as
+    `alc_1`.
 
     Attributes:
         appears: Time of the run at which it comes in; nothing is planned for it before. Absent, it is there from the beginning.
