@@ -118,10 +118,12 @@ class _Plan:
 
     @property
     def lengths(self) -> Array:
+        """Lengths of the cylinders in every step of the tour, shape (T, J), m."""
         return np.concatenate([leg.lengths for leg in self.tour.legs])
 
     @property
     def q(self) -> Array:
+        """Inputs at the end of each leg, shape (legs, n)."""
         return np.stack([leg.q for leg in self.tour.legs])
 
     @property
