@@ -11,7 +11,7 @@ from vgtsim.description.mission import CutStep
 from vgtsim.errors import PathError
 from vgtsim.planning import plan_insertion, plan_phases
 from vgtsim.plant import carry_waste
-from vgtsim.verification import PhaseRun, join_phases
+from vgtsim.verification import JudgedRun, join_phases
 
 
 @pytest.mark.slow
@@ -27,12 +27,12 @@ def test_shorter_arms_cut_room_for_the_whole_arm():
         assert [leg.name for leg in tour.legs] == [stage.name for stage in site.task.stages]
         assert tour.way is not None
         assert tour.way.gaps["waste"] >= site.clearance
-        place = carry_waste(site, runs[-1].log) if runs else site
+        place = carry_waste(site, runs[-1].source) if runs else site
         log = vgtsim.run(place, tour)
-        runs.append(PhaseRun(place, log, vgtsim.verify(place, log, tour)))
+        runs.append(JudgedRun(place, log, vgtsim.verify(place, log, tour)))
     report = join_phases(runs)
     assert [(row.quantity, row.measured) for row in report.checks if not row.passed] == []
-    near, far, whole = (item.log for item in runs)
+    near, far, whole = (item.source for item in runs)
     assert 0 < near.removed[-1] < far.removed[-1] == pytest.approx(whole.removed[-1], rel=1e-12)
     ground = sites[0].diggings
     assert ground is not None

@@ -21,6 +21,17 @@ LogSource = RunLog | LogBook  # in memory or on disk
 
 
 @dataclass(frozen=True)
+class Hold:
+    """A settled stay at the goal of an index, from its first to its last record, and from start to end, s."""
+
+    goal: int
+    first: int
+    last: int
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
 class Outline:
     """The little that several checks must know of the whole run, T records.
 
@@ -34,6 +45,18 @@ class Outline:
     settled: Mask
     saturation: NDArray[np.uint8]
     commanded: Array
+
+    @property
+    def holds(self) -> tuple[Hold, ...]:
+        """The unbroken settled stretches at one goal each, in order."""
+        key = np.where(self.settled, self.goal, -1)
+        edges = np.flatnonzero(np.diff(key)) + 1
+        starts, ends = np.append(0, edges).tolist(), np.append(edges - 1, len(key) - 1).tolist()
+        return tuple(
+            Hold(goal=int(key[i]), first=i, last=j, start=float(self.time[i]), end=float(self.time[j]))
+            for i, j in zip(starts, ends, strict=True)
+            if key[i] >= 0
+        )
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import pytest
 from synthetic_run import leave_out_plots, make_log, make_report, make_scene
 
 from vgtsim.site import Site
+from vgtsim.verification import JudgedRun
 
 
 @pytest.fixture(scope="session")
@@ -26,6 +27,11 @@ def report(scene, log):
 @pytest.fixture(scope="session")
 def site(scene):
     return Site(scene)
+
+
+@pytest.fixture(scope="session")
+def judged(site, log, report):
+    return JudgedRun(site, log, report)
 
 
 @pytest.fixture(scope="session")

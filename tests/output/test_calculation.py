@@ -12,6 +12,7 @@ import pytest
 from vgtsim.output.calculation import make_sheet
 from vgtsim.output.truss_plot import worst_instant
 from vgtsim.statics import effective_area, find_use
+from vgtsim.verification import JudgedRun
 
 pytestmark = pytest.mark.long
 
@@ -19,7 +20,7 @@ DIGITS = 5e-3  # relative: three digits are written
 
 
 def use(site, log, report, role):
-    """The report with the use of the members of one role alone, from statics."""
+    """The run judged with the use of the members of one role alone, from statics."""
     found = find_use(site.load_model, site.sections, log.nodes, site.safety_factor)
     wanted = np.array([member.role == role for member in site.truss.members])
     series = {
@@ -27,7 +28,7 @@ def use(site, log, report, role):
         "utilisation_tension": found.tension * wanted,
         "utilisation_compression": np.maximum(found.compression, found.rod) * wanted,
     }
-    return dataclasses.replace(report, series=dict(report.series) | series)
+    return JudgedRun(site, log, dataclasses.replace(report, series=dict(report.series) | series))
 
 
 def read(sheet, quantity):
@@ -39,8 +40,8 @@ def read(sheet, quantity):
 
 def test_a_tube_is_calculated_as_by_hand(site, log, report):
     only = use(site, log, report, "longeron")
-    sheet = make_sheet(site, log, only)
-    record, index = worst_instant(site, log, only)
+    sheet = make_sheet(only)
+    record, index = worst_instant(only)
     tube = site.arm.tubes[sheet.section]
     steel = site.arm.materials[tube.material]
     wall = steel.design_wall * tube.wall
@@ -54,13 +55,13 @@ def test_a_tube_is_calculated_as_by_hand(site, log, report):
     assert sheet.member == site.truss.members[index].name
     assert read(sheet, "allowable compression") == pytest.approx(critical * counted / 1.67, rel=DIGITS)
     assert read(sheet, "allowable tension") == pytest.approx(steel.yield_strength * area / 1.67, rel=DIGITS)
-    assert sheet.used == only.series["utilisation"].max()
+    assert sheet.used == only.report.series["utilisation"].max()
 
 
 @pytest.mark.parametrize("role", ["longeron", "actuator"])
 def test_demand_over_capacity_is_the_use_in_the_report(site, log, report, role):
     only = use(site, log, report, role)
-    sheet = make_sheet(site, log, only)
+    sheet = make_sheet(only)
     uses = {line[0]: float(line[2]) for line in sheet.lines if line[0].startswith("use by")}
     assert uses[f"use by {sheet.mode}"] == max(uses.values())
     assert max(uses.values()) == pytest.approx(sheet.used, abs=5e-4)
@@ -68,8 +69,8 @@ def test_demand_over_capacity_is_the_use_in_the_report(site, log, report, role):
 
 def test_a_rod_has_its_own_lines(site, log, report):
     only = use(site, log, report, "actuator")
-    sheet = make_sheet(site, log, only)
-    record, index = worst_instant(site, log, only)
+    sheet = make_sheet(only)
+    record, index = worst_instant(only)
     part = site.arm.cylinders[sheet.section]
     length = float(np.linalg.norm(np.subtract(*log.nodes[record, site.truss.ends[index]])))
     modulus = site.arm.materials[part.material].youngs_modulus
@@ -81,4 +82,4 @@ def test_a_rod_has_its_own_lines(site, log, report):
 
 
 def test_without_figures_there_is_no_sheet(site, log, report):
-    assert make_sheet(site, log, dataclasses.replace(report, series={})) is None
+    assert make_sheet(JudgedRun(site, log, dataclasses.replace(report, series={}))) is None

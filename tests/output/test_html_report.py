@@ -13,7 +13,7 @@ from PIL import Image
 
 from vgtsim.output.html_report import describe_run, write_page
 from vgtsim.output.quantities import format_quantity
-from vgtsim.verification.report import CHECK_NAMES
+from vgtsim.verification import CHECK_NAMES, JudgedRun
 
 pytestmark = pytest.mark.long
 
@@ -47,9 +47,9 @@ class Outline(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def page(site, log, report, tmp_path_factory):
+def page(judged, tmp_path_factory):
     path = tmp_path_factory.mktemp("html") / "report.html"
-    write_page(describe_run(site, log, report), path)
+    write_page(describe_run(judged), path)
     return path.read_text(encoding="utf-8")
 
 
@@ -66,13 +66,13 @@ def test_nothing_is_fetched(page, outline):
     assert all(link.startswith(("#", "data:")) for link in outline.links)
 
 
-def test_results_beside_the_page_are_linked_and_the_film_is_shown(site, log, report, no_plots, tmp_path):
+def test_results_beside_the_page_are_linked_and_the_film_is_shown(judged, no_plots, tmp_path):
     (tmp_path / "report.json").write_text("{}")
     film = imageio_ffmpeg.write_frames(tmp_path / "video.mp4", (64, 64), macro_block_size=1)
     film.send(None)
     film.send(np.full((64, 64, 3), 90, np.uint8))
     film.close()
-    write_page(describe_run(site, log, report), tmp_path / "report.html")
+    write_page(describe_run(judged), tmp_path / "report.html")
     parser = Outline()
     parser.feed((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert {"report.json", "video.mp4"} == {link for link in parser.links if not link.startswith(("#", "data:"))}
@@ -108,8 +108,8 @@ def test_it_can_be_mailed(page):
     assert len(page.encode()) < GREATEST_SIZE
 
 
-def test_the_same_run_gives_the_same_file(site, log, report, page, tmp_path):
-    write_page(describe_run(site, log, report), tmp_path / "again.html")
+def test_the_same_run_gives_the_same_file(judged, page, tmp_path):
+    write_page(describe_run(judged), tmp_path / "again.html")
     assert (tmp_path / "again.html").read_text(encoding="utf-8") == page
 
 
@@ -117,7 +117,7 @@ def test_failed_and_missing_checks_stand_out(site, log, report, no_plots, tmp_pa
     worse = dataclasses.replace(report.checks[0], measured=1.0, detail="a loose pin")
     checks = (worse, *(check for check in report.checks[1:] if check.name != "clearance"))
     failed = dataclasses.replace(report, checks=checks, series={})
-    write_page(describe_run(site, log, failed), tmp_path / "report.html")
+    write_page(describe_run(JudgedRun(site, log, failed)), tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "FAILED" in text
     assert "PASSED" not in text
@@ -131,7 +131,7 @@ def test_failed_and_missing_checks_stand_out(site, log, report, no_plots, tmp_pa
 def test_plots_without_figures_say_so(site, log, report, tmp_path):
     nothing = np.full(len(log.time), np.nan)
     bare = dataclasses.replace(report, series={"closure": nothing})
-    write_page(describe_run(site, log, bare), tmp_path / "report.html")
+    write_page(describe_run(JudgedRun(site, log, bare)), tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     for name in ("closure", "tool_position_error", "utilisation", "clearance"):
         assert re.search(rf"Not measured: [^<]*{name}", text)
@@ -156,7 +156,7 @@ def test_a_run_that_ended_early_is_reported(site, log, report, tmp_path):
         stopped="diverged at t = 0.5 s",
     )
     bare = dataclasses.replace(report, series={})
-    write_page(describe_run(site, short, bare), tmp_path / "report.html")
+    write_page(describe_run(JudgedRun(site, short, bare)), tmp_path / "report.html")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "diverged at t = 0.5 s" in text
     assert "BADQACC" in text

@@ -18,16 +18,16 @@ from vgtsim.output.html_tables import (
 )
 
 
-def test_peaks_of_the_reactions_are_in_the_table(site, log):
-    rows = list_reactions(site, log)
+def test_peaks_of_the_reactions_are_in_the_table(judged, log):
+    rows = list_reactions(judged)
     assert rows[0][1].startswith(f"{log.mast_reaction[:, 2].max() / 1e3:.2f} kN at")
     assert len(rows) == 2
 
 
-def test_most_used_member_comes_first(site, log, report):
+def test_most_used_member_comes_first(judged, site, report):
     used = report.series["utilisation"]
     first = site.truss.members[int(np.unravel_index(np.nanargmax(used), used.shape)[1])].name
-    rows = list_members(site, log, report)
+    rows = list_members(judged)
     assert rows[0][0] == first
     assert f"{1 / np.nanmax(used) - 1:.2f}" in rows[0]
 

@@ -18,7 +18,8 @@ from vgtsim.output.run_plots import (
     plot_closure,
 )
 from vgtsim.output.truss_plot import plot_truss, worst_instant
-from vgtsim.verification import find_holds, find_riser_reaction, goal_name
+from vgtsim.stretch import outline
+from vgtsim.verification import Evidence, goal_name
 
 UNIT = re.compile(r", (m|mm|kN|kN·m|s|°)\b|, °|^m$|over capacity| kN ")
 
@@ -34,7 +35,7 @@ def flat_lines(axes):
 
 def test_holds_are_the_settled_records(log):
     held = np.zeros(len(log.time), bool)
-    for hold in find_holds(log):
+    for hold in outline(log).holds:
         held[hold.first : hold.last + 1] = True
         assert (log.goal[hold.first : hold.last + 1] == hold.goal).all()
     np.testing.assert_array_equal(held, log.settled)
@@ -43,7 +44,7 @@ def test_holds_are_the_settled_records(log):
 @pytest.mark.parametrize("settled", [True, False])
 def test_a_run_that_never_changes_has_one_hold_or_none(log, settled):
     same = dataclasses.replace(log, settled=np.full(len(log.time), settled), goal=np.zeros(len(log.time), np.int64))
-    assert len(find_holds(same)) == settled
+    assert len(outline(same).holds) == settled
 
 
 def test_before_the_first_goal_there_is_no_name(site):
@@ -51,31 +52,28 @@ def test_before_the_first_goal_there_is_no_name(site):
     assert goal_name(site, 0) == site.task.motion.goals[0].name
 
 
-def test_every_ordinate_has_its_unit(site, log, report):
-    for plot in list_plots(site, log, report):
+def test_every_ordinate_has_its_unit(judged):
+    for plot in list_plots(judged):
         with styled():
-            figure = plot.plot()
+            figure = plot.plot(judged)
         labels = [axes.get_ylabel() for axes in figure.axes if axes.axison and axes.get_ylabel()]
         assert labels
         assert all(UNIT.search(label) for label in labels), labels
 
 
-def test_limits_are_drawn(site, log, report):
+def test_limits_are_drawn(judged, site):
     limits = site.task.limits
-    assert limits.closure in flat_lines(plot_closure(site, log, report).axes[0])
-    assert limits.clearance * 1e3 in flat_lines(plot_clearance(site, log, report).axes[0])
-    lengths, forces = (
-        plot_actuator_lengths(site, log),
-        plot_actuator_forces(site, log),
-    )
+    assert limits.closure in flat_lines(plot_closure(judged).axes[0])
+    assert limits.clearance * 1e3 in flat_lines(plot_clearance(judged).axes[0])
+    lengths, forces = plot_actuator_lengths(judged), plot_actuator_forces(judged)
     for index, module in enumerate(site.arm.active):
         cylinder = site.arm.cylinders[module.cylinder]
         assert {cylinder.retracted, cylinder.extended} <= flat_lines(lengths.axes[index])
         assert {-cylinder.push / 1e3, cylinder.pull / 1e3} <= flat_lines(forces.axes[index])
 
 
-def test_members_that_carry_most_are_named_and_the_others_enveloped(site, log):
-    axes = plot_axial_forces(site, log).axes[0]
+def test_members_that_carry_most_are_named_and_the_others_enveloped(judged, site, log):
+    axes = plot_axial_forces(judged).axes[0]
     axial = log.axial(site.truss.ends) / 1e3
     order = np.argsort(-np.abs(axial).max(axis=0))
     names = [text.get_text() for text in axes.get_legend().get_texts()]
@@ -87,14 +85,14 @@ def test_members_that_carry_most_are_named_and_the_others_enveloped(site, log):
     assert drawn.min() == pytest.approx(others.min())
 
 
-def test_the_truss_is_drawn_at_the_instant_of_greatest_utilisation(site, log, report):
-    record, member = worst_instant(site, log, report)
+def test_the_truss_is_drawn_at_the_instant_of_greatest_utilisation(judged, site, log, report):
+    record, member = worst_instant(judged)
     assert report.series["utilisation"][record, member] == report.series["utilisation"].max()
     axial = log.axial(site.truss.ends)[record]
     wanted = np.unique(force_colours(axial, scale_end(axial)).round(9), axis=0)
     views = [
         item
-        for axes in plot_truss(site, log, report).axes
+        for axes in plot_truss(judged).axes
         for item in axes.collections
         if isinstance(item, LineCollection) and len(item.get_segments()) == len(site.truss.members)
     ]
@@ -103,20 +101,20 @@ def test_the_truss_is_drawn_at_the_instant_of_greatest_utilisation(site, log, re
         np.testing.assert_array_equal(np.unique(view.get_colors().round(9), axis=0), wanted)
 
 
-def test_svg_takes_the_colour_of_the_page(site, log, report):
+def test_svg_takes_the_colour_of_the_page(judged):
     with styled():
-        svg = to_svg(plot_closure(site, log, report), "closure", "Closure")
+        svg = to_svg(plot_closure(judged), "closure", "Closure")
     assert "currentColor" in svg
     assert "#010203" not in svg
     assert svg.startswith("<svg")
     assert svg.endswith("</svg>")
 
 
-def test_history_of_the_load_on_the_riser_is_drawn(site, log, report):
-    (riser,) = [item for item in list_plots(site, log, report) if item.name == "riser"]
+def test_history_of_the_load_on_the_riser_is_drawn(judged, site, log):
+    (riser,) = [item for item in list_plots(judged) if item.name == "riser"]
     with styled():
-        force, moment = riser.plot().axes
-    expected = find_riser_reaction(site, log) / 1e3
+        force, moment = riser.plot(judged).axes
+    expected = Evidence(site, log).riser_reaction / 1e3
     for axes, part in ((force, expected[:, :3]), (moment, expected[:, 3:])):
         drawn = {line.get_label(): line.get_ydata() for line in axes.lines}
         for axis, name in enumerate("xyz"):

@@ -36,9 +36,9 @@ def described(page, name):
 
 
 @pytest.fixture(scope="module")
-def page(site, log, report, tmp_path_factory):
+def page(judged, tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "report.html"
-    write_page(describe_run(site, log, report), file)
+    write_page(describe_run(judged), file)
     return file.read_text(encoding="utf-8")
 
 

@@ -14,6 +14,7 @@ from playing import bend, change, play, shorten
 from vgtsim.errors import DescriptionError
 from vgtsim.output.truss_export import describe_truss, write_truss
 from vgtsim.site import Site
+from vgtsim.verification import find_instant
 
 FINITE_ELEMENTS = 1e-6  # of the largest force
 
@@ -31,7 +32,7 @@ def played(reach_scene):
 
 
 def test_exported_nodes_are_in_equilibrium(played):
-    data = describe_truss(*played)
+    data = describe_truss(played[0], find_instant(*played))
     place = {node["name"]: np.array(node["position"]) for node in data["nodes"]}
     left = {node["name"]: np.array(node["load"]) for node in data["nodes"]}
     for bar in data["members"]:
@@ -48,7 +49,7 @@ def test_exported_nodes_are_in_equilibrium(played):
 
 
 def test_exported_forces_are_the_measured_ones_within_a_members_own_weight(played):
-    data = describe_truss(*played, time=1.0)
+    data = describe_truss(played[0], find_instant(*played, 1.0))
     assert data["time"] == pytest.approx(1.0, abs=0.03)
     for bar in data["members"]:
         assert abs(bar["force"] - bar["measured"]) < 500.0
@@ -56,7 +57,7 @@ def test_exported_forces_are_the_measured_ones_within_a_members_own_weight(playe
 
 def test_pynite_finds_the_exported_forces(played, tmp_path):
     site, log = played
-    write_truss(site, log, tmp_path, vtk=False)
+    write_truss(site, find_instant(site, log), tmp_path, vtk=False)
     frame = runpy.run_path(str(tmp_path / "truss_pynite.py"))["frame"]
     frame.analyze_linear(check_stability=False)
     data = json.loads((tmp_path / "truss.json").read_text())
@@ -70,8 +71,8 @@ def test_pynite_finds_the_exported_forces(played, tmp_path):
 def test_paraview_s_file_holds_the_forces(played, tmp_path):
     meshio = pytest.importorskip("meshio")
     site, log = played
-    *_, file = write_truss(site, log, tmp_path)
-    mesh, data = meshio.read(file), describe_truss(site, log)
+    *_, file = write_truss(site, find_instant(site, log), tmp_path)
+    mesh, data = meshio.read(file), describe_truss(site, find_instant(site, log))
     assert mesh.points.shape == (len(data["nodes"]), 3)
     assert mesh.cell_data["force"][0] == pytest.approx([bar["force"] for bar in data["members"]])
 
@@ -79,6 +80,6 @@ def test_paraview_s_file_holds_the_forces(played, tmp_path):
 def test_time_outside_the_log_and_a_joint_offset_are_refused(played):
     site, log = played
     with pytest.raises(DescriptionError, match=rf"time: found 99999 s; allowed: 0 to {log.time[-1]:.6g} s"):
-        describe_truss(*played, time=99999.0)
+        find_instant(*played, 99999.0)
     with pytest.raises(DescriptionError, match="0 where a truss is exported"):
-        describe_truss(Site(dataclasses.replace(site.scene, manipulator=with_offset(site.arm))), log)
+        find_instant(Site(dataclasses.replace(site.scene, manipulator=with_offset(site.arm))), log)

@@ -19,9 +19,10 @@ from vgtsim.output.overlay import Mark, draw_overlay, make_overlay
 from vgtsim.output.quantities import format_quantity
 from vgtsim.output.readings import read_instant
 from vgtsim.output.stage import Stage, compile_view
-from vgtsim.output.video import Take, draw_frames, render_takes
+from vgtsim.output.video import draw_frames, render_runs
 from vgtsim.output.write import film, write_outputs
 from vgtsim.site import Site
+from vgtsim.verification import JudgedRun
 
 WIDTH, HEIGHT, FPS = 320, 180, 5
 SPEED = 60.0  # two minutes of run in two seconds of film
@@ -44,7 +45,7 @@ def small(scene):
 @pytest.mark.usefixtures("egl")
 def test_film_is_h264_of_the_size_and_length_asked_for(small, log, report, tmp_path):
     calls = []
-    render_takes([Take(small, log, report)], tmp_path / "video.mp4", lambda *done: calls.append(done))
+    render_runs([JudgedRun(small, log, report)], tmp_path / "video.mp4", lambda *done: calls.append(done))
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(tmp_path / "video.mp4"), "-f", "null", "-"]
     told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
     stream = next(line for line in told.splitlines() if "Video: h264" in line)
@@ -66,7 +67,7 @@ def test_members_turn_from_blue_to_red_with_the_sign_of_their_force(site, log, r
     seen = []
     for force in (3e5, -3e5):
         pushed = dataclasses.replace(log, member_force=force * direction)
-        (frame,) = draw_frames(near, pushed, report, np.array([0.0]), (WIDTH, HEIGHT), near.task.video.cuts)
+        (frame,) = draw_frames(JudgedRun(near, pushed, report), np.array([0.0]), (WIDTH, HEIGHT), near.task.video.cuts)
         seen.append(frame[:, : 3 * WIDTH // 4].astype(int))  # without the scale bar
     tension, compression = seen
     changed = np.abs(tension - compression).max(axis=-1) > 40
@@ -96,7 +97,7 @@ def test_a_failure_half_way_leaves_no_file(small, log, report, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        render_takes([Take(small, log, report)], tmp_path / "video.mp4", stop)
+        render_runs([JudgedRun(small, log, report)], tmp_path / "video.mp4", stop)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -119,7 +120,7 @@ def test_without_an_encoder_the_package_is_named(small, log, report, tmp_path, m
 
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", refuse)
     with pytest.raises(MissingLibraryError, match="imageio"):
-        render_takes([Take(small, log, report)], tmp_path / "video.mp4")
+        render_runs([JudgedRun(small, log, report)], tmp_path / "video.mp4")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -167,7 +168,7 @@ def test_texts_tell_the_way_to_the_goal_and_the_error_there(small, log, report):
     axial = log.axial(small.truss.ends)
     tiny = dataclasses.replace(report, series=dict(report.series) | {"tool_position_error": np.full(log.count, 1e-11)})
     texts = [
-        read_instant(small, log, told, k, axial[k])
+        read_instant(JudgedRun(small, log, told), k, axial[k])
         for told, k in ((report, moving), (report, settled), (tiny, settled))
     ]
     limit = small.task.limits.tracking_position
@@ -215,7 +216,7 @@ def test_frames_are_the_same_for_any_number_of_cores(small, log, report, monkeyp
     films = []
     for count in (1, 3):
         monkeypatch.setattr(video, "_count_stages", lambda count=count: count)
-        films.append(list(draw_frames(small, log, report, times, (WIDTH, HEIGHT), small.task.video.cuts)))
+        films.append(list(draw_frames(JudgedRun(small, log, report), times, (WIDTH, HEIGHT), small.task.video.cuts)))
     np.testing.assert_array_equal(*films)
 
 

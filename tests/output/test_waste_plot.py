@@ -9,7 +9,7 @@ from digging import over_waste, sweep
 from vgtsim.output.html_report import list_plots
 from vgtsim.plant import run
 from vgtsim.site import Site
-from vgtsim.verification import verify
+from vgtsim.verification import JudgedRun, verify
 
 
 @pytest.mark.long
@@ -17,8 +17,9 @@ def test_report_draws_the_waste_that_went(reach_scene):
     site = Site(over_waste(reach_scene, members="sections"))
     program = sweep(site)
     log = run(site, program)
-    plots = {plot.name: plot for plot in list_plots(site, log, verify(site, log, program))}
+    judged = JudgedRun(site, log, verify(site, log, program))
+    plots = {plot.name: plot for plot in list_plots(judged)}
     assert f"{log.removed[-1]:.4g} m³ removed" in plots["waste"].caption
-    volume, push = (axes.lines[0].get_ydata() for axes in plots["waste"].plot().axes)
+    volume, push = (axes.lines[0].get_ydata() for axes in plots["waste"].plot(judged).axes)
     assert volume == pytest.approx(1e3 * log.removed)
     assert np.max(push) == pytest.approx(site.diggings.tool.push)

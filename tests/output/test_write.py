@@ -119,14 +119,14 @@ def test_a_failed_write_leaves_the_old_file_alone(report, tmp_path):
 
 
 @pytest.mark.long
-def test_the_report_as_pdf(site, log, report, tmp_path):
+def test_the_report_as_pdf(judged, tmp_path):
     pytest.importorskip("weasyprint", reason="vgtsim[pdf] is not installed")
-    assert write_pdf(site, log, report, tmp_path) is None
+    assert write_pdf(judged, tmp_path) is None
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF-")
 
 
-def test_without_weasyprint_the_pdf_names_what_is_missing(site, log, report, tmp_path, monkeypatch):
+def test_without_weasyprint_the_pdf_names_what_is_missing(judged, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "weasyprint", None)
-    missing = write_pdf(site, log, report, tmp_path)
+    missing = write_pdf(judged, tmp_path)
     assert "pip install vgtsim[pdf]" in str(missing)
     assert not list(tmp_path.iterdir())

@@ -18,7 +18,7 @@ from vgtsim.planning.phases import plan_phases
 from vgtsim.plant import Plant, carry_waste, run
 from vgtsim.proximity import Proximity
 from vgtsim.site import Site
-from vgtsim.verification import PhaseRun, join_phases, verify
+from vgtsim.verification import JudgedRun, join_phases, verify
 
 pytestmark = pytest.mark.long
 DEEP = 0.06  # m of the layer that is gone
@@ -131,7 +131,7 @@ def test_report_holds_the_waste_from_phase_to_phase(site, log):
     sites, report = [*number([site, site])], verify(site, log)
 
     def judge(*logs):
-        runs = [PhaseRun(place, item, report) for place, item in zip(sites, logs, strict=True)]
+        runs = [JudgedRun(place, item, report) for place, item in zip(sites, logs, strict=True)]
         return next(row for row in join_phases(runs).checks if row.quantity == "waste, phase to phase")
 
     second, forgotten = rest(carry_waste(sites[1], log)), judge(log, rest(sites[1]))

@@ -17,7 +17,7 @@ from vgtsim.planning.insertion import follow_directrix
 from vgtsim.planning.phases import cut_way
 from vgtsim.plant import carry_waste, run
 from vgtsim.site import Site
-from vgtsim.verification import PhaseRun, join_phases, verify
+from vgtsim.verification import JudgedRun, join_phases, verify
 
 pytestmark = pytest.mark.long
 TOOL = CuttingTool(
@@ -65,13 +65,13 @@ def test_every_check_passes_over_phases_in_which_the_arm_grows_cuts_and_is_taken
     ways = cut_way(sites[1], follow_directrix(sites[1], make_directrix(5.9, [(6.0, 1 / 6.0)]), TOWARDS))
     runs = []
     for site in sites:
-        place = carry_waste(site, runs[-1].log) if runs else site
+        place = carry_waste(site, runs[-1].source) if runs else site
         tour = plan_mission(place, ways[len(site.arm.active) - 1])
         log = run(place, tour)
-        runs.append(PhaseRun(place, log, verify(place, log, tour)))
+        runs.append(JudgedRun(place, log, verify(place, log, tour)))
     report = join_phases(runs)
     assert [(row.quantity, row.measured) for row in report.checks if not row.passed] == []
-    first, cut, last = (item.log for item in runs)
+    first, cut, last = (item.source for item in runs)
     ground = sites[0].diggings
     assert ground is not None
     assert np.array_equal(first.bed[-1], ground.start)

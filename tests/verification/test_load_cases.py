@@ -15,7 +15,7 @@ from vgtsim.description import load_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.output.write import write_reports
 from vgtsim.site import Site
-from vgtsim.verification import Evidence, verify
+from vgtsim.verification import Evidence, JudgedRun, verify
 from vgtsim.verification.drives import check_case_drives, check_case_strength
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -85,7 +85,7 @@ def test_rows_are_judged_by_the_scene_s_limits(hanging):
 def test_rows_are_in_the_written_reports(hanging, tmp_path):
     scene, log = hanging
     report = verify(Site(scene), log)
-    write_reports(Site(scene), log, report, tmp_path)
+    write_reports(JudgedRun(Site(scene), log, report), tmp_path)
     data = json.loads((tmp_path / "report.json").read_text())
     written = [row for row in data["checks"] if row["quantity"].endswith("load cases")]
     assert {row["name"] for row in written} == {"member_utilisation", "actuator_force"}

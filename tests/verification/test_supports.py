@@ -10,8 +10,7 @@ from playing import bend, change, play, shorten
 
 from vgtsim.mjcf import build_spec, names
 from vgtsim.site import Site
-from vgtsim.verification import find_riser_reaction
-from vgtsim.verification.evidence import Evidence
+from vgtsim.verification import Evidence
 from vgtsim.verification.hoist import check_guide, find_guide_forces
 
 pytestmark = pytest.mark.long
@@ -47,7 +46,7 @@ def test_reported_reaction_at_rest_is_the_weight_of_all_that_the_model_hangs_in_
     site = Site(shorten(reach_scene, 1))
     model = build_spec(site).compile()
     weight = moving_mass(model) * site.task.simulation.gravity
-    found = find_riser_reaction(site, log)[-1]
+    found = Evidence(site, log).riser_reaction[-1]
     assert -found[2] == pytest.approx(weight, rel=HELD)
     assert np.abs(found[:2]).max() < HELD * weight
 
@@ -56,7 +55,7 @@ def test_riser_carries_the_mast_too_and_more_moment_by_its_height(reach_scene, l
     site = Site(shorten(reach_scene, 1))
     rng = np.random.default_rng(3)
     log = dataclasses.replace(log, mast_reaction=1e4 * rng.standard_normal(log.mast_reaction.shape))
-    riser, pivot, depth = find_riser_reaction(site, log), -log.mast_reaction, site.task.mast.pivot_depth
+    riser, pivot, depth = Evidence(site, log).riser_reaction, -log.mast_reaction, site.task.mast.pivot_depth
     assert riser[:, 2] - pivot[:, 2] == pytest.approx(-site.mast.mass * site.task.simulation.gravity)
     assert riser[:, :2] == pytest.approx(pivot[:, :2])
     assert riser[:, 3] == pytest.approx(pivot[:, 3] + depth * pivot[:, 1])

@@ -18,6 +18,7 @@ from vgtsim.logbook import save_log
 from vgtsim.output.quantities import MINUS
 from vgtsim.output.readings import read_instant
 from vgtsim.proximity import Proximity
+from vgtsim.verification import JudgedRun
 from vgtsim.web import write_recording
 from vgtsim.web.recording import choose_records
 
@@ -68,7 +69,7 @@ def test_the_page_says_verdict_frames_and_readings(page, site, log, report):
     assert len(rows["rows"]) == recording.frames
     axial, records = log.axial(site.truss.ends), np.searchsorted(log.time, np.array(rows["times"]) - 1e-3)
     for k, record in enumerate(records.tolist()):
-        assert tuple(rows["rows"][k][:4]) == read_instant(site, log, report, record, axial[record])
+        assert tuple(rows["rows"][k][:4]) == read_instant(JudgedRun(site, log, report), record, axial[record])
 
 
 def test_the_same_run_gives_the_same_page(page, site, log, report, tmp_path):

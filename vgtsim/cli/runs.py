@@ -46,24 +46,24 @@ def run(
     """
     from vgtsim.output import stage_results, write_mission, write_verdict
     from vgtsim.plant import carry_waste
-    from vgtsim.verification import PhaseRun, join_phases
+    from vgtsim.verification import JudgedRun, join_phases
 
     sites = _list_sites(scene_name)
     folder = out or Path("out") / sites[0].task.name
     programmes = _prepare(sites)
     with stage_results(folder, resume=resume) as stage:
-        runs: list[PhaseRun] = []
+        runs: list[JudgedRun] = []
         for described, programme, place in zip(sites, programmes, _place_runs(sites, stage), strict=True):
-            site = carry_waste(described, runs[-1].log) if runs else described
+            site = carry_waste(described, runs[-1].source) if runs else described
             log, report = _play(site, programme, place, resume=resume)
-            runs.append(PhaseRun(site, log, report))
+            runs.append(JudgedRun(site, log, report))
             if len(sites) > 1:
-                write_verdict(site, log, report, place)
+                write_verdict(JudgedRun(site, log, report), place)  # apart, whose records are let go again
             if log.stopped:
                 break
         if len(sites) == 1:
             report = runs[0].report
-            missing = write_verdict(sites[0], runs[0].log, report, stage, video=video)
+            missing = write_verdict(runs[0], stage, video=video)
         else:
             report = join_phases(runs)
             missing = write_mission(runs, report, stage, video=video)
@@ -185,7 +185,7 @@ def verify(
     from vgtsim.output import find_results, list_runs, prepare_folder, write_mission, write_pdf, write_reports
     from vgtsim.plant import carry_waste
     from vgtsim.site import Site
-    from vgtsim.verification import PhaseRun, join_phases
+    from vgtsim.verification import JudgedRun, join_phases
     from vgtsim.verification import verify as judge
 
     root = find_results(folder)
@@ -199,16 +199,16 @@ def verify(
     runs = []
     for index, ((place, _, log), site, (_, notes)) in enumerate(zip(loaded, sites, found, strict=True)):
         with ERR.status("verifying"):
-            here = carry_waste(site, runs[-1].log) if runs else site
+            here = carry_waste(site, runs[-1].source) if runs else site
             report = judge(here, log, programmes[index].plan(here, log) if programmes else None, (*notes, *more))
-        write_reports(site, log, report, prepare_folder(place))
-        runs.append(PhaseRun(site, log, report))
+        write_reports(JudgedRun(here, log, report), prepare_folder(place))  # likewise
+        runs.append(JudgedRun(here, log, report))
     report, missing = runs[0].report, None
     if loaded[0][0] != root:
         report = join_phases(runs)
         missing = write_mission(runs, report, root)
     elif pdf:
-        missing = write_pdf(sites[0], runs[0].log, report, root)
+        missing = write_pdf(runs[0], root)
     show_report(report, root)
     finish(report.passed, missing)
 
@@ -233,17 +233,17 @@ def render(
     camera: Annotated[str | None, typer.Option(help="One camera for the whole film.", show_default=False)] = None,
 ) -> None:
     """Film the log of a run."""
-    from vgtsim.output import film_phases, find_results, list_runs
+    from vgtsim.output import film_runs, find_results, list_runs
     from vgtsim.site import Site
-    from vgtsim.verification import PhaseRun
+    from vgtsim.verification import JudgedRun
     from vgtsim.verification import verify as judge
 
     place, runs = find_results(folder), []
     for path in list_runs(place):
         _, scene, log = open_run(path)
         site = Site(scene)
-        runs.append(PhaseRun(site, log, judge(site, log)))
-    list_files(film_phases(runs, place, camera))
+        runs.append(JudgedRun(site, log, judge(site, log)))
+    list_files(film_runs(runs, place, camera))
 
 
 @app.command(epilog="Example: vgtsim export out/type_ii_reach --time 12.5")
@@ -256,9 +256,11 @@ def export(
     from vgtsim.output import prepare_folder
     from vgtsim.output.truss_export import write_truss
     from vgtsim.site import Site
+    from vgtsim.verification import find_instant
 
     place, scene, log = open_run(folder)
-    list_files(*write_truss(Site(scene), log, prepare_folder(place), time, vtk=vtk))
+    site = Site(scene)
+    list_files(*write_truss(site, find_instant(site, log, time), prepare_folder(place), vtk=vtk))
 
 
 @app.command(epilog="Example: vgtsim view out/type_ii_reach/scene.xml")

@@ -8,7 +8,7 @@ from math import pi, sqrt
 from pydantic import Field, model_validator
 
 from vgtsim.description.figures import Gap, Size
-from vgtsim.description.modules import BattenActuated, Module, Sides
+from vgtsim.description.modules import Module, Sides
 from vgtsim.description.schema import Description, Name, Provenance, Title, closest, require_distinct
 from vgtsim.description.sections import Block, Cylinder, Material, Tube
 
@@ -112,9 +112,9 @@ class Manipulator(Description):
         return tuple(item for item in self.modules if item.freedom)
 
     @property
-    def stowable(self) -> tuple[BattenActuated, ...]:
-        """The modules that pass the riser with retracted actuators, from the mast to the tool: double octahedra."""
-        return tuple(module for module in self.modules if isinstance(module, BattenActuated))
+    def stowable(self) -> tuple[Cylinder, ...]:
+        """Cylinders that are retracted where the arm passes the riser, one of each module that has such, from the mast on."""
+        return tuple(self.cylinders[module.stowed_cylinder] for module in self.modules if module.stowed_cylinder)
 
     @property
     def stowed_length(self) -> float:
@@ -124,10 +124,8 @@ class Manipulator(Description):
 
     def block_of(self, module: int) -> Block:
         """Joint block of a module with a joint offset, given by its index."""
-        owner = self.modules[module]
-        assert isinstance(owner, BattenActuated)
-        assert owner.block is not None  # demanded of every module that has an offset
-        return self.blocks[owner.block]
+        (name,) = (name for _, name, table in self.modules[module].parts() if table == "blocks")
+        return self.blocks[name]
 
     @property
     def hub_mass(self) -> float:

@@ -39,6 +39,11 @@ class ModuleKind(Description):
         """Ljo, m: its mid-plane nodes are joint blocks where it is not zero."""
         return 0.0
 
+    @property
+    def stowed_cylinder(self) -> str:
+        """The kind of cylinder that is retracted where the module passes the riser; empty where none needs to be."""
+        return ""
+
     def faces(self, side: float) -> tuple[Sides, Sides]:
         """Sides 12, 23, 31 of the base and of the top, m; `side` is the face side of the arm, m."""
         return (side, side, side), (side, side, side)
@@ -121,6 +126,11 @@ class BattenActuated(ModuleKind):
     def offset(self) -> float:
         """Ljo, m."""
         return self.joint_offset
+
+    @property
+    def stowed_cylinder(self) -> str:
+        """That of all three actuators."""
+        return self.cylinder
 
     def check(self, arm: Manipulator) -> None:
         """Check that the joint block keeps the balls of the longerons apart."""

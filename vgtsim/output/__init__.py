@@ -11,14 +11,14 @@ from vgtsim.output.folders import (
     prepare_folder,
     stage_results,
 )
-from vgtsim.output.write import film, film_phases, write_mission, write_outputs, write_pdf, write_reports, write_verdict
+from vgtsim.output.write import film, film_runs, write_mission, write_outputs, write_pdf, write_reports, write_verdict
 
 __all__ = [
     "LOG",
     "PHASES",
     "REPLAY",
     "film",
-    "film_phases",
+    "film_runs",
     "find_results",
     "list_runs",
     "naming_folder",

@@ -10,10 +10,9 @@ from vgtsim.arrays import Array
 from vgtsim.description import Cylinder, Tube
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.output.truss_plot import worst_instant
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import ROD_FACTOR, effective_area, elastic_stress, is_inelastic, rate, rod_buckling
-from vgtsim.verification import Report
+from vgtsim.verification import JudgedRun
 
 _MM2 = 1e-6  # m², as sections of members are written
 _CODE = "AISC 360-22"
@@ -33,28 +32,29 @@ class CalculationSheet:
     lines: tuple[SheetLine, ...]
 
 
-def make_sheet(site: Site, log: RunLog, report: Report) -> CalculationSheet | None:
+def make_sheet(run: JudgedRun) -> CalculationSheet | None:
     """Write the calculation of the member that is used most; absent where the report has no utilisation.
 
     Demands are those of the report: the greatest tension and compression along the member.
     """
-    if not np.isfinite(report.series.get("utilisation", np.nan)).any():
+    site, series = run.site, run.report.series
+    if not np.isfinite(series.get("utilisation", np.nan)).any():
         return None
-    record, index = worst_instant(site, log, report)
+    record, index = worst_instant(run)
     member = site.truss.members[index]
     arm, sections = site.arm, site.sections
     part = arm.cylinders[member.section] if member.role == "actuator" else arm.tubes[member.section]
-    lengths = site.truss.lengths(log.nodes[record])
+    lengths = site.truss.lengths(run.log.nodes[record])
     limits = rate(sections, lengths, site.safety_factor).limits
     allowed = {name: _pick(pair, index, lengths.shape) for name, pair in limits.items()}
-    pulled, pushed = (float(report.series[f"utilisation_{kind}"][record, index]) for kind in ("tension", "compression"))
+    pulled, pushed = (float(series[f"utilisation_{kind}"][record, index]) for kind in ("tension", "compression"))
     demand = (pulled * allowed["yield"][0], pushed * min(allowed["column"][1], allowed["rod buckling"][1]))
     shares = {
         name: max(force / limit for force, limit in zip(demand, limits, strict=True))
         for name, limits in allowed.items()
         if name != "oil pressure"  # the drive's capacity, which is judged apart
     }
-    used = float(report.series["utilisation"][record, index])
+    used = float(series["utilisation"][record, index])
     mode = max(shares, key=lambda name: shares[name])
     if shares[mode] < used * (1 - 1e-9):  # rounding apart, bending by joint blocks is the rest
         mode = "axial force with bending"
@@ -69,7 +69,7 @@ def make_sheet(site: Site, log: RunLog, report: Report) -> CalculationSheet | No
     return CalculationSheet(
         member=member.name,
         section=member.section,
-        when=float(log.time[record]),
+        when=float(run.log.time[record]),
         mode=mode,
         used=used,
         lines=tuple(lines),

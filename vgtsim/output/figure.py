@@ -20,9 +20,7 @@ from matplotlib.figure import Figure
 from vgtsim.arrays import Array
 from vgtsim.output.colours import HOLD, LIMIT
 from vgtsim.replacing import replacing
-from vgtsim.runlog import RunLog
-from vgtsim.site import Site
-from vgtsim.verification import find_holds, goal_name
+from vgtsim.verification import JudgedRun, goal_name
 
 WIDTH = 9.6  # inches; the page shows it at full column width
 _FEW = 2  # points of a line that only marks a limit or a place
@@ -136,15 +134,16 @@ def draw_limit(axes: Axes, value: float, label: str) -> None:
     axes.text(0.995, value, label, color=LIMIT, fontsize=7.5, ha="right", va="bottom", transform=place)
 
 
-def finish_axes(axes: Axes, site: Site, log: RunLog, *, named: bool = False, abscissa: bool = True) -> None:
+def finish_axes(axes: Axes, run: JudgedRun, *, named: bool = False, abscissa: bool = True) -> None:
     """Shade the settled stays over time, with the goals' names if `named`; label the time axis if `abscissa`."""
-    for hold in find_holds(log):
+    for hold in run.holds:
         axes.axvspan(hold.start, hold.end, color=HOLD, alpha=0.12, linewidth=0)
         if named:
             middle, place = (hold.start + hold.end) / 2, axes.get_xaxis_transform()
-            name = goal_name(site, hold.goal)
+            name = goal_name(run.site, hold.goal)
             axes.text(middle, 1.02, name, fontsize=7.5, color=HOLD, ha="center", va="bottom", transform=place)
-    if log.time[-1] > log.time[0]:
-        axes.set_xlim(float(log.time[0]), float(log.time[-1]))
+    begin, end = run.log.time[[0, -1]].tolist()
+    if end > begin:
+        axes.set_xlim(begin, end)
     if abscissa:
         axes.set_xlabel("time, s")

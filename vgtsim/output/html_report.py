@@ -17,34 +17,33 @@ from matplotlib.figure import Figure
 
 from vgtsim.errors import MissingLibraryError
 from vgtsim.output import html_tables as tables
-from vgtsim.output import run_plots as runs
+from vgtsim.output import run_plots as draw
 from vgtsim.output.calculation import make_sheet
 from vgtsim.output.figure import styled, to_svg
 from vgtsim.output.folders import HTML, RESULTS, VIDEO
 from vgtsim.output.quantities import format_quantity
 from vgtsim.output.truss_plot import plot_truss, worst_instant
 from vgtsim.replacing import replacing
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import PhaseRun, Report, describe_removed, find_riser_reaction
+from vgtsim.verification import JudgedRun, Report, describe_removed
 
 
 @dataclass(frozen=True)
 class ReportPlot:
-    """One plot of the report, drawn when called; it `needs` some series of the report."""
+    """One plot of the report, drawn of its run when called; it `needs` some series of the report."""
 
     name: str
     title: str
     caption: str
     needs: tuple[str, ...]
-    plot: Callable[[], Figure]
+    plot: Callable[[JudgedRun], Figure]
 
 
-def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
+def list_plots(run: JudgedRun) -> list[ReportPlot]:
     """List the plots of the report in order; nothing is drawn yet."""
-    record, member = worst_instant(site, log, report)
-    force = log.axial(site.truss.ends)[record, member]
-    worst = f"t = {log.time[record]:.2f} s: {site.truss.members[member].name} carries {format_quantity(force, 'N')}"
+    record, member = worst_instant(run)
+    force = run.shown.axial[record, member]
+    worst = f"t = {run.log.time[record]:.2f} s: {run.shown.names[member]} carries {format_quantity(force, 'N')}"
     coloured = f"{worst}. Members coloured by axial force; actuators drawn thick; goals in green."
     tool = "Distance and angle from the goal being approached; the limits hold while settled."
     near = "Least distance of the arm from tank, riser, equipment and itself."
@@ -55,43 +54,44 @@ def list_plots(site: Site, log: RunLog, report: Report) -> list[ReportPlot]:
     mast = "Force and moment of the mast on the arm at the pivot, in frame G."
     riser = "Force and moment of arm and mast on the riser at the crown, in frame G: what the dome must not carry."
     gap = "Greatest gap between a member's end and its hub."
-    carried = find_riser_reaction(site, log)
     errors, clear = ("tool_position_error", "tool_angle_error"), ("clearance", "clearance_time")
     plots = [
-        ReportPlot("truss", "The truss at its worst instant", coloured, (), lambda: plot_truss(site, log, report)),
-        ReportPlot("tool", "Tool error", tool, errors, lambda: runs.plot_tool_error(site, log, report)),
-        ReportPlot("clearance", "Clearance along the run", near, clear, lambda: runs.plot_clearance(site, log, report)),
+        ReportPlot("truss", "The truss at its worst instant", coloured, (), plot_truss),
+        ReportPlot("tool", "Tool error", tool, errors, draw.plot_tool_error),
+        ReportPlot("clearance", "Clearance along the run", near, clear, draw.plot_clearance),
         ReportPlot(
             "utilisation",
             "Member utilisation",
             used,
             ("utilisation",),
-            lambda: runs.plot_utilisation(site, log, report),
+            draw.plot_utilisation,
         ),
-        ReportPlot("axial", "Axial force in the members", axial, (), lambda: runs.plot_axial_forces(site, log)),
-        ReportPlot("forces", "Actuator forces", drive, (), lambda: runs.plot_actuator_forces(site, log)),
-        ReportPlot("lengths", "Actuator lengths", length, (), lambda: runs.plot_actuator_lengths(site, log)),
-        ReportPlot("mast", "Mast reaction", mast, (), lambda: runs.plot_reaction(site, log, log.mast_reaction)),
-        ReportPlot("riser", "Load on the riser", riser, (), lambda: runs.plot_reaction(site, log, carried)),
-        ReportPlot("closure", "Closure", gap, ("closure",), lambda: runs.plot_closure(site, log, report)),
+        ReportPlot("axial", "Axial force in the members", axial, (), draw.plot_axial_forces),
+        ReportPlot("forces", "Actuator forces", drive, (), draw.plot_actuator_forces),
+        ReportPlot("lengths", "Actuator lengths", length, (), draw.plot_actuator_lengths),
+        ReportPlot("mast", "Mast reaction", mast, (), lambda run: draw.plot_reaction(run, run.log.mast_reaction)),
+        ReportPlot(
+            "riser", "Load on the riser", riser, (), lambda run: draw.plot_reaction(run, run.shown.riser_reaction)
+        ),
+        ReportPlot("closure", "Closure", gap, ("closure",), draw.plot_closure),
     ]
-    if log.removed.size:
-        waste = f"{describe_removed(site, log)}. Below: the force of the waste on the tool, upward."
-        plots.insert(2, ReportPlot("waste", "Waste removed", waste, (), lambda: runs.plot_waste(site, log)))
+    if run.log.removed.size:
+        waste = f"{describe_removed(run.shown)}. Below: the force of the waste on the tool, upward."
+        plots.insert(2, ReportPlot("waste", "Waste removed", waste, (), draw.plot_waste))
     return plots
 
 
-def write_page(run: Mapping[str, Any], path: str | Path) -> None:
+def write_page(page: Mapping[str, Any], path: str | Path) -> None:
     """Write the page of a run that was described, whole or not at all; it needs no network.
 
     It has verdict, picture, goals, checks, plots, calculation and settings. A plot without its series says so.
     A film and other results that lie beside it are shown and linked; without them it is whole too.
     """
     with replacing(path) as partial:
-        partial.write_text(_render(run, Path(path).parent), encoding="utf-8")
+        partial.write_text(_render(page, Path(path).parent), encoding="utf-8")
 
 
-def write_report_pdf(site: Site, log: RunLog, report: Report, path: str | Path) -> None:
+def write_report_pdf(run: JudgedRun, path: str | Path) -> None:
     """Write the report as PDF, whole or not at all: the same page with every check open and without the film.
 
     Raises:
@@ -104,28 +104,27 @@ def write_report_pdf(site: Site, log: RunLog, report: Report, path: str | Path) 
     except OSError as error:
         raise MissingLibraryError(f"Pango ({error})", "apt-get install libpango-1.0-0 libpangoft2-1.0-0") from None
     with replacing(path) as partial:
-        weasyprint.HTML(string=_render(describe_run(site, log, report), None)).write_pdf(partial)
+        weasyprint.HTML(string=_render(describe_run(run), None)).write_pdf(partial)
 
 
-def describe_run(site: Site, log: RunLog, report: Report) -> dict[str, Any]:
+def describe_run(run: JudgedRun) -> dict[str, Any]:
     """All that a page says of a run, by the names of its template; the plots are drawn here, and take seconds.
 
     A plot without its series says so.
     """
-    sheet = make_sheet(site, log, report)
-    return _describe(site, report) | {
-        "title": site.task.title,
-        "notices": tables.list_notices(log, report),
+    return _describe(run.site, run.report) | {
+        "title": run.site.task.title,
+        "notices": tables.list_notices(run.log, run.report),
         "phases": [],
-        "plots": [_draw(plot, report) for plot in list_plots(site, log, report)],
-        "goals": tables.list_goals(site, log, report),
-        "members": tables.list_members(site, log, report),
-        "sheet": sheet,
-        "reactions": tables.list_reactions(site, log),
+        "plots": [_draw(plot, run) for plot in list_plots(run)],
+        "goals": tables.list_goals(run),
+        "members": tables.list_members(run),
+        "sheet": make_sheet(run),
+        "reactions": tables.list_reactions(run),
     }
 
 
-def describe_mission(runs: Sequence[PhaseRun], report: Report) -> dict[str, Any]:
+def describe_mission(runs: Sequence[JudgedRun], report: Report) -> dict[str, Any]:
     """All that a page says of a mission in phases, whose own pages have the plots and tables."""
     absent = {"plots": [], "goals": [], "members": [], "sheet": None, "reactions": []}
     return (
@@ -152,7 +151,7 @@ def _describe(site: Site, report: Report) -> dict[str, Any]:
     }
 
 
-def _render(run: Mapping[str, Any], folder: Path | None) -> str:
+def _render(page: Mapping[str, Any], folder: Path | None) -> str:
     """The page of a run; without a folder of results it shows and links nothing that lies beside it."""
     beside = [name for name in RESULTS if folder and name != HTML and (folder / name).exists()]
     drawn: dict[str, Any] = {"phase_figures": list(tables.PHASE_FIGURES.values())}
@@ -160,7 +159,7 @@ def _render(run: Mapping[str, Any], folder: Path | None) -> str:
     return (
         _load_pages()
         .get_template("report.html")
-        .render(run, film=folder and _find_film(folder), beside=beside, **drawn)
+        .render(page, film=folder and _find_film(folder), beside=beside, **drawn)
     )
 
 
@@ -189,10 +188,10 @@ def _find_film(folder: Path) -> dict[str, str] | None:
     return {"file": VIDEO, "poster": f"data:image/jpeg;base64,{base64.b64encode(picture).decode()}"}
 
 
-def _draw(plot: ReportPlot, report: Report) -> dict[str, Any]:
+def _draw(plot: ReportPlot, run: JudgedRun) -> dict[str, Any]:
     shown = {"name": plot.name, "title": plot.title, "caption": plot.caption}
-    lacking = [name for name in plot.needs if not np.isfinite(report.series.get(name, np.nan)).any()]
+    lacking = [name for name in plot.needs if not np.isfinite(run.report.series.get(name, np.nan)).any()]
     if lacking:
         return shown | {"lacking": lacking}
     with styled():
-        return shown | {"lacking": [], "svg": to_svg(plot.plot(), plot.name, plot.title)}
+        return shown | {"lacking": [], "svg": to_svg(plot.plot(run), plot.name, plot.title)}

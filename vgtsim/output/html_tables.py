@@ -15,7 +15,7 @@ from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.planning import STEP_BOUND, name_bound
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import CHECK_NAMES, Check, PhaseRun, Report, find_begins, find_holds, find_riser_reaction
+from vgtsim.verification import CHECK_NAMES, Check, JudgedRun, Report, find_begins
 
 Row = dict[str, Any]  # of a table, by the names of the template
 
@@ -90,7 +90,7 @@ PHASE_FIGURES = {
 }
 
 
-def list_phase_rows(runs: Sequence[PhaseRun]) -> list[Row]:
+def list_phase_rows(runs: Sequence[JudgedRun]) -> list[Row]:
     """List the phases of a mission, each with the path of its own page and the figures of `PHASE_FIGURES`.
 
     Figures are found by the check's name or by its quantity.
@@ -134,22 +134,22 @@ def _write(value: float, unit: str, limit: float) -> str:
     return f"< {format_quantity(least, unit)}" if 0 < value < least else format_quantity(value, unit)
 
 
-def list_goals(site: Site, log: RunLog, report: Report) -> list[Row]:
+def list_goals(run: JudgedRun) -> list[Row]:
     """List the goals of the tour: when the arm settled there, and the greatest distance and angle of the tool from them.
 
     Errors are of the report's series `tool_..._error`, if there.
     """
-    stays, limits = find_holds(log), site.task.limits
+    limits = run.site.task.limits
     judged = (
         ("tool_position_error", "m", limits.tracking_position),
         ("tool_angle_error", "rad", limits.tracking_angle),
     )
     rows = []
-    for index, goal in enumerate(site.task.stages):
-        held = [hold for hold in stays if hold.goal == index]
+    for index, goal in enumerate(run.site.task.stages):
+        held = [hold for hold in run.holds if hold.goal == index]
         errors = []
         for key, unit, limit in judged:
-            series = report.series.get(key)
+            series = run.report.series.get(key)
             known = [] if series is None else [float(np.max(series[h.first : h.last + 1])) for h in held]
             errors.append(_write(max(known, default=np.nan), unit, limit))
         row = {
@@ -165,21 +165,21 @@ def list_goals(site: Site, log: RunLog, report: Report) -> list[Row]:
     return rows
 
 
-def list_members(site: Site, log: RunLog, report: Report) -> list[tuple[str, ...]]:
+def list_members(run: JudgedRun) -> list[tuple[str, ...]]:
     """List the most used members: name, section, tension and compression, kN, each with its use, greatest use, margin, when.
 
     Empty where the report has no series `utilisation`.
     """
-    used = report.series.get("utilisation", np.empty((0, 0)))
+    series, axial = run.report.series, run.shown.axial
+    used = series.get("utilisation", np.empty((0, 0)))
     if not np.isfinite(used).any():
         return []
-    axial = log.axial(site.truss.ends)
     peak = np.max(np.nan_to_num(used, nan=-np.inf), axis=0)
     rows = []
     for index in order_down(peak)[:_ROWS]:
-        member, record = site.truss.members[index], int(np.nanargmax(used[:, index]))
+        member, record = run.site.truss.members[index], int(np.nanargmax(used[:, index]))
         pulled, pushed = (
-            float(np.nanmax(report.series[f"utilisation_{kind}"][:, index])) for kind in ("tension", "compression")
+            float(np.nanmax(series[f"utilisation_{kind}"][:, index])) for kind in ("tension", "compression")
         )
         rows.append(
             (
@@ -191,25 +191,25 @@ def list_members(site: Site, log: RunLog, report: Report) -> list[tuple[str, ...
                 f"{pushed:.3f}",
                 f"{peak[index]:.3f}",
                 f"{1 / peak[index] - 1:.2f}" if peak[index] > 0 else "",
-                f"{log.time[record]:.2f} s",
+                f"{run.log.time[record]:.2f} s",
             )
         )
     return rows
 
 
-def list_reactions(site: Site, log: RunLog) -> list[tuple[str, ...]]:
+def list_reactions(run: JudgedRun) -> list[tuple[str, ...]]:
     """List the peaks of the loads on mast and riser: downward, lateral, bending moment, torque."""
     rows = []
     for name, wrench in (
-        ("mast at the pivot", -log.mast_reaction),
-        ("riser at the crown", find_riser_reaction(site, log)),
+        ("mast at the pivot", -run.log.mast_reaction),
+        ("riser at the crown", run.shown.riser_reaction),
     ):
         lateral, bending = (np.linalg.norm(wrench[:, first : first + 2], axis=1) for first in (0, 3))
         peaks = ((-wrench[:, 2], "kN"), (lateral, "kN"), (bending, "kN·m"), (np.abs(wrench[:, 5]), "kN·m"))
         row = [name]
         for values, unit in peaks:
             worst = int(first_greatest(values))
-            row.append(f"{values[worst] / 1e3:.2f} {unit} at {log.time[worst]:.2f} s")
+            row.append(f"{values[worst] / 1e3:.2f} {unit} at {run.log.time[worst]:.2f} s")
         rows.append(tuple(row))
     return rows
 

@@ -8,9 +8,8 @@ from vgtsim.arrays import Array
 from vgtsim.geometry import find_span, make_profile, obstacles
 from vgtsim.kinematics import first_greatest
 from vgtsim.output.quantities import MINUS, format_quantity
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import Report, goal_name
+from vgtsim.verification import JudgedRun, goal_name
 
 READINGS = ("goal", "tool", "greatest force", "in member")
 _NO_MATTER = 1e-3  # of its limit: an error of a settled tool below this flickers, and is as good as nothing
@@ -18,10 +17,11 @@ _AZIMUTHS = {0: "0° (+x)", 90: "90°", 180: "180°", 270: "270°"}
 _MOST_NAMES = 6  # of equipment; the names of more would hide it
 
 
-def read_instant(site: Site, log: RunLog, report: Report, record: int, axial: Array) -> tuple[str, str, str, str]:
+def read_instant(run: JudgedRun, record: int, axial: Array) -> tuple[str, str, str, str]:
     """Write one text for each of `READINGS`, at or just after a record; axial forces have shape (M,), N."""
+    site, log = run.site, run.log
     goal = goal_name(site, int(log.goal[record])) or "none"
-    error = report.series.get("tool_position_error")
+    error = run.report.series.get("tool_position_error")
     known, least = error is not None and np.isfinite(error[record]), _NO_MATTER * site.task.limits.tracking_position
     off = format_quantity(max(float(error[record]), least), "m") if error is not None and known else ""
     worst = int(first_greatest(np.abs(axial)))

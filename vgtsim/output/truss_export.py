@@ -11,8 +11,7 @@ import numpy as np
 from vgtsim.errors import MissingLibraryError
 from vgtsim.replacing import replacing
 from vgtsim.site import Site
-from vgtsim.stretch import LogSource
-from vgtsim.verification import find_instant
+from vgtsim.verification import Instant
 
 PYNITE = '''"""The truss of truss.json in PyNiteFEA: builds `frame`, solves it, prints its forces and the file's."""
 
@@ -43,13 +42,13 @@ if __name__ == "__main__":
 '''
 
 
-def describe_truss(site: Site, log: LogSource, time: float | None = None) -> dict[str, Any]:
-    """Collect the content of `truss.json`: SI units, frame G, tension positive; see `find_instant` for `time` and errors.
+def describe_truss(site: Site, now: Instant) -> dict[str, Any]:
+    """Collect the content of `truss.json`: SI units, frame G, tension positive; see `find_instant`.
 
     The loads are weight and inertia shared between the nodes; `force` is the bar force in equilibrium with them,
     `measured` the simulation's at the near end.
     """
-    truss, now = site.truss, find_instant(site, log, time)
+    truss = site.truss
     known = [(member.name, member.role, member.section) for member in truss.members]
     known += [(f"tip/edge/{i + 1}", "rigid", "") for i in range(len(truss.tip_edges))]
     members = [
@@ -72,14 +71,13 @@ def describe_truss(site: Site, log: LogSource, time: float | None = None) -> dic
     return {"scene": site.task.name, "time": now.time, "nodes": points, "members": members}
 
 
-def write_truss(site: Site, log: LogSource, folder: Path, time: float | None = None, *, vtk: bool = True) -> list[Path]:
+def write_truss(site: Site, now: Instant, folder: Path, *, vtk: bool = True) -> list[Path]:
     """Write `truss.json`, `truss_pynite.py` and, if asked for, `truss.vtu` into an existing folder.
 
     Raises:
-        DescriptionError: A module has a joint offset, or the time is not in the log.
         MissingLibraryError: `meshio`, which writes VTK, is not installed; the other files are there.
     """
-    data = describe_truss(site, log, time)
+    data = describe_truss(site, now)
     files = [folder / "truss.json", folder / "truss_pynite.py"]
     for file, text in zip(files, (json.dumps(data, indent=1), PYNITE), strict=True):
         with replacing(file) as partial:

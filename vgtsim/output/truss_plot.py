@@ -19,27 +19,25 @@ from vgtsim.output.colours import HOLD, REST, force_colours, scale_end
 from vgtsim.output.figure import WIDTH, save_figure
 from vgtsim.output.quantities import MINUS
 from vgtsim.output.tank_drawing import draw_rose, draw_tank_side, draw_tank_top
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import Report
+from vgtsim.verification import JudgedRun
 
 
-def worst_instant(site: Site, log: RunLog, report: Report) -> tuple[int, int]:
+def worst_instant(run: JudgedRun) -> tuple[int, int]:
     """Indices of the record and of the member that is used most; without utilisation, of the greatest axial force."""
-    rank = np.asarray(report.series.get("utilisation", np.abs(log.axial(site.truss.ends))))
+    rank = np.asarray(run.report.series.get("utilisation", np.abs(run.shown.axial)))
     record, member = np.unravel_index(int(np.nanargmax(rank)), rank.shape)
     return int(record), int(member)
 
 
-def plot_truss(site: Site, log: RunLog, report: Report) -> Figure:
+def plot_truss(run: JudgedRun) -> Figure:
     """Draw the arm at its worst instant: from the side in the tool's plane, from above, and close up.
 
     Colours are on one symmetric scale, compression red, tension blue.
     """
-    record, worst = worst_instant(site, log, report)
-    axial = log.axial(site.truss.ends)[record]
-    nodes = log.nodes[record]
-    x, y, _ = log.tool_position[record] - site.chain.mount[:3, 3]
+    site, (record, worst) = run.site, worst_instant(run)
+    axial, nodes = run.shown.axial[record], run.log.nodes[record]
+    x, y, _ = run.log.tool_position[record] - site.chain.mount[:3, 3]
     azimuth = float(np.arctan2(y, x))
     figure = Figure(figsize=(WIDTH, 8.6), layout="constrained")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.05))

@@ -22,9 +22,8 @@ from vgtsim.output.readings import name_things, read_instant
 from vgtsim.output.replay import camera_at, frame_times, interpolate
 from vgtsim.output.stage import Picture, Stage, compile_view, count_appeared
 from vgtsim.replacing import replacing
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.verification import Report, goal_name
+from vgtsim.verification import JudgedRun, find_begins, goal_name
 
 _STILL, _SHADE = 1e-4, 1e-3  # m, and part of the colour scale: a tenth of a pixel, and half a level of a colour
 _MOST_STAGES = 4  # more than the texts and the encoder keep up with
@@ -33,23 +32,13 @@ _ENCODER = ["-preset", "veryfast", "-movflags", "+faststart", "-threads", "1"]  
 _QUALITY = 6  # of ten; constant rate factor 20
 
 
-@dataclass(frozen=True, eq=False)
-class Take:
-    """A part of a film, of one log; `begin` is when the log begins in the film's time, s."""
-
-    site: Site
-    log: RunLog
-    report: Report
-    begin: float = 0.0
-
-
-def render_takes(
-    takes: Sequence[Take],
+def render_runs(
+    runs: Sequence[JudgedRun],
     path: str | Path,
     progress: Callable[[int, int], None] | None = None,
     cuts: tuple[Cut, ...] | None = None,
 ) -> None:
-    """Film one take after the other to an MP4 file (H.264), whole or not at all, as the first scene's `video` table asks.
+    """Film one run after the other to an MP4 file (H.264), whole or not at all, as the first scene's `video` table asks.
 
     The film shows the report's series `tool_position_error`, if tracking was measured. `progress` is called with the
     frames drawn and their number; the cuts may take the place of the scene's.
@@ -58,15 +47,15 @@ def render_takes(
         MissingLibraryError: There is no EGL or no encoder.
         OSError: The folder cannot be written, or the encoder stopped.
     """
-    video = takes[0].site.task.video
+    video = runs[0].site.task.video
     width, height = video.width // 2 * 2, video.height // 2 * 2  # 4:2:0 halves both
-    times = [frame_times(take.log, video.fps, video.speed) for take in takes]
+    times = [frame_times(run.log, video.fps, video.speed) for run in runs]
     count = sum(map(len, times))
     shown = cuts or video.cuts
 
     def draw() -> Generator[Picture, None, None]:
-        for take, when in zip(takes, times, strict=True):
-            yield from draw_frames(take.site, take.log, take.report, when, (width, height), shown, take.begin)
+        for run, when, begin in zip(runs, times, find_begins(runs), strict=True):
+            yield from draw_frames(run, when, (width, height), shown, begin)
 
     frames = draw()
     with closing(frames), replacing(path) as partial:
@@ -105,15 +94,13 @@ class _Instant:
 
 
 def draw_frames(
-    site: Site,
-    log: RunLog,
-    report: Report,
+    run: JudgedRun,
     times: Array,
     size: tuple[int, int],
     cuts: tuple[Cut, ...],
     begin: float = 0.0,
 ) -> Generator[Picture, None, None]:
-    """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_takes`.
+    """Draw the run at given times, shape (F,), s, in frames of shape (height, width, 3); see `render_runs`.
 
     Times are those of the log; cuts are in the film's time, which is the log's plus `begin`, s. The cores share the work; the
     pictures do not depend on the number of cores.
@@ -121,7 +108,7 @@ def draw_frames(
     Raises:
         MissingLibraryError: There is no EGL.
     """
-    axial = log.axial(site.truss.ends)
+    site, log, axial = run.site, run.log, run.shown.axial
     end = scale_end(axial)
     things = name_things(site)
     goals = [goal.name for goal in site.task.motion.goals]
@@ -147,9 +134,9 @@ def draw_frames(
         for now, drawing in _share(instants, stages, end):
             waiting.append((now, drawing))
             if len(waiting) > _AHEAD * len(stages):
-                yield _label(site, log, report, overlay, [*goals, *things], *waiting.popleft())
+                yield _label(run, overlay, [*goals, *things], *waiting.popleft())
         while waiting:
-            yield _label(site, log, report, overlay, [*goals, *things], *waiting.popleft())
+            yield _label(run, overlay, [*goals, *things], *waiting.popleft())
 
 
 def _count_stages() -> int:
@@ -171,15 +158,14 @@ def _share(
 
 
 def _label(
-    site: Site,
-    log: RunLog,
-    report: Report,
+    run: JudgedRun,
     overlay: Overlay,
     names: list[str],
     now: _Instant,
     drawing: Future[tuple[Picture, Array]],
 ) -> Picture:
     """Write texts and the names of goals and things of an instant on its picture."""
+    site, log = run.site, run.log
     picture, places = drawing.result()
     sought = goal_name(site, int(log.goal[now.record]))
     hidden = {name for name, when in site.tank.appearances.items() if when > now.here}
@@ -189,9 +175,9 @@ def _label(
     )
     speed = site.task.video.speed
     time = f"{now.time:.2f} s" + (f" ({speed:g} times)" if speed != 1 else "")
-    texts = (time, *read_instant(site, log, report, now.record, now.axial), *_tell_removed(site, log, now.record))
+    texts = (time, *read_instant(run, now.record, now.axial), *_tell_removed(run, now.record))
     if site.tank.appearances:
-        texts += (_tell_revision(log, now.here),)
+        texts += (_tell_revision(run, now.here),)
     return draw_overlay(overlay, picture, texts, marks)
 
 
@@ -201,18 +187,18 @@ def _list_labels(site: Site) -> tuple[str, ...]:
     return (*labels, "planned anew") if site.tank.appearances else labels
 
 
-def _tell_revision(log: RunLog, time: float) -> str:
+def _tell_revision(run: JudgedRun, time: float) -> str:
     """When the tour was planned anew, the last time up to an instant, s."""
-    times = [revision.time for revision in log.revisions if revision.time <= time]
+    times = [revision.time for revision in run.log.revisions if revision.time <= time]
     return f"at {times[-1]:.2f} s" if times else "not yet"
 
 
-def _tell_removed(site: Site, log: RunLog, record: int) -> tuple[str, ...]:
+def _tell_removed(run: JudgedRun, record: int) -> tuple[str, ...]:
     """Removed waste in litres, and its mass; nothing where none is cut."""
-    if site.diggings is None:
+    if run.site.diggings is None:
         return ()
-    volume = float(log.removed[record]) if log.removed.size else 0.0
-    return (f"{1e3 * volume:.1f} l, {volume * site.tank.waste.density:.0f} kg",)
+    volume = float(run.log.removed[record]) if run.log.removed.size else 0.0
+    return (f"{1e3 * volume:.1f} l, {volume * run.site.tank.waste.density:.0f} kg",)
 
 
 @contextmanager

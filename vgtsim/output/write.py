@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # plots, MuJoCo and the checks are loaded where a file needs 
     from vgtsim.runlog import RunLog
     from vgtsim.site import Site
     from vgtsim.stretch import LogSource
-    from vgtsim.verification import PhaseRun, Report
+    from vgtsim.verification import JudgedRun, Report
 
 
 def write_outputs(
@@ -29,49 +29,46 @@ def write_outputs(
     Give the reason why the film could not be made. Raise a `DescriptionError` if the folder cannot be made or written.
     """
     from vgtsim.logbook import save_log
+    from vgtsim.verification import JudgedRun
 
     with stage_results(out_dir) as stage:
         save_log(stage / LOG, site.scene, log)
-        return write_verdict(site, log, report, stage, video=video)
+        return write_verdict(JudgedRun(site, log, report), stage, video=video)
 
 
-def write_verdict(
-    site: Site, log: LogSource, report: Report, folder: Path, *, video: bool = False
-) -> MissingLibraryError | None:
+def write_verdict(run: JudgedRun, folder: Path, *, video: bool = False) -> MissingLibraryError | None:
     """Write the files that follow from a log, the film last; give the reason why it could not be made."""
-    run = write_reports(site, log, report, folder)
+    page = write_reports(run, folder)
     if video:
         from vgtsim.output.html_report import write_page
 
         try:
-            film(site, log, report, folder)
+            film_runs([run], folder)
         except MissingLibraryError as error:
             return error
         with naming_folder(folder):
-            write_page(run, folder / HTML)  # again, as it shows the film
+            write_page(page, folder / HTML)  # again, as it shows the film
     return None
 
 
-def write_reports(site: Site, log: LogSource, report: Report, folder: Path) -> dict[str, Any]:
+def write_reports(run: JudgedRun, folder: Path) -> dict[str, Any]:
     """Write `report.json` and `report.html` into an existing folder; give what the page says, see `describe_run`."""
     from vgtsim.output.html_report import describe_run, write_page
-    from vgtsim.stretch import thin
 
     with naming_folder(folder):
-        write_report_json(report, folder / JSON)
-        run = describe_run(site, thin(log), report)
-        write_page(run, folder / HTML)
-    return run
+        write_report_json(run.report, folder / JSON)
+        page = describe_run(run)
+        write_page(page, folder / HTML)
+    return page
 
 
-def write_pdf(site: Site, log: LogSource, report: Report, folder: Path) -> MissingLibraryError | None:
+def write_pdf(run: JudgedRun, folder: Path) -> MissingLibraryError | None:
     """Write `report.pdf` into an existing folder; give the reason why it could not be made."""
     from vgtsim.output.html_report import write_report_pdf
-    from vgtsim.stretch import thin
 
     try:
         with naming_folder(folder):
-            write_report_pdf(site, thin(log), report, folder / PDF)
+            write_report_pdf(run, folder / PDF)
     except MissingLibraryError as error:
         return error
     return None
@@ -85,7 +82,7 @@ def write_report_json(report: Report, path: Path) -> None:
 
 
 def write_mission(
-    runs: Sequence[PhaseRun], report: Report, folder: Path, *, video: bool = False
+    runs: Sequence[JudgedRun], report: Report, folder: Path, *, video: bool = False
 ) -> MissingLibraryError | None:
     """Write the report of a mission in phases, whose own reports are written already, and film all if asked for.
 
@@ -96,7 +93,7 @@ def write_mission(
     missing = None
     if video:
         try:
-            film_phases(runs, folder)
+            film_runs(runs, folder)
         except MissingLibraryError as error:
             missing = error
     with naming_folder(folder):
@@ -112,21 +109,19 @@ def film(site: Site, log: LogSource, report: Report, out_dir: str | Path, camera
         DescriptionError: The folder cannot be written, or there is no such camera.
         MissingLibraryError: There is no EGL or no encoder.
     """
-    from vgtsim.verification import PhaseRun
+    from vgtsim.verification import JudgedRun
 
-    return film_phases([PhaseRun(site, log, report)], out_dir, camera)
+    return film_runs([JudgedRun(site, log, report)], out_dir, camera)
 
 
-def film_phases(runs: Sequence[PhaseRun], out_dir: str | Path, camera: str | None = None) -> Path:
-    """Write `video.mp4` of all phases of a mission; as `film`.
+def film_runs(runs: Sequence[JudgedRun], out_dir: str | Path, camera: str | None = None) -> Path:
+    """Write `video.mp4` of a run, or of all phases of a mission one after the other; as `film`.
 
     Raises:
         DescriptionError: The folder cannot be written, or there is no such camera.
         MissingLibraryError: There is no EGL or no encoder.
     """
-    from vgtsim.output.video import Take, render_takes
-    from vgtsim.stretch import thin
-    from vgtsim.verification import find_begins
+    from vgtsim.output.video import render_runs
 
     known = get_args(CameraName)
     if camera is not None and camera not in known:
@@ -134,15 +129,13 @@ def film_phases(runs: Sequence[PhaseRun], out_dir: str | Path, camera: str | Non
     cuts = None if camera is None else (Cut.model_validate({"camera": camera}),)
     path = prepare_folder(out_dir) / VIDEO
     with naming_folder(path.parent), _progress_bar() as advance:
-        begins = zip(runs, find_begins(runs), strict=True)
-        takes = [Take(run.site, thin(run.log), run.report, begin) for run, begin in begins]
-        render_takes(takes, path, advance, cuts)
+        render_runs(runs, path, advance, cuts)
     return path
 
 
 @contextmanager
 def _progress_bar() -> Iterator[Callable[[int, int], None] | None]:
-    """Give the function that `render_takes` calls for each frame; nothing in a pipe."""
+    """Give the function that `render_runs` calls for each frame; nothing in a pipe."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -200,7 +200,7 @@ def check_riser(site: Site) -> None:
         DescriptionError: The stowed length is outside a stroke; or a node or member does not fit: by how much.
     """
     scene = site.scene
-    cylinders = [scene.manipulator.cylinders[module.cylinder] for module in scene.manipulator.stowable]
+    cylinders = scene.manipulator.stowable
     least, greatest = np.array([[item.retracted, item.extended] for item in cylinders]).reshape(-1, 2).T
     wanted = scene.manipulator.stowed_length if cylinders else 0.0
     if not np.all((least <= wanted) & (wanted <= greatest)):

@@ -115,11 +115,11 @@ def find_effects(model: LoadModel, nodes: ArrayLike, motion: NodeMotion | None =
     Raises:
         TrussError: The truss is a mechanism or carries a self-stress.
     """
-    n, bare = np.asarray(nodes, float), replace(model, payload=model.payload.model_copy(update={"mass": 0.0}))
-    loadings = [Loading(replace(bare, gravity=axis)) for axis in np.eye(3)]
+    n = np.asarray(nodes, float)
+    loadings = [Loading(item) for item in model.units[:3]]
     loadings += [Loading(None, forces=tool_forces(model, n, wrench)) for wrench in np.eye(6)]
     if motion is not None:
-        loadings += [Loading(replace(item, gravity=np.zeros(3)), motion) for item in (bare, model)]
+        loadings += [Loading(item, motion) for item in model.units[3:]]
     return Effects(model, solve_loadings(model.truss, n, loadings))
 
 

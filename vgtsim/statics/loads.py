@@ -11,7 +11,7 @@ straightens. It slides in the faces, so it carries no force along itself. Its we
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -65,6 +65,13 @@ class LoadModel:
         """Mass of the arm with hubs and payload, kg."""
         parts = self.members.mass.sum() + self.blocks.mass.sum() + self.hub_mass.sum()
         return float(parts) + self.plate.mass + self.payload.mass
+
+    @cached_property
+    def units(self) -> tuple[LoadModel, ...]:
+        """The arm without payload under 1 m/s² along each axis; then weightless without payload, and weightless with it."""
+        bare = replace(self, payload=self.payload.model_copy(update={"mass": 0.0}))
+        pulled = [replace(bare, gravity=axis) for axis in np.eye(3)]
+        return (*pulled, *(replace(model, gravity=np.zeros(3)) for model in (bare, self)))
 
     @cached_property
     def member_bodies(self) -> tuple[Index, Array]:

@@ -1,11 +1,12 @@
 """Verdicts on a run, independent of MuJoCo."""
 
 from vgtsim.verification.cutting import describe_removed
-from vgtsim.verification.evidence import Evidence, PlannedTour, find_riser_reaction
+from vgtsim.verification.evidence import Evidence, PlannedTour
 from vgtsim.verification.instant import Instant, find_instant
-from vgtsim.verification.phases import PhaseRun, find_begins, join_phases
+from vgtsim.verification.judged import JudgedRun
+from vgtsim.verification.phases import find_begins, join_phases
 from vgtsim.verification.report import CHECK_NAMES, MEASURES, Check, Report
-from vgtsim.verification.tracking import Hold, find_holds, goal_name
+from vgtsim.verification.tracking import goal_name
 from vgtsim.verification.verify import verify
 
 __all__ = [
@@ -13,16 +14,13 @@ __all__ = [
     "MEASURES",
     "Check",
     "Evidence",
-    "Hold",
     "Instant",
-    "PhaseRun",
+    "JudgedRun",
     "PlannedTour",
     "Report",
     "describe_removed",
     "find_begins",
-    "find_holds",
     "find_instant",
-    "find_riser_reaction",
     "goal_name",
     "join_phases",
     "verify",

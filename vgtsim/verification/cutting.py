@@ -12,7 +12,6 @@ import numpy as np
 from vgtsim.compilation import compiled
 from vgtsim.description import CuttingTool
 from vgtsim.geometry import Diggings
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Array, Evidence
 from vgtsim.verification.measures import Finding, missing, report_as, worst_of
@@ -76,7 +75,7 @@ def check_removed(run: Evidence) -> Finding:
     expected = volume[0] + _follow(run)
     error = np.abs(volume - expected) / max(volume[-1], _LEAST_VOLUME)
     found = worst_of(error[:, None], run.log.time, _NAME)
-    return replace(found, summary=describe_removed(run.site, run.log))
+    return replace(found, summary=describe_removed(run))
 
 
 @report_as("clearance", "waste removed beyond the tool's reach", limit="cutting_depth", applies=cuts)
@@ -115,16 +114,15 @@ def check_tool_plan(run: Evidence) -> Finding:
     return worst_of(measure_plan_error(run, run.log.tool_share[:, None], shares), run.log.time, _NAME)
 
 
-def describe_removed(site: Site, log: RunLog) -> str:
+def describe_removed(run: Evidence) -> str:
     """What was removed until the end of some records, how heavy it is, how fast it went, and what is left, in words."""
-    ground = site.diggings
-    assert ground is not None
+    log, ground = run.log, _diggings(run)
     volume, step = float((ground.start - log.bed[-1]) @ ground.areas), float(np.diff(log.time).mean())
     whole = log.time[0] < step  # of a part of a run the volume is known, but not the time that it took
     working = step * float(np.sum(log.tool_share > 0)) if whole else 0.0
     hour = f", {3600 * float(np.ptp(log.removed)) / working:.3g} m³ an hour while the tool works" if working else ""
     left = float((log.bed[-1] - ground.floor) @ ground.areas)
-    mass = volume * site.tank.waste.density
+    mass = volume * run.site.tank.waste.density
     return f"{volume:.4g} m³ removed, {mass:.4g} kg{hour}; {left:.4g} m³ left in the window about the patches"
 
 

@@ -190,6 +190,18 @@ class Evidence:
         return (across / np.sum(arm**2, axis=-1)).mean(axis=1)
 
     @cached_property
+    def riser_reaction(self) -> Array:
+        """Force and moment of arm and mast on the riser, which the dome must not carry, shape (T, 6), N and N·m.
+
+        About the tank's axis at the crown, in frame G.
+        """
+        force, moment = -self.log.mast_reaction[:, :3], -self.log.mast_reaction[:, 3:]
+        lever = np.zeros((self.log.count, 3))
+        lever[:, 2] = self.log.height - self.site.task.mast.pivot_depth
+        weight = np.array([0.0, 0.0, -self.site.mast.mass * self.site.gravity])
+        return np.concatenate([force + weight, moment + np.cross(lever, force)], axis=1)
+
+    @cached_property
     def speeds(self) -> Array:
         """Speeds of the cylinders in the step that led to each record, from differenced lengths, shape (T, J), m/s.
 
@@ -379,15 +391,3 @@ class Evidence:
         distance = np.linalg.norm(position - wanted, axis=-1)
         angle = np.arctan2(np.linalg.norm(np.cross(direction, aimed), axis=-1), np.sum(direction * aimed, axis=-1))
         return distance, angle
-
-
-def find_riser_reaction(site: Site, log: RunLog) -> Array:
-    """Force and moment of arm and mast on the riser, which the dome must not carry, shape (T, 6), N and N·m.
-
-    About the tank's axis at the crown, in frame G.
-    """
-    force, moment = -log.mast_reaction[:, :3], -log.mast_reaction[:, 3:]
-    lever = np.zeros((log.count, 3))
-    lever[:, 2] = log.height - site.task.mast.pivot_depth
-    weight = np.array([0.0, 0.0, -site.mast.mass * site.task.simulation.gravity])
-    return np.concatenate([force + weight, moment + np.cross(lever, force)], axis=1)

@@ -3,41 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from vgtsim.description import begins_anew
-from vgtsim.site import Site
-from vgtsim.stretch import LogSource
 from vgtsim.verification.evidence import Array
+from vgtsim.verification.judged import JudgedRun
 from vgtsim.verification.measures import Finding
 from vgtsim.verification.report import CHECK_NAMES, Check, Report, judge
 
 _ADDED = ("simulated_s", "wall_s", "steps")
 
 
-@dataclass(frozen=True, eq=False)
-class PhaseRun:
-    """A phase of a mission that was run and judged."""
-
-    site: Site
-    log: LogSource
-    report: Report
-
-    @property
-    def duration(self) -> float:
-        """Simulated time, s."""
-        return self.log.performance["simulated_s"]
-
-
-def find_begins(runs: Sequence[PhaseRun]) -> list[float]:
+def find_begins(runs: Sequence[JudgedRun]) -> list[float]:
     """When each phase of a mission began, s."""
     return np.cumsum([0.0, *(run.duration for run in runs[:-1])]).tolist()
 
 
-def join_phases(runs: Sequence[PhaseRun]) -> Report:
+def join_phases(runs: Sequence[JudgedRun]) -> Report:
     """Join the reports of a mission's phases into one; times of it count from the begin of the mission.
 
     Beside the rows of the phases it has those of the hand-overs, and one that counts the phases that were not run.
@@ -72,7 +57,7 @@ def _find_worst(rows: Sequence[Check]) -> Check:
     return max(rows, key=lambda row: np.inf if np.isnan(row.measured) else sign * row.measured)
 
 
-def _count_phases(runs: Sequence[PhaseRun]) -> Check:
+def _count_phases(runs: Sequence[JudgedRun]) -> Check:
     phase = runs[0].site.task.phase
     assert phase is not None  # of a mission in phases
     lacking = [number for number in range(1, phase.count + 1) if number > len(runs)]
@@ -89,7 +74,7 @@ def _count_phases(runs: Sequence[PhaseRun]) -> Check:
     )
 
 
-def _hand_over(runs: Sequence[PhaseRun], begins: Sequence[float]) -> list[Check]:
+def _hand_over(runs: Sequence[JudgedRun], begins: Sequence[float]) -> list[Check]:
     """Hubs and commands of the part that is in the tank, at the end of a phase and at the begin of the next, and the waste.
 
     The waste of the first phase is held against the description.
@@ -97,13 +82,13 @@ def _hand_over(runs: Sequence[PhaseRun], begins: Sequence[float]) -> list[Check]
     ground = runs[0].site.diggings
     found = [] if ground is None else [_hold_waste(runs[0], ground.start, "begin of phase 1", 0.0)]
     for number, (before, after) in enumerate(pairwise(runs), start=1):
-        last = before.log.read(before.log.count - 1, before.log.count)
+        last = before.source.read(before.source.count - 1, before.source.count)
         if ground is not None:
             waste = last.bed[0] if last.bed.size else ground.start
             found.append(_hold_waste(after, waste, f"phase {number} to {number + 1}", begins[number]))
         if begins_anew(after.site.scene):
             continue
-        first = after.log.read(0, 1)
+        first = after.source.read(0, 1)
         hubs = min(last.nodes.shape[1], first.nodes.shape[1])
         drives = min(last.commanded.shape[1], first.commanded.shape[1])
         apart = np.linalg.norm(last.nodes[0, -hubs:] - first.nodes[0, -hubs:], axis=-1).max()
@@ -117,9 +102,9 @@ def _hand_over(runs: Sequence[PhaseRun], begins: Sequence[float]) -> list[Check]
     return found
 
 
-def _hold_waste(run: PhaseRun, before: Array, where: str, when: float) -> Check:
+def _hold_waste(run: JudgedRun, before: Array, where: str, when: float) -> Check:
     """Greatest difference of the heights with which a phase begins, from those before, shape (P,), m; NaN without heights."""
-    first = run.log.read(0, 1)
+    first = run.source.read(0, 1)
     changed = float(np.abs(first.bed[0] - before).max()) if first.bed.size else float("nan")
     found = Finding(value=changed, where=where, when=when)
     return judge(run.site, "record", "waste, phase to phase", "command", found)

@@ -7,7 +7,7 @@ import numpy as np
 from vgtsim.site import Site
 from vgtsim.verification.evidence import Evidence
 from vgtsim.verification.measures import Finding, has_goals, has_operator, report_as, worst_of
-from vgtsim.verification.tracking import find_holds, goal_name
+from vgtsim.verification.tracking import goal_name
 
 _ROUNDING = 1e-6  # of a record: times are sums of steps
 SAME_INSTANT = 1e-6  # s by which the clock of a run may be off where it is compared with a time of the scene
@@ -40,7 +40,7 @@ def check_stages(run: Evidence) -> Finding:
     """
     log, site = run.outline, run.site
     count, due = len(site.task.stages), site.task.motion.hold * site.task.simulation.log_rate
-    holds, faults = find_holds(log), []
+    holds, faults = log.holds, []
     if log.goal[0] != -1 or abs(np.argmax(log.goal != -1) - due) > _BESIDE:
         faults.append("the rest before the first goal")
     leaps = np.flatnonzero(~np.isin(np.diff(log.goal), (0, 1)))

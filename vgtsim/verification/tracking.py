@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.stretch import Outline
 from vgtsim.verification.evidence import Array, Evidence, Index
 from vgtsim.verification.measures import (
     Finding,
@@ -111,29 +108,6 @@ def measure_plan_error(run: Evidence, commanded: Array, planned: Sequence[Array]
 def _follow(lengths: Array, steps: Index) -> Array:
     """Lengths at some steps of a leg, the last ones after its end."""
     return lengths[np.minimum(steps, len(lengths) - 1)]
-
-
-@dataclass(frozen=True)
-class Hold:
-    """A settled stay at the goal of an index, from its first to its last record, and from start to end, s."""
-
-    goal: int
-    first: int
-    last: int
-    start: float
-    end: float
-
-
-def find_holds(log: RunLog | Outline) -> tuple[Hold, ...]:
-    """List the unbroken settled stretches at one goal each, in order."""
-    key = np.where(log.settled, log.goal, -1)
-    edges = np.flatnonzero(np.diff(key)) + 1
-    starts, ends = np.append(0, edges), np.append(edges, len(key)) - 1
-    return tuple(
-        Hold(goal=int(key[i]), first=int(i), last=int(j), start=float(log.time[i]), end=float(log.time[j]))
-        for i, j in zip(starts, ends, strict=True)
-        if key[i] >= 0
-    )
 
 
 def goal_name(site: Site, index: int) -> str:

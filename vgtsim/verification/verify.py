@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
+from vgtsim.runlog import Revision
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource, cut, outline, thinning
 from vgtsim.verification.evidence import Array, Evidence, PlannedTour
@@ -48,28 +49,28 @@ def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: t
         performance=log.performance,
         versions=log.versions,
         series={name: np.concatenate([part[name] for part in shown]) for name in shown[0]} if shown else {},
-        notes=(*notes, *_tell_revisions(site, log), *_compare(site, log, tour)),
+        notes=(*notes, *_tell_revisions(site, log.revisions), *_compare(site, log.digests, tour)),
     )
 
 
-def _tell_revisions(site: Site, log: LogSource) -> Iterator[str]:
+def _tell_revisions(site: Site, revisions: Sequence[Revision]) -> Iterator[str]:
     """Say when and why the tour was planned anew."""
     before = 0.0
-    for revision in log.revisions:
+    for revision in revisions:
         names = [name for name, when in site.tank.appearances.items() if before < when <= revision.time + SAME_INSTANT]
         what = f"{'step' if site.task.mission else 'way to'} {site.task.stages[revision.leg].name}"
         yield f"{' and '.join(names)} appeared in the tank; at {revision.time:.6g} s the {what} was planned anew"
         before = revision.time + SAME_INSTANT
 
 
-def _compare(site: Site, log: LogSource, tour: PlannedTour | None) -> Iterator[str]:
-    """Say which of the log's digests are not those of site, tour and code."""
+def _compare(site: Site, digests: Mapping[str, str], tour: PlannedTour | None) -> Iterator[str]:
+    """Say which of a log's digests are not those of site, tour and code."""
     now = {"description": digest_scene(site.scene), "code": digest_code()}
     if tour is not None:
         now["programme"] = tour.digest
     for name, found in now.items():
-        if log.digests.get(name, found) != found:
-            yield f"the {name} is not that of the run: digest {found[:12]}, in the log {log.digests[name][:12]}"
+        if digests.get(name, found) != found:
+            yield f"the {name} is not that of the run: digest {found[:12]}, in the log {digests[name][:12]}"
 
 
 def _collect_series(run: Evidence) -> Mapping[str, Array]:

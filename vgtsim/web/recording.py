@@ -26,12 +26,11 @@ from vgtsim.output.html_tables import list_notices, summarise
 from vgtsim.output.quantities import MINUS
 from vgtsim.output.readings import READINGS, read_instant
 from vgtsim.positioning import LeastGap
-from vgtsim.proximity import Proximity
 from vgtsim.replacing import replacing
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.stretch import LogSource, thin
-from vgtsim.verification import Report
+from vgtsim.stretch import LogSource
+from vgtsim.verification import JudgedRun, Report
 from vgtsim.web.display import Display, Sight
 from vgtsim.web.scale import draw_scale
 
@@ -61,12 +60,13 @@ def write_recording(site: Site, source: LogSource, report: Report, path: Path, l
         OSError: The file cannot be written.
         ValueError: Not even the first and the last record fit in a page of the largest size, bytes.
     """
-    run = _Run(site, thin(source), report, source.count, HTML if (path.parent / HTML).is_file() else "")
-    page, frames = run.write_page(int(min(run.log.count, _MOST, (run.log.time[-1] - run.log.time[0]) * _FASTEST + 2)))
+    run = JudgedRun(site, source, report)
+    played = _Playback(run, HTML if (path.parent / HTML).is_file() else "")
+    page, frames = played.write_page(int(min(run.log.count, _MOST, np.ptp(run.log.time[[0, -1]]) * _FASTEST + 2)))
     if len(page) > largest:
-        least, few = run.write_page(2)
+        least, few = played.write_page(2)
         part = _ROOM * (largest - len(least)) / (len(page) - len(least))
-        page, frames = run.write_page(int(part * frames)) if part * frames > few else (least, few)
+        page, frames = played.write_page(int(part * frames)) if part * frames > few else (least, few)
     if len(page) > largest:
         raise ValueError(f"a page of {frames} frames takes {len(page)} bytes; allowed: at most {largest}")
     with replacing(path) as partial:
@@ -91,29 +91,21 @@ def choose_records(log: RunLog, axial: Array, count: int) -> Index:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
-    """A run with its thinned log, the number of records that it was thinned from, and the address of its report, if any."""
+class _Playback:
+    """A run as a page plays it, with the address of its report, if any."""
 
-    site: Site
-    log: RunLog
-    report: Report
-    records: int
+    run: JudgedRun
     address: str
-
-    @cached_property
-    def axial(self) -> Array:
-        """Axial forces, shape (T, M), N."""
-        return self.log.axial(self.site.truss.ends)
 
     @cached_property
     def end(self) -> float:
         """End of the colour scale, N."""
-        return scale_end(self.axial)
+        return scale_end(self.run.shown.axial)
 
     def write_page(self, count: int) -> tuple[bytes, int]:
         """The page with at most so many frames, and their number."""
-        log = self.log
-        chosen = choose_records(log, self.axial, count)
+        log, site, report = self.run.log, self.run.site, self.run.report
+        chosen = choose_records(log, self.run.shown.axial, count)
         gaps = [self._find_gap(record) for record in chosen.tolist()]
         page = self._record(chosen, gaps)
         times = log.time[chosen] - log.time[0]
@@ -123,15 +115,15 @@ class _Run:
             _load_pages()
             .get_template(name)
             .render(
-                title=self.site.task.title,
-                passed=self.report.passed,
-                verdict="PASSED" if self.report.passed else "FAILED",
-                summary=summarise(self.report),
-                notices=list_notices(log, self.report),
+                title=site.task.title,
+                passed=report.passed,
+                verdict="PASSED" if report.passed else "FAILED",
+                summary=summarise(report),
+                notices=list_notices(log, report),
                 names=["time", *READINGS, "nearest"],
                 scale=draw_scale(self.end),
                 frames=len(chosen),
-                records=self.records,
+                records=self.run.source.count,
                 report=HTML,
                 address=self.address,
                 readings=json.dumps(told, separators=(",", ":")).replace("<", "\\u003c"),
@@ -144,16 +136,16 @@ class _Run:
 
     def _record(self, chosen: Index, gaps: list[LeastGap | None]) -> str:
         """Viser's client with the frames of some records in it."""
-        log = self.log
+        log = self.run.log
         with open_server() as server:
-            display = Display(server, self.site, self.end)
-            _aim(server, self.site, above=bool(self.log.height.any()))
+            display = Display(server, self.run.site, self.end)
+            _aim(server, self.run.site, above=bool(log.height.any()))
             record = server.get_scene_serializer()
             pauses = np.append(np.diff(log.time[chosen]), _AFTER)
             for k, gap, pause in zip(chosen.tolist(), gaps, pauses.tolist(), strict=True):
                 sight = Sight(
                     nodes=log.nodes[k],
-                    axial=self.axial[k],
+                    axial=self.run.shown.axial[k],
                     height=float(log.height[k]),
                     heights=log.bed[k] if log.bed.size else None,
                     target=self._find_target(k),
@@ -166,36 +158,35 @@ class _Run:
 
     def _find_gap(self, record: int) -> LeastGap | None:
         """The nearest thing, the arm itself and the mast included; none while the mast is not at its working depth."""
-        if self.log.height[record]:
+        log = self.run.log
+        if log.height[record]:
             return None
-        points = np.concatenate([self.log.nodes[record], self.log.tool_position[record, None]])
-        return self.site.surroundings.unloaded.find_nearest(points, _REACH)
+        points = np.concatenate([log.nodes[record], log.tool_position[record, None]])
+        return self.run.site.surroundings.unloaded.find_nearest(points, _REACH)
 
     def _tell_nearest(self, record: int, gap: LeastGap | None) -> str:
         """Distance and names of the nearest things; while the mast is moved, as checks measure it in the riser's bore."""
         if gap:
             return f"{gap.gap:.3f} m, {gap.bodies}".replace("-", MINUS)
-        if not self.log.height[record]:
+        log, proximity = self.run.log, self.run.shown.proximity
+        if not log.height[record]:
             return f"more than {_REACH:g} m"
-        found = self._proximity.apart(self.log.nodes[record, None], self.log.tool_position[record, None])
+        found = proximity.apart(log.nodes[record, None], log.tool_position[record, None])
         place = int(found.nearest[0])
-        part = self._proximity.name_around(int(found.body[0, place]))
+        part = proximity.name_around(int(found.body[0, place]))
         return f"{found.distance[0, place]:.3f} m, {part} to {found.places[place]}".replace("-", MINUS)
-
-    @cached_property
-    def _proximity(self) -> Proximity:
-        return Proximity(self.site)
 
     def _find_target(self, record: int) -> Array | None:
         """Where the tool should be: an operator's target, or the end of the stage of the run."""
-        if self.log.target.size:
-            return self.log.target[record]
-        stage = int(self.log.goal[record])
-        pose = self.site.stage_poses[stage] if stage >= 0 else None
+        log = self.run.log
+        if log.target.size:
+            return log.target[record]
+        stage = int(log.goal[record])
+        pose = self.run.site.stage_poses[stage] if stage >= 0 else None
         return pose if pose is not None and np.isfinite(pose).all() else None
 
     def _read(self, record: int, gap: LeastGap | None) -> list[str]:
-        told = read_instant(self.site, self.log, self.report, record, self.axial[record])
+        told = read_instant(self.run, record, self.run.shown.axial[record])
         return [*told, self._tell_nearest(record, gap)]
 
 
