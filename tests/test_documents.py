@@ -92,9 +92,10 @@ def test_tests_that_a_page_names_are_there(document, sources):
     assert [name for name in named if f"def {name}(" not in sources[1] and not exists(f"{name}.py")] == []
 
 
-def test_code_that_stands_beside_an_equation_is_there(sources):
+@pytest.mark.parametrize("title", ["dissertation", "glossary"])
+def test_code_that_stands_beside_an_equation_or_a_term_is_there(sources, title):
     """Names such as `file.function` and `Class.method`: the first part is a file, a folder or a class."""
-    page = (DOCS / "dissertation.md").read_text(encoding="utf-8")
+    page = (DOCS / f"{title}.md").read_text(encoding="utf-8")
     named = [name for name in CODE.findall(page) if not name.endswith((".md", ".py"))]
     rooms = {
         path.stem for room in ("vgtsim", "studies") for path in (ROOT / room).rglob("*") if path.suffix in ("", ".py")
