@@ -19,7 +19,7 @@ from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.closure import angle_jacobian, circle_nodes, circle_tangents, closure_coefficients, edge_lengths
 from vgtsim.kinematics.mode_following import follow_squares, worst_direction
 from vgtsim.kinematics.modules import mid_plane as double
-from vgtsim.kinematics.modules.sets import TRIANGLE, Chord, Fill, Groups, Kind, ModuleSet, PlannedMember
+from vgtsim.kinematics.modules.sets import TRIANGLE, Chord, Groups, Kind, ModuleSet, PlannedMember
 from vgtsim.kinematics.modules.stroke_boxes import prove_strokes
 
 # given as the fraction covered when lengths were reached with the mid-plane turned over, or past a mid node's circle
@@ -151,6 +151,7 @@ class DoubleOctahedra(ModuleSet):
     """
 
     geometry: double.DoubleOctahedronGeometry
+    fill = staticmethod(fill_mid_planes)
     inputs = 3
     units = ("dimensionless", "dimensionless", "m")
     leans = stows = True
@@ -164,11 +165,6 @@ class DoubleOctahedra(ModuleSet):
     def inner_count(self) -> int:
         """Three mid nodes; with a joint offset the feet, middles and heads of three joint blocks."""
         return 9 if self.offset else 3
-
-    @cached_property
-    def fill(self) -> Fill:
-        """As `fill_mid_planes`."""
-        return fill_mid_planes
 
     @cached_property
     def figures(self) -> Array:

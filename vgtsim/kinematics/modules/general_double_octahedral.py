@@ -20,7 +20,7 @@ from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.closure import edge_lengths
 from vgtsim.kinematics.modules import two_cells as cells
 from vgtsim.kinematics.modules.double_octahedral import node_groups, plan_members
-from vgtsim.kinematics.modules.sets import Fill, Kind, ModuleSet
+from vgtsim.kinematics.modules.sets import Kind, ModuleSet
 from vgtsim.kinematics.modules.stroke_boxes import search_strokes
 
 
@@ -49,12 +49,7 @@ class GeneralDoubleOctahedra(ModuleSet):
         """Sign of the determinant of the legs' derivatives in the straight pose, shape (M, 1)."""
         return np.sign(np.linalg.det(self.angle_jacobian(self.straight)))[:, None]
 
-    @cached_property
-    def fill(self) -> Fill:
-        """As `_fill`."""
-        return self._fill
-
-    def _fill(
+    def fill(
         self,
         x: Array,
         figures: Array,

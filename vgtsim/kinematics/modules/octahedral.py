@@ -18,7 +18,7 @@ from vgtsim.description import Octahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.geometry import copy_matrix, copy_row
 from vgtsim.kinematics.modules import octahedron as single
-from vgtsim.kinematics.modules.sets import Chord, Fill, Groups, Kind, ModuleSet, PlannedMember
+from vgtsim.kinematics.modules.sets import Chord, Groups, Kind, ModuleSet, PlannedMember
 from vgtsim.kinematics.modules.stroke_boxes import search_strokes
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, smallest_turn
 
@@ -133,6 +133,7 @@ class Octahedra(ModuleSet):
     """
 
     geometries: tuple[single.OctahedronGeometry, ...]
+    fill = staticmethod(fill_poses)
     inputs = 6
     units = ("m", "m", "m", "rad", "rad", "rad")
     sections_key = "longerons"
@@ -153,11 +154,6 @@ class Octahedra(ModuleSet):
         """Lower ends in B and upper ends in T, each shape (M, 6, 3), m."""
         lower = np.array([geometry.base_nodes[single.LEGS[:, 0]] for geometry in self.geometries])
         return lower, np.array([geometry.top_nodes[single.LEGS[:, 1]] for geometry in self.geometries])
-
-    @cached_property
-    def fill(self) -> Fill:
-        """As `fill_poses`."""
-        return fill_poses
 
     @cached_property
     def figures(self) -> Array:

@@ -162,6 +162,7 @@ class ModuleSet(ABC):
     Attributes:
         names: Of the modules.
         straight: Inputs of the straight working pose, shape (M, inputs).
+        fill: The kinematics of the kind.
         inputs: Number of canonical inputs of a module.
         units: Unit of each input, for inputs that a user writes.
         leans: Whether the first two inputs are the sine of half the bend times cosine and sine of its direction.
@@ -172,17 +173,13 @@ class ModuleSet(ABC):
 
     names: tuple[str, ...]
     straight: Array
+    fill: ClassVar[Fill]
     inputs: ClassVar[int]
     units: ClassVar[tuple[str, ...]]
     leans: ClassVar[bool] = False
     stows: ClassVar[bool] = False
     turns_alike: ClassVar[bool] = False
     sections_key: ClassVar[str] = "cylinder"
-
-    @cached_property
-    @abstractmethod
-    def fill(self) -> Fill:
-        """The kinematics of the kind, see `Fill`."""
 
     @cached_property
     @abstractmethod

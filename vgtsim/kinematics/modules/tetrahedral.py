@@ -25,7 +25,7 @@ from vgtsim.arrays import Array, Mask
 from vgtsim.compilation import compiled
 from vgtsim.description import Tetrahedral
 from vgtsim.errors import AssemblyError, SingularityError
-from vgtsim.kinematics.modules.sets import TRIANGLE, Fill, Groups, Kind, ModuleSet, PlannedMember
+from vgtsim.kinematics.modules.sets import TRIANGLE, Groups, Kind, ModuleSet, PlannedMember
 
 _FOLDED = 1e-9  # sine of half an angle at which n4 lies on n1 but for rounding: the length has no derivative there
 
@@ -77,6 +77,7 @@ class Hinges(ModuleSet):
     """
 
     sides: Array
+    fill = staticmethod(fill_hinges)
     inputs = 1
     units = ("rad",)
     turns_alike = True  # hinges open alike wherever they stand
@@ -93,11 +94,6 @@ class Hinges(ModuleSet):
         """Altitude h of the static triangles, shape (M,), m (3.1)."""
         side, hinge = self.sides.T
         return np.sqrt(side**2 - hinge**2 / 4)
-
-    @cached_property
-    def fill(self) -> Fill:
-        """As `fill_hinges`."""
-        return fill_hinges
 
     @cached_property
     def figures(self) -> Array:
