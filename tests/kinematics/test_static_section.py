@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from studies.measured_section import list_members, section_from_nodes
 from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.kinematics.closure import triangle_frame
-from vgtsim.kinematics.modules.static_section import make_section, section_from_transform
+from vgtsim.kinematics.modules.static_section import StaticSection, make_section
 from vgtsim.kinematics.roll_pitch_yaw import rotation
 
 ROUNDING = 1e-12  # m: rounding of a few operations on metres
@@ -62,13 +62,14 @@ def test_tapered_and_tilted_ends_are_what_was_asked():
 def test_measured_transform_is_kept():
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotation([0.1, 0.05, -0.4]), [0.1, -0.05, 1.5]
-    made = section_from_transform(SIDES, SIDES, T)
+    made = StaticSection(SIDES, SIDES, T[:3, :3], T[:3, 3])
+    assert np.array_equal(made.transform, T)
     assert np.array_equal(made.R, T[:3, :3])
     with pytest.raises(ValueError, match="read-only"):
         made.P[0] = 1.0
     T[0, 0] += 0.01
     with pytest.raises(AssemblyError, match="not a rotation"):
-        section_from_transform(SIDES, SIDES, T)
+        StaticSection(SIDES, SIDES, T[:3, :3], T[:3, 3])
 
 
 def test_section_whose_members_do_not_hold_it_is_refused():

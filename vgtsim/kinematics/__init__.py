@@ -7,7 +7,6 @@ from vgtsim.kinematics.bending import (
     can_swing,
     find_mast_turn,
     move_points,
-    rotate_upright,
     swing,
 )
 from vgtsim.kinematics.chain import Chain, hanging_mount
@@ -29,7 +28,7 @@ from vgtsim.kinematics.modules.stroke_boxes import check_strokes
 from vgtsim.kinematics.passage import find_axis, measure_passage, trace_line
 from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
 from vgtsim.kinematics.rigid_sections import find_rigid_sections
-from vgtsim.kinematics.roll_pitch_yaw import rotation
+from vgtsim.kinematics.roll_pitch_yaw import rotate_upright, rotation
 from vgtsim.kinematics.state import State
 from vgtsim.kinematics.subspace import Subspace
 from vgtsim.kinematics.ties import first_greatest, first_least, order_down

@@ -18,6 +18,7 @@ from vgtsim.arrays import Array
 from vgtsim.description import Bend
 from vgtsim.errors import AssemblyError
 from vgtsim.kinematics.chain import Chain
+from vgtsim.kinematics.roll_pitch_yaw import rotate_upright
 from vgtsim.kinematics.subspace import Subspace
 
 _PARALLEL = 1 - 1e-12  # cosine of the angle between a section's end faces
@@ -45,13 +46,8 @@ def swing(chain: Chain, q: Array, angle: ArrayLike) -> Array:
     Static longerons and the hinges of tetrahedra do not follow: of an arm that has them the swing is only a first
     guess.
     """
-    cos, sin = np.broadcast_arrays(np.cos(angle), np.sin(angle))
-    shape = np.broadcast_shapes(q.shape[:-1], cos.shape)
+    turn, shape = rotate_upright(angle)[..., None, :, :], np.broadcast_shapes(q.shape[:-1], np.shape(angle))
     x = np.broadcast_to(q, (*shape, chain.layout.inputs)).copy()
-    turn = np.zeros((*cos.shape, 1, 3, 3))
-    turn[..., 0, 0, 0] = turn[..., 0, 1, 1] = cos
-    turn[..., 0, 1, 0], turn[..., 0, 0, 1] = sin, -sin
-    turn[..., 0, 2, 2] = 1.0
     for place in chain.layout.places:
         x[..., place.columns] = place.modules.swing(x[..., place.columns], turn)
     return x
@@ -103,13 +99,6 @@ def move_points(chain: Chain, points: Array, feed: ArrayLike = 0.0, turn: ArrayL
     if np.any(turn):
         points = chain.mount[:3, 3] + (points - chain.mount[:3, 3]) @ np.swapaxes(rotate_upright(turn), -1, -2)
     return points + np.asarray(feed, float)[..., None, None] * [0.0, 0.0, 1.0]
-
-
-def rotate_upright(turn: ArrayLike) -> Array:
-    """Rotations about the vertical by angles of shape (...), rad: shape (..., 3, 3)."""
-    c, s = np.cos(turn), np.sin(turn)
-    zero, one = np.zeros_like(c), np.ones_like(c)
-    return np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(*np.shape(c), 3, 3)
 
 
 def find_mast_turn(flange: Array, reference: Array) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vgtsim.arrays import Array, Index
-from vgtsim.description import Manipulator, Module
+from vgtsim.description import Manipulator
 from vgtsim.kinematics.closure import triangle_nodes
 from vgtsim.kinematics.modules import KINDS, ModuleSet, kind_of
 from vgtsim.kinematics.truss import Truss
@@ -114,7 +114,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
     for place in places:
         sizes[place.active] = place.modules.inputs
     owner = np.repeat(np.arange(len(active)), sizes)
-    root, after, face_from, offset = _find_transforms(manipulator, active.tolist())
+    root, after, face_from, offset = _find_transforms(manipulator)
     corners = _find_corners(manipulator, truss)
     faces = np.array(
         [triangle_nodes(sides) for sides in (modules[0].faces(side)[0], *(part.faces(side)[1] for part in modules))]
@@ -181,29 +181,20 @@ def _make_places(manipulator: Manipulator, truss: Truss, active: Index) -> list[
     return places
 
 
-def _find_transforms(manipulator: Manipulator, active: list[int]) -> tuple[Array, Array, Index, Array]:
+def _find_transforms(manipulator: Manipulator) -> tuple[Array, Array, Index, Array]:
     """Absorb the static modules: `root`, `after`, `face_from` and `face_offset` of the layout."""
     here, source = np.eye(4), 0
     gathered, origin, offset = [], [0], [np.eye(4)]
-    for k, module in enumerate(manipulator.modules):
-        if k in active:
+    for module in manipulator.modules:
+        if (make := kind_of(module).make_static) is None:
             gathered.append(here)
             here, source = np.eye(4), source + 1
         else:
-            here = here @ _static_step(module, manipulator.face_side)
+            here = here @ make(module, manipulator.face_side).transform
         origin.append(source)
         offset.append(here)
     whole = np.array([*gathered, here])
     return whole[0], whole[1:], np.array(origin), np.array(offset)
-
-
-def _static_step(module: Module, side: float) -> Array:
-    """T from the top of a static section to its base, shape (4, 4)."""
-    make, step = kind_of(module).make_static, np.eye(4)
-    assert make is not None  # it is not active
-    static = make(module, side)
-    step[:3, :3], step[:3, 3] = static.R, static.P
-    return step
 
 
 def _find_corners(manipulator: Manipulator, truss: Truss) -> Index:

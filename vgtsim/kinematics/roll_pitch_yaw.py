@@ -58,6 +58,13 @@ def pose_parameters(R: ArrayLike, P: ArrayLike) -> Array:
     return np.concatenate([np.asarray(P, float), roll_pitch_yaw(R)], axis=-1)
 
 
+def rotate_upright(turn: ArrayLike) -> Array:
+    """Rotations about the vertical by angles of shape (...), rad: shape (..., 3, 3)."""
+    c, s = np.cos(turn), np.sin(turn)
+    zero, one = np.zeros_like(c), np.ones_like(c)
+    return np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(*np.shape(c), 3, 3)
+
+
 def smallest_turn(first: Array, last: Array) -> Array:
     """Rotation that takes one unit vector to another about the axis across both, shape (3, 3); not to its opposite."""
     v, c = np.cross(first, last), float(first @ last)

@@ -31,6 +31,11 @@ class Subspace:
     values: Array = field(default_factory=lambda: np.empty(0))
 
     @cached_property
+    def _linear(self) -> Array:
+        """The rows, shape (r, n), those of no coupling too."""
+        return self.rows.reshape(-1, self.chain.layout.inputs)
+
+    @cached_property
     def bent(self) -> bool:
         """Whether it is more than a linear one."""
         return len(self.chain.layout.static) > 0
@@ -50,7 +55,8 @@ class Subspace:
         """Greatest error of any row of inputs, shape (b, n), m and rad, shape (b,); infinite where they do not assemble."""
         state = self.chain.state(q)
         off = np.abs(self._errors(state)).max(axis=1, initial=0.0)
-        return np.where(self._sound(state), off, np.inf)
+        sound = np.all([part.placed.all(axis=1) for part in state.parts], axis=0)
+        return np.where(sound, off, np.inf)
 
     def project(self, q: Array) -> Array:
         """Inputs near given ones, shape (b, n), that are in it.
@@ -86,21 +92,16 @@ class Subspace:
         good[left] = False
         return found, good
 
-    def _sound(self, state: State) -> Mask:
-        return np.all([part.placed.all(axis=1) for part in state.parts], axis=0)
-
     def _errors(self, state: State) -> Array:
         """Errors of the linear rows and then of static legs, shape (b, r + S)."""
-        layout = self.chain.layout
-        linear = state.q @ self.rows.T - self.values if len(self.values) else np.empty((len(state.q), 0))
-        return (
-            np.concatenate([linear, state.legs[:, layout.actuators :] - layout.static], axis=1) if self.bent else linear
-        )
+        layout, linear = self.chain.layout, state.q @ self._linear.T - self.values
+        if not self.bent:
+            return linear
+        return np.concatenate([linear, state.legs[:, layout.actuators :] - layout.static], axis=1)
 
     def _slopes(self, state: State) -> Array:
-        count = len(state.q)
-        linear = np.broadcast_to(self.rows, (count, *self.rows.shape)) if len(self.values) else None
+        """Derivatives of the errors by the inputs, shape (b, r + S, n)."""
+        linear = np.broadcast_to(self._linear, (len(state.q), *self._linear.shape))
         if not self.bent:
-            return np.zeros((count, 0, state.q.shape[1])) if linear is None else linear
-        static = state.leg_slopes[:, self.chain.layout.actuators :]
-        return static if linear is None else np.concatenate([linear, static], axis=1)
+            return linear
+        return np.concatenate([linear, state.leg_slopes[:, self.chain.layout.actuators :]], axis=1)

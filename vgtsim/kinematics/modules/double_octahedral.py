@@ -19,6 +19,7 @@ from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.closure import angle_jacobian, circle_nodes, circle_tangents, closure_coefficients, edge_lengths
 from vgtsim.kinematics.mode_following import follow_squares, worst_direction
 from vgtsim.kinematics.modules import mid_plane as double
+from vgtsim.kinematics.modules.mid_plane import INWARD
 from vgtsim.kinematics.modules.sets import TRIANGLE, Chord, Groups, Kind, ModuleSet, PlannedMember
 from vgtsim.kinematics.modules.stroke_boxes import prove_strokes
 
@@ -27,8 +28,6 @@ _TURNED = 0.999
 _FLAT = 1 - 1e-12  # u_x² + u_y² of the normal from which u_z, by which is divided, is no number to rely on
 _LOW = 0.98  # the same from which a mid-plane counts as lying flat: the inputs change their meaning at one
 _TOUCHING = 1e-12  # least square of the sine at a circle, where a plane only touches it and rates grow without bound
-
-_INWARD = double.INWARD
 
 # ends as (base | foot | head | top, corner); L1 to L12 of figure 3.10; without a joint offset foot and head are one
 _LONGERONS = (
@@ -67,7 +66,7 @@ def fill_mid_planes(
                 _turn(a, b, c, way, motion[i, m])
             closed = placed
             for k in range(3):  # (3.28) on the outward branch
-                vx, vy = _INWARD[k, 0], _INWARD[k, 1]
+                vx, vy = INWARD[k, 0], INWARD[k, 1]
                 lean = a * vx + b * vy
                 size = np.sqrt(lean * lean + c * c)
                 cosine = (d + apothem * lean) / (h * size)
@@ -157,14 +156,9 @@ class DoubleOctahedra(ModuleSet):
     leans = stows = True
 
     @cached_property
-    def offset(self) -> bool:
-        """Whether the modules have joint blocks."""
-        return bool(np.any(self.geometry.joint_offset > 0))
-
-    @cached_property
     def inner_count(self) -> int:
         """Three mid nodes; with a joint offset the feet, middles and heads of three joint blocks."""
-        return 9 if self.offset else 3
+        return 9 if np.any(self.geometry.joint_offset > 0) else 3
 
     @cached_property
     def figures(self) -> Array:

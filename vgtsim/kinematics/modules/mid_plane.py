@@ -83,8 +83,8 @@ def find_misses(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
     """
     U = normal(midplane)
     lean = U @ INWARD.T
-    offset = midplane[..., 2:] + _column(geometry.apothem) * lean
-    return np.max(np.abs(offset) - _column(geometry.height) * np.hypot(lean, U[..., 2:]), axis=-1)
+    offset = midplane[..., 2:] + geometry.apothem[..., None] * lean
+    return np.max(np.abs(offset) - geometry.height[..., None] * np.hypot(lean, U[..., 2:]), axis=-1)
 
 
 def angles(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
@@ -93,9 +93,9 @@ def angles(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
     A quarter turn is an upright longeron triangle, more leans outward.
     """
     U = normal(midplane)
-    lean, height = U @ INWARD.T, _column(geometry.height)
+    lean, height = U @ INWARD.T, geometry.height[..., None]
     cosine, sine = height * lean, height * U[..., 2:]
-    offset = midplane[..., 2:] + _column(geometry.apothem) * lean
+    offset = midplane[..., 2:] + geometry.apothem[..., None] * lean
     return np.arctan2(sine, cosine) + np.arccos(offset / np.hypot(cosine, sine))
 
 
@@ -119,12 +119,7 @@ def _area(n: Array) -> Array:
 
 def straight_angles(geometry: DoubleOctahedronGeometry, actuators: Array) -> Array:
     """Angles of the straight module whose three actuators all have the mean length, shape (..., 3)."""
-    reach = np.mean(actuators, axis=-1, keepdims=True) / np.sqrt(3) - _column(geometry.apothem)
+    reach = np.mean(actuators, axis=-1, keepdims=True) / np.sqrt(3) - geometry.apothem[..., None]
     # 0.98: lengths beyond what a straight module has begin beside the flat pose at one, where the way would end at once
-    phi = np.arccos(np.clip(-reach / _column(geometry.height), -0.98, 0.98))
+    phi = np.arccos(np.clip(-reach / geometry.height[..., None], -0.98, 0.98))
     return np.repeat(phi, 3, axis=-1)
-
-
-def _column(value: Array) -> Array:
-    """A dimension with an axis for coordinates or nodes, shape (M, 1)."""
-    return value[..., None]

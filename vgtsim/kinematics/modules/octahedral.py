@@ -158,35 +158,22 @@ class Octahedra(ModuleSet):
     @cached_property
     def figures(self) -> Array:
         """Ends of the legs, static lengths, and the sign of the determinant of the straight legs' slopes, (M, 43)."""
-        count = len(self.names)
-        ends = [item.reshape(count, -1) for item in self._ends]
-        frames, motion = np.empty((1, count, 3, 4)), np.empty((1, count, 6, 6))
-        length, slope, none = np.empty((1, count, 6)), np.empty((1, count, 6, 6)), np.empty((0, 0, 0, 3))
-        row, marks = np.concatenate([*ends, self._static, np.ones((count, 1))], axis=1), np.empty((1, count, 4), bool)
-        fill_poses(self.straight[None], row, self.straight, marks, frames, motion, length, slope, none, none[..., None])
-        row[:, -1] = np.sign(np.linalg.det(slope[0]))
-        return row
-
-    def find_errors(self, lengths: Array) -> Array:
-        """How far static longerons are off their length, shape (..., M, 6), m; zero for actuated ones."""
-        return np.abs(np.nan_to_num(lengths - self._static))
+        ends = [item.reshape(len(self.names), -1) for item in self._ends]
+        # the determinant by the inputs is that by the twist times the cosine of the pitch, which is positive
+        sign = np.sign(np.linalg.det(self.conditioned(self.straight)))
+        return np.concatenate([*ends, self._static, sign[:, None]], axis=1)
 
     def refuse(self, x: Array) -> Exception:
         """A static longeron would need another length: the pose is outside the module's subspace."""
         if not np.all(np.isfinite(x)):
             return ValueError(f"a pose of {', '.join(self.names)} is no number")
         lengths = self.at(x).legs[0]
-        error = self.find_errors(lengths)
+        error = np.abs(np.nan_to_num(lengths - self._static))  # zero for actuated ones
         worst = np.unravel_index(int(np.argmax(error)), error.shape)
         module, leg = int(worst[-2]), int(worst[-1])
         freedom = int(self.actuated[module].sum())
         detail = f"pose outside the {freedom}-dimensional subspace: static longeron l{leg + 1} would be"
         return AssemblyError(self.names[module], float(error[worst]), f"{detail} {lengths[worst]:.6g} m")
-
-    def leg_slopes(self, R: Array, P: Array) -> tuple[Array, Array]:
-        """As `octahedron.leg_jacobian`, of all modules in poses of shape (..., M, 3, 3) and (..., M, 3)."""
-        lower, upper = self._ends
-        return single.leg_jacobian(lower, upper @ np.swapaxes(R, -1, -2) + P[..., None, :], P)
 
     @cached_property
     def _alike(self) -> tuple[tuple[single.OctahedronGeometry, list[int]], ...]:
@@ -233,9 +220,10 @@ class Octahedra(ModuleSet):
 
     def conditioned(self, x: Array) -> Array:
         """dl/dtwist with rotations in units of the top nodes' radius."""
-        scale = np.ones((len(self.names), 6))
-        scale[:, 3:] = np.array([geometry.radius for geometry in self.geometries])[:, None]
-        return self.leg_slopes(*pose_transform(x))[1] / scale[:, None, :]
+        (lower, upper), (R, P) = self._ends, pose_transform(x)
+        J = single.leg_jacobian(lower, upper @ np.swapaxes(R, -1, -2) + P[..., None, :], P)[1]
+        J[..., 3:] /= np.array([geometry.radius for geometry in self.geometries])[:, None, None]
+        return J
 
     def check_strokes(self, low: Array, high: Array) -> None:
         """By a search, see `search_strokes`."""

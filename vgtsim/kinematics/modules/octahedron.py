@@ -28,7 +28,8 @@ from vgtsim.kinematics.closure import (
     triangle_frame,
     triangle_nodes,
 )
-from vgtsim.kinematics.mode_following import FollowedMode, follow, worst_direction
+from vgtsim.kinematics.mode_following import follow, worst_direction
+from vgtsim.kinematics.roll_pitch_yaw import rotate_upright
 from vgtsim.kinematics.vectors import cross
 
 # corner of the base and of the top of l1 to l6 (3.27)
@@ -84,8 +85,7 @@ def home(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Array, Arr
     base, top = geometry.base_nodes[:, :2], geometry.top_nodes[:, :2]
     middle = (base[LOWER[:, 0]] + base[LOWER[:, 1]]) / 2
     cross = np.sum(top[:, 0] * middle[:, 1] - top[:, 1] * middle[:, 0])
-    yaw = np.arctan2(cross, np.sum(top * middle))
-    R = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+    R = rotate_upright(np.arctan2(cross, np.sum(top * middle)))
     plan = (geometry.top_nodes @ R.T)[LEGS[:, 1]] - geometry.base_nodes[LEGS[:, 0]]
     square = np.mean(np.asarray(longerons, float) ** 2, axis=-1)
     P = np.zeros((*square.shape, 3))
@@ -135,29 +135,17 @@ def advance(geometry: OctahedronGeometry, longerons: Array, start: tuple[Array, 
     """
     with np.errstate(invalid="ignore"):
         goal = place_circles(geometry.base_nodes, longerons, LOWER)
-        begin, result = _follow(geometry, goal, top_nodes(geometry, *start))
+        begin, first = closure(geometry, lengths(geometry, *start))
+        # centres and radii are linear in t and the closure is a quadratic form in them
+        change = Circles(goal.centre - begin.centre, begin.inward, goal.radius - begin.radius)
+        square = closure_coefficients(change, np.zeros(3))
+        slope = closure_coefficients(goal, geometry.top) - first - square
+        result = follow(first, slope, square, circle_angles(begin, top_nodes(geometry, *start)))
         t = result.reached[:, None]
-        radius = np.where(t == 1.0, goal.radius, (1 - t) * begin.radius + t * goal.radius)
-        centre = np.where(
-            t[..., None] == 1.0, goal.centre, (1 - t[..., None]) * begin.centre + t[..., None] * goal.centre
-        )
+        radius = (1 - t) * begin.radius + t * goal.radius
+        centre = (1 - t[..., None]) * begin.centre + t[..., None] * goal.centre
         R, P = triangle_frame(circle_nodes(Circles(centre, goal.inward, radius), result.phi))
     return R, P, result.reached
-
-
-def _follow(geometry: OctahedronGeometry, goal: Circles, nodes: Array) -> tuple[Circles, FollowedMode]:
-    """Follow from top nodes, shape (N, 3, 3), to the circles of the goal; returns the circles of the start too."""
-    legs = np.linalg.norm(nodes[..., LEGS[:, 1], :] - geometry.base_nodes[LEGS[:, 0]], axis=-1)
-    begin = _circles(geometry, legs)
-    first, last = closure_coefficients(begin, geometry.top), closure_coefficients(goal, geometry.top)
-    # centres and radii are linear in t and the closure is a quadratic form in them
-    change = Circles(goal.centre - begin.centre, begin.inward, goal.radius - begin.radius)
-    square = closure_coefficients(change, np.zeros(3))
-    return begin, follow(first, last - first - square, square, circle_angles(begin, nodes))
-
-
-def _circles(geometry: OctahedronGeometry, longerons: Array) -> Circles:
-    return make_circles(geometry.base_nodes, longerons, LOWER, "octahedron")
 
 
 def length_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[Array, Array]:
@@ -198,5 +186,5 @@ def closure(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Circles
     Raises:
         AssemblyError: A longeron pair does not assemble.
     """
-    circles = _circles(geometry, np.asarray(longerons, float))
+    circles = make_circles(geometry.base_nodes, longerons, LOWER, "octahedron")
     return circles, closure_coefficients(circles, geometry.top)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vgtsim.arrays import Array
 from vgtsim.description import Prism, SectionModule
@@ -31,7 +30,12 @@ _SQUARE = 1e-6  # departure of a measured rotation from an orthogonal matrix tha
 
 @dataclass(frozen=True)
 class StaticSection:
-    """Sides 12, 23, 31 of the base and top triangles of a static section, m, with R_BT, (3, 3), and P_BT, (3,), m."""
+    """Sides 12, 23, 31 of the base and top triangles of a static section, m, with R_BT, (3, 3), and P_BT, (3,), m.
+
+    Raises:
+        AssemblyError: Sides form no triangle, or R_BT is no rotation by more than a measurement's rounding.
+        TrussError: The members do not hold the faces; the member is named.
+    """
 
     base: Sides
     top: Sides
@@ -53,6 +57,11 @@ class StaticSection:
             raise TrussError(
                 8, (f"{role}/{leg % 3 + 1}",), f"static section is a mechanism: singular value {value:.2g}"
             )
+
+    @property
+    def transform(self) -> Array:
+        """T_BT, shape (4, 4)."""
+        return np.block([[self.R, self.P[:, None]], [np.eye(4)[3:]]])
 
     @cached_property
     def nodes(self) -> Array:
@@ -78,24 +87,9 @@ def make_section(
         top: Sides of the top triangle, m; absent for those of the base: a prism. Smaller ones taper it.
         tilt: Roll about X_B and pitch about Y_B of the top face, rad: end faces that are not parallel.
         twist: Turn of the top face about its own normal, rad.
-
-    Raises:
-        AssemblyError: Sides that form no triangle.
-        TrussError: The members do not hold the faces; the member is named.
     """
     R = rotation([tilt[0], tilt[1], 0.0]) @ rotation([0.0, 0.0, twist])
     return StaticSection(base, base if top is None else top, R, np.array([0.0, 0.0, length]))
-
-
-def section_from_transform(base: Sides, top: Sides, T_BT: ArrayLike) -> StaticSection:
-    """Section from a measured transform T_BT, shape (4, 4), and sides 12, 23, 31 of its triangles, m.
-
-    Raises:
-        AssemblyError: The upper left block is not a rotation, by more than a measurement's rounding.
-        TrussError: The members do not hold the faces.
-    """
-    T = np.asarray(T_BT, float)
-    return StaticSection(base, top, T[:3, :3], T[:3, 3])
 
 
 def make_static(module: Prism | SectionModule, side: float) -> StaticSection:
@@ -108,7 +102,8 @@ def make_static(module: Prism | SectionModule, side: float) -> StaticSection:
     base, top = module.faces(side)
     try:
         if isinstance(module, SectionModule) and module.transform is not None:
-            return section_from_transform(base, top, module.transform)
+            T = np.array(module.transform)
+            return StaticSection(base, top, T[:3, :3], T[:3, 3])
         tilt, twist = (module.tilt, module.twist) if isinstance(module, SectionModule) else ((0.0, 0.0), 0.0)
         return make_section(base, module.length or 0.0, top=top, tilt=tilt, twist=twist)
     except TrussError as error:
