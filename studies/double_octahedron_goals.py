@@ -192,7 +192,7 @@ def _damped_step(J: Array, slope: Array, damping: Array) -> Array:
 def _errors(geometry: TwoCellGeometry, goals: Sequence[Goal], state: Array) -> tuple[Array, Array]:
     """Errors of all goals, shape (..., M), m, and their derivative per canonical input, shape (..., M, 3)."""
     R, P = transform(geometry, state)
-    parts = [_error(goal, R, P, geometry.radius) for goal in goals]
+    parts = [_error(goal, R, P, float(geometry.twist_units[3])) for goal in goals]
     batch = np.broadcast_shapes(P.shape[:-1], *(error.shape[:-1] for error, _ in parts))
     error = np.concatenate([np.broadcast_to(e, (*batch, e.shape[-1])) for e, _ in parts], axis=-1)
     rows = np.concatenate([np.broadcast_to(r, (*batch, *r.shape[-2:])) for _, r in parts], axis=-2)

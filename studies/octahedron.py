@@ -113,6 +113,4 @@ def twist_jacobian(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> 
         SingularPoseError: The pose is singular.
     """
     _, J = length_jacobian(geometry, R, P)
-    return invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "octahedron")[
-        ..., find_actuated(geometry)
-    ]
+    return invert_sound(J, geometry.twist_units, lambda _: "octahedron")[..., find_actuated(geometry)]

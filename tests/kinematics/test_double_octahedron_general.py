@@ -174,7 +174,7 @@ def test_over_specified_goal_gives_the_nearest_state_and_its_residual():
     for step in 0.02 * rng.standard_normal((40, 3)):  # no neighbour is nearer
         other = general.forward(module, found.state[:3] + step, found.state)
         R2, P2 = goals.transform(module, other)
-        square = np.sum((P2 - goal.P) ** 2) + module.radius**2 / 2 * np.sum((R2 - goal.R) ** 2)
+        square = np.sum((P2 - goal.P) ** 2) + module.twist_units[3] ** 2 / 2 * np.sum((R2 - goal.R) ** 2)
         assert square > found.residual**2
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,7 +26,6 @@ class Place:
         lengths: Of the chain's actuators, shape (M, legs); -1 for static legs.
         legs: Of all legs of the chain, actuators and then static ones, shape (M, legs).
         nodes: Of the inner nodes, shape (M, inner_count).
-        in_order: Whether the chain's legs are those of the set, one module after the other.
     """
 
     modules: ModuleSet
@@ -35,7 +35,6 @@ class Place:
     lengths: Index
     legs: Index
     nodes: Index
-    in_order: bool
 
     @property
     def moving(self) -> Index:
@@ -63,8 +62,8 @@ class Layout:
         owner: Active module of each input, shape (n,).
         static: Lengths of the static legs, shape (S,), m.
         root: T from the base of the first active module to the mount, shape (4, 4).
-        after: From the base of the next active module (of the last face, for the last) to the top of each, (A, 4, 4).
-        steps: The same without the last row, shape (A, 3, 4).
+        after: Rotation beside origin, from the base of the next active module (of the last face, for the last) to the top of
+            each, shape (A, 3, 4).
         face_from: For the mast flange and each module's top face: 0 for the mount, a + 1 for the top of active module
             a, shape (K + 1,).
         face_offset: The face's frame in that frame, shape (K + 1, 4, 4).
@@ -82,7 +81,6 @@ class Layout:
     static: Array
     root: Array
     after: Array
-    steps: Array
     face_from: Index
     face_offset: Array
     corners: Index
@@ -94,10 +92,11 @@ class Layout:
         """Whether all active modules are of one place."""
         return len(self.places) == 1
 
-    @property
+    @cached_property
     def in_order(self) -> bool:
-        """Whether all legs are those of one place, in its order."""
-        return self.whole and self.places[0].in_order
+        """Whether all legs are those of one place, one module after the other."""
+        legs = self.places[0].legs.ravel()
+        return self.whole and np.array_equal(legs, np.arange(legs.size))
 
 
 def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
@@ -135,8 +134,7 @@ def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
         owner=owner,
         static=np.concatenate([*static, np.empty(0)]),
         root=root,
-        after=after,
-        steps=np.ascontiguousarray(after[:, :3]),
+        after=np.ascontiguousarray(after[:, :3]),
         face_from=face_from,
         face_offset=offset,
         corners=np.ascontiguousarray(corners[:, :2]),
@@ -175,7 +173,6 @@ def _make_places(manipulator: Manipulator, truss: Truss, active: Index) -> list[
                 lengths=lengths,
                 legs=legs,
                 nodes=np.array(inner, dtype=int).reshape(len(which), -1),
-                in_order=len(sets) == 1 and np.array_equal(legs.ravel(), np.arange(legs.size)),
             )
         )
     return places

@@ -94,7 +94,7 @@ class State:
                 frame[:, place.active] = part.frame
         base, top = np.empty((count, active + 1, 3, 4)), np.empty((count, active, 3, 4))
         angular, linear = np.empty((*motion.shape[:2], 3)), np.empty((*motion.shape[:2], 3))
-        composition.compose(self.chain.root, layout.steps, layout.owner, frame, motion, base, top, angular, linear)
+        composition.compose(self.chain.root, layout.after, layout.owner, frame, motion, base, top, angular, linear)
         return base, top, angular, linear
 
     @property

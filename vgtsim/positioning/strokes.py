@@ -40,7 +40,7 @@ class StrokeBox:
             return None
         place = layout.places[0]
         own, turn = place.modules, np.arange(layout.inputs) % place.modules.inputs
-        body = own.figures, own.straight, chain.root, layout.steps, layout.owner, turn, place.legs, place.columns
+        body = own.figures, own.straight, chain.root, layout.after, layout.owner, turn, place.legs, place.columns
         return tuple(
             np.require(x, requirements=["C", "W"])
             for x in (chain.flange, *body, self.least, self.greatest, self.middle[None])

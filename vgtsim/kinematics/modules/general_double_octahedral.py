@@ -20,7 +20,7 @@ from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.closure import edge_lengths
 from vgtsim.kinematics.modules import two_cells as cells
 from vgtsim.kinematics.modules.double_octahedral import node_groups, plan_members
-from vgtsim.kinematics.modules.sets import Kind, ModuleSet
+from vgtsim.kinematics.modules.sets import Kind, ModuleSet, naming
 from vgtsim.kinematics.modules.stroke_boxes import search_strokes
 
 
@@ -115,10 +115,8 @@ class GeneralDoubleOctahedra(ModuleSet):
         """
         states = np.empty((*x.shape[:-1], 6))
         for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
-            try:
+            with naming(name):
                 states[..., m, :] = cells.forward(geometry, x[..., m, :], self.begins[m])
-            except AssemblyError as error:
-                raise AssemblyError(name, error.residual, str(error)) from None
         return states
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
@@ -136,10 +134,8 @@ class GeneralDoubleOctahedra(ModuleSet):
     def require_closing(self, lengths: Array) -> None:
         """Refuse actuators that make no triangle, or over which two longerons do not meet."""
         for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
-            try:
+            with naming(name):
                 cells.upper_circles(geometry, lengths[..., m, :])
-            except AssemblyError as error:
-                raise AssemblyError(name, error.residual, str(error)) from None
 
     def tell_end(
         self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
@@ -164,9 +160,8 @@ class GeneralDoubleOctahedra(ModuleSet):
         lower = np.linalg.svd(self.conditioned(x), compute_uv=False)[..., -1]
         states, upper = self.states(x), []
         for m, geometry in enumerate(self.geometries):
-            J = cells.upper_jacobian(cells.nodes(geometry, states[..., m, :]))[1]
-            J[..., 3:] /= geometry.radius
-            upper.append(np.linalg.svd(J, compute_uv=False)[..., -1])
+            J = cells.upper_jacobian(cells.nodes(geometry, states[..., m, :]))
+            upper.append(np.linalg.svd(J / geometry.twist_units, compute_uv=False)[..., -1])
         return np.minimum(lower, np.stack(upper, axis=-1))
 
     def check_strokes(self, low: Array, high: Array) -> None:
@@ -188,10 +183,8 @@ def make_general_double_octahedra(modules: Sequence[GeneralDoubleOctahedral], si
     for module in modules:
         base, top = module.faces(side)
         geometries.append(cells.TwoCellGeometry(base, top, module.longerons, module.joint_offset))
-        try:
+        with naming(module.name):
             begins.append(cells.forward_lengths(geometries[-1], [module.straight] * 3))
-        except AssemblyError as error:
-            raise AssemblyError(module.name, error.residual, str(error)) from None
     return GeneralDoubleOctahedra(names, np.array(begins)[:, :3], tuple(geometries), np.array(begins))
 
 

@@ -18,7 +18,7 @@ from vgtsim.description import Octahedral
 from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.geometry import copy_matrix, copy_row
 from vgtsim.kinematics.modules import octahedron as single
-from vgtsim.kinematics.modules.sets import Chord, Groups, Kind, ModuleSet, PlannedMember
+from vgtsim.kinematics.modules.sets import Chord, Groups, Kind, ModuleSet, PlannedMember, naming
 from vgtsim.kinematics.modules.stroke_boxes import search_strokes
 from vgtsim.kinematics.roll_pitch_yaw import pose_parameters, pose_transform, smallest_turn
 
@@ -201,10 +201,8 @@ class Octahedra(ModuleSet):
     def require_closing(self, lengths: Array) -> None:
         """Refuse two longerons that do not meet over their edge."""
         for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
-            try:
+            with naming(name):
                 single.closure(geometry, lengths[..., m, :])
-            except AssemblyError as error:
-                raise AssemblyError(name, error.residual, str(error)) from None
 
     def tell_end(
         self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
@@ -219,11 +217,10 @@ class Octahedra(ModuleSet):
         return SingularityError(name, value, f"{name}/{role}/{leg + 1}", float(gap), part)
 
     def conditioned(self, x: Array) -> Array:
-        """dl/dtwist with rotations in units of the top nodes' radius."""
+        """dl/dtwist in `twist_units`."""
         (lower, upper), (R, P) = self._ends, pose_transform(x)
         J = single.leg_jacobian(lower, upper @ np.swapaxes(R, -1, -2) + P[..., None, :], P)[1]
-        J[..., 3:] /= np.array([geometry.radius for geometry in self.geometries])[:, None, None]
-        return J
+        return J / np.array([geometry.twist_units for geometry in self.geometries])[:, None]
 
     def check_strokes(self, low: Array, high: Array) -> None:
         """By a search, see `search_strokes`."""

@@ -61,9 +61,18 @@ class OctahedronGeometry:
         return triangle_nodes(self.top)
 
     @cached_property
-    def radius(self) -> float:
-        """RMS distance of the top nodes from their centroid, m: the unit to weigh rotations in."""
-        return float(np.sqrt(np.mean(np.sum(self.top_nodes**2, axis=-1))))
+    def twist_units(self) -> Array:
+        """As the function of this name, of the top nodes."""
+        return twist_units(self.top_nodes)
+
+
+def twist_units(top: Array) -> Array:
+    """Units that the parts of a body's motion count in, shape (6,), of three nodes about their centroid, shape (3, 3), m.
+
+    They are 1 m/s of velocity, and the angular velocity of 1 m/s at the nodes' RMS distance from the centroid.
+    """
+    radius = np.sqrt(np.mean(np.sum(top**2, axis=-1)))
+    return np.array([1.0, 1.0, 1.0, radius, radius, radius])
 
 
 def top_nodes(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> Array:
@@ -174,10 +183,10 @@ def leg_jacobian(lower: ArrayLike, upper: ArrayLike, origin: ArrayLike) -> tuple
 def singularity(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[float, int]:
     """Smallest singular value of dl/dtwist of one pose, and the index of the longeron with most of the lost length change.
 
-    The value is a pure number: rotations are in units of `OctahedronGeometry.radius`.
+    The value is a pure number, see `twist_units`.
     """
     _, J = length_jacobian(geometry, R, P)
-    return worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
+    return worst_direction(J, geometry.twist_units)
 
 
 def closure(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Circles, Array]:

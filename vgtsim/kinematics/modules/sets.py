@@ -11,7 +11,8 @@ only where the kind can do more: `docs/add_module_kind.md` goes through them.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vgtsim.arrays import Array, Index, Mask
-from vgtsim.errors import SingularityError
+from vgtsim.errors import AssemblyError, SingularityError
 from vgtsim.kinematics.mode_following import worst_row
 
 if TYPE_CHECKING:
@@ -307,6 +308,15 @@ class ModuleSet(ABC):
         inputs, R_BT, shape (3, 3), and where the chord then ends, shape (3,), m.
         """
         raise NotImplementedError
+
+
+@contextmanager
+def naming(module: str) -> Iterator[None]:
+    """Give the name of a module to what it does not assemble for."""
+    try:
+        yield
+    except AssemblyError as error:
+        raise AssemblyError(module, error.residual, str(error)) from None
 
 
 def find_singular(modules: ModuleSet, x: Array) -> tuple[Array, Index]:

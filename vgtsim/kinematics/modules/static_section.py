@@ -17,7 +17,7 @@ from vgtsim.description import Prism, SectionModule
 from vgtsim.errors import AssemblyError, TrussError
 from vgtsim.kinematics.closure import triangle_nodes
 from vgtsim.kinematics.mode_following import worst_direction
-from vgtsim.kinematics.modules.octahedron import leg_jacobian
+from vgtsim.kinematics.modules.octahedron import leg_jacobian, twist_units
 from vgtsim.kinematics.modules.sets import TRIANGLE, Groups, Kind, PlannedMember
 from vgtsim.kinematics.roll_pitch_yaw import rotation
 
@@ -72,8 +72,7 @@ class StaticSection:
     def stiffness(self) -> tuple[float, int]:
         """Smallest singular value of the leg Jacobian, a pure number, and the leg (0 to 5) worst of it."""
         _, J = leg_jacobian(self.nodes[_LEGS[:, 0]], self.nodes[3 + _LEGS[:, 1]], self.P)
-        radius = float(np.sqrt(np.mean(np.sum(triangle_nodes(self.top) ** 2, axis=-1))))
-        return worst_direction(J, [1.0, 1.0, 1.0, radius, radius, radius])
+        return worst_direction(J, twist_units(triangle_nodes(self.top)))
 
 
 def make_section(

@@ -42,7 +42,7 @@ from vgtsim.kinematics.closure import (
 )
 from vgtsim.kinematics.conditioning import invert_sound
 from vgtsim.kinematics.mode_following import FollowedMode, follow_sides, follow_squares, worst_direction
-from vgtsim.kinematics.modules.octahedron import leg_jacobian
+from vgtsim.kinematics.modules.octahedron import leg_jacobian, twist_units
 
 # corner of the mid-plane and of the top of L7 to L12
 UPPER_LEGS = np.array([[1, 0], [2, 1], [0, 2], [0, 0], [1, 1], [2, 2]])
@@ -80,9 +80,9 @@ class TwoCellGeometry:
         return make_circles(self.base_nodes, self.longerons[:6], LOWER, "double octahedron, lower cell")
 
     @cached_property
-    def radius(self) -> float:
-        """RMS distance of the top nodes from their centroid, m: the unit to weigh rotations in."""
-        return float(np.sqrt(np.mean(np.sum(self.top_nodes**2, axis=-1))))
+    def twist_units(self) -> Array:
+        """As the function of this name, of the top nodes."""
+        return twist_units(self.top_nodes)
 
 
 def upper_circles(geometry: TwoCellGeometry, actuators: ArrayLike) -> Circles:
@@ -247,7 +247,7 @@ def _ended_upper(geometry: TwoCellGeometry, result: FollowedMode, begin: Array, 
     top = circle_nodes(circles, phi)
     mid = triangle_nodes(begin[worst] + t * (goal[worst] - begin[worst]))
     _, J = leg_jacobian(mid[UPPER_LEGS[:, 0]], top[UPPER_LEGS[:, 1]], np.mean(top, axis=0))
-    value, row = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
+    value, row = worst_direction(J, geometry.twist_units)
     there = circle_nodes(place_circles(triangle_nodes(goal[worst]), np.asarray(geometry.longerons[6:]), UPPER), phi)
     gap = float(np.max(np.abs(edge_lengths(there) - geometry.top)))
     return _ended("upper cell", goal[worst], t, gap, value, f"longeron L{row + 7}")
@@ -279,16 +279,16 @@ def jacobian(geometry: TwoCellGeometry, state: ArrayLike) -> Array:
     angles = np.asarray(state, float)
     points = nodes(geometry, angles)
     velocity = mid_velocities(geometry, angles)[..., 3 + UPPER_LEGS[:, 0], :, :]
-    length, J = upper_jacobian(points)
-    unit = (points[..., 6 + UPPER_LEGS[:, 1], :] - points[..., 3 + UPPER_LEGS[:, 0], :]) / length[..., None]
-    inverse = invert_sound(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3], lambda _: "double octahedron, upper cell")
-    return inverse @ np.einsum("...ik,...ikj->...ij", unit, velocity)
+    J = upper_jacobian(points)
+    inverse = invert_sound(J, geometry.twist_units, lambda _: "double octahedron, upper cell")
+    # as much as a lower end moves along its longeron, the top moves it the other way
+    return inverse @ np.einsum("...ik,...ikj->...ij", J[..., :3], velocity)
 
 
-def upper_jacobian(points: Array) -> tuple[Array, Array]:
-    """L7 to L12, shape (..., 6), m, of all moving nodes, shape (..., 9, 3), m, and dL/dtwist, shape (..., 6, 6)."""
+def upper_jacobian(points: Array) -> Array:
+    """Derivative of L7 to L12 by the twist of the top, shape (..., 6, 6), of all moving nodes, shape (..., 9, 3), m."""
     origin = np.mean(points[..., 6:, :], axis=-2)
-    return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)
+    return leg_jacobian(points[..., 3 + UPPER_LEGS[:, 0], :], points[..., 6 + UPPER_LEGS[:, 1], :], origin)[1]
 
 
 def mid_velocities(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
@@ -315,11 +315,9 @@ def singularity(geometry: TwoCellGeometry, state: ArrayLike) -> tuple[float, str
 
     Returns:
         The smaller of two pure numbers, and the member. The numbers are the smallest singular values of dl/dphi over
-        the mean radius of the circles, and of dL/dtwist of the upper longerons with rotations in units of
-        `TwoCellGeometry.radius`.
+        the mean radius of the circles, and of dL/dtwist of the upper longerons in `twist_units`.
     """
     angles = np.asarray(state, float)
     value, row = worst_direction(angle_jacobian(geometry, angles), float(np.mean(geometry.circles.radius)))
-    _, J = upper_jacobian(nodes(geometry, angles))
-    upper, leg = worst_direction(J, [1.0, 1.0, 1.0, *(geometry.radius,) * 3])
+    upper, leg = worst_direction(upper_jacobian(nodes(geometry, angles)), geometry.twist_units)
     return (value, f"actuator l{row + 1}") if value <= upper else (upper, f"longeron L{leg + 7}")
