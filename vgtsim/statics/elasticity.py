@@ -69,7 +69,7 @@ def make_elastic_model(
     Source: oil column, H. E. Merritt, Hydraulic Control Systems (1967), equation 6-43, for unequal areas.
     """
     arm, truss = chain.manipulator, chain.truss
-    spring, length = np.zeros(len(truss.members)), truss.lengths(chain.nodes(chain.straight))
+    spring, length = np.zeros(len(truss.members)), chain.member_lengths
     for index, member in enumerate(truss.members):
         if member.role != "actuator":
             tube = arm.tubes[member.section]

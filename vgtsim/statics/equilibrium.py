@@ -63,11 +63,9 @@ class MemberForces:
 
     def of(self, members: Index) -> MemberForces:
         """The forces of some members, with the reaction of the whole arm."""
-        along = {name: getattr(self, name)[..., members] for name in ("bar", "near_axial", "far_axial")}
-        vectors = ("near_transverse", "direction", "near_moment", "far_moment")
-        return MemberForces(
-            **along, **{name: getattr(self, name)[..., members, :] for name in vectors}, reaction=self.reaction
-        )
+        parts = {name: getattr(self, name) for name in _FORCES if name != "reaction"}
+        parts = {name: np.take(part, members, axis=self.bar.ndim - 1) for name, part in parts.items()}
+        return MemberForces(**parts, reaction=self.reaction)
 
     @staticmethod
     def join(parts: Sequence[MemberForces]) -> MemberForces:

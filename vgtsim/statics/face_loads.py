@@ -81,18 +81,14 @@ def load_hubs(
 @compiled
 def _find_change(axes: Array, velocity: Array, acceleration: Array, corners: Index, side: float, change: Array) -> None:
     """Second time derivatives of the axes, shape (3, 3), by rows, from the motion of the nodes, shape (N, 3)."""
-    turning, part = np.empty((2, 3)), np.empty(3)
+    turning, part = np.empty((2, 3)), np.empty((3, 3))
     _lean(velocity, corners, side, turning)
     _lean(acceleration, corners, side, change)
-    cross_into(turning[0], turning[1], change[2])
+    cross_into(turning[0], turning[1], part[0])
+    cross_into(change[0], axes[1], part[1])
+    cross_into(axes[0], change[1], part[2])
     for k in range(3):
-        change[2, k] *= 2
-    cross_into(change[0], axes[1], part)
-    for k in range(3):
-        change[2, k] += part[k]
-    cross_into(axes[0], change[1], part)
-    for k in range(3):
-        change[2, k] += part[k]
+        change[2, k] = 2 * part[0, k] + part[1, k] + part[2, k]
 
 
 @compiled

@@ -62,32 +62,19 @@ class Framework:
         return (index == self.ends[:, 0]).astype(float) - (index == self.ends[:, 1])
 
     @cached_property
-    def elimination(self) -> Elimination | None:
-        """The groups of nodes that can be solved one after the other, the first one last; None where they cannot."""
+    def elimination(self) -> tuple[Index, Index] | None:
+        """Bars, and nodes and axes of the equations that give their forces, shape (3, B), and where each group begins.
+
+        Groups of nodes are solved one after the other, the first one last; None where they cannot be.
+        """
         node, axis = self.equations
         last, numbers = self.group[self.ends].max(axis=1), np.unique(self.group[node])[::-1]
         bars, rows = ([np.flatnonzero(which == k) for k in numbers] for which in (last, self.group[node]))
         sizes = [len(item) for item in bars]
         if len(last) != len(node) or sizes != [len(item) for item in rows]:
             return None
-        row = np.concatenate([np.empty(0, np.intp), *rows])
-        begin = np.cumsum([0, *sizes])
-        order = np.concatenate([np.empty(0, np.intp), *bars])
-        return Elimination(bars=order, node=node[row], axis=axis[row], begin=begin, ends=self.own_ends)
-
-
-@dataclass(frozen=True)
-class Elimination:
-    """Bars, and nodes and axes of the equations that give their forces, shapes (B,), group by group, and where each begins.
-
-    `ends` are the nodes of all bars, shape (B, 2).
-    """
-
-    bars: Index
-    node: Index
-    axis: Index
-    begin: Index
-    ends: Index
+        order, row = (np.concatenate([np.empty(0, np.intp), *parts]) for parts in (bars, rows))
+        return np.stack([order, node[row], axis[row]]), np.cumsum([0, *sizes])
 
 
 @compiled
@@ -129,20 +116,14 @@ def diagnose(truss: Truss | Framework, nodes: ArrayLike) -> float:
 
     Source: S. Pellegrino and C. R. Calladine, International Journal of Solids and Structures 22 (1986), 409-428.
     """
-    value, fault, _ = _find_fault(truss, nodes)
+    value, fault, _ = find_fault(truss, nodes)
     if fault is not None:
         raise fault
     return value
 
 
-def find_mechanism(truss: Truss | Framework, nodes: ArrayLike) -> TrussError | None:
-    """The error of `diagnose` where a truss is a mechanism by its shape alone, whatever its members' stiffness; else None."""
-    _, fault, loose = _find_fault(truss, nodes)
-    return fault if loose else None
-
-
-def _find_fault(truss: Truss | Framework, nodes: ArrayLike) -> tuple[float, TrussError | None, bool]:
-    """Smallest singular value, what is wrong, and whether there is a mechanism in it."""
+def find_fault(truss: Truss | Framework, nodes: ArrayLike) -> tuple[float, TrussError | None, bool]:
+    """As `diagnose`: the singular value, what is wrong, and whether it is a mechanism, whatever the members' stiffness."""
     frame = truss if isinstance(truss, Framework) else framework_of(truss)
     matrix = equilibrium_matrix(frame, nodes)
     if not np.all(np.isfinite(matrix)):
@@ -188,17 +169,18 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
     Raises:
         TrussError: A mechanism, or a self-stress; bars are named.
     """
-    if (order := frame.elimination) is None:
+    if frame.elimination is None:
         diagnose(frame, nodes[0])
         raise TrussError(len(frame.ends), (), "isostatic, but not group by group of nodes")
+    order, begin = frame.elimination
     total, found = np.array(force, float, order="C"), np.empty((len(force), *unit.shape[:-1]))
-    sine = np.empty((len(unit), len(order.begin) - 1))
-    _substitute(by_rows(unit), order.ends, order.bars, order.node, order.axis, order.begin, total, found, sine)
+    sine = np.empty((len(unit), len(begin) - 1))
+    _substitute(by_rows(unit), frame.own_ends, order, begin, total, found, sine)
     if sine.size and sine.min() < POOR:
         least = sine.min(axis=1)
         worst = int(np.argmax(least < SINGULAR) if least.min() < SINGULAR else np.argmin(least))
         group = int(np.argmin(sine[worst]))
-        bars = order.bars[order.begin[group] : order.begin[group + 1]]
+        bars = order[0, begin[group] : begin[group + 1]]
         if least[worst] < SINGULAR:
             _refuse(frame, bars, nodes[worst], start + worst, float(least[worst]))
         names = ", ".join(frame.bars[i] for i in bars[:3])
@@ -207,22 +189,12 @@ def substitute_back(frame: Framework, unit: Array, force: Array, nodes: Array, s
 
 
 @compiled
-def _substitute(
-    unit: Array,
-    ends: Index,
-    bars: Index,
-    node: Index,
-    axis: Index,
-    begin: Index,
-    total: Array,
-    found: Array,
-    sine: Array,
-) -> None:
-    """Solve the groups, see `Elimination`; loads in `total` are replaced by what the bars leave of them.
+def _substitute(unit: Array, ends: Index, order: Index, begin: Index, total: Array, found: Array, sine: Array) -> None:
+    """Solve the groups, see `Framework.elimination`; loads in `total` are replaced by what the bars leave of them.
 
     `sine` gets the smallest sine between a bar and the span of the others of its group, shape (T, G), see `find_sine`.
     """
-    most = 0
+    bars, node, axis, most = order[0], order[1], order[2], 0
     for g in range(len(begin) - 1):
         most = max(most, begin[g + 1] - begin[g])
     work, rows, length, pull = np.empty((most, most)), np.empty(most, np.intp), np.empty(most), np.empty(most)

@@ -18,7 +18,7 @@ from scipy.linalg import eigh, get_lapack_funcs
 from vgtsim.arrays import Array, Index
 from vgtsim.errors import TrussError
 from vgtsim.kinematics import Truss, warn_poor
-from vgtsim.statics.framework import Framework, find_mechanism
+from vgtsim.statics.framework import Framework, find_fault
 
 _PBSV, _POTRF = get_lapack_funcs(("pbsv", "potrf"), dtype=np.float64)
 # smallest eigenvalues, every node scaled to one. Shipped arms: elastic 1e-5, on servos a hundred thousand times softer
@@ -192,8 +192,8 @@ def require_stiff(
         warn_poor(f"{where}stiffness matrix near singular, smallest scaled eigenvalue", value, POOR)
         return
     figure = f"smallest scaled eigenvalue of the stiffness {value:.2g}, sound from {SINGULAR:.0e}"
-    found = find_mechanism(truss, nodes[pose])
-    if found is not None:
+    _, found, loose = find_fault(truss, nodes[pose])
+    if found is not None and loose:
         raise TrussError(found.rank, found.members, f"{where}{found.detail}; {figure}")
     place = matrices.pattern.dof
     taken = np.where((place >= 0)[..., None], modes[place], 0.0)

@@ -82,15 +82,8 @@ def _fill_use(
     for t in range(len(bar)):
         for m in range(bar.shape[1]):
             column = find_column(figures[0, m], length[t, m] / figures[1, m], figures[2, m], figures[3, m])
-            tension, pin = figures[4, m] / safety_factor, figures[5, m] / safety_factor
-            limits = (
-                tension,
-                column / safety_factor,
-                figures[6, m] / length[t, m] ** 2,
-                figures[7, m],
-                figures[8, m],
-                pin,
-            )
+            tension, column, pin = figures[4, m] / safety_factor, column / safety_factor, figures[5, m] / safety_factor
+            limits = (tension, column, figures[6, m] / length[t, m] ** 2, figures[7, m], figures[8, m], pin)
             pull = _greater(_greater(near[t, m], bar[t, m]), far[t, m])
             push = _greater(_greater(-near[t, m], -bar[t, m]), -far[t, m])
             found = _hold(limits, (pull, push, bar[t, m], -bar[t, m]))
