@@ -1,4 +1,4 @@
-"""An elastic arm: how far it sags under its load, and how it rings."""
+"""An elastic arm: its sag under a load, and its natural frequencies."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""An arm of one's own: described in TOML with units, checked, drawn, and exported as a solid and as a MuJoCo model."""
+"""Describe an arm in TOML with units, check it, draw it, and export it as a solid and as a MuJoCo model."""
 
 from pathlib import Path
 

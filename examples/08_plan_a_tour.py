@@ -1,4 +1,4 @@
-"""A task of one's own over a shipped scene: plan it, look at the plan, plot the cylinder lengths."""
+"""Change the task of a shipped scene: plan the tour, look at the plan, plot the cylinder lengths."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The whole way: load a scene, plan it, run it in MuJoCo, verify the log without MuJoCo, write report and log."""
+"""All stages: load a scene, plan it, run it in MuJoCo, verify the log without MuJoCo, write report and log."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How much an arm may carry in a posture, and the member or cylinder that limits it."""
+"""The payload that an arm may carry in a posture, and the member or cylinder that limits it."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The plant stepped from outside, with commands of one's own: the same plant that plays a tour."""
+"""Step the plant from a program, with commands of the program: the same plant plays a tour."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Many programmes at once: a policy of random rates, eight arms on all cores, scored by where the tool comes to."""
+"""Many programmes at once: a policy of random rates drives eight arms on all cores; the place of the tool is the score."""
 
 import numpy as np
 

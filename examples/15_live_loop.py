@@ -1,4 +1,4 @@
-"""A live loop with a controller of one's own: a proportional hand that steers the tool, the arm inside all limits."""
+"""A live loop: a proportional hand steers the tool, and the controller keeps the arm inside all limits."""
 
 import numpy as np
 

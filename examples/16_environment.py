@@ -14,7 +14,7 @@ print(f"{observation.size} observations, {len(arm.rated)} actions, {info['left']
 
 actions, total, done = [], 0.0, False
 while not done:
-    actions.append(vgtsim.envs.steer(arm))  # a policy of one's own goes here
+    actions.append(vgtsim.envs.steer(arm))  # your policy goes here
     observation, reward, terminated, truncated, info = env.step(actions[-1])
     total, done = total + float(reward), terminated or truncated
 print(f"after {len(actions) / 2:.1f} s: return {total:.2f}, success {info['is_success']}, fault '{info['fault']}'")
