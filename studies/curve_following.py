@@ -8,8 +8,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
-from vgtsim.positioning import Nearness, NewtonSettings, Problem, StrokeBox, bring_inside, solve_anywhere, tool_goal
-from vgtsim.positioning.shape import BARRIER, Directrix, Shape, fit, overruns, unmet_ends
+from vgtsim.positioning import (
+    Nearness,
+    NewtonSettings,
+    Problem,
+    Solution,
+    StrokeBox,
+    bring_inside,
+    solve_anywhere,
+    tool_goal,
+)
+from vgtsim.positioning.shape import BARRIER, Directrix, fit, overruns, unmet_ends
 
 Array = NDArray[np.float64]
 
@@ -45,7 +54,7 @@ def follow_curve(
     direction: ArrayLike,
     settings: NewtonSettings | None = None,
     twist: float = 0.0,
-) -> Shape:
+) -> Solution:
     """Give an arm the shape of any curve that begins at its base, and its end exactly.
 
     Args:
@@ -68,6 +77,4 @@ def follow_curve(
     solution = solve_anywhere(problem, near, settings)
     if not solution.met[0]:
         raise unmet_ends(solution.error[0], overrun)
-    return Shape(
-        fitted=q, overrun=overrun, solution=solution, magnitudes=(np.nan, np.nan), value=float(solution.value[0])
-    )
+    return solution

@@ -17,7 +17,8 @@ from vgtsim.arrays import Array
 from vgtsim.constants import PAYLOAD_RADIUS
 from vgtsim.description import Method, Payload
 from vgtsim.kinematics import Chain
-from vgtsim.planning import solve_request
+from vgtsim.planning import make_problem
+from vgtsim.positioning import solve_by_method, tool_goal
 from vgtsim.site import ArmAlone, Place, Site
 from vgtsim.statics import MemberForces, make_load_model, solve_members
 
@@ -92,8 +93,9 @@ def solve_goal(
     """
     x, y, z = np.asarray(position, float)
     u, v, w = np.asarray(direction, float)
-    terms = (objective,) if isinstance(objective, str) else tuple(objective)
-    return forward_kinematics(arm, solve_request(_place(arm), (x, y, z), (u, v, w), Method(method), terms).q)
+    terms, place = (objective,) if isinstance(objective, str) else tuple(objective), _place(arm)
+    problem = make_problem(place, tool_goal((x, y, z), (u, v, w)), Method(method), terms)
+    return forward_kinematics(arm, solve_by_method("ik", problem, place.start).q)
 
 
 def member_forces(arm: Chain | Site, q: ArrayLike, *, payload: float | None = None) -> MemberForces:

@@ -11,8 +11,9 @@ from vgtsim.description import load_manipulator
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, bend_all, hanging_mount
 from vgtsim.positioning.goals import tool_goal
+from vgtsim.positioning.methods import solve
 from vgtsim.positioning.objectives import Configurations, Differences, LengthVariation, MidStroke, WeightedSum
-from vgtsim.positioning.problem import Problem, solve
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.shape import cubic, fit, solve_shapes
 from vgtsim.positioning.strokes import make_box
 
@@ -85,9 +86,9 @@ def test_shapes_meet_the_goal_exactly_on_the_straight_arms_mode(chain):
     position, direction, _ = goal_and_curve(chain)
     size = float(np.linalg.norm(position - chain.mount[:3, 3]))
     pairs = tuple((a * size, b * size) for a in (0.6, 1.0, 1.5) for b in (0.6, 1.0, 1.5))
-    shapes = solve_shapes(box, position, direction, magnitudes=pairs)
-    assert len(shapes) >= 5
-    q = np.array([shape.solution.q[0] for shape in shapes])
+    shapes = solve_shapes(Problem(box, tool_goal(position, direction), MidStroke()), pairs)
+    q = shapes.q
+    assert len(q) >= 5
     at, along = chain.tool(q)
     np.testing.assert_allclose(at, np.tile(position, (len(q), 1)), atol=GOAL)
     np.testing.assert_allclose(along, np.tile(direction, (len(q), 1)), atol=GOAL)
@@ -95,7 +96,7 @@ def test_shapes_meet_the_goal_exactly_on_the_straight_arms_mode(chain):
     assert np.min(box.spare(lengths)) > 0
     np.testing.assert_allclose(chain.inputs_from_lengths(lengths), q, atol=1e-8)
     assert np.abs(q[0] - q[-1]).max() > 0.01
-    assert [shape.value for shape in shapes] == sorted(shape.value for shape in shapes)
+    assert shapes.value.tolist() == sorted(shapes.value)
 
 
 def test_the_search_makes_its_objective_least(hanging_arm):
@@ -106,14 +107,14 @@ def test_the_search_makes_its_objective_least(hanging_arm):
     )
     several = WeightedSum(((1.0, MidStroke()), (2.0, LengthVariation())))
     objectives = (MidStroke(), LengthVariation(), tall, several)
-    found = [solve_shapes(box, position, direction, item)[0] for item in objectives]
-    q = np.array([shape.solution.q[0] for shape in found])
+    found = [solve_shapes(Problem(box, tool_goal(position, direction), item)).pick(0) for item in objectives]
+    q = np.array([shape.q for shape in found])
     at = Configurations(box, hanging_arm.state(q), np.zeros(len(q), int))
     table = np.array([item.values(at) for item in objectives])  # objective by shape
     np.testing.assert_allclose(np.diag(table), [shape.value for shape in found], rtol=1e-9)
     assert np.all(np.diag(table) <= table.min(axis=1) + 1e-12)
     assert table[2, 2] < table[2, 0] - 1e-3
-    whole = solve(Problem(box, tool_goal(position, direction), MidStroke()), found[0].solution.q)
+    whole = solve(Problem(box, tool_goal(position, direction), MidStroke()), q[0])
     assert whole.value[0] <= found[0].value + 1e-6  # curves leave two of the null space's 10 freedoms
 
 

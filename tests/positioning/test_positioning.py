@@ -17,6 +17,7 @@ from vgtsim.positioning.goals import (
     tabulate,
     tool_goal,
 )
+from vgtsim.positioning.methods import solve
 from vgtsim.positioning.newton import NewtonSettings, Quadratic, condition_numbers, minimise
 from vgtsim.positioning.objectives import (
     ClearanceHinges,
@@ -28,8 +29,8 @@ from vgtsim.positioning.objectives import (
     StrokeBarrier,
     WeightedSum,
 )
-from vgtsim.positioning.problem import Problem, lagrangian_curvature, solve
-from vgtsim.positioning.restarts import solve_anywhere
+from vgtsim.positioning.problem import Problem, lagrangian_curvature
+from vgtsim.positioning.solver import solve_anywhere
 from vgtsim.positioning.strokes import make_box
 from vgtsim.positioning.surroundings import Surroundings
 

@@ -6,10 +6,10 @@ import pytest
 from studies.free_ratios import couple_freely
 from vgtsim.errors import GoalError
 from vgtsim.positioning.goals import GoalSpace, Position, tool_goal
-from vgtsim.positioning.methods import anchor_successively
+from vgtsim.positioning.methods import anchor_successively, solve
 from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import LengthVariation, MidStroke
-from vgtsim.positioning.problem import Problem, solve
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import Reduction, anchor, couple
 from vgtsim.positioning.strokes import make_box
 
@@ -95,10 +95,10 @@ def test_successive_anchoring_comes_to_the_whole_optimum(hanging_arm, box, targe
     problem = Problem(box, target, MidStroke())
     best = solve(problem, hanging_arm.straight)
     cycle = anchor_successively(problem, hanging_arm.straight, 3)
-    assert cycle.converged
-    assert np.all(np.diff(cycle.values) <= 0)
-    assert cycle.values[-1] == pytest.approx(best.value[0], rel=1e-4)
-    assert cycle.solution.met[0]
+    assert cycle.notes["converged"]
+    assert np.all(np.diff(cycle.notes["values"]) <= 0)
+    assert cycle.notes["values"][-1] == pytest.approx(best.value[0], rel=1e-4)
+    assert cycle.met[0]
 
 
 def test_successive_anchoring_of_a_coupled_arm_comes_to_the_coupled_optimum(hanging_arm, box, target):
@@ -109,10 +109,10 @@ def test_successive_anchoring_of_a_coupled_arm_comes_to_the_coupled_optimum(hang
     best = solve(problem, start)
     cycle = anchor_successively(problem, start, 3)
     assert best.optimal[0]
-    assert cycle.converged
-    assert np.all(np.diff(cycle.values) <= 0)
-    assert cycle.values[-1] == pytest.approx(best.value[0], rel=1e-4)
-    q = cycle.solution.q[0]
+    assert cycle.notes["converged"]
+    assert np.all(np.diff(cycle.notes["values"]) <= 0)
+    assert cycle.notes["values"][-1] == pytest.approx(best.value[0], rel=1e-4)
+    q = cycle.q[0]
     np.testing.assert_allclose((q - hanging_arm.straight)[3:6], (q - hanging_arm.straight)[:3], atol=1e-12)
     held = anchor(q, np.arange(15) < 6, tied)
     assert held.order == 9

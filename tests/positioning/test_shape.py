@@ -5,6 +5,9 @@ import pytest
 
 from studies.swept_surface import end_tangent
 from vgtsim.errors import ReachError
+from vgtsim.positioning.goals import tool_goal
+from vgtsim.positioning.objectives import MidStroke
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.shape import F, cubic, fit, solve_shapes
 from vgtsim.positioning.strokes import make_box
 
@@ -61,23 +64,24 @@ def test_shape_meets_the_goal_exactly_inside_the_strokes(hanging_arm, box, seed)
     q = np.array(hanging_arm.straight)
     q[::3], q[1::3] = bend * np.cos(azimuth), bend * np.sin(azimuth)
     position, direction = hanging_arm.tool(q)
-    shape = solve_shapes(box, position, direction)[0]
-    at, along = hanging_arm.tool(shape.solution.q[0])
+    found = solve_shapes(Problem(box, tool_goal(position, direction), MidStroke()))
+    at, along = hanging_arm.tool(found.q[0])
     np.testing.assert_allclose(at, position, atol=GOAL)
     np.testing.assert_allclose(along, direction, atol=GOAL)
-    assert np.min(box.spare(hanging_arm.lengths(shape.solution.q[0]))) > 0
+    assert np.min(box.spare(hanging_arm.lengths(found.q[0]))) > 0
 
 
 def test_other_magnitudes_give_other_shapes_with_the_same_end(hanging_arm, box):
     q = np.array(hanging_arm.straight)
     q[::3] = 0.12
     position, direction = hanging_arm.tool(q)
-    found = [solve_shapes(box, position, direction, magnitudes=(pair,))[0] for pair in ((10.0, 10.0), (13.0, 16.0))]
-    assert np.abs(found[0].solution.q - found[1].solution.q).max() > 0.01
-    np.testing.assert_allclose(hanging_arm.tool(found[0].solution.q[0])[0], position, atol=GOAL)
-    np.testing.assert_allclose(hanging_arm.tool(found[1].solution.q[0])[0], position, atol=GOAL)
+    problem = Problem(box, tool_goal(position, direction), MidStroke())
+    found = [solve_shapes(problem, (pair,)).q[0] for pair in ((10.0, 10.0), (13.0, 16.0))]
+    assert np.abs(found[0] - found[1]).max() > 0.01
+    np.testing.assert_allclose(hanging_arm.tool(found[0])[0], position, atol=GOAL)
+    np.testing.assert_allclose(hanging_arm.tool(found[1])[0], position, atol=GOAL)
 
 
 def test_goal_beyond_every_curve_is_refused(hanging_arm, box):
     with pytest.raises(ReachError, match="shape"):
-        solve_shapes(box, [40.0, 0, 0], [1, 0, 0])
+        solve_shapes(Problem(box, tool_goal([40.0, 0, 0], [1, 0, 0])))

@@ -11,9 +11,8 @@ from vgtsim.description import Method
 from vgtsim.errors import ReachError
 from vgtsim.geometry import enclosure_distance, segment_distance
 from vgtsim.kinematics import bend_all, swing
-from vgtsim.positioning import Keep, Surroundings, methods, solve_goal
+from vgtsim.positioning import Keep, Surroundings, solve_by_method, solver
 from vgtsim.positioning.goals import evaluate, tool_goal
-from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import (
     ClearanceHinges,
     Configurations,
@@ -35,7 +34,6 @@ ROUNDING = 1e-12  # a few hundred roundings of metres
 NEAR = 1e-9  # m: of a point to the surface that it is on
 STEP = 1e-6
 BEND_STEP = 1e-5  # of second differences of values
-SETTINGS = NewtonSettings(most=300)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +57,8 @@ def tool_problem(chain, position, direction, margin=0.005, objective=None):
 
 
 def ask(chain, name, position, direction, posture, keep=None, method=Method.NULLSPACE, **more):
-    return solve_goal(name, tool_problem(chain, position, direction, **more), method, posture, keep, SETTINGS)
+    problem = replace(tool_problem(chain, position, direction, **more), method=method, keep=keep)
+    return solve_by_method(name, problem, posture)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -180,8 +179,8 @@ def test_coupled_solution_is_coupled(hanging_arm, posture):
     reduction = couple(hanging_arm.straight, ((0, 1), (4, 3)))
     z = reduction.variables(bend_all(hanging_arm, np.radians([30.0, 30.0, 10.0, 5.0, 5.0]), 0.4))
     position, direction = hanging_arm.tool(reduction.inputs(z))
-    problem = replace(tool_problem(hanging_arm, position, direction), reduction=reduction)
-    found = solve_goal("coupled", problem, Method.COUPLED, posture, None, SETTINGS)
+    problem = tool_problem(hanging_arm, position, direction)
+    found = solve_by_method("coupled", replace(problem, reduction=reduction, method=Method.COUPLED), posture)
     np.testing.assert_allclose(found.q[:3], found.q[3:6], atol=ROUNDING)
     np.testing.assert_allclose(found.q[12:], found.q[9:12], atol=ROUNDING)
     assert np.linalg.norm(hanging_arm.tool(found.q)[0] - position) <= GOAL * np.sqrt(3)
@@ -191,7 +190,7 @@ def test_a_method_that_finds_no_curve_names_the_goal(hanging_arm, posture, monke
     def refuse(*_):
         raise ReachError("shape", 1.5, ("a limit",), "no curve")
 
-    monkeypatch.setattr(methods, "solve_shapes", refuse)
+    monkeypatch.setattr(solver, "solve_shapes", refuse)
     with pytest.raises(ReachError, match="no curve") as caught:
         ask(hanging_arm, "far", [0.0, 0.0, -30.0], [0.0, 0.0, -1.0], posture, method=Method.SHAPE)
     assert (caught.value.goal, caught.value.shortfall, caught.value.binding) == ("far", 1.5, ("a limit",))

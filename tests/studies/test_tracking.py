@@ -6,9 +6,11 @@ import pytest
 from studies.tracking import RateError, resolve_globally, sheets, track
 from vgtsim.geometry.stretches import line
 from vgtsim.positioning.goals import tool_goal
+from vgtsim.positioning.methods import solve
 from vgtsim.positioning.objectives import MidStroke
-from vgtsim.positioning.problem import Problem, solve
-from vgtsim.positioning.restarts import make_postures, solve_anywhere
+from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.restarts import make_postures
+from vgtsim.positioning.solver import solve_anywhere
 from vgtsim.positioning.strokes import make_box
 
 pytestmark = pytest.mark.long

@@ -13,7 +13,8 @@ from vgtsim.description import load_scene
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics.workspace import sample_workspace
 from vgtsim.output import figure, study_plot
-from vgtsim.planning.resolution import solve_request
+from vgtsim.planning import make_problem, report_solution
+from vgtsim.positioning import solve_by_method, tool_goal
 from vgtsim.site import Site
 from vgtsim.study import Engine, conduct_study, dispatch, records
 
@@ -47,10 +48,12 @@ def test_the_figures_of_ik_are_those_of_its_request(make_study, one_thread, no_p
     found = conduct_study(make_study(text, head), tmp_path / "out", one_thread)
     site = Site(load_scene("arm9_nullspace"))
     motion = site.task.motion
-    answer = solve_request(site, (-6.7, -1.8, 1.0), motion.goals[0].direction, motion.method, motion.objective)
+    goal = tool_goal((-6.7, -1.8, 1.0), motion.goals[0].direction)
+    problem = make_problem(site, goal, motion.method, motion.objective)
+    told = report_solution(site, problem, solve_by_method("ik", problem, site.start), motion.objective)
     (row,) = found.table.to_pylist()
-    assert (row["value"], row["clearance, m"]) == (answer.facts["value"], answer.facts["clearance, m"])
-    assert row["min lengths"] == answer.lengths.min()
+    assert (row["value"], row["clearance, m"]) == (told["facts"]["value"], told["facts"]["clearance, m"])
+    assert row["min lengths"] == min(told["lengths"])
     assert json.loads(row["scene.motion.goals.heel.position"]) == [-6.7, -1.8, 1.0]
 
 

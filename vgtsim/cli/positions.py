@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,35 +35,37 @@ def ik(
     The lines that it prints under `motion.start` can be put into a scene, and so can the name of the file that `--json` writes.
     """
     from vgtsim.output import prepare_file
-    from vgtsim.planning.resolution import answer_as_json, default_resolution, solve_request
+    from vgtsim.planning.resolution import make_problem, report_solution, usual_way
+    from vgtsim.positioning import solve_by_method, tool_goal
 
     if json_file is not None:
         prepare_file(json_file)
     if plot is not None:
         prepare_file(plot, (".svg", ".png"))
     place = _load(description)
-    chain = place.chain
-    usual = default_resolution(place)
-    method, terms = method or usual.method, tuple(objective or usual.objective)
-    answer = solve_request(place, position, direction, method, terms)
-    table = Table("row", "desired", "reached", "residual", title=f"{chain.manipulator.name}: {method}")
-    for row in answer.rows:
-        wanted = ["" if value is None else f"{value:.6f}" for value in (row.desired, row.reached)]
-        table.add_row(row.name, *wanted, f"{row.residual:.2e}")
+    usual = usual_way(place)
+    method, terms = method or usual[0], tuple(objective or usual[1])
+    problem = make_problem(place, tool_goal(position, direction), method, terms)
+    found = solve_by_method("ik", problem, place.start)
+    answer = report_solution(place, problem, found, terms)
+    table = Table("row", "desired", "reached", "residual", title=f"{place.chain.manipulator.name}: {method}")
+    for row in answer["rows"]:
+        wanted = ["" if row[name] is None else f"{row[name]:.6f}" for name in ("desired", "reached")]
+        table.add_row(row["name"], *wanted, f"{row['residual']:.2e}")
     OUT.print(table)
-    for name, value in answer.facts.items():
+    for name, value in answer["facts"].items():
         if isinstance(value, list):
             value = ", ".join(value) or "none"
         told = f"{value:.4g}" if isinstance(value, float) else value
         OUT.print(f"{name}: {told}", soft_wrap=True)
-    figures = ", ".join(repr(value) for value in answer.q.tolist())
+    figures = ", ".join(repr(value) for value in answer["q"])
     OUT.print(f"\n[motion.start]\ninputs = [{figures}]", soft_wrap=True)
     if json_file is not None:
-        json_file.write_text(answer_as_json(answer), encoding="utf-8")
+        json_file.write_text(json.dumps(answer, indent=2) + "\n", encoding="utf-8")
     if plot is not None:
         from vgtsim.output.truss_plot import draw_posture
 
-        draw_posture(chain, answer.q, position, plot)
+        draw_posture(place.chain, found.q, position, plot)
 
 
 @app.command(epilog="Example: vgtsim track type_ii_reach --path waste_raster")

@@ -11,7 +11,8 @@ from vgtsim.arrays import Array
 from vgtsim.commands import read_row
 from vgtsim.constants import Method
 from vgtsim.errors import CommandError
-from vgtsim.planning import Resolution, goal_keep, resolve_goal
+from vgtsim.planning import make_problem
+from vgtsim.positioning import solve_by_method, tool_goal
 from vgtsim.site import Site
 
 _UNIT = 1e-3  # of a direction: a shorter one is none
@@ -46,6 +47,6 @@ def find_posture(site: Site, goal: ArrayLike, near: Array, objective: Sequence[s
         ReachError: The goal cannot be met.
     """
     pose = read_pose(goal)
-    how = Resolution(Method.NULLSPACE, tuple(objective) or ("mid_stroke",))
-    found = resolve_goal(site, how, "command", (pose[:3], pose[3:]), near, goal_keep(site))
-    return np.asarray(site.chain.lengths(found.q))
+    terms = tuple(objective) or ("mid_stroke",)
+    problem = make_problem(site, tool_goal(pose[:3], pose[3:]), Method.NULLSPACE, terms)
+    return np.asarray(site.chain.lengths(solve_by_method("command", problem, near).q))

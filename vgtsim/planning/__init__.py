@@ -11,19 +11,17 @@ from vgtsim.planning.mission import plan_mission
 from vgtsim.planning.pace import STEP_BOUND, name_bound
 from vgtsim.planning.phases import plan_phases, plan_site
 from vgtsim.planning.replanning import revise_as_run, revise_tour
-from vgtsim.planning.resolution import Answer, Resolution, goal_keep, make_objective, resolve_goal, solve_request
+from vgtsim.planning.resolution import goal_keep, make_objective, make_problem, report_solution, usual_way
 from vgtsim.planning.timing import make_limits
 from vgtsim.planning.tour import Leg, Tour, plan_tour, solve_first_goal
 
 __all__ = [
     "STEP_BOUND",
-    "Answer",
     "Collision",
     "Entry",
     "Followed",
     "Insertion",
     "Leg",
-    "Resolution",
     "Tour",
     "check_site",
     "goal_keep",
@@ -31,17 +29,18 @@ __all__ = [
     "list_collisions",
     "make_limits",
     "make_objective",
+    "make_problem",
     "name_bound",
     "plan_insertion",
     "plan_mission",
     "plan_phases",
     "plan_site",
     "plan_tour",
-    "resolve_goal",
+    "report_solution",
     "revise_as_run",
     "revise_tour",
     "solve_first_goal",
-    "solve_request",
     "tell_collisions",
     "unload_map",
+    "usual_way",
 ]

@@ -45,7 +45,7 @@ def unload(chain: Chain, q: Array, payload: float, gravity: float, safety_factor
         return smooth_peak(find_use(model, sections, chain.nodes(postures), safety_factor).worst)
 
     goal = GoalSpace((Position(chain.tool(start)[0], tolerance=1e-4),))
-    problem = Problem(box, goal, Differences("utilisation", used))
+    problem = Problem(box=box, goal=goal, objective=Differences("utilisation", used))
     found = solve(problem, start, NewtonSettings(most=_STEPS, optimality=_PROMISED))
     return found.q[found.met]
 

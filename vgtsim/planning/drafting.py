@@ -16,7 +16,6 @@ from vgtsim.planning.checks import RISER_SPARE, find_faults, riser_fit
 from vgtsim.planning.design import passing_sizes, sample_postures
 from vgtsim.planning.entry import check_entry, start_feed
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.resolution import goal_keep
 from vgtsim.planning.tour import configure
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import make_postures
@@ -262,7 +261,7 @@ def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:
     for error, key in zip(faults, keys, strict=True):
         if not key.startswith("motion.goals."):
             raise error
-    corridor, keep = Corridor(site.box, site.surroundings, site.clearance), goal_keep(site)
+    corridor = Corridor(site.box, site.surroundings, site.clearance)
     chosen: list[int] = []
     shape, missed = site.start, 0
     for index, goal in enumerate(site.task.motion.goals):
@@ -271,7 +270,7 @@ def choose_goals(site: Site, wanted: int) -> tuple[int, ...]:
         if f"motion.goals.{index}.position" in keys or not _has_room(site, goal):
             continue
         try:
-            q = configure(site, goal, shape, keep)
+            q = configure(site, goal, shape)
             plan_path(corridor, shape, q, goal.name)
         except (ReachError, PathError):
             missed += 1

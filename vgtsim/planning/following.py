@@ -95,7 +95,8 @@ def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) ->
         FollowError: The posture jumps.
     """
     goal = tool_goal(path.start, path.direction)
-    problem = Problem(place.box, goal, make_objective(place, goal, objectives), reduction=place.reduction)
+    objective = make_objective(place, goal, objectives)
+    problem = Problem(box=place.box, goal=goal, objective=objective, reduction=place.reduction)
     return follow(problem, path, place.start, place.timestep, place.subspace)
 
 

@@ -9,7 +9,6 @@ from vgtsim.description import AddStep, begins_inside
 from vgtsim.errors import DescriptionError, VgtError
 from vgtsim.planning.checks import check_passage, find_faults
 from vgtsim.planning.entry import check_hoist, check_mouth
-from vgtsim.planning.resolution import goal_keep
 from vgtsim.planning.tour import configure
 from vgtsim.site import Site
 
@@ -23,12 +22,12 @@ def inspect_site(site: Site) -> list[VgtError]:
     wrong = [error.key for error in faults if isinstance(error, DescriptionError)]
     if len(wrong) < len(faults) or any(not key.startswith("motion.goals.") for key in wrong):
         return faults
-    shape, keep = site.start, goal_keep(site)
+    shape = site.start
     for index, goal in enumerate(site.task.motion.goals):
         if f"motion.goals.{index}.position" in wrong:  # it is in something, which nothing can solve
             continue
         try:
-            shape = configure(site, goal, shape, keep)
+            shape = configure(site, goal, shape)
         except VgtError as error:
             faults.append(error)
     return faults

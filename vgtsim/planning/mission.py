@@ -35,12 +35,12 @@ from vgtsim.planning.mast_timing import time_turn
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.path import Path, plan_path
 from vgtsim.planning.programme import ProgrammeRows, join_rows, read_height
-from vgtsim.planning.resolution import aim_tool, default_resolution, goal_keep, make_objective, resolve_goal
+from vgtsim.planning.resolution import aim_tool, make_objective, make_problem, usual_way
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import TimedPath, make_limits, time_path
 from vgtsim.planning.tour import Leg, Tour, pose_at
 from vgtsim.planning.trajectory import Corridor
-from vgtsim.positioning import Nearness, Problem
+from vgtsim.positioning import Nearness, Problem, solve_by_method
 from vgtsim.site import Site
 
 _LOOKED = 0.25  # s between postures whose passage is looked at: a module bends by less than 2 degrees in it
@@ -91,7 +91,6 @@ class MissionPlan:
         """Go on at a site, whose waste may be lower than before."""
         motion = site.task.motion
         self.site = site
-        self.keep = goal_keep(site)
         self.corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
         self.carousel = Carousel(Ground(self.corridor))
         self.limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
@@ -142,7 +141,7 @@ class MissionPlan:
             return [self._feed(self.way)]
         if isinstance(step, MoveStep):
             turned = self.site.turn_mast(self.site.turn if step.turn is None else step.turn)
-            there = pose_at(turned, goals[step.goal], self.here, goal_keep(turned))
+            there = pose_at(turned, goals[step.goal], self.here)
             return self._come(there, step.goal, turned)
         if isinstance(step, RasterStep):
             return self.raster(step, self.site.chain.tool(self.here))
@@ -295,11 +294,11 @@ class MissionPlan:
         A tool that is `free` points anywhere meanwhile.
         """
         if free:
-            how = default_resolution(self.site)
-            clear = np.array(resolve_goal(self.site, how, "rows", (middle, None), self.here, self.keep).q)
+            problem = make_problem(self.site, aim_tool(middle, None), *usual_way(self.site))
+            clear = np.array(solve_by_method("rows", problem, self.here).q)
         else:
             goal = Goal(name="rows", position=tuple(middle.tolist()), direction=path.direction)
-            clear = pose_at(self.site, goal, self.here, self.keep)
+            clear = pose_at(self.site, goal, self.here)
         run, piece = self._follow(path, clear, free=free)
         pieces = self._go(run.q[0], f"the first row of {path.name}")
         self.here = run.q[-1]
@@ -315,7 +314,7 @@ class MissionPlan:
         slow = {name: min(getattr(path, name), getattr(motion, name)) for name in ("rate_fraction", "acceleration")}
         path = path.model_copy(update=slow)
         near = make_objective(site, goal, _SMOOTH) if clear is None else Nearness(site.chain.lengths(clear))
-        problem = Problem(site.box, goal, near)
+        problem = Problem(box=site.box, goal=goal, objective=near)
         run = follow(problem, path, self.here if clear is None else clear, site.timestep, site.subspace, free=free)
         start = run.q[0]
         gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])

@@ -1,10 +1,10 @@
-"""From a tool goal to a configuration, by the method and objectives of a scene or a command."""
+"""From a tool goal to a problem, by the method and objectives of a scene or a command; and what is told of its solution."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,11 +21,9 @@ from vgtsim.positioning import (
     Keep,
     LengthVariation,
     MidStroke,
-    NewtonSettings,
     Objective,
     Position,
     Problem,
-    RowReport,
     Solution,
     StrokeBarrier,
     WeightedSum,
@@ -36,49 +34,22 @@ from vgtsim.positioning import (
     goal_plane,
     lost_directions,
     report_rows,
-    solve_goal,
     tool_goal,
 )
 from vgtsim.site import Place
 from vgtsim.statics import find_use, smooth_peak, solve_members
 
-Facts = dict[str, str | float | int | bool | list[str]]
-
 _TURNED = 1e-6  # angle between base frames from which modules count as turned, rad
-_STEPS = 300  # a goal by a wall makes the valley of the optimum narrow and curved
 MARGIN = 0.02  # m kept at the goals beyond the path's clearance, so that a path can leave them
 _FORCE = 1e5  # N: actuator forces count in units of what a middling cylinder pushes
 
 
-@dataclass(frozen=True)
-class Resolution:
-    """How redundancy is resolved: a method, and names of objectives, each with `:weight` or without.
-
-    `coupling` is for the coupled method, and the anchored one of a scene that couples: pairs of the active module that
-    follows and the one that it follows.
-    """
-
-    method: Method
-    objective: tuple[str, ...]
-    coupling: tuple[tuple[int, int], ...] = ()
-
-
-@dataclass(frozen=True)
-class Answer:
-    """The answer to a request: inputs, shape (n,), lengths, shape (J,), m, goal rows, and facts by name."""
-
-    q: Array
-    lengths: Array
-    rows: tuple[RowReport, ...]
-    facts: Facts
-
-
-def default_resolution(place: Place) -> Resolution:
-    """How a site's scene resolves redundancy; an arm alone keeps its actuators near mid-stroke."""
+def usual_way(place: Place) -> tuple[Method, tuple[str, ...]]:
+    """Method and terms of the objective of a site's scene; an arm alone keeps its actuators near mid-stroke."""
     if place.scene is None:
-        return Resolution(Method.NULLSPACE, ("mid_stroke",))
+        return Method.NULLSPACE, ("mid_stroke",)
     motion = place.scene.task.motion
-    return Resolution(motion.method, motion.objective, place.coupling)
+    return motion.method, motion.objective
 
 
 def goal_keep(place: Place) -> Keep | None:
@@ -91,93 +62,66 @@ def aim_tool(position: ArrayLike, direction: ArrayLike | None) -> GoalSpace:
     return GoalSpace((Position(np.asarray(position, float)),)) if direction is None else tool_goal(position, direction)
 
 
-def resolve_goal(
-    place: Place,
-    how: Resolution,
-    name: str,
-    goal: tuple[ArrayLike, ArrayLike | None],
-    start: ArrayLike,
-    keep: Keep | None = None,
-) -> Solution:
-    """Find a configuration for a tool point, m, and direction in frame G, shape (3,) each, from inputs of shape (n,).
+def make_problem(
+    place: Place, goal: GoalSpace, method: Method, terms: tuple[str, ...], keep: Keep | None = None
+) -> Problem:
+    """Problem of a goal of the tool, for `solve_by_method`; terms of the objective are those of `make_objective`.
 
-    Without a direction the tool points anywhere.
+    Configurations keep the clearance that goals have in the place, or that of `keep`. The coupled modules are those of a
+    coupled scene, or else of section 8.1.
 
     Raises:
-        DescriptionError: An objective is not known, or needs a scene; or coupled modules are turned to each
-            other.
-        GoalError: The goal is no goal.
-        ReachError: It cannot be met, or not clear of the surroundings of `keep`.
+        DescriptionError: A term is not known, or needs a scene; or modules that cannot be coupled would be.
     """
-    chain = place.chain
-    rows = aim_tool(*goal)
-    objective = make_objective(place, rows, how.objective)
-    reduction = None
-    if how.coupling:
-        _require_alike(place, how.coupling)
-        reduction = couple(chain.straight, how.coupling, owner=chain.layout.owner)
-    problem = Problem(place.box, rows, objective, reduction=reduction)
-    return solve_goal(name, problem, how.method, start, keep, NewtonSettings(most=_STEPS))
+    chain, pairs = place.chain, _find_pairs(place, method)
+    objective = make_objective(place, goal, terms)
+    if pairs:
+        _require_alike(place, pairs)
+    return Problem(
+        box=place.box,
+        goal=goal,
+        objective=objective,
+        reduction=couple(chain.straight, pairs, owner=chain.layout.owner) if pairs else None,
+        method=method,
+        keep=keep or goal_keep(place),
+    )
 
 
-def solve_request(
-    place: Place,
-    position: ArrayLike,
-    direction: ArrayLike,
-    method: Method = Method.NULLSPACE,
-    objectives: tuple[str, ...] = ("mid_stroke",),
-) -> Answer:
-    """Solve one goal from the start of a site, clear of its surroundings, or from a straight arm alone.
-
-    The tool point, m, and the direction, of any length but zero, are in frame G, shape (3,).
-
-    Raises:
-        DescriptionError: An objective is not known, or needs a scene.
-        GoalError: The goal is no goal.
-        ReachError: It is not met, or not clear of the surroundings.
-    """
-    chain, goal = place.chain, tool_goal(position, direction)
-    how = _asked_resolution(place, method, objectives)
-    found = resolve_goal(place, how, "ik", (position, direction), place.start, goal_keep(place))
-    facts = _facts(place, goal, found, objectives)
-    if place.surroundings:
-        facts["clearance, m"], facts["nearest"] = place.surroundings.least(found.q)
-    return Answer(found.q, chain.lengths(found.q), report_rows(chain, goal, found.q), facts)
-
-
-def answer_as_json(answer: Answer) -> str:
-    """The answer as JSON: arrays as nested lists, SI units."""
-    whole = asdict(answer) | {"q": answer.q.tolist(), "lengths": answer.lengths.tolist()}
-    return json.dumps(whole, indent=2) + "\n"
-
-
-def _asked_resolution(place: Place, method: Method, objectives: tuple[str, ...]) -> Resolution:
-    """A method and objectives; coupled modules are those of a coupled scene, or else of section 8.1."""
-    scene = place.scene
-    if method is not Method.COUPLED and not (scene and scene.task.motion.method is method):
-        return Resolution(method, objectives)
-    if place.coupling or method is not Method.COUPLED:
-        return Resolution(method, objectives, place.coupling)
-    arm = place.chain.manipulator
+def _find_pairs(place: Place, method: Method) -> tuple[tuple[int, int], ...]:
+    """Pairs of active modules that move as one, follower and leader; none where the method couples none."""
+    scene, arm = place.scene, place.chain.manipulator
+    if place.coupling and scene is not None and method in (Method.COUPLED, scene.task.motion.method):
+        return place.coupling
+    if method is not Method.COUPLED:
+        return ()
     try:
-        return Resolution(method, objectives, choose_coupling(None, arm.active))
+        return choose_coupling(None, arm.active)
     except ValueError as error:
         raise DescriptionError(None, "method", f"'coupled' for {arm.name}", str(error)) from None
 
 
-def _facts(place: Place, goal: GoalSpace, found: Solution, objectives: tuple[str, ...]) -> Facts:
-    J = evaluate(place.chain, goal, place.box.chain.state(found.q[None]), np.zeros(1, int))[1][0]
-    return {
-        "objective": " + ".join(objectives),
+def report_solution(place: Place, problem: Problem, found: Solution, terms: tuple[str, ...]) -> dict[str, Any]:
+    """The solution of one goal as the `ik` verb writes it: lists and numbers, SI units.
+
+    `q` are inputs, `lengths` actuator lengths, m, `rows` the goal rows, see `RowReport`, and `facts` what else is known, by name.
+    """
+    chain = place.chain
+    J = evaluate(chain, problem.goal, chain.state(found.q[None]), np.zeros(1, int))[1][0]
+    facts = {
+        "objective": " + ".join(terms),
         "value": float(found.value),
         "iterations": int(found.iterations),
         "optimal": bool(found.optimal),
         "stationarity": float(found.stationarity),
         "condition number": float(condition_numbers(J)),
-        "lost directions": list(lost_directions(J, goal.names)),
+        "lost directions": list(lost_directions(J, problem.goal.names)),
         "binding": list(binding_actuators(place.box, found.q)),
         **found.notes,
     }
+    if place.surroundings:
+        facts["clearance, m"], facts["nearest"] = place.surroundings.least(found.q)
+    rows = [asdict(row) for row in report_rows(chain, problem.goal, found.q)]
+    return {"q": found.q.tolist(), "lengths": chain.lengths(found.q).tolist(), "rows": rows, "facts": facts}
 
 
 def _require_alike(place: Place, pairs: tuple[tuple[int, int], ...]) -> None:

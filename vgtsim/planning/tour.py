@@ -18,11 +18,11 @@ from vgtsim.planning.directrix import Leader, LeaderPair
 from vgtsim.planning.insertion import Insertion
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.path import Path, plan_path, plan_stages
-from vgtsim.planning.resolution import MARGIN, default_resolution, goal_keep, resolve_goal
+from vgtsim.planning.resolution import MARGIN, make_problem, usual_way
 from vgtsim.planning.sampling import Ground
 from vgtsim.planning.timing import make_limits, time_path
 from vgtsim.planning.trajectory import Corridor
-from vgtsim.positioning import Keep
+from vgtsim.positioning import Keep, solve_by_method, tool_goal
 from vgtsim.site import Site
 from vgtsim.statics import settle, tool_point
 
@@ -110,7 +110,7 @@ def solve_first_goal(site: Site) -> Array:
         ReachError: The goal cannot be met.
     """
     goals = site.task.motion.goals
-    return configure(site, goals[0], site.start, goal_keep(site)) if goals else site.start
+    return configure(site, goals[0], site.start) if goals else site.start
 
 
 def plan_tour(site: Site) -> Tour:
@@ -139,11 +139,11 @@ def plan_goals(site: Site, start: Array, first: int = 0, timestep: float | None 
     Raises:
         VgtError: As in `plan_tour`; the site is not checked.
     """
-    motion, keep = site.task.motion, goal_keep(site)
+    motion = site.task.motion
     goals = motion.goals[first:]
     shapes = [start]
     for goal in goals:
-        shapes.append(pose_at(site, goal, shapes[-1], keep))
+        shapes.append(pose_at(site, goal, shapes[-1]))
     check_passage(site, np.array(shapes))
     corridor = Corridor(site.box, site.surroundings, site.clearance, subspace=site.subspace)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
@@ -171,14 +171,14 @@ def plan_goals(site: Site, start: Array, first: int = 0, timestep: float | None 
     return Tour(start=start, legs=tuple(legs), timestep=timestep, bounds=bounds)
 
 
-def pose_at(site: Site, goal: Goal, start: Array, keep: Keep | None) -> Array:
+def pose_at(site: Site, goal: Goal, start: Array) -> Array:
     """Inputs with the tool of the arm, sagging or not, at a goal, shape (n,), sought from a start.
 
     Raises:
         ReachError: The goal cannot be met, or not by an arm that gives.
         TrussError: The arm does not settle at the goal.
     """
-    q = configure(site, goal, start, keep)
+    q = configure(site, goal, start)
     return _aim_above(site, goal, q) if site.sags else q
 
 
@@ -190,14 +190,15 @@ def _find_paths(site: Site, corridor: Corridor, first: Array, last: Array, name:
     return [plan_path(corridor, first, last, name, carousel)]
 
 
-def configure(site: Site, goal: Goal, start: Array, keep: Keep | None, aim: tuple[Array, Array] | None = None) -> Array:
-    """Inputs with the tool of an arm that does not sag at a goal, or at an aim in its place, shape (n,), sought from a start.
+def configure(site: Site, goal: Goal, start: Array, aim: Array | None = None, keep: Keep | None = None) -> Array:
+    """Inputs with the tool of an arm that does not sag at a goal, or at an aim in its place, shape (2, 3), sought from a start.
 
     Raises:
         ReachError: The goal cannot be met.
     """
-    pose = aim or (np.array(goal.position), np.array(goal.direction))
-    return np.array(resolve_goal(site, default_resolution(site), goal.name, pose, start, keep).q)
+    position, direction = (goal.position, goal.direction) if aim is None else aim
+    problem = make_problem(site, tool_goal(position, direction), *usual_way(site), keep)
+    return np.array(solve_by_method(goal.name, problem, start).q)
 
 
 def _aim_above(site: Site, goal: Goal, q: Array) -> Array:
@@ -209,7 +210,7 @@ def _aim_above(site: Site, goal: Goal, q: Array) -> Array:
         if np.abs(left).max() < _AIMED:
             return q
         aim += left
-        q = configure(site, goal, q, keep, (aim[0], aim[1]))
+        q = configure(site, goal, q, aim, keep)
         left = _find_error(site, goal, q)
     if np.abs(left).max() < _AIMED:
         return q

@@ -1,12 +1,13 @@
 """Positioning: which of the many shapes that meet a goal the arm takes.
 
-Three layers. The problem: goals, strokes, objective (`goals`, `strokes`, `objectives`, `problem`). The iteration:
-Newton's method in the null space (`newton`, `descent`, `elimination`). The solution: `solve` takes a batch of goals from given
-configurations; `solve_goal` takes one goal by any method of the dissertation, with restarts and clearance.
+Three layers. The problem: goals, strokes, reduction, objective, surroundings (`problem`, and a file for each). The iteration:
+Newton's method in the null space, `newton.minimise`, compiled in `descent`, `elimination` and `course`. The solution: `solve`
+takes a batch of goals from given configurations (`methods`, `shape`); `solve_anywhere` starts unmet ones again; `solve_by_method`
+takes one goal by any method of the dissertation, with restarts and clearance (`solver`, `restarts`).
 """
 
 from vgtsim.positioning.goals import GoalSpace, Position, RowReport, evaluate, report_rows, tool_goal
-from vgtsim.positioning.methods import ANCHOR_FREE
+from vgtsim.positioning.methods import ANCHOR_FREE, solve
 from vgtsim.positioning.newton import (
     CONDITION_LIMIT,
     NewtonSettings,
@@ -26,11 +27,11 @@ from vgtsim.positioning.objectives import (
     WeightedSum,
     goal_plane,
 )
-from vgtsim.positioning.problem import Problem, solve
+from vgtsim.positioning.problem import Keep, Problem
 from vgtsim.positioning.reduction import Reduction, couple
-from vgtsim.positioning.restarts import make_postures, solve_anywhere
+from vgtsim.positioning.restarts import make_postures
 from vgtsim.positioning.solution import Solution, join_solutions
-from vgtsim.positioning.solver import Keep, solve_goal
+from vgtsim.positioning.solver import solve_anywhere, solve_by_method
 from vgtsim.positioning.starting import find_start, search_start
 from vgtsim.positioning.strokes import StrokeBox, binding_actuators, bring_inside, inside, make_box
 from vgtsim.positioning.surroundings import LeastGap, NearPairs, Surroundings
@@ -76,6 +77,6 @@ __all__ = [
     "search_start",
     "solve",
     "solve_anywhere",
-    "solve_goal",
+    "solve_by_method",
     "tool_goal",
 ]

@@ -179,11 +179,6 @@ class GoalSpace:
         """Some of the goals."""
         return GoalSpace(tuple(part.choose(which) for part in self.groups))
 
-    def repeat(self, count: int) -> GoalSpace:
-        """A single goal several times."""
-        targets = (np.repeat(part.target[None], count, axis=0) for part in self.groups)
-        return GoalSpace(tuple(replace(part, target=every) for part, every in zip(self.groups, targets, strict=True)))
-
 
 @dataclass(frozen=True)
 class RowReport:

@@ -1,58 +1,100 @@
-"""One goal by one of the dissertation's methods, from several configurations at once: the only dispatch."""
+"""Goals solved from given configurations: in the null space of the whole arm, or window by window (sections 6.3 and 7.2.1)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vgtsim.arrays import Array, Index
-from vgtsim.constants import Method
 from vgtsim.errors import GoalError
-from vgtsim.positioning.goals import Direction, Position
-from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.problem import Problem, solve
+from vgtsim.positioning.newton import NewtonSettings, minimise
+from vgtsim.positioning.objectives import StrokeBarrier
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.reduction import anchor
-from vgtsim.positioning.shape import solve_shapes
-from vgtsim.positioning.solution import Notes, Solution, join_solutions
+from vgtsim.positioning.solution import Solution, join_solutions, make_column
 
 ANCHOR_FREE = 3  # modules free at a time in successive anchoring: nine inputs for five goal rows
 _FALL = 1e-9  # of the objective in a whole cycle, of 1 + |objective|, that is not worth another cycle
 _STAGES = 200  # at most, of one goal
+_NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first
+_CLOSE = 1e-3  # error, m and rad, to which it is gone
+_CACHED = 2**18  # numbers in the curvatures of the goals that are solved at a time: they stay in the processor's cache
+_CHUNK = 256  # goals at a time, at most: beyond it a batch gains nothing more
 
 
-def solve_by(method: Method, problem: Problem, starts: Array, settings: NewtonSettings) -> Solution:
-    """Solve one tool goal by one method from inputs inside the strokes, shape (S, n).
+def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = None) -> Solution:
+    """Solve a batch of goals in the null space from inputs inside the strokes, shape (n,) for all goals or (B, n).
 
-    There is one solution for each start, met or not. Shape control makes its own starts: there is one solution for each
-    curve, the least objective first.
+    A single goal is solved from each of several starts. Goals far from their start are first met with the stroke barrier as
+    objective, which keeps the way open, and then optimised. Near goals are met and optimised at once. Every iterate is inside
+    the strokes. The tolerance of the settings is replaced by that of the goal rows.
+
+    Raises:
+        GoalError: There are more goal rows than variables.
+        ObjectiveError: The objective is not finite.
+        ValueError: A start is outside the strokes.
+
+    Source: chapter 6. Differs: see `newton`.
+    """
+    count = max(problem.goal.count, len(np.atleast_2d(start)))
+    q = np.empty((count, problem.chain.layout.inputs))
+    q[:] = start
+    z = problem.variables(q)
+    width, free = problem.goal.width, z.shape[1] - len(problem.chain.layout.static)
+    if width > free:
+        raise GoalError(problem.goal.names, 0.0, f"{width} goal rows for {free} inputs that are left")
+    how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)
+    if not isinstance(problem.objective, StrokeBarrier):
+        z = _come_near(problem, z, how)
+    chunk, parts = min(_CHUNK, max(1, _CACHED // z.shape[1] ** 2)), []
+    for i in range(0, count, chunk):
+        goals = np.arange(i, min(i + chunk, count))
+        found = minimise(
+            problem.model,
+            z[goals],
+            how,
+            goals=goals,
+            bend=problem.bend,
+            glance=problem.glance,
+            dear=problem.objective.dear,
+            course=problem.course,
+        )
+        parts.append(found)
+    whole = parts[0] if len(parts) == 1 else join_solutions(parts)
+    if problem.course is not None:
+        return whole
+    return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :width])
+
+
+def _come_near(problem: Problem, z: Array, how: NewtonSettings) -> Array:
+    """Variables from which every goal that can be met is near, shape (B, k)."""
+    plain = replace(problem, objective=StrokeBarrier())
+    far = np.flatnonzero(np.linalg.norm(plain.model(z, np.arange(len(z))).error, axis=1) > _NEAR)
+    if len(far):
+        z = np.array(z)
+        coarse = replace(how, tolerance=_CLOSE, optimality=np.inf)
+        z[far] = minimise(plain.model, z[far], coarse, goals=far).q
+    return z
+
+
+def solve_anchored(problem: Problem, starts: Array, settings: NewtonSettings) -> Solution:
+    """Solve one goal from each of several starts, shape (S, n), by successive anchoring from where it is met first.
 
     Raises:
         GoalError: There are more goal rows than inputs.
         ObjectiveError: The objective is not finite.
-        ReachError: Shape control finds no curve.
-
-    Source: chapters 6, 7.2, 7.3 and 7.4.
     """
-    if method is Method.SHAPE:
-        return _by_shape(problem)
-    several = replace(problem, goal=problem.goal.repeat(len(starts)))
-    if method is Method.ANCHORED:
-        return _by_anchoring(problem, solve(several, starts, replace(settings, optimality=np.inf)), settings)
-    return solve(several, starts, settings)
-
-
-def _by_anchoring(problem: Problem, found: Solution, settings: NewtonSettings) -> Solution:
-    """Successive anchoring from each configuration that meets the goal (section 7.2.1)."""
+    found = solve(problem, starts, replace(settings, optimality=np.inf))
     free = min(ANCHOR_FREE, int(_find_groups(problem).max()) + 1)
     stages = [0] * len(found.q)
     for i in np.flatnonzero(found.met):
-        cycle = anchor_successively(problem, found.q[i], free, settings)
-        stages[i] = cycle.stages
-        found.put(np.array([i]), cycle.solution)
-        found.iterations[i] = cycle.solution.iterations[0]
-    return replace(found, notes=_column([{"stages": count} for count in stages]))
+        last = anchor_successively(problem, found.q[i], free, settings)
+        stages[i] = last.notes["stages"]
+        found.put(np.array([i]), last)
+        found.iterations[i] = last.iterations[0]
+    return replace(found, notes=make_column([{"stages": count} for count in stages]))
 
 
 def _find_groups(problem: Problem) -> Index:
@@ -61,47 +103,16 @@ def _find_groups(problem: Problem) -> Index:
     return owner if problem.reduction is None else problem.reduction.gather(owner)
 
 
-def _by_shape(problem: Problem) -> Solution:
-    place, along = problem.goal.groups
-    assert isinstance(place, Position) and isinstance(along, Direction)  # noqa: PT018  # a tool goal's
-    shapes = solve_shapes(problem.box, place.target, along.target, problem.objective)
-    whole = join_solutions([item.solution for item in shapes])
-    notes: list[Notes] = [
-        {"tangent magnitudes, m": str(np.round(item.magnitudes, 3)), "fit beyond strokes, m": item.overrun}
-        for item in shapes
-    ]
-    return replace(whole, value=np.array([item.value for item in shapes]), notes=_column(notes))
-
-
-def _column(notes: list[Notes]) -> NDArray[np.object_]:
-    column = np.empty(len(notes), object)
-    column[:] = notes
-    return column
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """How a cycle of anchored solutions went.
-
-    Attributes:
-        solution: Of one goal, at the end of the last stage.
-        values: Objective after each stage; it never rises once the goal is met.
-        converged: Whether a whole cycle passed without a fall.
-    """
-
-    solution: Solution
-    values: tuple[float, ...]
-    stages: int
-    converged: bool
-
-
-def anchor_successively(problem: Problem, start: ArrayLike, free: int, settings: NewtonSettings | None = None) -> Cycle:
+def anchor_successively(
+    problem: Problem, start: ArrayLike, free: int, settings: NewtonSettings | None = None
+) -> Solution:
     """Solve one goal from inputs of shape (n,) with a moving window of `free` modules until no window improves it.
 
-    Modules that the problem couples count as one, and stay coupled in every stage.
+    Modules that the problem couples count as one, and stay coupled in every stage. The end is stationary in every window, and
+    in the whole arm when the windows' null spaces together span that of the arm.
 
-    The end is stationary in every window, and in the whole arm when the windows' null spaces together span that of the
-    arm.
+    The notes of the solution, a batch of one, are the number of `stages`; `values`, the objective after each stage, which never
+    rises once the goal is met; and whether it `converged`: a whole cycle passed without a fall.
 
     Raises:
         GoalError: The free inputs are not more than the goal rows, or the goal is not met even with all inputs free.
@@ -127,4 +138,5 @@ def anchor_successively(problem: Problem, start: ArrayLike, free: int, settings:
         converged = stage >= count and values[-1 - count] - values[-1] <= _FALL * (1 + abs(values[-1]))
         if converged:
             break
-    return Cycle(solve(problem, q, replace(how, most=0)), tuple(values), len(values) - 1, converged)
+    last = solve(problem, q, replace(how, most=0))
+    return replace(last, notes={"stages": len(values) - 1, "values": tuple(values), "converged": converged})

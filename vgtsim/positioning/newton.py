@@ -20,7 +20,7 @@ How well goal rows are conditioned is told at the end of this file.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from math import inf
 from typing import Any
 
@@ -87,20 +87,15 @@ class NewtonSettings:
 
 @dataclass(frozen=True)
 class Course:
-    """Goals of a plain problem, shape (B,), see `course`.
+    """What one compiled call needs to solve goals of a plain problem, see `course`.
 
     Attributes:
         tables: Goal rows, body and lengths, as `pursue` takes them.
         sizes: Numbers of goal rows, inputs and actuators.
     """
 
-    goals: Index
     tables: tuple[Array | Index, ...]
     sizes: tuple[int, int, int]
-
-    def choose(self, which: Index) -> Course:
-        """Some of the goals."""
-        return replace(self, goals=self.goals[which])
 
     def make_room(self, count: int) -> tuple[NDArray[Any], ...]:
         """Points that are not evaluated yet."""
@@ -122,6 +117,7 @@ def minimise(
     glance: Glance | None = None,
     dear: bool = False,
     course: Course | None = None,
+    goals: Index | None = None,
 ) -> Solution:
     """Meet every goal of a batch from variables of shape (B, k), and make its objective least in the null space.
 
@@ -134,12 +130,14 @@ def minimise(
         dear: Whether slopes cost so much more than values that trial steps that have been cut, most of which are cut
             again, are judged by a glance.
         course: Of a plain problem: all but the way from a saddle is then one compiled call.
+        goals: Number of each row's goal, shape (B,), by which the functions and the course know it; of the row when absent.
 
     Raises:
         ValueError: A start is outside the hard limits.
     """
     how, z, every = settings or NewtonSettings(), np.array(start, float), np.arange(len(start))
-    at = evaluate(z.copy(), every).parts if course is None else course.make_room(len(z))  # its parts are written to
+    goals = every if goals is None else goals
+    at = evaluate(z.copy(), goals).parts if course is None else course.make_room(len(z))  # its parts are written to
     _, error, J, _, slope, curve, rough, by_length = at
     count, rows, learns = len(z), error.shape[1], rough.shape[1] > 0
     bends = bend is not None and not learns
@@ -155,7 +153,7 @@ def minimise(
         if course is None:
             descent.advance(figures, tolerance, which, *there, *ways, *at, *factors, learned, bent)
         else:
-            pursue(figures, tolerance, which, course.goals, *ways, *at, *factors, learned, bent, *course.tables)
+            pursue(figures, tolerance, which, goals, *ways, *at, *factors, learned, bent, *course.tables)
         if not at[0].all():
             raise ValueError(f"start {int(np.argmin(at[0]))} is outside the strokes")
         pending = np.flatnonzero(marks[:, descent.WANT])
@@ -166,13 +164,13 @@ def minimise(
         which = pending if wants.min() == want else pending[wants == want]
         if want == descent.BEND:
             assert bend is not None
-            bent[which] = bend(z[which], which, y[which], by_length[which] if by_length.shape[1] else None)
+            bent[which] = bend(z[which], goals[which], y[which], by_length[which] if by_length.shape[1] else None)
         elif want == descent.DOWNHILL:
             step[which] = downhill(curve[which] + bent[which], J[which], slope[which])
         elif want == descent.MODEL or glance is None:
-            there = evaluate(trial[which], which).parts
+            there = evaluate(trial[which], goals[which]).parts
         else:
-            inside, error_there, values = glance(trial[which], which, want == descent.GLANCE)
+            inside, error_there, values = glance(trial[which], goals[which], want == descent.GLANCE)
             there = (stored(inside), stored(error_there), J, stored(values), slope, curve, rough, by_length)
 
 

@@ -1,30 +1,34 @@
-"""The problem of positioning, a batch of goals for one arm, strokes and objective; and its solution from given inputs."""
+"""The problem of positioning: a batch of goals for one arm, its strokes, objective and method, and what it keeps clear of."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vgtsim.arrays import Array, Index, Mask
-from vgtsim.errors import GoalError, ObjectiveError
+from vgtsim.constants import Method
+from vgtsim.errors import ObjectiveError
 from vgtsim.kinematics import Chain, State
 from vgtsim.positioning import rows
 from vgtsim.positioning.course import STEP
 from vgtsim.positioning.goals import GoalSpace, measure, tabulate
-from vgtsim.positioning.newton import Course, NewtonSettings, Quadratic, minimise
+from vgtsim.positioning.newton import Course, Quadratic
 from vgtsim.positioning.objectives import Configurations, Objective, StrokeBarrier, WeightedSum
 from vgtsim.positioning.reduction import Reduction
-from vgtsim.positioning.solution import Solution, join_solutions
 from vgtsim.positioning.strokes import StrokeBox
+from vgtsim.positioning.surroundings import Surroundings
 
 _STATIC = 1e-10  # error of a static leg's length, m: a tenth of what the chain allows
-_NEAR = 0.1  # error of a start, m and rad, from which the way to the goal is gone first
-_CLOSE = 1e-3  # error, m and rad, to which it is gone
-_CACHED = 2**18  # numbers in the curvatures of the goals that are solved at a time: they stay in the processor's cache
-_CHUNK = 256  # goals at a time, at most: beyond it a batch gains nothing more
+
+
+@dataclass(frozen=True)
+class Keep:
+    """Surroundings and the clearance, m, that every configuration must keep from them."""
+
+    surroundings: Surroundings
+    clearance: float
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,8 @@ class Problem:
     """A batch of goals for one arm, with its strokes as hard limits.
 
     The objective is made least in the null space of the goal rows. The stroke barrier has the weight `barrier` beside
-    it: it keeps optima off the ends of strokes.
+    it: it keeps optima off the ends of strokes. Method and surroundings are for `solve_by_method`: `solve` goes by the null
+    space whatever the method, and looks at no surroundings.
     """
 
     box: StrokeBox
@@ -40,6 +45,8 @@ class Problem:
     objective: Objective = field(default_factory=StrokeBarrier)
     barrier: float = 1e-3
     reduction: Reduction | None = None
+    method: Method = Method.NULLSPACE
+    keep: Keep | None = None
 
     @property
     def chain(self) -> Chain:
@@ -75,7 +82,7 @@ class Problem:
             return None
         weights = np.array([1.0 if isinstance(self.objective, StrokeBarrier) else self.barrier, weight])
         sizes = self.goal.width, self.chain.layout.inputs, len(self.box.least)
-        return Course(np.arange(self.goal.count), (*self._table, *body, weights, meant), sizes)
+        return Course((*self._table, *body, weights, meant), sizes)
 
     @cached_property
     def guarded(self) -> Objective:
@@ -184,67 +191,3 @@ def _gradient(table: rows.Table, state: State, multipliers: Array, length_slope:
     slope = state.pull(np.tile(length_slope, (times, 1)))
     rows.pull_rows(np.tile(which, times), np.tile(multipliers, (times, 1)), slope, *table, *state.motion)
     return slope
-
-
-def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = None) -> Solution:
-    """Solve a batch of goals from inputs inside the strokes, shape (n,) for all goals or (B, n), in the null space.
-
-    Goals far from their start are first met with the stroke barrier as objective, which keeps the way open, and then
-    optimised. Near goals are met and optimised at once. Every iterate is inside the strokes. The tolerance of the
-    settings is replaced by that of the goal rows.
-
-    Raises:
-        GoalError: There are more goal rows than variables.
-        ObjectiveError: The objective is not finite.
-        ValueError: A start is outside the strokes.
-
-    Source: chapter 6. Differs: see `newton`.
-    """
-    count = problem.goal.count
-    q = np.empty((count, problem.chain.layout.inputs))
-    q[:] = start
-    z = problem.variables(q)
-    width, free = problem.goal.width, z.shape[1] - len(problem.chain.layout.static)
-    if width > free:
-        raise GoalError(problem.goal.names, 0.0, f"{width} goal rows for {free} inputs that are left")
-    how = replace(settings or NewtonSettings(), tolerance=problem.tolerance)
-    if not isinstance(problem.objective, StrokeBarrier):
-        z = _come_near(problem, z, how)
-    chunk = min(_CHUNK, max(1, _CACHED // z.shape[1] ** 2))
-    starts = range(0, count, chunk)
-    parts = [_solve_some(problem, z, np.arange(i, min(i + chunk, count)), how) for i in starts]
-    whole = parts[0] if len(parts) == 1 else join_solutions(parts)
-    if problem.course is not None:
-        return whole
-    return replace(whole, q=problem.inputs(whole.q), error=whole.error[:, :width])
-
-
-def _solve_some(problem: Problem, z: Array, which: Index, how: NewtonSettings) -> Solution:
-    """Solve the goals that are solved at a time, from variables of all goals, shape (B, k)."""
-    if problem.course is not None:
-        return minimise(
-            problem.model,
-            z[which],
-            how,
-            problem.bend,
-            course=problem.course if len(which) == len(z) else problem.course.choose(which),
-        )
-    return minimise(
-        lambda at, i: problem.model(at, which[i]),
-        z[which],
-        how,
-        lambda at, i, y, by_length: problem.bend(at, which[i], y, by_length),
-        lambda at, i, value: problem.glance(at, which[i], value),
-        problem.objective.dear,
-    )
-
-
-def _come_near(problem: Problem, z: Array, how: NewtonSettings) -> Array:
-    """Variables from which every goal that can be met is near, shape (B, k)."""
-    plain = replace(problem, objective=StrokeBarrier())
-    far = np.flatnonzero(np.linalg.norm(plain.model(z, np.arange(len(z))).error, axis=1) > _NEAR)
-    if len(far):
-        z = np.array(z)
-        coarse = replace(how, tolerance=_CLOSE, optimality=np.inf)
-        z[far] = minimise(lambda at, i: plain.model(at, far[i]), z[far], coarse).q
-    return z

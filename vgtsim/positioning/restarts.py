@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vgtsim.arrays import Array, Index
-from vgtsim.errors import AssemblyError, GoalError
+from vgtsim.errors import AssemblyError
 from vgtsim.kinematics import Chain, azimuth, bend_all, can_swing, sample_inputs, swing
-from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position, evaluate
-from vgtsim.positioning.newton import NewtonSettings
-from vgtsim.positioning.problem import Problem, solve
-from vgtsim.positioning.solution import Solution
+from vgtsim.positioning.goals import Direction, GoalSpace, Orientation, Position
+from vgtsim.positioning.problem import Problem
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside, spare_strokes
 
 # Bend of the modules from the mast to the tool, in degrees, at five stations along the arm.
@@ -24,13 +21,12 @@ _BENDS = (
     (40.0, 38.0, 25.0, -20.0, -35.0),
     (20.0, 30.0, 30.0, 30.0, 30.0),
 )
-_POSTURES = 8  # of the table, tried for a goal when all else has failed
+ATTEMPTS = 8  # postures of the table that are tried for a goal when all else has failed
 _WAY = 21  # steps of the way to mid-stroke that are tried for coupled starts
 _SPARE = 0.02  # part of the shortest stroke that coupled starts keep from its ends
 _TURN = 4.0  # m²: weight of a squared difference of directions beside that of positions in the choice of postures
 _STRIDE = 37  # between the postures that one goal tries without a position: no divisor of the table's size
-_SEED = 1993  # of the configurations at which contradictions are looked for
-_DEPENDENT = 1e-9  # least singular value over the greatest at which rows count as dependent
+SEED = 1993  # of all that is drawn
 _COUNT = 600  # postures of a table: enough that one comes near most goals
 _MOST_BEND = np.radians(40.0)  # of a module in the postures
 _PART = 0.88  # of the strokes that postures use: ends are left for what a goal asks
@@ -60,7 +56,7 @@ def start_groups(problem: Problem, start: Array) -> Iterator[Array]:
     yield bring_starts_inside(problem, likely[:1])
     yield bring_starts_inside(problem, likely[1:])
     table, first = make_postures(problem.box), np.zeros(1, int)
-    postures = np.concatenate([_choose_postures(problem, table, first, attempt) for attempt in range(_POSTURES)])
+    postures = np.concatenate([choose_postures(problem, table, first, attempt) for attempt in range(ATTEMPTS)])
     yield bring_starts_inside(problem, postures)
 
 
@@ -77,39 +73,7 @@ def bring_starts_inside(problem: Problem, starts: Array) -> Array:
     return trials[np.argmax(good, axis=0), np.arange(len(brought))]
 
 
-def solve_anywhere(
-    problem: Problem, start: ArrayLike, settings: NewtonSettings | None = None, postures: PostureTable | None = None
-) -> Solution:
-    """Solve goals from inputs of shape (n,) or (B, n), then unmet ones from the postures nearest to them.
-
-    Starts outside the strokes are moved inside. The table of postures is made when absent; a goal is restarted
-    eight times at most. Iterations count over all restarts.
-
-    Raises:
-        GoalError: Rows contradict each other wherever the arm is, or are more than the inputs.
-    """
-    begin = np.asarray(start, float)
-    if not np.all(inside(problem.box, np.atleast_2d(begin))):
-        begin = bring_inside(problem.box, begin)
-    found = solve(problem, begin, settings)
-    left = np.flatnonzero(~found.met)
-    if not len(left):
-        return found
-    _refuse_contradictions(problem, found, left)
-    table = postures or make_postures(problem.box)
-    for attempt in range(_POSTURES):
-        part = replace(problem, goal=problem.goal.choose(left))
-        again = solve(part, _choose_postures(problem, table, left, attempt), settings)
-        found.iterations[left] += again.iterations
-        better = again.met | (np.linalg.norm(again.error, axis=1) < np.linalg.norm(found.error[left], axis=1))
-        found.put(left[better], again, better)
-        left = left[~again.met]
-        if not len(left):
-            break
-    return found
-
-
-def _choose_postures(problem: Problem, table: PostureTable, left: Index, attempt: int) -> Array:
+def choose_postures(problem: Problem, table: PostureTable, left: Index, attempt: int) -> Array:
     """One posture for each goal, swung to it, shape (b, n)."""
     chain = problem.chain
     wanted = _tool_targets(problem.goal.choose(left), chain, len(left))
@@ -147,23 +111,6 @@ def _tool_targets(goal: GoalSpace, chain: Chain, count: int) -> tuple[Array, Arr
     return position, direction
 
 
-def _refuse_contradictions(problem: Problem, found: Solution, left: Index) -> None:
-    """Raise when unmet rows depend on each other at several unrelated configurations and disagree."""
-    middle = problem.box.middle
-    q = middle + 0.05 * np.random.default_rng(_SEED).standard_normal((3, *middle.shape))
-    J = evaluate(problem.chain, problem.goal, problem.chain.state(q), np.full(3, left[0]))[1]
-    U, values, _ = np.linalg.svd(J)
-    dependent = int(np.min(np.sum(values / values[:, :1] < _DEPENDENT, axis=1)))
-    if not dependent:
-        return
-    names = tuple(np.array(problem.goal.names)[np.abs(U[0, :, -dependent:]).max(axis=1) > 0.1].tolist())
-    gap = float(np.linalg.norm(U[0, :, -dependent:].T @ found.error[left[0]]))
-    tolerance = float(np.max(problem.goal.tolerance))
-    if gap > tolerance:
-        detail = f"goal {int(left[0])}: rows depend on each other and disagree by {gap:.4g} (tolerance {tolerance:.1g})"
-        raise GoalError(names, gap, detail)
-
-
 def _swung(vectors: Array, angle: Array) -> Array:
     """Vectors, shape (N, 3), turned about Z."""
     (x, y, z), cos, sin = vectors.T, np.cos(angle), np.sin(angle)
@@ -181,13 +128,13 @@ class PostureTable:
 
 def make_postures(box: StrokeBox, count: int = _COUNT) -> PostureTable:
     """Draw a number of postures: one half with every actuator anywhere in its stroke, one half bent smoothly."""
-    rng, chain = np.random.default_rng(_SEED), box.chain
+    rng, chain = np.random.default_rng(SEED), box.chain
     if chain.leans:
         q = _drawn(box, count, rng)
     elif len(box.chain.layout.static):  # a bend would not leave static legs their lengths
-        q = sample_inputs(chain, count, _SEED, _PART)
+        q = sample_inputs(chain, count, SEED, _PART)
     else:
-        q = np.concatenate([_bent(box, count // 2, rng), sample_inputs(chain, count - count // 2, _SEED, _PART)])
+        q = np.concatenate([_bent(box, count // 2, rng), sample_inputs(chain, count - count // 2, SEED, _PART)])
     position, direction = chain.tool(q)
     R = chain.mount[:3, :3]
     return PostureTable(q, (position - chain.mount[:3, 3]) @ R, direction @ R)

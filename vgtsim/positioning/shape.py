@@ -10,7 +10,7 @@ the next, and the twist is dealt out evenly.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,9 +19,10 @@ from vgtsim.arrays import Array
 from vgtsim.errors import DescriptionError, ReachError
 from vgtsim.kinematics import Chain, Chord, order_down, rotation
 from vgtsim.positioning.goals import tool_goal
-from vgtsim.positioning.objectives import Configurations, MidStroke, Nearness, Objective
-from vgtsim.positioning.problem import Problem, solve
-from vgtsim.positioning.solution import Solution
+from vgtsim.positioning.methods import solve
+from vgtsim.positioning.objectives import Configurations, Nearness
+from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.solution import Solution, make_column
 from vgtsim.positioning.strokes import StrokeBox, bring_inside
 
 MAGNITUDES = np.geomspace(0.25, 4.0, 13)  # of the end tangents, in distances from base to tool
@@ -34,36 +35,11 @@ _GAUSS = np.polynomial.legendre.leggauss(8)
 _PIECES = 64  # of the parameter for arc lengths
 
 
-@dataclass(frozen=True)
-class Shape:
-    """An arm in the shape of a curve.
+def solve_shapes(problem: Problem, magnitudes: tuple[tuple[float, float], ...] | None = None) -> Solution:
+    """Solve a tool goal by all cubic directrices of a search: those that meet it inside the strokes, the least objective first.
 
-    Attributes:
-        fitted: Inputs that put every segment's end on the curve, strokes left aside, shape (n,).
-        overrun: Greatest excess of a fitted length over its stroke, m; infinite where a module does not assemble.
-        solution: Batch of one: the arm inside its strokes with its end conditions met, as near to the fit as it can be.
-        magnitudes: Of the two end tangents, m; NaN for a given curve.
-        value: Of the objective at the solution.
-    """
-
-    fitted: Array
-    overrun: float
-    solution: Solution
-    magnitudes: tuple[float, float]
-    value: float
-
-
-def solve_shapes(
-    box: StrokeBox,
-    position: ArrayLike,
-    direction: ArrayLike,
-    objective: Objective | None = None,
-    magnitudes: tuple[tuple[float, float], ...] | None = None,
-) -> list[Shape]:
-    """Solve a tool goal in frame G, shapes (3,), m, by all cubic directrices of a search: the least objective first.
-
-    The objective is the distance from mid-stroke when absent; `magnitudes` are pairs of the end tangents', m, 13 by 13
-    of them when absent. Only shapes that meet the goal inside the strokes are returned.
+    `magnitudes` are pairs of the end tangents', m, 13 by 13 of them when absent. Every solution is as near to its curve's fit as
+    it can be; its value is the problem's objective; its notes tell the magnitudes and how far the fit overruns a stroke, m.
 
     Raises:
         ReachError: The end conditions cannot be met from any fit.
@@ -72,8 +48,10 @@ def solve_shapes(
     Source: section 7.4 and equations 8.9, 8.10. Differs: equal arc length at once, and an exact end after the fit; the
     objective is that of the arm with its end met, not of the fit.
     """
-    goal, chain = tool_goal(position, direction), box.chain
-    at, along = np.asarray(position, float), goal.groups[1].target
+    box, chain = problem.box, problem.chain
+    position, direction = (part.target for part in problem.goal.groups)  # a tool goal's
+    goal = tool_goal(position, direction)
+    at, along = (part.target for part in goal.groups)
     face = at - chain.manipulator.tip_plate.tool_offset * along
     base, out = chain.mount[:3, 3], chain.mount[:3, 2]
     reach = float(np.linalg.norm(face - base))
@@ -82,19 +60,19 @@ def solve_shapes(
     overrun = overruns(box, fits)
     # the end conditions exactly and the strokes kept, as near to each fit as may be
     near = bring_inside(box, fits)
-    nearness = Nearness(box.lengths(box.chain.state(near).legs))
-    found = solve(Problem(box, goal.repeat(len(fits)), nearness, barrier=BARRIER), near)
+    nearness = Nearness(box.lengths(chain.state(near).legs))
+    found = solve(Problem(box=box, goal=goal, objective=nearness, barrier=BARRIER), near)
     met = np.flatnonzero(found.met)
     if not len(met):
         best = int(np.argmin(np.linalg.norm(found.error, axis=1)))
         raise unmet_ends(found.error[best], overrun[best])
-    placed = Configurations(box, box.chain.state(found.q[met]), np.zeros(len(met), int))
-    value = (objective or MidStroke()).values(placed)
-    order = order_down(-value)[: len(met)]
-    return [
-        Shape(fits[i], float(overrun[i]), found.pick(slice(i, i + 1)), pairs[i], float(v))
-        for v, i in zip(value[order].tolist(), met[order].tolist(), strict=True)
+    value = problem.objective.values(Configurations(box, chain.state(found.q[met]), np.zeros(len(met), int)))
+    order = order_down(-value)
+    notes = [
+        {"tangent magnitudes, m": str(np.round(pairs[i], 3)), "fit beyond strokes, m": float(overrun[i])}
+        for i in met[order]
     ]
+    return replace(found.pick(met[order]), value=value[order], notes=make_column(notes))
 
 
 def overruns(box: StrokeBox, q: Array) -> Array:

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vgtsim.arrays import Array, Index, Mask
-
-Notes = dict[str, str | float | int]
 
 
 @dataclass(frozen=True)
@@ -56,3 +55,10 @@ def join_solutions(parts: Sequence[Solution]) -> Solution:
     """One batch of several."""
     columns = ([getattr(part, item.name) for part in parts] for item in fields(Solution))
     return Solution(*(np.concatenate(same) if isinstance(same[0], np.ndarray) else same[0] for same in columns))
+
+
+def make_column(notes: Sequence[dict[str, Any]]) -> NDArray[np.object_]:
+    """Notes of each solution of a batch."""
+    column = np.empty(len(notes), object)
+    column[:] = notes
+    return column

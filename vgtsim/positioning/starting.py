@@ -11,16 +11,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from vgtsim.arrays import Array
-from vgtsim.constants import Method
 from vgtsim.description import Bend, StartPosture
 from vgtsim.errors import AssemblyError, DescriptionError
 from vgtsim.kinematics import Subspace, bend_all, bend_start, can_swing, swing
 from vgtsim.positioning.goals import tool_goal
+from vgtsim.positioning.newton import NewtonSettings
 from vgtsim.positioning.objectives import ClearanceHinges, StrokeBarrier, WeightedSum, goal_plane
-from vgtsim.positioning.problem import Problem
+from vgtsim.positioning.problem import Keep, Problem
 from vgtsim.positioning.reduction import Reduction
 from vgtsim.positioning.restarts import make_postures, pattern_bends
-from vgtsim.positioning.solver import Keep, solve_goal
+from vgtsim.positioning.solver import solve_by_method
 from vgtsim.positioning.strokes import StrokeBox, bring_inside, inside
 
 _AROUND = 24  # azimuths that bends are tried in: every 15 degrees
@@ -49,7 +49,19 @@ def find_start(
         lengths = np.clip(chain.lengths(chain.stowed), box.least + _OFF, box.greatest - _OFF)
         return chain.inputs_from_lengths(lengths)
     if given.position is not None:
-        return solve_start(box, keep, np.array(given.position), np.array(given.direction), reduction)
+        goal = tool_goal(given.position, np.array(given.direction))
+        around = keep.surroundings.unloaded
+        hinges = ClearanceHinges(around, keep.clearance, payload=False)
+        parts = zip(_WEIGHTS, (hinges, StrokeBarrier(), goal_plane(chain, given.position)), strict=True)
+        problem = Problem(
+            box=box,
+            goal=goal,
+            objective=WeightedSum(tuple(parts)),
+            reduction=reduction,
+            keep=Keep(around, keep.clearance),
+        )
+        first = bring_inside(box, chain.straight)
+        return np.array(solve_by_method("start", problem, first, NewtonSettings()).q)
     if given.inputs is not None:
         _require_count("inputs", len(given.inputs), chain.layout.inputs)
         return np.array(given.inputs)
@@ -64,23 +76,6 @@ def find_start(
 def _require_count(key: str, found: int, wanted: int) -> None:
     if found != wanted:
         raise DescriptionError(None, f"motion.start.{key}", f"{found} figures", f"{wanted} figures, {_FROM}")
-
-
-def solve_start(
-    box: StrokeBox, keep: Keep, position: Array, direction: Array, reduction: Reduction | None = None
-) -> Array:
-    """Inputs, shape (n,), with the tool at a point, m, and in a direction in frame G, clear of everything.
-
-    Raises:
-        ReachError: There is no such posture.
-    """
-    goal = tool_goal(position, direction)
-    hinges = ClearanceHinges(keep.surroundings.unloaded, keep.clearance, payload=False)
-    parts = hinges, StrokeBarrier(), goal_plane(box.chain, goal.groups[0].target)
-    problem = Problem(box, goal, WeightedSum(tuple(zip(_WEIGHTS, parts, strict=True))), reduction=reduction)
-    keep = Keep(keep.surroundings.unloaded, keep.clearance)
-    first = bring_inside(box, box.chain.straight)
-    return np.array(solve_goal("start", problem, Method.NULLSPACE, first, keep).q)
 
 
 def search_start(box: StrokeBox, keep: Keep, near: Array, space: Subspace | None = None) -> tuple[Array, int]:

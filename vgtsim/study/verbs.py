@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from vgtsim.description import RepeatedCapacity, RepeatedRun, RepeatedWorkspace, closest
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Workspace, check_strokes, first_greatest, first_least, sample_workspace
-from vgtsim.planning import Answer, Tour, plan_site, solve_request, unload_map
+from vgtsim.planning import Tour, make_problem, plan_site, report_solution, unload_map
+from vgtsim.positioning import solve_by_method, tool_goal
 from vgtsim.runlog import RunLog, empty_records
 from vgtsim.site import Site
 from vgtsim.statics import CapacityMap, draw_shapes, find_use, map_capacity
@@ -148,21 +149,22 @@ def _plan_verb() -> Verb:
     )
 
 
-def _meet_goal(site: Site, _work: object, _folder: Path) -> Answer:
+def _meet_goal(site: Site, _work: object, _folder: Path) -> dict[str, Any]:
     motion = site.task.motion
     if not motion.goals:
         raise site.scene.error("motion.goals", "none: an operator drives the arm", "a goal")
     goal = motion.goals[0]
-    return solve_request(site, goal.position, goal.direction, motion.method, motion.objective)
+    problem = make_problem(site, tool_goal(goal.position, goal.direction), motion.method, motion.objective)
+    return report_solution(site, problem, solve_by_method("ik", problem, site.start), motion.objective)
 
 
 def _ik_verb() -> Verb:
     facts = ("value", "iterations", "optimal", "stationarity", "condition number", "clearance, m", "nearest")
     return Verb(
         do=_meet_goal,
-        figures={name: lambda answer, name=name: answer.facts.get(name) for name in facts}
-        | {"binding": lambda answer: ", ".join(answer.facts["binding"])},
-        arrays=_attributes("lengths", "q"),
+        figures={name: lambda told, name=name: told["facts"].get(name) for name in facts}
+        | {"binding": lambda told: ", ".join(told["facts"]["binding"])},
+        arrays={name: lambda told, name=name: np.array(told[name]) for name in ("lengths", "q")},
     )
 
 
