@@ -49,8 +49,9 @@ class CylinderSize(Description):
 class Catalogue(Description):
     """Tubes and cylinders to choose from, in any order, of one material each.
 
-    `cylinder_standard` is the source of bores, rods and pressures, `cylinder_parts` the reason for walls, heads, eyes
-    and pins.
+    Attributes:
+        cylinder_standard: Source of bores, rods and pressures.
+        cylinder_parts: Reason for walls, heads, eyes and pins.
     """
 
     tube_standard: Note

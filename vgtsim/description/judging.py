@@ -20,28 +20,31 @@ class Limits(Description):
     Attributes:
         closure: Greatest gap between a member's end and its hub.
         kinematics_agreement: Greatest distance of a node from forward kinematics.
-        record_time: Greatest distance of a record from its instant; `missing_records` is the number of records or stages
-            of the tour that may be missing.
-        command: Greatest distance of a cylinder, or of its command, from what was planned for it.
-        actuator_speed: Speed of a cylinder over its rated one; `actuator_acceleration` is that over the scene's.
+        record_time: Greatest distance of a record from its instant.
+        missing_records: Records or stages of the tour that may be missing.
+        command: Greatest distance of a cylinder, or of its command, from the plan.
+        actuator_speed: Speed of a cylinder over its rated speed.
+        actuator_acceleration: Acceleration of a cylinder over the scene's.
         logged_speed: Difference of a logged speed from that of the lengths.
-        tracking_position: Distance of the tool from a settled goal; `tracking_angle` is that of its direction.
+        tracking_position, tracking_angle: Distance of the tool from a settled goal, and angle of its direction.
         end_moment: Moment at a member's end.
         excess_shear: Shear beyond that of the member's weight and inertia.
         lumped_shear: Shear of a member whose mass sits in its hubs.
-        axial_force_settled: Error of the axial forces over the largest one, at rest; `axial_force_moving` in motion.
+        axial_force_settled, axial_force_moving: Error of the axial forces over the largest one, at rest or in motion.
         pressure_force: Difference of chamber pressures from the drive forces, over the largest force.
-        member_utilisation: Demand over capacity, as is `actuator_force`.
+        member_utilisation, actuator_force: Demand over capacity of members and of drives.
         actuator_stroke: Least distance to the end of a stroke.
-        clearance: Least distance to anything; `bore_clearance` is that from the riser of an arm that is fed through it, and
-            `headroom` that of the mast's top from the tank's headroom.
+        clearance: Least distance to anything.
+        bore_clearance: Least distance from the riser of an arm that is fed through it.
+        headroom: Least distance of the mast's top from the tank's headroom.
         leader: Distance of the arm's axis from the path of its leader, over the greatest planned one.
-        passage: Least room that the open truss leaves about the line of conveyance; `line_bend` is the line's bend over its
-            greatest one.
-        contacts: Number of logged contacts that the scene does not allow; `contact_force` is the force of an allowed one over its
-            limit.
-        cutting_rate: Waste removed a second over what the tool can remove; `cutting_depth` is how far beyond the tool's reach
-            waste was removed, and `removed_volume` the error of the removed volume, part of the whole.
+        passage: Least room that the open truss leaves about the line of conveyance.
+        line_bend: Bend of the line of conveyance over its greatest bend.
+        contacts: Number of logged contacts that the scene does not allow.
+        contact_force: Force of an allowed contact over its limit.
+        cutting_rate: Waste removed a second over the tool's greatest rate.
+        cutting_depth: Depth beyond the tool's reach at which waste was removed.
+        removed_volume: Error of the removed volume, part of the whole.
         safety_factor: On member strength, AISC 360 Omega.
         chamber_pressure: Least pressure in a chamber of a hydraulic cylinder, above that of the oil tank.
         saturation: Part of the records in which a cylinder may be at a limit of force, pressure, flow or stroke.

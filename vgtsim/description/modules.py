@@ -19,10 +19,10 @@ _Sides = tuple[Size, Size, Size]
 
 
 class ModuleKind(Description):
-    """The root of every kind of module; names are unique in the arm.
+    """The root of every kind of module; names are unique in the arm. `ends`: whether the module can be the last of an arm.
 
-    `unproved` is the reason why all strokes of the module may be used though no proof is found that they hold no
-    singularity; a run still refuses a way that meets one. `ends` says whether the module can be the last one of an arm.
+    Attributes:
+        unproved: Reason to use all strokes without a proof that they hold no singularity. A run refuses a way that meets one.
     """
 
     ends: ClassVar[bool] = True

@@ -45,8 +45,8 @@ class GoalPlace(Description):
     """A pose of the tool by a named place of the tank; azimuths are from +x of frame G, counter-clockwise from above.
 
     Attributes:
-        place: `"wall"`, needs `azimuth`, `height` and `distance`; `"waste"`, needs `azimuth`, `radius` and `height`; the name
-            of equipment, needs `distance` and `height`; or the name of an earlier goal, needs `offset`.
+        place: `"wall"` with `azimuth`, `height` and `distance`. `"waste"` with `azimuth`, `radius` and `height`. The name of
+            equipment with `distance` and `height`. The name of an earlier goal with `offset`.
         azimuth: Of the tool point about the tank axis; at equipment, the side of it that the tool is on, by default that
             of the mast.
         radius: Distance of the tool point from the tank axis.
@@ -189,12 +189,12 @@ class Motion(Description):
     """The tour and how it is driven.
 
     Attributes:
-        start: Posture at the start: a list with the shape of each active module, from the mast to the tool; a table with
-            lengths, inputs or a pose of the tool; `"stowed"`; or the path of a file that `vgtsim ik --json` left, beside
-            the scene. Absent: a posture clear of everything is searched, the same one every time.
+        start: Posture at the start. A list has the shape of each active module, from the mast to the tool. A table has
+            lengths, inputs or a pose of the tool. A text is `"stowed"`, or the path of a file of `vgtsim ik --json` beside the
+            scene. Absent, a posture clear of everything is searched, the same one every time.
         objective: Terms of the objective at the goals, each `NAME` or `NAME:WEIGHT`.
-        coupling: Names (follower, leader) of coupled modules, for the coupled method, or the anchored one, whose windows
-            then count coupled modules as one; see `choose_coupling`.
+        coupling: Names (follower, leader) of coupled modules, for the methods `coupled` and `anchored`. Windows of the anchored
+            method count coupled modules as one; see `choose_coupling`.
         rate_fraction: Part of the cylinders' rated speed that the plan may use.
         acceleration: Greatest acceleration of a cylinder.
         stroke_margin: Distance that the plan keeps from the ends of the strokes.

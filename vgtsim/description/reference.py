@@ -27,6 +27,7 @@ _BY_TABLE = ("inner_diameter", "knuckle_radius", "wall_top", "haunch_radius", "d
 _COMMON = {  # meanings of keys whose name says nearly all; a table's own text goes first
     "name": "Name: letters, digits and underscores, a letter first.",
     "title": "One line for people.",
+    "provenance": "Sources of the figures by key path.",
     "material": "Name of a material in this file.",
     "do": "Kind of the step.",
     "verb": "What is done in every case.",

@@ -95,11 +95,14 @@ class Slew(Description):
 
 
 class Mast(Pipe):
-    """The pipe that carries the arm through the riser; the arm's base face is `pivot_depth` below the dome's crown.
+    """The pipe that carries the arm through the riser.
 
-    `riser_spare` is the least gap between the stowed arm and the riser's bore, 1.5 in if absent. Without a `feed` the mast is
-    held at its working depth, and without a `turn` about its axis. `riser` names the riser of the tank that the mast stands in;
-    absent, it is the tank's `arm_riser`.
+    Attributes:
+        pivot_depth: Depth of the arm's base face below the dome's crown.
+        riser: Name of the mast's riser; absent, the tank's `arm_riser`.
+        riser_spare: Least gap between the stowed arm and the riser's bore; absent, 1.5 in.
+        feed: Absent, the mast is held at its working depth.
+        turn: Absent, the mast does not turn about its axis.
     """
 
     pivot_depth: Size
@@ -126,11 +129,11 @@ class Simulation(Description):
         weight_scale: Factor on the inverse weights that regularise the constraints.
         drive: The cylinder lengths are imposed (`rigid`), held by a spring and damper (`servo`), or moved by valve and
             oil (`hydraulic`, elastic members only).
-        servo_stiffness: N/m; `servo_damping` is in N·s/m.
+        servo_stiffness, servo_damping: Of a servo: stiffness in N/m, damping in N·s/m.
         members: `rigid` members keep their lengths; `elastic` ones are springs along their axes. Under the `rigid`
-            drive an elastic cylinder is its oil column and rod in series, set to the commanded length. `sections` is a
-            model of a tenth of the cost: static modules are rigid bodies, members of active ones are lengths, forces
-            inside static modules come from statics and contacts from distances. For rigid drives.
+            drive an elastic cylinder is its oil column and rod in series, set to the commanded length. `sections`, for rigid
+            drives, cost a tenth: static modules are rigid bodies, members of active modules are lengths. Forces inside static
+            modules then come from statics, contacts from distances.
         member_mass: The mass of a member is spread along it (`distributed`), or sits in its two hubs (`lumped`) and
             leaves a massless bar.
         damping_ratio: Structural damping of the slowest mode of an elastic arm in its start posture. It is proportional
@@ -177,11 +180,11 @@ class LoadCase(Description):
     """A combination of static loads that the arm must carry in every pose of its run.
 
     Attributes:
-        dead: Factor on the arm's weight; `payload` on the payload's.
+        dead, payload: Factors on weight: `dead` of the arm, `payload` of the payload.
         dynamic: Factor on all weight, for jerks and sudden stops.
         seismic: Accelerations of all masses along x, y and z of frame G, parts of gravity.
         shaking: Horizontal acceleration of all masses, part of gravity; each member takes its worst direction.
-        force: On the tool in frame G, as is `moment`.
+        force, moment: On the tool, in frame G.
         reaction: Force on the tool; each member takes its worst direction.
     """
 
@@ -214,7 +217,7 @@ class Phase(Description):
     """A part of a mission in which the arm keeps its length; the program writes it into the scene of that part's log.
 
     Attributes:
-        number: From 1, of `count` phases.
+        number, count: The phase is `number`, from 1, of `count`.
         stands: Whether the arm stands in the clamp, at the end or at the beginning.
         patches: Names of those that the whole mission cuts.
     """
@@ -226,15 +229,19 @@ class Phase(Description):
 
 
 class SceneFile(Description):
-    """A scene as written; `manipulator` and `tank` are shipped names, or paths relative to the scene's file.
+    """A scene as written.
 
-    `provenance` gives the sources of the figures by key path. `loads` are load cases besides the run. `mission` are steps
-    from above the riser and back, which stand for the tour of the goals; its start is then above the riser, or, of an arm that is
-    neither inserted nor withdrawn, that of the motion.
-    `operator` is for an
-    arm that a person drives, in place of goals. Whatever touches and is not among the `contacts` is a collision, which ends a
-    run. `conveyance` is the line through the truss; absent where there is none. `tool` removes waste from
-    the `patches` that steps of the mission name. `phase` is absent in a scene of a user.
+    Attributes:
+        manipulator, tank: Shipped name, or path relative to the scene's file.
+        conveyance: Line through the truss; absent where there is none.
+        operator: For an arm that a person drives, in place of goals.
+        loads: Load cases besides the run.
+        mission: Steps in place of the tour of the goals. They start above the riser, or, without `insert` and `withdraw`, at the
+            start of the motion.
+        phase: Written by the program; absent in a scene of a user.
+        tool: Removes waste from the `patches`.
+        patches: Places that steps of the mission cut.
+        contacts: Allowed contacts. Any other contact is a collision, which ends a run.
     """
 
     name: Name

@@ -14,8 +14,9 @@ from vgtsim.description.schema import Description, Name
 class Material(Description):
     """An isotropic structural material: density, E and Fy.
 
-    `design_wall` is the part of a tube's nominal wall that counts for its strength: AISC 360-22 B4.2 takes 0.93, but 1 for
-    ASTM A1065 and A1085, whose walls are closer to nominal. Mass and stiffness take the nominal wall.
+    Attributes:
+        design_wall: Part of a tube's nominal wall that counts for its strength: 0.93 by AISC 360-22 B4.2, but 1 for ASTM A1065
+            and A1085, whose walls are closer to nominal. Mass and stiffness take the nominal wall.
     """
 
     density: Density
@@ -38,7 +39,7 @@ class Pipe(Description):
 
 
 class Tube(Pipe):
-    """A round hollow section, with pins in double shear at its ends; `pin` is absent where the joint is not rated."""
+    """A round hollow section, with pins in double shear at its ends."""
 
     material: Name
     pin: Size | None = None
@@ -82,7 +83,7 @@ class Cylinder(Description):
     """A double-acting hydraulic cylinder used as an extensible member.
 
     Attributes:
-        bore: Diameter of the piston; `rod` is that of the rod.
+        bore, rod: Diameters: `bore` of the piston, `rod` of the rod.
         head: Total thickness of steel at bore diameter in the two heads and the piston.
         eye: Distance from a pin to the barrel or to the full rod.
         retracted: Least length from pin to pin.

@@ -26,16 +26,17 @@ class Shell(Description):
     """The liner and dome: a surface of revolution.
 
     Attributes:
+        inner_diameter: Diameter of the wall inside.
         dish_depth: Height at which the dished floor meets the knuckle.
         knuckle_radius: Radius of the arc from the floor to the wall.
         wall_top: Height at which the wall ends and the dome starts.
         haunch_radius: Radius of the arc from the wall to the dome cap.
         crown: Height of the dome's underside on the axis.
         soil_cover: Depth of soil over the crown.
-        profile: Rows of height and radius, from [0, 0] to the edge of the dome cap, a part of a sphere that ends at `crown`. They
-            take the place of `inner_diameter`, `dish_depth` and `wall_top`. Corners are rounded by arcs of `knuckle_radius` up to
-            where the tank is widest, and of `haunch_radius` above; absent, 5 cm.
-        open: A test stand above ground: wall and dome are the space that the arm has to stay in, and are not drawn.
+        profile: Rows of height and radius in place of `inner_diameter`, `dish_depth` and `wall_top`, from [0, 0] to the edge of
+            the dome cap, a part of a sphere that ends at `crown`. Arcs round the corners: of `knuckle_radius` up to the widest
+            place, of `haunch_radius` above; absent, 5 cm.
+        open: A test stand above ground: the arm stays inside wall and dome, which are not drawn.
     """
 
     profile: tuple[tuple[Gap, Gap], ...] | None = Field(default=None, min_length=3, max_length=1000)
@@ -159,7 +160,7 @@ class Equipment(Placed):
     Attributes:
         bottom: Absent when it stands on the floor.
         top: Absent when it hangs from the dome.
-        top_radius: Of the upper end of an axis that leans, with `top_azimuth`; absent, those of the lower end.
+        top_radius, top_azimuth: Place of the upper end of an axis that leans; absent, as the lower end.
     """
 
     diameter: Size
@@ -179,7 +180,7 @@ class Box(Placed):
     """An upright box in the tank, from the height `bottom` to `top`.
 
     Attributes:
-        length: Along its heading; `width` is across.
+        length, width: Sizes: `length` along its heading, `width` across.
         heading: Of its length from +x about +z; absent, away from the tank axis.
         bottom: Absent when it stands on the floor.
         top: Absent when it hangs from the dome.
@@ -222,7 +223,7 @@ Thing = Equipment | Box | MeshThing
 class Guide(Description):
     """Two rings of rollers that hold the mast sideways, at the heights `lower` and `upper` over the soil; below it is negative.
 
-    They are retracted while the arm passes. `force` is the greatest force of either ring; absent, it is not judged.
+    They are retracted while the arm passes. `force` is the greatest force of either ring, which is not judged if absent.
     """
 
     name: Name
@@ -251,11 +252,14 @@ class Clamp(Description):
 
 
 class Tank(Description):
-    """A tank; the arm enters through `arm_riser` unless a scene's mast names another, and the equipment is in its way.
+    """A tank, its risers, its waste and its equipment.
 
-    `boxes` and `meshes` are equipment that is no cylinder. `headroom` is the free height over the soil at the arm's riser;
-    absent, it is not limited. A `guide` holds the mast there; without one the mast may touch the bore. A `clamp` holds an arm
-    that is assembled there. `provenance` gives the sources of the figures by key path.
+    Attributes:
+        arm_riser: Riser through which the arm enters, unless a scene's mast names another.
+        boxes, meshes: Equipment that is no cylinder.
+        headroom: Free height over the soil at the arm's riser; absent, it is not limited.
+        guide: Holds the mast at the riser; without one the mast may touch the bore.
+        clamp: Holds an arm that is assembled over the riser.
     """
 
     name: Name

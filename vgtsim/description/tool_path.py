@@ -69,7 +69,8 @@ class ToolPath(Description):
 
     Attributes:
         tolerance: Greatest distance of the tool from the path between two goals, m, and of its direction, rad.
-        rate_fraction: Part of the cylinders' rated speed that may be used; `acceleration` is that of a cylinder.
+        rate_fraction: Part of the cylinders' rated speed that may be used.
+        acceleration: Greatest acceleration of a cylinder.
         speed: Greatest speed of the tool point; absent for the speed that the cylinders allow.
     """
 

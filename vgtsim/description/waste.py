@@ -46,7 +46,7 @@ class Roughness(Description):
     """Mounds drawn with a seed, `count` of them, evenly over the tank.
 
     Attributes:
-        seed: Another one draws other mounds.
+        seed: Seed of the draw.
         height: Greatest height of a top over the level; the least is a third of it.
         foot: Greatest radius of a mound's foot; the least is a third of it.
     """
@@ -58,11 +58,15 @@ class Roughness(Description):
 
 
 class Waste(Description):
-    """The waste left in the tank (sludge, saltcake), with a level surface at the height `level`, or mounds over it.
+    """The waste left in the tank (sludge, saltcake), with a level surface or mounds over it.
 
-    `strength` is that in compression: what a tool has to overcome; absent where the waste is a liquid. `mounds` stand on the
-    level, those of `roughness` are drawn. `grid` is the distance of the heights that stand for the surface:
-    waste that is to be cut needs it, at most half the tool's width; absent, mounds have theirs 0.2 m apart.
+    Attributes:
+        level: Height of the surface.
+        strength: Strength in compression, which a tool must overcome; absent for a liquid.
+        grid: Distance of the heights that stand for the surface. Waste that is cut needs it, at most half the tool's width.
+            Absent, mounds have 0.2 m.
+        mounds: Mounds that stand on the level.
+        roughness: Mounds that are drawn with a seed.
     """
 
     kind: Title
@@ -94,7 +98,7 @@ class CuttingTool(Description):
             driven head, has its `power` and `reaction` given.
         width: Diameter of the round spot below the tool point in which it removes waste.
         reach: Greatest depth below the tool point at which it removes waste; the surface is never cut deeper.
-        removal: Greatest volume of waste a second: what its inlet takes away.
+        removal: Greatest volume of waste a second that its inlet takes away.
         energy: Energy for a volume of waste, over the waste's strength; in waste without strength `removal` alone counts.
         ramp: Time in which it comes to full power, and to rest.
         pressure: Of the water before the nozzle.
