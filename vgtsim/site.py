@@ -59,9 +59,9 @@ class Site:
     """A scene, arm, tank and task as described, with everything that is made of it once.
 
     Attributes:
-        heights: Of the waste in the diggings, shape (P,), m, where some of it is cut away already.
+        heights: Heights of the waste in the diggings, shape (P,), m, where some is cut away already.
         turn: Angle of the mast, rad.
-        until: What appears in the tank after this time, s, is not known yet to what is planned.
+        until: Plans do not know things that appear in the tank after this time, s.
     """
 
     scene: Scene
