@@ -71,7 +71,7 @@ class Feed(Description):
 
 
 class Slew(Description):
-    """The drive that turns the mast about its axis, and the arm with it; angles count from above, against the clock's hands.
+    """The drive that turns the mast about its axis, and the arm with it; angles count counter-clockwise from above.
 
     Attributes:
         range: Least and greatest turn; none is the way in which the arm comes through the riser.
