@@ -15,9 +15,14 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from vgtsim.compilation import find_folders
+from vgtsim.constants import GRAVITY
 from vgtsim.description import load_manipulator
+from vgtsim.description.scene import Payload
 from vgtsim.kinematics import Chain, hanging_mount
+from vgtsim.kinematics.mode_following import follow_squares
 from vgtsim.positioning import Differences, MidStroke, Problem, StrokeBarrier, make_box, solve, tool_goal
+from vgtsim.statics import make_load_model, tool_forces
+from vgtsim.statics.loads import member_loads
 
 ROOT = Path(__file__).parents[1]
 FILES = [path for path in sorted((ROOT / "vgtsim").rglob("*.py")) if "@compiled\n" in path.read_text()]
@@ -79,6 +84,13 @@ def call_all():
             objective = Differences("first", lambda x: x[:, 0] ** 2)
             for wanted in (StrokeBarrier(), MidStroke(), objective):
                 solve(Problem(box, tool_goal(position - 0.01, direction), wanted), box.middle)
+            solve(Problem(box, tool_goal(position - 0.01, direction)), np.tile(box.middle[:, None], goals).T)
+        model = make_load_model(chain, Payload(mass=1.0, radius=0.1), GRAVITY)
+        for wrench in (np.ones(6), np.ones((6, len(rows))).T):
+            tool_forces(model, chain.nodes(rows), wrench)
+        member_loads(model, chain.nodes(rows))
+    for start in (np.ones((2, 3)), np.ones((3, 2)).T):
+        follow_squares(np.ones((5, 3, 2)), np.zeros((3, 2)), start)
 
 
 def list_double():

@@ -60,7 +60,7 @@ def follow_sides(begin: Array, goal: Array, longerons: ArrayLike, edges: ArrayLi
 
 def _follow(table: Array, ends: Array, sides: ArrayLike, edges: ArrayLike, start: ArrayLike) -> FollowedMode:
     # impossible lengths on the way give closures that are not numbers, which certify nothing: it ends there
-    phi = np.array(start, float)
+    phi = np.array(start, float, order="C")
     reached = np.zeros(len(phi))
     follow_cells(by_rows(table), by_rows(ends), by_rows(sides), by_rows(edges), phi, reached)
     return FollowedMode(phi, reached)

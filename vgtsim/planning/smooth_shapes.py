@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from vgtsim.arrays import Array, Index, Mask
-from vgtsim.compilation import compiled
+from vgtsim.compilation import by_rows, compiled
 from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import State
 from vgtsim.planning.postures import Postures
@@ -215,7 +215,7 @@ def _hold_clear(track: Track, around: Surroundings, total: Sum, state: State, Q:
     slopes = np.zeros((len(short), short[0].size, 0 if Q is None else Q.shape[2]))
     if Q is not None:
         J = np.concatenate([state.node_jacobian, state.tool_jacobian[:, None, :3]], axis=1)
-        away = np.array(np.broadcast_to(away, points.shape))
+        away = by_rows(np.broadcast_to(away, points.shape))
         near_slopes(short, inward, away, J, Q, slopes.reshape(*short.shape, -1))
     total.add(short.reshape(len(short), -1), slopes)
 

@@ -104,7 +104,7 @@ class Correction:
         self._closures, self._spans = (
             np.flatnonzero(kind == of) for of in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_TENDON)
         )
-        self._closures = self._closures[::3]
+        self._closures = self._closures[::3].copy()
         wraps = model.tendon_adr[first[self._spans]]
         self._joined = np.stack([first[self._closures], second[self._closures]], axis=1).astype(np.intp)
         self._spanned = np.stack([model.wrap_objid[wraps], model.wrap_objid[wraps + 1]], axis=1).astype(np.intp)

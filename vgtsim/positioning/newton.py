@@ -135,7 +135,7 @@ def minimise(
     Raises:
         ValueError: A start is outside the hard limits.
     """
-    how, z, every = settings or NewtonSettings(), np.array(start, float), np.arange(len(start))
+    how, z, every = settings or NewtonSettings(), np.array(start, float, order="C"), np.arange(len(start))
     goals = every if goals is None else goals
     at = evaluate(z.copy(), goals).parts if course is None else course.make_room(len(z))  # its parts are written to
     _, error, J, _, slope, curve, rough, by_length = at

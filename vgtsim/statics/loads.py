@@ -172,7 +172,7 @@ def _share(model: LoadModel, bodies: tuple[Index, Array], nodes: Array, motion: 
 
 
 def _tabulate(ends: Index, inertia: MemberInertia) -> tuple[Index, Array]:
-    return np.array(ends, np.intp), np.array([inertia.mass, inertia.first_moment, inertia.about_end])
+    return np.array(ends, np.intp, order="C"), np.array([inertia.mass, inertia.first_moment, inertia.about_end])
 
 
 @compiled
@@ -249,8 +249,8 @@ def tool_forces(model: LoadModel, nodes: Array, wrench: Array) -> Array:
     Nodes have shape (..., N, 3), m; the wrench is force and moment about the tool point, shape (..., 6), N and N·m, frame G.
     """
     flat = by_rows(nodes.reshape(-1, *nodes.shape[-2:]))
-    wrenches, total = np.array(np.broadcast_to(wrench, (*nodes.shape[:-2], 6))).reshape(-1, 6), np.zeros(flat.shape)
-    push_tool(model.figures[2], flat, wrenches, total)
+    wrenches, total = np.broadcast_to(wrench, (*nodes.shape[:-2], 6)).reshape(-1, 6), np.zeros(flat.shape)
+    push_tool(model.figures[2], flat, by_rows(wrenches), total)
     return total.reshape(nodes.shape)
 
 
