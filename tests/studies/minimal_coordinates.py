@@ -20,11 +20,14 @@ def pendulum(time):
     return np.array([np.sin(angle), -np.cos(angle), 0.0])
 
 
-def four_bars(time, count):
-    """All uprights turn alike, so level bars do not turn: with M the moment of inertia of all, angle'' = W sin(angle) / M."""
+def four_bars(time, count, gained=0.0):
+    """All uprights turn alike, so level bars do not turn: with M the moment of inertia of all, angle'' = W sin(angle) / M.
+
+    They start at 1 rad/s, or with so much more energy, J.
+    """
     inertia = (count + 1) / 3 + count
     weight = GRAVITY * ((count + 1) / 2 + count)
-    angle = _go(lambda a: weight / inertia * np.sin(a), 0.0, 1.0, time)
+    angle = _go(lambda a: weight / inertia * np.sin(a), 0.0, np.sqrt(1 + 2 * gained / inertia), time)
     return np.array([np.sin(angle), np.cos(angle), 0.0])
 
 

@@ -11,6 +11,7 @@ from studies.multibody import PUBLISHED, bricard, four_bars, pendulum
 
 OWN = 5e-8  # m: the second route's own error, by its tolerance of integration
 LOOP = 1e-6  # m: how far a loop may open
+LEVEL = 0.65  # s: the bars of the longest mechanism are level after 0.72 s for the first time
 CASES = {case.name: case for case in PUBLISHED}
 
 
@@ -38,11 +39,27 @@ def test_runge_kutta_ends_at_the_published_place_with_its_loops_closed(name, lim
     assert found.energy < 1e-4
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_forty_bars_end_at_the_published_place():
+    """They pass ten positions in which all bars lie in one line and every cell could fold another way.
+
+    The rows lose rank there. What energy a passage gives or takes depends on where a step falls, so the error at the end does
+    not fall with the step as it does before the first passage. But it is no more than that of one coordinate which has the
+    greatest change of the energy from the start.
+    """
     case = CASES["A02 four-bar, N = 40"]
-    found = march(case.build(0.004), "rk4", 0.004, case.duration)
+    found = march(case.build(0.01), "rk4", 0.01, case.duration)
     assert found.point == pytest.approx(case.point, abs=1.5e-3)
+    gained, lost = (minimal.four_bars(case.duration, 40, sign * found.energy) for sign in (1, -1))
+    reach = min(np.linalg.norm(place - case.point) for place in (gained, lost))
+    assert np.linalg.norm(found.point - case.point) < reach < 2.5e-3
+
+
+def test_forty_bars_are_of_second_order_until_they_are_level():
+    exact = minimal.four_bars(LEVEL, 40)
+    assert 0.9 < exact[0] < 1.0
+    errors = [np.linalg.norm(march(four_bars(step, 40), "rk4", step, LEVEL).point - exact) for step in (0.01, 0.005)]
+    assert 3.4 < errors[0] / errors[1] < 4.6
 
 
 @pytest.mark.parametrize(
