@@ -40,8 +40,9 @@ def imported_modules(tree: ast.Module) -> set[str]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module)
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, f"line {node.lineno}: an import that does not name its room"
+            found.add(node.module or "")
             found |= {f"{node.module}.{alias.name}" for alias in node.names}
     return found
 
@@ -57,6 +58,8 @@ def test_imports_point_down(path):
     for other in ours - {room}:
         assert LEVEL[other] < LEVEL[room], f"{room} imports {other}"
     assert not any(name.split(".")[0] == "studies" for name in modules)
+    faces = {name for name in modules if name.startswith("vgtsim.") and name.split(".")[1] not in LEVEL}
+    assert faces <= {"vgtsim.__version__"}, "the names of the package's face are of any room"
     if room in NO_MUJOCO:
         assert not any(name.split(".")[0] == "mujoco" or name == "vgtsim.graphics" for name in modules)
 

@@ -124,7 +124,10 @@ def cluster(tmp_path, gate):
     dask = (sys.executable, "-m", "dask")
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     scheduler = subprocess.Popen(
-        [*dask, "scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", told], **quiet
+        [*dask, "scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", told],
+        **quiet,
+        env=os.environ
+        | {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"},  # the study itself sends a lost batch again
     )
     alone = ("--nthreads", "1", "--no-nanny", "--no-dashboard")
     every = (*dask, "worker", "--scheduler-file", told, "--preload", HELD, *alone)

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from vgtsim.errors import CommandError
 
@@ -15,8 +16,9 @@ viser = pytest.importorskip("viser")
 
 from viser import _messages as messages  # noqa: E402
 
+from vgtsim.web import controls  # noqa: E402
 from vgtsim.web.controls import Controls, read_handle  # noqa: E402
-from vgtsim.web.letters import LiveState  # noqa: E402
+from vgtsim.web.letters import Button, LiveState  # noqa: E402
 
 UP = (1.0, 0.0, 0.0, 0.0)
 
@@ -45,7 +47,7 @@ class Desk:
         event = SimpleNamespace(client=object(), phase=phase, target=SimpleNamespace(position=position, wxyz=wxyz))
         finish(self.controls._on_handle(event))
 
-    def show(self):
+    def show(self, playing=True):
         """Show the start; what is said to the person."""
         site = self.site
         nodes = site.chain.nodes(site.start)
@@ -53,7 +55,7 @@ class Desk:
         state = LiveState(
             time=0.0, rate=50.0, nodes=nodes, tool=tool, axial=np.zeros(len(site.truss.members)),
             lengths=site.chain.lengths(site.start), target=np.concatenate([tool, direction]), condition=30.0, utilisation=0.5,
-            member="", held_by=(), playing=True, record="", ended="", said="", arrived=0.0,
+            member="", held_by=(), playing=playing, record="", ended="", said="", arrived=0.0,
         )  # fmt: skip
         self.controls.show(state, "1 m", 0.0)
         return self.controls._state.content
@@ -78,6 +80,50 @@ def test_a_slider_beyond_its_ends_is_refused_by_name_and_goes_back(desk):
     desk.send(other, other.value + 1)
     assert desk.posted[-1].value[0] == pytest.approx(before / 1e3)
     assert "found" not in desk.show()
+
+
+def test_a_slider_that_was_moved_stays_for_a_second_and_then_follows_the_arm(desk, monkeypatch):
+    clock = [1000.0]
+    monkeypatch.setattr(controls, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    slider = desk.controls._sliders[0]
+    before = slider.value
+    desk.send(slider, before + 40)
+    assert 1e3 * desk.posted[-1].value[0] == pytest.approx(before + 40)
+    desk.controls._want("hold", True)
+    for later, place in ((0.9, before + 40), (0.2, before)):
+        clock[0] += later
+        desk.show()
+        assert slider.value == place
+
+
+def test_a_handle_turned_any_way_is_a_goal_along_its_z():
+    turn = Rotation.from_rotvec([0.4, -1.1, 0.7])
+    goal = read_handle((1.0, 2.0, 3.0), turn.as_quat(scalar_first=True))
+    assert goal == pytest.approx([1.0, 2.0, 3.0, *turn.apply([0.0, 0.0, 1.0])], abs=1e-12)
+
+
+def test_a_handle_stays_in_the_hand_and_goes_to_the_tool_when_it_is_let_go(desk):
+    desk.send(desk.controls._method, controls._POSTURE)  # nothing is wanted before it is let go
+    away, tool = (-9.0, 2.0, 3.0), desk.site.chain.tool(desk.site.start)[0]
+    desk.turn(away, UP)
+    desk.show()
+    assert np.allclose(desk.controls._handle.position, away)
+    desk.send(desk.controls._method, controls._STRAIGHT)
+    desk.turn(away, UP, "end")
+    assert desk.posted[-1].value == [*away, 0.0, 0.0, 1.0]
+    desk.show()
+    assert np.allclose(desk.controls._handle.position, away)  # where the arm is to go
+    desk.controls._want("hold", True)
+    desk.show()
+    assert np.allclose(desk.controls._handle.position, tool)
+
+
+def test_the_button_pauses_what_plays_and_plays_what_is_paused(desk):
+    for playing, letter, after in ((True, Button.PAUSE, "Play"), (False, Button.PLAY, "Pause")):
+        finish(desk.controls._on_play(None))
+        assert desk.posted.pop() is letter
+        desk.show(playing=not playing)
+        assert desk.controls._play.label == after
 
 
 @pytest.mark.parametrize(
