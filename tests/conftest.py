@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from pathlib import Path
 
 import pytest
@@ -40,3 +41,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         slow, long = (item.get_closest_marker(name) is not None for name in ("slow", "long"))
         weight[item.path] = max(weight.get(item.path, 0), 2 * slow + long)
     items.sort(key=lambda item: -weight[item.path])  # a stable sort: files and tests stay in order
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage among what tests make alone: all that is loaded by now stays to the end."""
+    gc.freeze()

@@ -37,43 +37,30 @@ def make(folder):
 
 def become(value, task, folder):  # a child, which imports MuJoCo with its own variable
     os.environ["MUJOCO_GL"] = value
+    if task == "device":
+        os.environ["MUJOCO_EGL_DEVICE_ID"] = "none"
     for stream, name in ((1, "printed"), (2, "complained")):
         os.dup2(os.open(f"{folder}/{name}", os.O_WRONLY | os.O_CREAT), stream)
     status = 99
     try:
-        status = make(folder) if task == "make" else call("view", "arm9")
+        status = call("view", "arm9") if task == "view" else make(folder)
         sys.stdout.flush()
     finally:
         os._exit(status)
 
 site = vgtsim.load("arm9_nullspace")
 _, place, *tasks = sys.argv
-if not tasks:
-    make(place)
-else:
-    call("check", "arm9")  # loads all else that is needed
-    assert "mujoco" not in sys.modules
-    for word in tasks:
-        folder = os.path.join(place, word)
-        os.mkdir(folder)
-        if os.fork() == 0:
-            become(*word.split("-"), folder)
-        with open(f"{folder}/status", "w") as file:
-            file.write(str(os.waitstatus_to_exitcode(os.wait()[1])))
+call("check", "arm9")  # loads all else that is needed
+assert "mujoco" not in sys.modules
+for word in tasks:
+    folder = os.path.join(place, word)
+    os.mkdir(folder)
+    if os.fork() == 0:
+        become(*word.split("-"), folder)
+    with open(f"{folder}/status", "w") as file:
+        file.write(str(os.waitstatus_to_exitcode(os.wait()[1])))
 """
 HERE = "set MUJOCO_GL=egl, or unset it, before the program starts"
-
-
-def start(program, *arguments, **environment):
-    """A program in a process of its own, on a machine without a display."""
-    kept = {key: value for key, value in os.environ.items() if key not in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY")}
-    return subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", program, *map(str, arguments)],
-        env=kept | environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 CAUSES = {
@@ -88,9 +75,16 @@ VIEWERS = ("", "Opengl")
 
 @pytest.fixture(scope="module")
 def ends(tmp_path_factory):
-    """Folder of what children of one warm process left, each with its own variable."""
+    """Folder of what children of one warm process left, each with its own variable, on a machine without a display."""
     folder = tmp_path_factory.mktemp("ends")
-    done = start(PROGRAM, folder, *(f"{value}-make" for value in CAUSES), *(f"{value}-view" for value in VIEWERS))
+    tasks = (*(f"{value}-make" for value in CAUSES), *(f"{value}-view" for value in VIEWERS), "egl-device")
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", PROGRAM, folder, *tasks],
+        env={key: value for key, value in os.environ.items() if key not in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -114,6 +108,5 @@ def test_the_viewer_without_a_display_ends_with_the_status_of_a_missing_library(
     assert "vgtsim render" in said
 
 
-def test_a_device_of_egl_that_does_not_exist_is_named(tmp_path):
-    done = start(PROGRAM, tmp_path, MUJOCO_GL="egl", MUJOCO_EGL_DEVICE_ID="none")
-    assert "invalid literal for int() with base 10: 'none'" in done.stdout
+def test_a_device_of_egl_that_does_not_exist_is_named(ends):
+    assert "invalid literal for int() with base 10: 'none'" in (ends / "egl-device/printed").read_text()
