@@ -113,6 +113,17 @@ def test_a_model_with_blocks_weighs_what_the_description_says(model, chain):
     assert model.body_mass.sum() - others == pytest.approx(weigh(chain), rel=1e-12)
 
 
+def test_a_block_turns_as_a_solid_post_with_a_ball_at_each_end(model, chain):
+    """By the closed forms of a cylinder and of balls away from the axis."""
+    arm, block = chain.manipulator, model.body("m/mid/1")
+    wide, ball, radius = arm.blocks["b250"].diameter, arm.hub_mass, arm.hub.radius
+    post = arm.materials["steel"].density * np.pi / 4 * wide**2 * OFFSET
+    along = post * wide**2 / 8 + 2 * 0.4 * ball * radius**2
+    across = post * (OFFSET**2 / 12 + wide**2 / 16) + 2 * ball * (0.4 * radius**2 + OFFSET**2 / 4)
+    assert block.mass == pytest.approx(post + 2 * ball, rel=1e-12)
+    assert block.inertia == pytest.approx([across, across, along], rel=1e-12)
+
+
 def test_the_idle_spin_of_a_block_dies_out_at_its_pins(model, chain):
     """Nothing loads it and nothing but its pin holds it: rate falls by the pin's friction over its own inertia."""
     data = mujoco.MjData(model)
