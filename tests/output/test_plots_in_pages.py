@@ -62,7 +62,7 @@ def test_the_value_under_the_pointer_is_told_and_a_plot_opens(page, log, report,
         "--window-size=1100,900",
         f"--user-data-dir={tmp_path}/b",
     ]
-    shown = subprocess.run([BROWSER, *flags, "--dump-dom", path.as_uri()], capture_output=True, text=True, timeout=60)
+    shown = subprocess.run([BROWSER, *flags, "--dump-dom", path.as_uri()], capture_output=True, text=True, timeout=600)
     told = re.search(r'data-told="([^"]*)"', shown.stdout)[1].split("\n")
     time, clearance = (float(line.split()[-1]) for line in told)
     assert time == pytest.approx(log.time[0] + AT * (log.time[-1] - log.time[0]), rel=TOLD)

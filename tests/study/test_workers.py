@@ -23,6 +23,7 @@ from vgtsim.study import conduct_study, use_cluster, use_processes
 
 CASES = 8
 FREE = 2  # of `held`
+PATIENCE = 600  # s: on a machine that does other things besides
 HELD = Path(__file__).with_name("held.py")
 STUDY = f"""
 name = "cheap"
@@ -68,12 +69,13 @@ def list_held(gate):
 
 def wait_at(gate, folder, begun):
     """Wait until a program's study has written its first cases, and two workers have others in hand; gives their numbers."""
-    for _ in range(2400):
+    until = time.monotonic() + PATIENCE
+    while time.monotonic() < until:
         assert begun.poll() is None, "the study ended before it could be disturbed"
         if count_rows(folder) == FREE and len(held := list_held(gate)) == 2:
             return held
         time.sleep(0.05)
-    raise AssertionError("two workers were not at the gate in two minutes")
+    raise AssertionError(f"two workers were not at the gate in {PATIENCE} s")
 
 
 @pytest.mark.long
@@ -110,7 +112,7 @@ def test_a_killed_study_leaves_no_process_and_goes_on_where_it_was(plain, gate, 
     assert {child.pid for child in children} >= {*held}
     begun.kill()
     begun.wait()
-    assert not psutil.wait_procs(children, timeout=30)[1]
+    assert not psutil.wait_procs(children, timeout=PATIENCE)[1]
     done = CliRunner().invoke(app, ["study", str(file), "--workers", "2", "--out", str(out)])
     assert f"{CASES} cases, {CASES - FREE} of them now" in done.output
     assert count_rows(out) == CASES
@@ -151,7 +153,7 @@ def test_a_cluster_gives_the_same_table_though_a_worker_is_killed(plain, gate, t
     assert sorted(held) == sorted(worker.pid for worker in workers)
     workers[0].kill()
     gate.unlink()
-    assert begun.wait(timeout=300) == 0
+    assert begun.wait(timeout=PATIENCE) == 0
     assert (out / "table.parquet").read_bytes() == table
     assert count_rows(out) == CASES
 
