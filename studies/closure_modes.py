@@ -1,13 +1,11 @@
 """All solutions of an octahedral cell's closure, real and complex, by elimination (section 3.4.1).
 
-With x = tan(phi/2) each of a cell's three closures is a biquadratic in two of x1, x2, x3. Eliminating x3
-between the second and the third by Bezout's resultant, and x2 between that and the first by Sylvester's
-matrix, leaves a matrix polynomial in x1 whose eigenvalues are the solutions. Each candidate is polished by
-Newton's method on complex angles, where nothing is singular at phi = pi, and kept only if it closes; doubles
-are counted once.
+With x = tan(phi/2) each of a cell's three closures is a biquadratic in two of x1, x2, x3. Bezout's resultant
+eliminates x3 between the second and the third closure. Sylvester's matrix eliminates x2 between the result and the first one.
+The eigenvalues of the matrix polynomial in x1 that is left are the solutions. Newton's method on complex angles,
+where nothing is singular at phi = pi, polishes each candidate. Only those that close are kept; doubles are counted once.
 
-No count is assumed: what is returned is what closes. The elimination bounds it by sixteen per octahedral
-cell.
+No count is assumed. The elimination bounds the solutions by sixteen per octahedral cell.
 
 Some lengths leave a whole curve of solutions, Bricard's flexible octahedra. The eliminated determinant then
 vanishes for every x1; the isolated solutions are found from a neighbouring closure, and the cell is reported

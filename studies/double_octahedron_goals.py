@@ -1,12 +1,11 @@
 """Inverse solutions of the general double-octahedral module (section 3.5.2).
 
 The module has three freedoms, so a goal has three parameters: a position, two angles and a coordinate, or the
-unit normal of the top face and an extension. More may be asked, a whole pose or several goals at once; then
-the nearest state in least squares is found and what is left of the error is returned.
+unit normal of the top face and an extension. A goal may ask for more, a whole pose or several goals at once.
+The result is then the nearest state in least squares, with its residual.
 
-The iteration is on the canonical input with the closed-form Jacobian (the procedure of section 3.5.4, carried
-over to the general module), damped after Levenberg and Marquardt; every step keeps the upper cell on its
-mode.
+The iteration is on the canonical input with the closed-form Jacobian: the procedure of section 3.5.4, carried
+over to the general module. It is damped after Levenberg and Marquardt. Every step keeps the upper cell on its mode.
 """
 
 from __future__ import annotations

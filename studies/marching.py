@@ -3,9 +3,9 @@
 - `discrete`: MuJoCo's integrator of the runs. First order: it takes energy out of free motion.
 - `rk4`: MuJoCo's RK4 with the same scaled weights and rows of two steps' time constant, damped critically. Second order in
   closure and energy and fourth in place while the step resolves every mode: stiff springs make it diverge.
-- `extrapolated`: each step is made as one, as two and as three steps of `discrete`, hubs are put back on their loops after
-  each, and the three ends are combined so that the first two terms of their errors cancel. Second order or better, and
-  stable however stiff the springs: the way to judge free swings of elastic and hydraulic arms.
+- `extrapolated`: each step is made as one, as two and as three steps of `discrete`, with hubs put back on their loops after
+  each. The three ends are combined so that the first two terms of their errors cancel. Second order or better, and stable
+  however stiff the springs: this judges free swings of elastic and hydraulic arms.
 
 No run needs them; see docs/benchmarks.md for their errors.
 

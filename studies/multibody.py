@@ -1,9 +1,9 @@
 """Mechanisms of the IFToMM library of multibody benchmarks, built of the bodies and rows that arms are built of.
 
-A joint between members is a hub, a point on slides; a member is a body on a ball joint at its near hub, closed on its far
-hub by a `connect` row; a hinge is two such rows, on the middle and on the head of its pin, as cylinders are held on the pins
-of joint blocks. Rows are made and stiffened by `vgtsim.mjcf`. Units are SI, gravity is 9.81 m/s² along -Y, and every member
-is a uniform rod unless it is said to have no mass.
+A joint between members is a hub, a point on slides. A member is a body on a ball joint at its near hub; a `connect` row
+closes it on its far hub. A hinge is two such rows, on the middle and on the head of its pin, as on the pins of joint blocks.
+`vgtsim.mjcf` makes and stiffens the rows. Units are SI, gravity is 9.81 m/s² along -Y. Every member is a uniform rod, unless
+its text says that it has no mass.
 
 Source: M. Gonzalez, D. Dopico, U. Lugris and J. Cuadrado, A benchmarking system for MBS simulation software, Multibody
 System Dynamics 16 (2006), 179-190; problems A01, A02 and A04 of the IFToMM library.
