@@ -22,8 +22,8 @@ CATALOGUE = Path(catalogue.__file__).with_name("catalogue.toml")
 _HEAD = """# Every key of every file
 
 Made by `scripts/make_reference` from the code that reads the files; do not edit it. A bare number is in the SI unit of the
-column "type"; a text is one number and one unit, such as "42 in", "3 1/2 in", "3 ft 6 in", "12° 30' 15\\"" or "1.5e-3 m". Any
-figure may be a table `{ value = ..., label = "sourced" | "derived" | "assumed", note = "...", range = [low, high] }`; a figure
+column "type". A text is one number and one unit, such as "42 in", "3 1/2 in", "3 ft 6 in", "12° 30' 15\\"" or "1.5e-3 m". Any
+figure may be a table `{ value = ..., label = "sourced" | "derived" | "assumed", note = "...", range = [low, high] }`. A figure
 outside its range is refused. `vgtsim schema KIND` prints the JSON schema of a kind of file. An editor with TOML support takes
 it from a first line `#:schema PATH`.
 """
