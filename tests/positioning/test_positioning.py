@@ -200,6 +200,18 @@ def test_one_compiled_call_finds_what_the_general_way_finds(hanging_arm, box, mo
         np.testing.assert_array_equal(getattr(whole, name), getattr(found, name), err_msg=name)
 
 
+@pytest.mark.parametrize("objective", [MidStroke(), LengthVariation()], ids=["compiled", "general"])
+def test_a_single_goal_is_solved_from_each_of_several_starts(hanging_arm, box, objective):
+    starts = random_inputs(hanging_arm, 37, 3, 0.1)
+    position, direction = hanging_arm.tool(starts[0])
+    found = solve(Problem(box, tool_goal(position, direction), objective), starts)
+    same = tool_goal(np.tile(position, (3, 1)), np.tile(direction, (3, 1)))
+    repeated = solve(Problem(box, same, objective), starts)
+    assert found.q.tobytes() == repeated.q.tobytes()
+    assert found.met[0]
+    assert np.ptp(found.q, axis=0).max() > 0.01  # each from its own start
+
+
 def test_one_compiled_call_names_a_start_outside(hanging_arm, box):
     starts = np.stack([box.middle, 1.5 * hanging_arm.straight])
     position, direction = hanging_arm.tool(np.tile(box.middle, (2, 1)))
@@ -286,13 +298,13 @@ def test_saddles_and_maxima_are_left_for_the_minimum():
         error = (np.sum(z * z, axis=1, keepdims=True) - 1) / 2
         return Quadratic(np.ones(len(z), bool), error, z[:, None].copy(), 0.5 * np.sum(z * slope, axis=1), slope, curve)
 
-    def bend(z, which, y, memo):
+    def curvature(z, which, y, memo):
         return y[:, :, None] * np.eye(4)
 
     start = np.concatenate([np.eye(4), -np.eye(4)])
     stuck = minimise(local, start)  # without the whole curvature a stationary point is as far as it goes
     np.testing.assert_allclose(stuck.q, start, atol=ROUNDING)
-    found = minimise(local, start, bend=bend)
+    found = minimise(local, start, curvature=curvature)
     assert np.all(found.optimal)
     np.testing.assert_allclose(found.value, 0.5, atol=1e-6)  # the promise that counts as none
     np.testing.assert_allclose(np.abs(found.q[:, 3]), 1.0, atol=2e-3)

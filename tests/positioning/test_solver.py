@@ -209,10 +209,10 @@ def test_plane_and_hinges_have_the_slopes_and_curvatures_of_differences(hanging_
         ahead, here, behind = (objective.terms(at(q + sign * BEND_STEP * move)) for sign in (1, 0, -1))
         rise = (ahead.value - behind.value)[0] / (2 * BEND_STEP)
         assert here.slope[0] @ move == pytest.approx(rise, rel=1e-4)
-        curve = here.curve[0] + objective.bend(at(q))
+        curve = here.curve[0] + objective.curvature(at(q))
         bend = (ahead.value - 2 * here.value + behind.value)[0] / BEND_STEP**2
         assert np.squeeze(move @ np.squeeze(curve) @ move) == pytest.approx(bend, rel=1e-3)
-    left_out = hinges.bend(at(q))[0]
+    left_out = hinges.curvature(at(q))[0]
     assert np.abs(left_out).max() > 0.1 * np.abs(hinges.terms(at(q)).curve).max()  # it matters
 
 

@@ -56,7 +56,7 @@ def solve(problem: Problem, start: ArrayLike, settings: NewtonSettings | None = 
             z[goals],
             how,
             goals=goals,
-            bend=problem.bend,
+            curvature=problem.curvature,
             glance=problem.glance,
             dear=problem.objective.dear,
             course=problem.course,

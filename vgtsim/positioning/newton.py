@@ -106,14 +106,14 @@ class Course:
 
 Evaluate = Callable[[Array, Index], Quadratic]
 Glance = Callable[[Array, Index, bool], tuple[Mask, Array, Array]]
-Bend = Callable[[Array, Index, Array, Array | None], Array]
+Curvature = Callable[[Array, Index, Array, Array | None], Array]
 
 
 def minimise(
     evaluate: Evaluate,
     start: Array,
     settings: NewtonSettings | None = None,
-    bend: Bend | None = None,
+    curvature: Curvature | None = None,
     glance: Glance | None = None,
     dear: bool = False,
     course: Course | None = None,
@@ -123,7 +123,7 @@ def minimise(
 
     Args:
         evaluate: From variables, shape (b, k), and their goals, shape (b,), to the quadratic model there.
-        bend: From variables, goals, multipliers of the goal rows, shape (b, m), and `by_length` to the curvature of the
+        curvature: From variables, goals, multipliers of the goal rows, shape (b, m), and `by_length` to the curvature of the
             Lagrangian that the model leaves out, shape (b, k, k). It is worked out near a goal and kept for a few
             steps.
         glance: From variables, goals and whether values are wanted to `inside`, `error` and `value` alone: cheaper.
@@ -140,7 +140,7 @@ def minimise(
     at = evaluate(z.copy(), goals).parts if course is None else course.make_room(len(z))  # its parts are written to
     _, error, J, _, slope, curve, rough, by_length = at
     count, rows, learns = len(z), error.shape[1], rough.shape[1] > 0
-    bends = bend is not None and not learns
+    bends = curvature is not None and not learns
     marks, numbers = _begin(count)
     trial, step, main, y = np.empty(z.shape), np.empty(z.shape), np.empty(z.shape), np.empty((count, rows))
     ways = marks, numbers, z, trial, step, main, y
@@ -163,8 +163,8 @@ def minimise(
         want = wants.max()
         which = pending if wants.min() == want else pending[wants == want]
         if want == descent.BEND:
-            assert bend is not None
-            bent[which] = bend(z[which], goals[which], y[which], by_length[which] if by_length.shape[1] else None)
+            assert curvature is not None
+            bent[which] = curvature(z[which], goals[which], y[which], by_length[which] if by_length.shape[1] else None)
         elif want == descent.DOWNHILL:
             step[which] = downhill(curve[which] + bent[which], J[which], slope[which])
         elif want == descent.MODEL or glance is None:

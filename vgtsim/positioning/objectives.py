@@ -87,7 +87,7 @@ class Objective:
         """Weight and lengths, shape (B, J) or (1, J), m, of an objective that is half squares of ways from lengths, or none."""
         return None
 
-    def bend(self, at: Configurations) -> Array | float:
+    def curvature(self, at: Configurations) -> Array | float:
         """Curvature beyond the known part, shape (b, n, n), symmetric and not definite; or zero."""
         del at
         return 0.0
@@ -231,9 +231,9 @@ class WeightedSum(Objective):
         """Weighted sum of the values."""
         return sum((weight * part.values(at) for weight, part in self.summands), np.zeros(len(at.which)))
 
-    def bend(self, at: Configurations) -> Array | float:
+    def curvature(self, at: Configurations) -> Array | float:
         """Weighted sum of the curvatures."""
-        return sum((weight * part.bend(at) for weight, part in self.summands), 0.0)
+        return sum((weight * part.curvature(at) for weight, part in self.summands), 0.0)
 
 
 def _sum(parts: list[Array]) -> Array | None:
@@ -329,7 +329,7 @@ class ClearanceHinges(Objective):
     def _rise(self, gap: Array) -> Array:
         return (self.wanted - gap) / self.softness + 1
 
-    def bend(self, at: Configurations) -> Array:
+    def curvature(self, at: Configurations) -> Array:
         """Curvature that Gauss and Newton leave out, by differences of slopes, shape (b, n, n).
 
         A goal near a wall holds the tool and the last nodes: the multipliers of the rows balance the slopes of those

@@ -150,14 +150,14 @@ class Problem:
         if not np.all(np.isfinite(value)):
             raise ObjectiveError(self.objective.name, int(np.sum(~np.isfinite(value))), "its value")
 
-    def bend(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
+    def curvature(self, z: Array, which: Index, multipliers: Array, by_length: Array | None) -> Array:
         """Curvature of the Lagrangian that the model leaves out, shape (b, k, k), for multipliers of shape (b, m)."""
         state = self.chain.state(self.inputs(z))
         count = len(self.goal.names)
         weights = np.zeros((len(z), len(self.box.least))) if by_length is None else by_length
         weights = np.concatenate([weights, multipliers[:, count:]], axis=1)
         found = lagrangian_curvature(self._table, state, which, multipliers[:, :count].copy(), weights)
-        found += self.objective.bend(Configurations(self.box, state, which))
+        found += self.objective.curvature(Configurations(self.box, state, which))
         if self.reduction is None:
             return found
         T = self.reduction.slope(z)
