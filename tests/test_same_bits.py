@@ -19,6 +19,8 @@ pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[1]
 WAY = 0.04  # m, from the start to the goal: a short run
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+# set to 4: a thread that waits sleeps after 2^4 ticks, not 2^26, in which it would take a core from the run
+ASLEEP = "OPENBLAS_THREAD_TIMEOUT"
 PROGRAM = """
 import sys, numpy as np, vgtsim
 from vgtsim.digests import digest
@@ -52,7 +54,7 @@ def places(tmp_path_factory):
 
 
 def tell(folder: Path, threads: int) -> str:
-    env = os.environ | {"PYTHONPATH": str(ROOT)} | dict.fromkeys(THREADS, str(threads))
+    env = os.environ | {"PYTHONPATH": str(ROOT), ASLEEP: "4"} | dict.fromkeys(THREADS, str(threads))
     words = [sys.executable, "-c", PROGRAM, "scenes/short.toml"]
     return subprocess.run(words, cwd=folder, env=env, capture_output=True, text=True, check=True).stdout
 
