@@ -78,11 +78,7 @@ def load_scene(scene: str | Path) -> Scene:
 
 
 def load_study(study: str | Path) -> Study:
-    """Read a study and its scene: the path of the study's TOML file, or the name of a shipped one.
-
-    Raises:
-        DescriptionError: One of the files is missing, is not TOML, or is inconsistent.
-    """
+    """Read a study and its scene: the path of the study's TOML file, or a shipped name. Errors are those of `load_scene`."""
     file = find_file(study, "study")
     task = load_description(file, StudyFile)
     return Study(task, load_scene(find_file(task.scene, "scene", beside=file.parent)), file)
@@ -124,11 +120,7 @@ def parse_scene(text: str) -> Scene:
 
 
 def is_scene(path: str | Path) -> bool:
-    """Tell the file of a scene from the file of an arm: a scene names an arm, or a base.
-
-    Raises:
-        DescriptionError: The file is missing or is not TOML.
-    """
+    """Tell the file of a scene, which names an arm or a base, from that of an arm. Errors are those of `read_toml`."""
     data = read_toml(Path(path))
     return "manipulator" in data or ("base" in data and tell_kind(data) == "scene")
 

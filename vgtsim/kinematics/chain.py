@@ -34,11 +34,7 @@ _MOST = 6  # Newton steps; from a step before, two are enough
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Kinematics of one arm on its mount.
-
-    Attributes:
-        mount: T_G_B1, shape (4, 4): frame B of the first module in frame G.
-    """
+    """Kinematics of one arm on its mount T_G_B1, shape (4, 4): frame B of the first module in frame G."""
 
     manipulator: Manipulator
     mount: Array
@@ -174,21 +170,13 @@ class Chain:
         return _shaped(self._require(state, "kept").lengths, batch)
 
     def length_jacobian(self, q: ArrayLike) -> tuple[Array, Array]:
-        """Actuator lengths, shape (..., J), m, and their derivatives dl/dq, shape (..., J, n), at inputs (..., n).
-
-        Raises:
-            AssemblyError: As `lengths`.
-        """
+        """Actuator lengths, shape (..., J), m, and dl/dq, shape (..., J, n), at inputs (..., n); errors as `lengths`."""
         state, batch = self._state(q)
         J = self._require(state, "kept").leg_slopes[:, : self.layout.actuators]
         return _shaped(state.lengths, batch), _shaped(J, batch)
 
     def length_rates(self, q: ArrayLike, rates: ArrayLike) -> Array:
-        """Speeds of the actuators, shape (..., J), at inputs and their rates, each of shape (..., n).
-
-        Raises:
-            AssemblyError: As `lengths`.
-        """
+        """Speeds of the actuators, shape (..., J), at inputs and their rates, each of shape (..., n); errors as `lengths`."""
         state, batch = self._state(q)
         self._require(state, "kept")
         dx, row = self._state(rates)[0].q, np.empty(state.lengths.shape)
@@ -278,12 +266,7 @@ class Chain:
         return _shaped(position, batch), _shaped(direction, batch), _shaped(J, batch)
 
     def conventional_jacobian(self, q: ArrayLike) -> Array:
-        """Geometric Jacobian of the tool with respect to the actuator lengths, shape (..., 6, J), at inputs (..., n).
-
-        Raises:
-            AssemblyError: As `lengths`.
-            SingularPoseError: A module is singular; it is named.
-        """
+        """Jacobian of the tool by the actuator lengths, shape (..., 6, J), at inputs (..., n); errors as `input_rates`."""
         state, batch = self._state(q)
         self._require(state, "kept")
         return _shaped(state.tool_jacobian @ self._input_rates(state), batch)

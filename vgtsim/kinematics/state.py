@@ -29,11 +29,7 @@ _NO_MOTION = np.empty((0, 0, 6))
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Kinematics of b configurations. Each property is worked out when it is first asked for.
-
-    Attributes:
-        q: Inputs, shape (b, n), stored by rows.
-    """
+    """Kinematics of b configurations of inputs q, shape (b, n). Each property is worked out when it is first asked for."""
 
     chain: Chain
     q: Array

@@ -56,13 +56,7 @@ class Workspace:
 
 
 def sample_workspace(chain: Chain, count: int, seed: int) -> Workspace:
-    """Sample evenly over the strokes, on the assembly modes of the straight pose.
-
-    Collisions of the arm with itself are not looked at.
-
-    Raises:
-        SingularityError: Hardly any lengths can be reached.
-    """
+    """Sample evenly over the strokes as `sample_inputs`, whose errors it has; the arm may collide with itself."""
     q = sample_inputs(chain, count, seed)
     turn, origin = chain.mount[:3, :3], chain.mount[:3, 3]
     position, direction, J = chain.tool_jacobian(q)

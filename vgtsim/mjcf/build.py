@@ -109,10 +109,7 @@ def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.
     """Compile a scene for simulation, with keyframes at further poses, inputs of shape (n,); see `build_spec`.
 
     Weights are scaled and the scene's drive is selected. The model without poses is compiled once for a site; each call
-    returns a copy, which may be changed.
-
-    Raises:
-        VgtError: The compiled model is not the truss that was described.
+    returns a copy, which may be changed. Errors are those of `finish_model`.
     """
     if poses:
         return finish_model(build_spec(site, poses), site)

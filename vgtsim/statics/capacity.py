@@ -72,10 +72,7 @@ def find_allowance(chain: Chain, nodes: ArrayLike, gravity: float, safety_factor
     """Find the payload at which the first member or cylinder is used to the full, in poses of shape (..., N, 3), m, frame G.
 
     Member forces are linear in the payload, so two solves give it exactly; use in bending is not linear, and the payload at
-    which it is full is found by halving. `radius` is the payload's, m.
-
-    Raises:
-        TrussError: The arm is a mechanism in one of the poses.
+    which it is full is found by halving. `radius` is the payload's, m. Errors are those of `solve_members`.
     """
     n, payloads = np.asarray(nodes, float), [Payload(mass=mass, radius=radius) for mass in (0.0, _UNIT)]
     empty, loaded = (solve_members(make_load_model(chain, payload, gravity), n) for payload in payloads)
@@ -164,10 +161,7 @@ def map_capacity(
     """Map the allowable payload over radius and depth: of the postures in each cell, the one that carries most.
 
     The arm hangs; depth counts from its base face. Inputs q have shape (K, n); `reference` is the payload of the sag, kg;
-    `cell` is the side of a cell, m.
-
-    Raises:
-        TrussError: The arm is a mechanism in one of the postures.
+    `cell` is the side of a cell, m. Errors are those of `solve_members`.
     """
     postures, pivot = np.asarray(q, float), chain.mount[:3, 3]
     tool, _ = chain.tool(postures)

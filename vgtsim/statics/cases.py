@@ -108,12 +108,9 @@ class Effects:
 
 
 def find_effects(model: LoadModel, nodes: ArrayLike, motion: NodeMotion | None = None) -> Effects:
-    """Find the effects of unit loads in poses of shape (..., N, 3), m, frame G.
+    """Find the effects of unit loads in poses of shape (..., N, 3), m, frame G; errors as `solve_members`.
 
     The model is of plain gravity. In a motion, the inertia of the arm and of the factored payload comes on top.
-
-    Raises:
-        TrussError: The truss is a mechanism or carries a self-stress.
     """
     n = np.asarray(nodes, float)
     loadings = [Loading(item) for item in model.units[:3]]
@@ -148,10 +145,7 @@ def find_envelope(
 ) -> Envelope:
     """Hold every case, at least one, against the ratings in every pose, shape (..., N, 3), m, frame G.
 
-    The model is of plain gravity.
-
-    Raises:
-        TrussError: The truss is a mechanism or carries a self-stress.
+    The model is of plain gravity. Errors are those of `solve_members`.
     """
     n, count = np.asarray(nodes, float), len(model.truss.members)
     flat = n.reshape(-1, *n.shape[-2:])

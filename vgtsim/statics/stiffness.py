@@ -128,10 +128,7 @@ def deflect(
 def tip_compliance(model: ElasticModel, nodes: ArrayLike) -> Array:
     """Displacement and rotation of the tool point per unit force and moment on it, in poses of shape (..., N, 3), m.
 
-    Symmetric, shape (..., 6, 6), m/N, rad/N, m/(N·m) and rad/(N·m), in frame G.
-
-    Raises:
-        TrussError: The truss is a mechanism at one of the poses.
+    Symmetric, shape (..., 6, 6), m/N, rad/N, m/(N·m) and rad/(N·m), in frame G. Errors are those of `deflect`.
     """
     n = np.asarray(nodes, float)
     flat = n.reshape(-1, *n.shape[-2:])

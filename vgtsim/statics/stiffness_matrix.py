@@ -176,11 +176,7 @@ def solve_poses(
 def require_stiff(
     truss: Truss | Framework, nodes: Array, matrices: Stiffness, pose: int = 0, numbers: Index | None = None
 ) -> None:
-    """Refuse a pose of the batch in which the truss can move without a bar resisting; arguments as for `solve_poses`.
-
-    Raises:
-        TrussError: It can; its members are named.
-    """
+    """Refuse a pose of the batch in which the truss moves without a bar resisting; arguments and error as for `solve_poses`."""
     matrix = unfold(matrices.upper[pose])
     if is_sound(matrix, matrices.pattern, POOR):
         return

@@ -58,11 +58,7 @@ class Utilisation:
 
 
 def find_use(model: LoadModel, sections: MemberSections, nodes: ArrayLike, safety_factor: float) -> Utilisation:
-    """Utilisation at rest in poses of shape (..., N, 3), m, frame G.
-
-    Raises:
-        TrussError: The truss is a mechanism or carries a self-stress.
-    """
+    """Utilisation at rest in poses of shape (..., N, 3), m, frame G; errors as `solve_members`."""
     n = np.asarray(nodes, float)
     forces, length = solve_members(model, n), model.truss.lengths(n)
     if len(model.truss.rings):  # members between joint blocks are bent

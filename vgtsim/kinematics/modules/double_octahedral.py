@@ -143,11 +143,7 @@ def _span(nodes: Array, tangent: Array, rate: Array, length: Array, slope: Array
 
 @dataclass(frozen=True, eq=False)
 class DoubleOctahedra(ModuleSet):
-    """Symmetric double octahedra.
-
-    Attributes:
-        geometry: With figures of shape (M,); all of them or none have a joint offset.
-    """
+    """Symmetric double octahedra, whose geometry has figures of shape (M,); all of them or none have a joint offset."""
 
     geometry: double.DoubleOctahedronGeometry
     fill = staticmethod(fill_mid_planes)

@@ -126,11 +126,7 @@ def _determinant(a: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Octahedra(ModuleSet):
-    """Longeron-actuated octahedra.
-
-    Attributes:
-        geometries: One each.
-    """
+    """Longeron-actuated octahedra, each with its geometry."""
 
     geometries: tuple[single.OctahedronGeometry, ...]
     fill = staticmethod(fill_poses)

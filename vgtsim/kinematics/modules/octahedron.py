@@ -190,10 +190,6 @@ def singularity(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tup
 
 
 def closure(geometry: OctahedronGeometry, longerons: ArrayLike) -> tuple[Circles, Array]:
-    """Equivalent mechanism and closure, C of shape (5, 3, ...), m², of longerons, shape (..., 6), m.
-
-    Raises:
-        AssemblyError: A longeron pair does not assemble.
-    """
+    """Equivalent mechanism and closure, C of shape (5, 3, ...), m², of longerons, shape (..., 6), m; errors as `make_circles`."""
     circles = make_circles(geometry.base_nodes, longerons, LOWER, "octahedron")
     return circles, closure_coefficients(circles, geometry.top)

@@ -63,10 +63,7 @@ class ModuleState:
     """Kinematics of a set at inputs x. Each property is worked out when it is first asked for, see `ModuleSet.fill`.
 
     Nothing here raises: masks say what the numbers are worth, because one bad trial must not stop a batch. Numbers of a
-    module that its mask leaves out are finite and mean nothing.
-
-    Attributes:
-        x: Inputs, shape (b, M, inputs), stored by rows.
+    module that its mask leaves out are finite and mean nothing. Inputs are x, shape (b, M, inputs), stored by rows.
     """
 
     x: Array

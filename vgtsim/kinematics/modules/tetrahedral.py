@@ -70,11 +70,7 @@ def fill_hinges(
 
 @dataclass(frozen=True, eq=False)
 class Hinges(ModuleSet):
-    """Tetrahedral modules.
-
-    Attributes:
-        sides: L1 and L2 of each, shape (M, 2), m.
-    """
+    """Tetrahedral modules of sides L1 and L2 each, shape (M, 2), m."""
 
     sides: Array
     fill = staticmethod(fill_hinges)
