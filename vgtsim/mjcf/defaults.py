@@ -69,9 +69,7 @@ def _add_slide(
     force: tuple[float, float],
     rate: float,
 ) -> mujoco.MjsJoint:
-    """Add the class of a slide and its servo; returns the slide.
-
-    Given are its reach, m, pull and push, N, and rate, m/s.
+    """Add the class of a slide and its servo, of a reach, m, pull and push, N, and rate, m/s; returns the slide.
 
     In model files a position beyond the reach is neither taken nor reached, and the damping of the slide uses up the push at
     the rate. The plant goes where it is sent, and its log is judged.
@@ -84,10 +82,7 @@ def _add_slide(
     servo.gaintype, servo.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
     servo.gainprm[0] = rigging.servo_stiffness
     servo.biasprm[:3] = [0.0, -rigging.servo_stiffness, -rigging.servo_damping]
-    if rigging.limited or name not in (
-        names.FEED,
-        names.TURN,
-    ):  # a plant's mast gets what it takes, and its log is judged
+    if rigging.limited or name not in (names.FEED, names.TURN):  # a plant's mast gets what it takes
         servo.forcelimited, servo.forcerange = limits.mjLIMITED_TRUE, [-force[0], force[1]]  # a push lengthens
     if rigging.limited:
         joint.damping[0], servo.biasprm[2] = force[1] / rate, 0.0

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from vgtsim.arrays import Array
-from vgtsim.errors import AssemblyError
 from vgtsim.graphics import mujoco
-from vgtsim.kinematics import Chain, kind_of, sample_inputs
+from vgtsim.kinematics import Chain, kind_of, sample_inputs, within_strokes
 from vgtsim.mjcf import names
 from vgtsim.mjcf.pose import qpos_from_nodes
 from vgtsim.mjcf.rows import select_drive, stiffen
@@ -35,27 +34,15 @@ def reach_pose(chain: Chain) -> Array:
     """
     if chain.leans:
         bent = min(3, len(chain.layout.names))
-        return next(q for share in _SHARES if _within_strokes(chain, q := _lean(chain, bent, share)))
+        poses = np.tile(chain.straight, (len(_SHARES), 1))
+        poses[:, : 3 * bent : 3] = np.sin(_SHARES * min(np.pi / 4 / bent, _MOST_LEAN))[:, None]
+        stands = within_strokes(chain, poses)
+        stands[-1] = True  # the straight pose, from which strokes are measured
+        return poses[int(np.argmax(stands))]
     sample = sample_inputs(chain, _REACH_SAMPLE, seed=0)
     out = chain.tool(sample)[0] - chain.mount[:3, 3]
     across = np.linalg.norm(np.cross(out, chain.mount[:3, 2]), axis=-1)
     return sample[int(np.argmax(across))]
-
-
-def _lean(chain: Chain, bent: int, share: float) -> Array:
-    q = np.array(chain.straight)
-    q[: 3 * bent : 3] = np.sin(share * min(np.pi / 4 / bent, _MOST_LEAN))
-    return q
-
-
-def _within_strokes(chain: Chain, q: Array) -> bool:
-    """Whether an arm can stand in a pose; the straight one is what it is measured from."""
-    low, high = chain.stroke
-    try:
-        lengths = chain.lengths(q)
-    except AssemblyError:
-        return False
-    return np.array_equal(q, chain.straight) or bool(np.all((low <= lengths) & (lengths <= high)))
 
 
 def withdrawn_poses(site: Site) -> dict[str, tuple[Array, float]]:

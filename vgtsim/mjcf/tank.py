@@ -222,9 +222,8 @@ def _add_mesh(
 ) -> None:
     """Add a mesh that is only seen."""
     name, shell = f"{names.TANK}/{part}", mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-    corners, faces = (
-        part.ravel().tolist() for part in (mesh.vertices, mesh.faces)
-    )  # numbers of arrays are taken one by one
+    # as lists: MuJoCo takes the numbers of arrays one by one
+    corners, faces = mesh.vertices.ravel().tolist(), mesh.faces.ravel().tolist()
     spec.add_mesh(name=name, uservert=corners, userface=faces, inertia=shell, info="tank")
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, contype=0, conaffinity=0)
     geom.group, geom.material = group, f"{names.TANK}/{material}"
