@@ -49,8 +49,8 @@ class Lifts(ModuleSet):
     def attempt(self, lengths, start=None):
         return lengths, np.ones(lengths.shape[:-1])
 
-    def tell_end(self, where, m, x, lengths, start, part):
-        return SingularityError(self.names[m], 0.0, f"{self.names[m]}/actuator/1", 0.0, part)
+    def tell_end(self, lengths, start, part):
+        return SingularityError(self.names[0], 0.0, f"{self.names[0]}/actuator/1", 0.0, part)
 
     def conditioned(self, x):
         return np.ones((*x.shape, 1))

@@ -212,18 +212,14 @@ class DoubleOctahedra(ModuleSet):
             detail = f"actuators of {np.array2string(lengths[worst], precision=4)} m make no triangle"
             raise AssemblyError(self.names[worst[-1]], float(excess[worst]), detail)
 
-    def tell_end(
-        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
-    ) -> SingularityError:
+    def tell_end(self, lengths: Array, start: Array | None, part: float) -> SingularityError:
         """A singularity of the cell below the mid-plane, or a mid-plane that turns too far."""
-        del x  # it may be turned over; the angles tell
-        geometry, name, wanted = self.geometry[m : m + 1], self.names[m], lengths[(*where, m)]
-        phi = self._follow(lengths, start)[0][(*where, m)][None]
-        value, row = worst_direction(angle_jacobian(geometry.circles, phi)[0] / geometry.height[0])
-        gap = np.abs(edge_lengths(circle_nodes(geometry.circles, phi)) - wanted).max()
+        name, circles, phi = self.names[0], self.geometry.circles, self._follow(lengths, start)[0]
+        value, row = worst_direction(angle_jacobian(circles, phi)[0] / self.geometry.height[0])
+        gap = np.abs(edge_lengths(circle_nodes(circles, phi)) - lengths).max()
         turned = "the mid-plane turns tangent to a mid node's circle"
         reason = f"{turned if part == _TURNED else 'a singularity lies'} on the way to actuators of"
-        reason = f"{reason} {np.array2string(wanted, precision=4)} m"
+        reason = f"{reason} {np.array2string(lengths[0], precision=4)} m"
         return SingularityError(name, value, f"{name}/actuator/{row + 1}", float(gap), part, reason)
 
     def conditioned(self, x: Array) -> Array:

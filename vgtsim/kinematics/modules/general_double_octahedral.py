@@ -137,16 +137,14 @@ class GeneralDoubleOctahedra(ModuleSet):
             with naming(name):
                 cells.upper_circles(geometry, lengths[..., m, :])
 
-    def tell_end(
-        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
-    ) -> SingularityError:
+    def tell_end(self, lengths: Array, start: Array | None, part: float) -> SingularityError:
         """A singularity of either cell."""
-        geometry, name, wanted = self.geometries[m], self.names[m], lengths[(*where, m)]
-        begin = self.begins[m] if start is None else self.states(start)[..., m, :]
-        state = cells.advance_lengths(geometry, wanted, np.broadcast_to(begin, (*x.shape[:-2], 6))[where])[0]
+        geometry, name = self.geometries[0], self.names[0]
+        begin = self.begins if start is None else self.states(start)
+        state = cells.advance_lengths(geometry, lengths[0], begin[0])[0]
         value, member = cells.singularity(geometry, state)
         sides = edge_lengths(cells.nodes(geometry, state)[6:])
-        gap = np.abs([*(cells.actuator_lengths(geometry, state) - wanted), *(sides - geometry.top)]).max()
+        gap = np.abs([*(cells.actuator_lengths(geometry, state) - lengths[0]), *(sides - geometry.top)]).max()
         kind, number = member.split()
         return SingularityError(name, value, f"{name}/{kind}/{number[1:]}", float(gap), part)
 

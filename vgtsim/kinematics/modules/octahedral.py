@@ -200,16 +200,12 @@ class Octahedra(ModuleSet):
             with naming(name):
                 single.closure(geometry, lengths[..., m, :])
 
-    def tell_end(
-        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
-    ) -> SingularityError:
+    def tell_end(self, lengths: Array, start: Array | None, part: float) -> SingularityError:
         """A singularity, with the longeron that loses most of its length change."""
-        del start
-        geometry, name, wanted = self.geometries[m], self.names[m], lengths[(*where, m)]
-        R, P = pose_transform(x[(*where, m)])
+        geometry, name, (R, P) = self.geometries[0], self.names[0], pose_transform(self.attempt(lengths, start)[0][0])
         value, leg = single.singularity(geometry, R, P)
         role = "longeron" if geometry.static[leg] is not None else "actuator"
-        gap = np.abs(single.lengths(geometry, R, P) - wanted).max()
+        gap = np.abs(single.lengths(geometry, R, P) - lengths[0]).max()
         return SingularityError(name, value, f"{name}/{role}/{leg + 1}", float(gap), part)
 
     def conditioned(self, x: Array) -> Array:

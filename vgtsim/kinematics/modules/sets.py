@@ -232,17 +232,17 @@ class ModuleSet(ABC):
         x, reached = self.attempt(lengths, start)
         if reached.min(initial=1.0) == 1.0:
             return x
-        *where, m = (int(i) for i in np.unravel_index(int(np.argmin(reached)), reached.shape))
-        raise self.tell_end(tuple(where), m, x, lengths, start, float(reached[(*where, m)]))
+        *where, m = np.unravel_index(int(np.argmin(reached)), reached.shape)
+        at = (*where, slice(m, m + 1))  # what got least far
+        begin = None if start is None else np.broadcast_to(start, x.shape)[at]
+        raise self.one(int(m)).tell_end(lengths[at], begin, float(reached[at][0]))
 
     def require_closing(self, lengths: Array) -> None:  # noqa: B027  # an attempt ends early where they cannot be
         """Refuse lengths, shape (..., M, legs), m, that no pose can have: an AssemblyError names the module."""
 
     @abstractmethod
-    def tell_end(
-        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
-    ) -> SingularityError:
-        """The error of module m of the member `where` of a batch, which got least far: a part of the way to inputs x."""
+    def tell_end(self, lengths: Array, start: Array | None, part: float) -> SingularityError:
+        """The error of a set of one module, which got only a part of the way; arguments are those of its `attempt`."""
 
     @abstractmethod
     def conditioned(self, x: Array) -> Array:

@@ -115,12 +115,10 @@ class Hinges(ModuleSet):
             theta = np.where(start > np.pi, 2 * np.pi - theta, np.where(start < 0, -theta, theta))
         return theta, np.where((ratio > 0) & (ratio < 1), 1.0, 0.0)[..., 0]
 
-    def tell_end(
-        self, where: tuple[int, ...], m: int, x: Array, lengths: Array, start: Array | None, part: float
-    ) -> SingularityError:
+    def tell_end(self, lengths: Array, start: Array | None, part: float) -> SingularityError:
         """A length at or beyond the flat pose, or none."""
-        del x, start, part
-        name, longest, wanted = self.names[m], 2 * float(self.height[m]), float(lengths[(*where, m)][0])
+        del start, part
+        name, longest, wanted = self.names[0], 2 * float(self.height[0]), float(lengths[0, 0])
         return SingularityError(name, 0.0, f"{name}/actuator/1", abs(wanted - longest), min(1.0, longest / wanted))
 
     def conditioned(self, x: Array) -> Array:
