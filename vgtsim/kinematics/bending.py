@@ -25,10 +25,7 @@ _PARALLEL = 1 - 1e-12  # cosine of the angle between a section's end faces
 
 
 def azimuth(chain: Chain, point: Array) -> float:
-    """Direction of a point, shape (3,), m, in frame G from the mast's axis, rad.
-
-    It is the angle about Z of B_1 from X of B_1; zero for a point on the axis.
-    """
+    """Angle, rad, about Z of B_1 from X of B_1 to a point of frame G, shape (3,), m; zero on the mast's axis."""
     local = chain.mount[:3, :3].T @ (point - chain.mount[:3, 3])
     return float(np.arctan2(local[1], local[0])) if np.hypot(local[0], local[1]) > 1e-6 else 0.0
 
@@ -91,10 +88,7 @@ def bend_start(chain: Chain, bends: Sequence[Bend]) -> Array:
 
 
 def move_points(chain: Chain, points: Array, feed: ArrayLike = 0.0, turn: ArrayLike = 0.0) -> Array:
-    """Points of an arm, shape (..., P, 3), m, for a mast at a feed, m, and a turn from above, rad, each of shape (...).
-
-    The points are those of the mast at its working depth, not turned.
-    """
+    """Points, shape (..., P, 3), m, of an arm at its working depth after the mast's feed, m, and turn from above, rad, (...)."""
     turn = np.asarray(turn, float)
     if np.any(turn):
         points = chain.mount[:3, 3] + (points - chain.mount[:3, 3]) @ np.swapaxes(rotate_upright(turn), -1, -2)

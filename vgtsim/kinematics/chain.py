@@ -284,10 +284,7 @@ def _shaped(rows: Array, batch: tuple[int, ...]) -> Array:
 
 
 def hanging_mount(height: float, place: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> Array:
-    """Mount T_G_B1, shape (4, 4), of an arm with its base face at a height and an x and y in G, m; Z of B_1 points down.
-
-    The mast is turned by an angle from above, rad.
-    """
+    """T_G_B1, (4, 4), of a base face at a height and an x and y in G, m, Z of B_1 down, turned from above by an angle, rad."""
     mount = np.diag([1.0, -1.0, -1.0, 1.0])  # a half turn about X: Z of B_1 points down
     if turn:
         c, s = np.cos(turn), np.sin(turn)

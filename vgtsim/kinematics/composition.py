@@ -174,10 +174,7 @@ def spread_rates(lengths: Index, columns: Index, block: Array, whole: Array) -> 
 
 @compiled
 def correct(legs: Index, columns: Index, block: Array, off: Array, change: Array) -> bool:
-    """Changes of a place's inputs, shape (n,), that make its legs longer, shape (J + S,), m, to first order, for one row.
-
-    Whether there are such changes.
-    """
+    """Fill in the change of a place's inputs that makes its legs longer, (J + S,), m, to first order; whether there is one."""
     count = block.shape[3]
     inverse, rows = np.empty((count, count)), np.empty(count, np.intp)
     for m in range(block.shape[1]):

@@ -145,8 +145,5 @@ def _steps(chain: Chain) -> Array:
 
 
 def axis_of(chain: Chain, nodes: Array) -> Array:
-    """The arm's axis from its nodes, shape (..., N, 3), m: the centroids of mast flange and of every module's top, in frame G.
-
-    They have shape (..., K + 1, 3).
-    """
+    """The arm's axis: centroids of the flange and each module's top, (..., K + 1, 3), m, of nodes (..., N, 3), in frame G."""
     return nodes[..., chain.truss.faces, :].mean(axis=-2)

@@ -45,10 +45,7 @@ def roll_pitch_yaw(R: ArrayLike) -> Array:
 
 
 def pose_transform(pose: ArrayLike) -> tuple[Array, Array]:
-    """R_BT, shape (..., 3, 3), and P_BT, shape (..., 3), m, of a pose, shape (..., 6) (3.24 and 3.25).
-
-    A pose is x, y, z, m, then gamma, beta, alpha, rad, of frame T in frame B.
-    """
+    """R_BT, (..., 3, 3), and P_BT, (..., 3), m, of poses x, y, z, m, gamma, beta, alpha, rad, shape (..., 6) (3.24 and 3.25)."""
     six = np.asarray(pose, float)
     return rotation(six[..., 3:]), six[..., :3]
 

@@ -45,10 +45,7 @@ def write_scene_files(site: Site, first_goal: Array, folder: Path) -> tuple[Path
 
 
 def write_arm_files(manipulator: Manipulator, folder: Path) -> tuple[Path, Path, Path]:
-    """Write the model of an arm alone into an existing folder: the arm, a scene with light and floor around it, and its MJB.
-
-    The names are those of the arm, and `scene.xml`.
-    """
+    """Write an arm's model into a folder: the arm by its name, `scene.xml` with light and floor around it, and its MJB."""
     xml, mjb = _write(
         build_arm_spec(manipulator, floor=False),
         build_arm_spec(manipulator),

@@ -24,10 +24,7 @@ def hold_sites(spec: mujoco.MjSpec, name: str, first: str, second: str, info: st
 
 
 def add_drives(spec: mujoco.MjSpec, owner: str, joint: str, kind: str) -> None:
-    """Add the rigid drive and the servo of a joint of a member or the feed; which is active is chosen after compilation.
-
-    `kind` is the default class of the servo.
-    """
+    """Add the rigid drive and the servo, of a default class, of a joint; which is active is chosen after compilation."""
     spec.add_equality(
         name=names.drive(owner),
         type=mujoco.mjtEq.mjEQ_JOINT,

@@ -161,10 +161,7 @@ def fill_qpos(pose: PoseMap, truss: Truss, nodes: Array, qpos: Array) -> Array:
 
 
 def block_rotations(truss: Truss, nodes: Array) -> Array:
-    """Rotations of the three joint blocks of each ring, shape (R, 3, 3, 3), for nodes of shape (N, 3), m.
-
-    Z goes from the foot of a block to its head, X outward from the middle of its ring.
-    """
+    """Rotations of each ring's blocks, (R, 3, 3, 3), of nodes (N, 3), m: Z from foot to head, X out from the ring's middle."""
     foot, middle, head = (nodes[truss.rings[:, :, k]] for k in range(3))
     z = (head - foot) / np.linalg.norm(head - foot, axis=-1, keepdims=True)
     out = middle - middle.mean(axis=1, keepdims=True)

@@ -24,10 +24,7 @@ _DRAWN = 0.02  # half the width of a drawn length row, m
 
 
 def add_sections(spec: mujoco.MjSpec, rigging: Rigging) -> None:
-    """Add mast, feed, free hubs, rigid sections with the tip plate in the last, and length rows.
-
-    Lengths are commanded from the reference pose, as those of the full model.
-    """
+    """Add mast, feed, hubs, rigid sections, the last with the tip plate, and length rows commanded from the reference pose."""
     truss, sections = rigging.chain.truss, find_rigid_sections(rigging.chain)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     add_defaults(spec, rigging)

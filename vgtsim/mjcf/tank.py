@@ -61,13 +61,10 @@ _SHINE = {"liner": 0.4, "riser": 0.4, "equipment": 0.3}
 
 
 def add_tank(spec: mujoco.MjSpec, tank: Tank, bed: Bed | None = None) -> None:
-    """Add a tank with its risers, waste and equipment to the world, whose frame is G.
+    """Add a tank with its risers, waste and equipment to the world, whose frame is G; a bed is waste that is cut in part.
 
-    A bed is the waste where some of it is cut away already.
-
-    Differs:
-        The dissertation draws its tank; here the arm can touch it. For contact the tank is enclosed in boxes
-        that lie outside it and stand back by at most a centimetre, see `geometry.panels`.
+    Differs: the dissertation draws its tank; here the arm can touch it. For contact the tank is enclosed in boxes that lie
+    outside it and stand back by at most a centimetre, see `geometry.panels`.
     """
     from vgtsim.geometry import solids  # with trimesh, which an arm alone does without
 
@@ -230,10 +227,7 @@ def _add_mesh(
 
 
 def show_pit(spec: mujoco.MjSpec, tank: Tank, diggings: Diggings) -> None:
-    """Open the waste that is only seen over the diggings, and put a field of heights there.
-
-    The compiled model has its heights from `lower_waste`.
-    """
+    """Open the waste that is only seen over the diggings for a field of heights, which `lower_waste` gives the compiled model."""
     from vgtsim.geometry import solids
 
     mesh = spec.mesh(POOL)

@@ -31,10 +31,7 @@ def add_goal_markers(spec: mujoco.MjSpec, goals: Sequence[Goal]) -> None:
 
 
 def add_tank_cameras(spec: mujoco.MjSpec, tank: Tank, pivot_height: float) -> None:
-    """Place the five cameras of a scene; the tank is cut open towards -y.
-
-    `above` has the whole way of an arm in the picture that comes down from above ground.
-    """
+    """Place the five cameras of a scene, cut open towards -y; `above` sees the whole way of an arm that comes down."""
     radius, crown = tank.shell.inner_diameter / 2, tank.shell.crown
     middle = np.array([0.0, 0.0, 0.42 * crown])
     _add_camera(spec, "overview", [-0.9 * radius, -2.0 * radius, 1.9 * crown], middle, 45)

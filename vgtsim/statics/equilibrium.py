@@ -122,10 +122,7 @@ def solve_members(
 
 
 def solve_loadings(truss: Truss, nodes: ArrayLike, loadings: Sequence[Loading]) -> MemberForces:
-    """Find the member forces of L loads, which share one inversion for each pose; all shapes of the result begin with L.
-
-    Nodes and errors are as for `solve_members`.
-    """
+    """Member forces of L loads by one inversion for each pose; shapes begin with L; nodes and errors as `solve_members`."""
     n = np.asarray(nodes, float)
     batch, flat = n.shape[:-2], n.reshape(-1, *n.shape[-2:])
     each = [

@@ -98,10 +98,7 @@ def framework_of(truss: Truss) -> Framework:
 
 
 def equilibrium_matrix(frame: Framework, nodes: ArrayLike) -> Array:
-    """Forces at the free nodes per unit tension in each bar, shape (..., F, B), for nodes of shape (..., N, 3), m.
-
-    Rows are in the order of `Framework.equations`.
-    """
+    """Forces in `Framework.equations` per unit tension in each bar, shape (..., F, B), for nodes of shape (..., N, 3), m."""
     unit = frame.directions(np.asarray(nodes, float))
     node, axis = frame.equations
     return frame.incidence[node] * np.swapaxes(unit[..., axis], -1, -2)

@@ -120,10 +120,7 @@ class GeneralDoubleOctahedra(ModuleSet):
         return states
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """As `two_cells.advance_lengths`: inputs, shape (..., M, 3), and the fraction of the way covered, shape (..., M).
-
-        Lengths have shape (..., M, 3), m; starts are inputs, absent for the straight poses.
-        """
+        """As `two_cells.advance_lengths`, of lengths (..., M, 3), m: inputs, (..., M, 3), and fraction of the way, (..., M)."""
         x, reached = np.empty(lengths.shape), np.empty(lengths.shape[:-1])
         begin = self.begins if start is None else self.states(start)
         for m, geometry in enumerate(self.geometries):

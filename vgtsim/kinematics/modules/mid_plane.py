@@ -77,10 +77,7 @@ def normal(midplane: ArrayLike) -> Array:
 
 
 def find_misses(geometry: DoubleOctahedronGeometry, midplane: Array) -> Array:
-    """Greatest distance by which mid-planes, shape (..., M, 3), miss a longeron circle, shape (..., M), m.
-
-    Negative where they meet all three circles.
-    """
+    """Greatest distance, (..., M), m, by which mid-planes, (..., M, 3), miss a longeron circle; negative where they meet all."""
     U = normal(midplane)
     lean = U @ INWARD.T
     offset = midplane[..., 2:] + geometry.apothem[..., None] * lean

@@ -180,10 +180,7 @@ class Octahedra(ModuleSet):
         return tuple(groups.items())
 
     def attempt(self, lengths: Array, start: Array | None = None) -> tuple[Array, Array]:
-        """As `octahedron.advance`: poses, shape (..., M, 6), and the fraction of the way covered, shape (..., M).
-
-        Lengths are of all longerons, shape (..., M, 6), m; starts are poses, absent for the straight ones.
-        """
+        """As `octahedron.advance`, of longerons, (..., M, 6), m: poses, (..., M, 6), and the fraction of the way, (..., M)."""
         x, reached = np.empty(lengths.shape), np.empty(lengths.shape[:-1])
         near = np.broadcast_to(self.straight if start is None else start, lengths.shape)
         for geometry, mine in self._alike:

@@ -67,10 +67,7 @@ class OctahedronGeometry:
 
 
 def twist_units(top: Array) -> Array:
-    """Units that the parts of a body's motion count in, shape (6,), of three nodes about their centroid, shape (3, 3), m.
-
-    They are 1 m/s of velocity, and the angular velocity of 1 m/s at the nodes' RMS distance from the centroid.
-    """
+    """Units of the columns of dl/dtwist, (6,): 1, and for turns the RMS distance of nodes, (3, 3), m, from their centroid."""
     radius = np.sqrt(np.mean(np.sum(top**2, axis=-1)))
     return np.array([1.0, 1.0, 1.0, radius, radius, radius])
 
@@ -181,10 +178,7 @@ def leg_jacobian(lower: ArrayLike, upper: ArrayLike, origin: ArrayLike) -> tuple
 
 
 def singularity(geometry: OctahedronGeometry, R: ArrayLike, P: ArrayLike) -> tuple[float, int]:
-    """Smallest singular value of dl/dtwist of one pose, and the index of the longeron with most of the lost length change.
-
-    The value is a pure number, see `twist_units`.
-    """
+    """Smallest singular value of dl/dtwist in `twist_units`, a pure number, of a pose, and the longeron worst of it."""
     _, J = length_jacobian(geometry, R, P)
     return worst_direction(J, geometry.twist_units)
 

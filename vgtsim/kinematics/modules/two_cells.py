@@ -166,10 +166,7 @@ def forward(geometry: TwoCellGeometry, phi: ArrayLike, start: ArrayLike | None =
 
 
 def advance(geometry: TwoCellGeometry, start: Array, phi: Array) -> tuple[Array, Array]:
-    """As `forward`, but no error: states, and the fractions of the way covered, shape (...).
-
-    A fraction is below one where a singularity or impossible lengths were met.
-    """
+    """As `forward`, without errors: states, and the fractions of the way covered, shape (...), below one where it ends."""
     begin = actuator_lengths(geometry, start).reshape(-1, 3)
     goal = actuator_lengths(geometry, phi).reshape(-1, 3)
     upper = _upper(geometry, begin, goal, start[..., 3:].reshape(-1, 3))
@@ -205,10 +202,7 @@ def forward_lengths(geometry: TwoCellGeometry, actuators: ArrayLike, start: Arra
 
 
 def advance_lengths(geometry: TwoCellGeometry, actuators: ArrayLike, start: ArrayLike) -> tuple[Array, Array]:
-    """As `forward_lengths`, but no error: states, and the fractions of the way covered, shape (...).
-
-    A fraction is below one where a singularity or impossible lengths were met.
-    """
+    """As `forward_lengths`, without errors: states, and the fractions of the way covered, shape (...), one where it led."""
     goal = np.asarray(actuators, float)
     state = np.broadcast_to(np.asarray(start, float), (*goal.shape[:-1], 6)).reshape(-1, 6)
     length = actuator_lengths(geometry, state)
@@ -292,10 +286,7 @@ def upper_jacobian(points: Array) -> Array:
 
 
 def mid_velocities(geometry: TwoCellGeometry, phi: ArrayLike) -> Array:
-    """Derivatives of n4, n5, n6, n4', n5', n6' in frame B by phi_1 to phi_3, shape (..., 6 nodes, 3, 3 inputs), m/rad.
-
-    Angles are phi_1 to phi_3, or a state, shape (..., 3) or (..., 6), rad.
-    """
+    """Derivatives of n4, n5, n6, n4', n5', n6' in B by phi_1 to phi_3, (..., 6, 3, 3), m/rad, at those angles or a state."""
     angles = np.asarray(phi, float)
     points = mid_nodes(geometry, angles)
     tangent = circle_tangents(geometry.circles, angles[..., :3])
