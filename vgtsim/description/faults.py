@@ -19,11 +19,7 @@ _ROUNDS = 20  # validations, each without the unknown keys of the one before: a 
 
 
 def tell_file(file: Path) -> str:
-    """Kind of a file.
-
-    Raises:
-        DescriptionError: It cannot be read, or is of no kind.
-    """
+    """Kind of a file; a DescriptionError where it cannot be read or is of no kind."""
     kind = tell_kind(read_toml(file))
     if kind is None:
         raise DescriptionError(file, "", "keys of no kind of file", "; ".join(USES.values()))

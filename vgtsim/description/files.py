@@ -101,11 +101,7 @@ def digest_scene(scene: Scene | str) -> str:
 
 
 def parse_scene(text: str) -> Scene:
-    """Read a scene from the text that `dump_scene` wrote.
-
-    Raises:
-        DescriptionError: The text is not a scene of this version.
-    """
+    """Read a scene from the text that `dump_scene` wrote; a DescriptionError where it is no scene of this version."""
     try:
         data = json.loads(text)
         return Scene(
@@ -204,11 +200,7 @@ def _validate(file: Path, kind: type[_Model], data: dict[str, Any]) -> _Model:
 
 
 def take_provenance(data: dict[str, Any], kind: type[Description], file: Path) -> dict[str, Any]:
-    """Tables of plain values, with the labels by key path where the kind of file has them.
-
-    Raises:
-        DescriptionError: A label is wrong.
-    """
+    """Tables of plain values, with labels by key path where the kind of file has them; a DescriptionError for a wrong label."""
     plain, provenance = _split_provenance(data, "", file)
     if "provenance" in plain:
         raise DescriptionError(

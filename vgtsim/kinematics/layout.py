@@ -100,12 +100,7 @@ class Layout:
 
 
 def make_layout(manipulator: Manipulator, truss: Truss) -> Layout:
-    """Work the constants out.
-
-    Raises:
-        AssemblyError: A module does not assemble in its straight pose.
-        TrussError: The members of a static section do not hold it.
-    """
+    """Work the constants out; an AssemblyError or a TrussError where a straight module or a static section does not hold."""
     modules, side = manipulator.modules, manipulator.face_side
     active = np.array([k for k, module in enumerate(modules) if kind_of(module).make_set], dtype=int)
     places = _make_places(manipulator, truss, active)

@@ -35,11 +35,7 @@ class PlanarArm:
     azimuth: float
 
     def __post_init__(self) -> None:
-        """Refuse an arm that does not stay in a plane.
-
-        Raises:
-            DescriptionError: It has hinges, static longerons or sections that are not straight.
-        """
+        """Refuse an arm that does not stay in a plane, with hinges, static longerons or bent sections: a DescriptionError."""
         chain = self.chain
         if not can_swing(chain) or np.any(np.abs(_steps(chain)[:, :2]) > _ASIDE):
             allowed = (

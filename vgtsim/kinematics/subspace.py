@@ -59,11 +59,7 @@ class Subspace:
         return np.where(sound, off, np.inf)
 
     def project(self, q: Array) -> Array:
-        """Inputs near given ones, shape (b, n), that are in it.
-
-        Raises:
-            AssemblyError: There are none near one of them; its residual is told.
-        """
+        """Inputs near given ones, shape (b, n), that are in it; an AssemblyError tells the residual where none are near."""
         found, good = self.approach(q)
         if not good.all():
             off = float(self.find_errors(found[~good]).max())

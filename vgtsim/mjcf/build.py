@@ -128,11 +128,7 @@ def _build_sections(site: Site) -> mujoco.MjModel:
 
 
 def finish_model(spec: mujoco.MjSpec, site: Site) -> mujoco.MjModel:
-    """Compile a specification, edited or not, and give it the scene's weights and drive.
-
-    Raises:
-        VgtError: The compiled model is not the truss that was described.
-    """
+    """Compile a specification with the scene's weights and drive; a VgtError where it is not the truss that was described."""
     model = _finish(spec, site)
     _check_compiled(model, site.truss)
     return model

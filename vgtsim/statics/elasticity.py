@@ -97,11 +97,7 @@ def make_elastic_model(
 
 
 def require_no_offset(chain: Chain, where: str) -> None:
-    """Refuse an arm with a joint offset; `where` ends the message, for example "members are elastic".
-
-    Raises:
-        DescriptionError: A module has a joint offset.
-    """
+    """Refuse an arm with a joint offset: a DescriptionError that ends with `where`, for example "members are elastic"."""
     for place, module in enumerate(chain.manipulator.modules):
         if offset := module.offset:
             found = f"{offset:.4g} m on {module.name}"

@@ -200,11 +200,7 @@ def tube_bending_strength(outer: ArrayLike, inner: ArrayLike, yield_strength: Ar
 
 
 def make_sections(chain: Chain) -> MemberSections:
-    """Collect the section properties of every member of an arm.
-
-    Raises:
-        DescriptionError: The wall of a tube is so thin that AISC 360-22 does not rate it.
-    """
+    """Section properties of every member of an arm; a DescriptionError where AISC 360-22 does not rate so thin a wall."""
     manipulator, members = chain.manipulator, chain.truss.members
     kinds = [manipulator.cylinders if member.role == "actuator" else manipulator.tubes for member in members]
     parts = [kind[member.section] for kind, member in zip(kinds, members, strict=True)]

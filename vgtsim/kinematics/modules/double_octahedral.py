@@ -173,11 +173,7 @@ class DoubleOctahedra(ModuleSet):
         return AssemblyError(self.names[m], float(np.max(miss[..., m])), "mid-plane too far")
 
     def angles(self, x: Array) -> Array:
-        """Angles phi of the mid nodes, shape (..., M, 3), rad.
-
-        Raises:
-            AssemblyError: A mid-plane misses a longeron circle; the module is named.
-        """
+        """Angles phi of the mid nodes, (..., M, 3), rad; an AssemblyError names a module whose plane misses a circle."""
         if np.any(double.find_misses(self.geometry, x) > 0):
             raise self.refuse(x)
         return double.angles(self.geometry, x)

@@ -108,11 +108,7 @@ class GeneralDoubleOctahedra(ModuleSet):
         return (self.geometries[m], *self.begins[m])
 
     def states(self, x: Array) -> Array:
-        """All six angles of modules that assemble, shape (..., M, 6), rad.
-
-        Raises:
-            AssemblyError: A module does not assemble, or only beyond a singularity; it is named.
-        """
+        """All six angles, (..., M, 6), rad; an AssemblyError names a module that is not assembled short of a singularity."""
         states = np.empty((*x.shape[:-1], 6))
         for m, (name, geometry) in enumerate(zip(self.names, self.geometries, strict=True)):
             with naming(name):

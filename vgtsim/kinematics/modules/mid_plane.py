@@ -64,11 +64,7 @@ class DoubleOctahedronGeometry:
 
 
 def normal(midplane: ArrayLike) -> Array:
-    """Unit normal U of mid-planes, shape (..., 3), in frame B; u_z is positive.
-
-    Raises:
-        ValueError: u_x² + u_y² is not below 1.
-    """
+    """Unit normal U of mid-planes, shape (..., 3), in B, u_z positive; a ValueError where u_x² + u_y² is not below 1."""
     g = np.asarray(midplane, float)
     rest = 1.0 - g[..., 0] ** 2 - g[..., 1] ** 2
     if np.any(rest <= 0):

@@ -251,11 +251,7 @@ class Octahedra(ModuleSet):
 
 
 def make_octahedra(modules: Sequence[Octahedral], side: float) -> Octahedra:
-    """The set of described modules; faces that are not given are the arm's, of a side in m.
-
-    Raises:
-        AssemblyError: The longerons of a straight pose do not close.
-    """
+    """The set of described modules and the arm's face side, m; an AssemblyError where straight longerons do not close."""
     geometries = tuple(octahedron_geometry(module, side) for module in modules)
     poses = [
         pose_parameters(
