@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vgtsim.arrays import Array, Index
+from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Chain, Member, make_block_inertia
 from vgtsim.mjcf import names
@@ -32,8 +32,7 @@ class Seat:
 
 def add_block(spec: mujoco.MjSpec, rigging: Rigging, row: int) -> dict[int, Seat]:
     """Add the joint block of a row of the rings; returns the seats of its nodes."""
-    chain, nodes = rigging.chain, rigging.nodes
-    truss, inertia = chain.truss, make_block_inertia(chain)
+    truss, arm, nodes = rigging.chain.truss, rigging.chain.manipulator, rigging.nodes
     block, turn = truss.rings.reshape(-1, 3)[row], block_rotations(truss, nodes).reshape(-1, 3, 3)[row]
     middle = truss.nodes[block[1]]
     body = spec.worldbody.add_body(name=middle, pos=nodes[block[1]], info=middle)
@@ -46,30 +45,23 @@ def add_block(spec: mujoco.MjSpec, rigging: Rigging, row: int) -> dict[int, Seat
         place = turn.T @ (nodes[node] - nodes[block[1]])
         body.add_site(name=truss.nodes[node], pos=place)
         seats[int(node)] = Seat(body, place, turn)
-    post = inertia.mass[row, 0], float(inertia.centre[row, 0]), inertia.centroidal[row, 0]
-    _dress_block(spec, body, rigging, block, post)
-    return seats
-
-
-def _dress_block(
-    spec: mujoco.MjSpec, body: mujoco.MjsBody, rigging: Rigging, block: Index, post: tuple[float, float, Array]
-) -> None:
-    """Post of a mass, half height and moments, and two balls, whose masses stand at the ends of the post."""
-    arm, truss = rigging.chain.manipulator, rigging.chain.truss
-    module, (mass, half, (transverse, axial)) = int(truss.node_module[block[1]]), post
+    post, module = make_block_inertia(rigging.chain), int(truss.node_module[block[1]])
+    half, (transverse, axial) = float(post.centre[row, 0]), post.centroidal[row, 0]
     body.explicitinertial = True
-    body.mass, body.ipos = mass + 2 * arm.hub_mass, [0, 0, 0]
+    body.mass, body.ipos = post.mass[row, 0] + 2 * arm.hub_mass, [0, 0, 0]
+    # the masses of the balls stand at the ends of the post
     body.inertia = [transverse + 2 * arm.hub_mass * half**2] * 2 + [axial]
     for node, height in ((block[0], -half), (block[2], half)):
         add_ball(spec, body, rigging, int(node), (0, 0, height))
     body.add_geom(
-        name=truss.nodes[block[1]],
+        name=middle,
         default=spec.find_default("hub"),
         type=mujoco.mjtGeom.mjGEOM_CAPSULE,
         fromto=[0, 0, -half, 0, 0, half],
         size=[arm.block_of(module).diameter / 2, 0, 0],
         **rigging.bits(module),
     )
+    return seats
 
 
 def pin_barrel(barrel: mujoco.MjsBody, chain: Chain, member: Member) -> None:

@@ -41,7 +41,7 @@ CONTACT_GROUP = 3  # the invisible boxes for contact
 FRONT_GROUP = 4  # front half of the wall
 FRONT_COVER_GROUP = 5  # front half of dome, soil and risers
 
-POOL = f"{names.TANK}/waste/pool"  # mesh of the waste that is seen
+_POOL = "waste/pool"  # mesh of the waste that is seen
 _SKIRT = 0.01  # m below the floor, to which a field of heights that fall is drawn
 _PARTS = 8  # bodies around the axis for each part of the shell
 _FLOOR, _WALL = ("dish",), ("knuckle", "wall")
@@ -77,9 +77,7 @@ def add_tank(spec: mujoco.MjSpec, tank: Tank, bed: Bed | None = None) -> None:
         group = FRONT_COVER_GROUP if sin(riser.azimuth) < 0 else BACK_COVER_GROUP
         _add_mesh(spec, body, riser.name, solids.make_riser(tank, profile, riser), "riser", group)
     if tank.waste.level:
-        _add_mesh(
-            spec, body, POOL.removeprefix(f"{names.TANK}/"), solids.make_waste(tank, profile), "waste", INSIDE_GROUP
-        )
+        _add_mesh(spec, body, _POOL, solids.make_waste(tank, profile), "waste", INSIDE_GROUP)
         _add_waste(spec, body, tank, profile, make_bed(tank) if bed is None else bed)
     rings = solids.make_rings(tank, profile, ring_radii(tank))
     _add_mesh(spec, body, "rings", rings, "rings", INSIDE_GROUP)
@@ -132,7 +130,9 @@ def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: P
         waste = _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_CYLINDER, "contact", "tank.waste", size=size)
         waste.pos = [0, 0, tank.waste.level - DEPTH / 2]
         return
-    low, high, count = *_find_span(tank, bed), len(bed.heights)
+    # waste that can be cut may fall to the floor
+    low = 0.0 if tank.waste.grid is not None else float(bed.heights.min())
+    high, count = float(bed.heights.max()), len(bed.heights)
     part = (bed.heights.T - low) / (high - low)  # rows are along y
     if tank.waste.grid is not None:
         part[0, 0] = 0.0  # of a corner far outside the wall: MuJoCo counts heights from the least one
@@ -142,11 +142,6 @@ def _add_waste(spec: mujoco.MjSpec, body: mujoco.MjsBody, tank: Tank, profile: P
     )
     place = {"hfieldname": names.WASTE, "pos": [0, 0, low]}
     _add_felt(body, names.WASTE, mujoco.mjtGeom.mjGEOM_HFIELD, "contact", "tank.waste", **place)
-
-
-def _find_span(tank: Tank, bed: Bed) -> tuple[float, float]:
-    """Least and greatest height of waste as it is felt, m; that which can be cut may fall to the floor."""
-    return 0.0 if tank.waste.grid is not None else float(bed.heights.min()), float(bed.heights.max())
 
 
 def lower_waste(model: mujoco.MjModel, diggings: Diggings, heights: Array) -> None:
@@ -230,7 +225,7 @@ def show_pit(spec: mujoco.MjSpec, tank: Tank, diggings: Diggings) -> None:
     """Open the waste that is only seen over the diggings for a field of heights, which `lower_waste` gives the compiled model."""
     from vgtsim.geometry import solids
 
-    mesh = spec.mesh(POOL)
+    mesh = spec.mesh(f"{names.TANK}/{_POOL}")
     whole = solids.open_waste(solids.make_waste(tank, make_profile(tank.shell)), diggings)
     mesh.uservert, mesh.userface = whole.vertices.ravel(), whole.faces.ravel()
     low, high = diggings.places.min(axis=0), diggings.places.max(axis=0)
