@@ -176,7 +176,10 @@ def map_capacity(
     )
     best = np.lexsort((-payload, row, column))  # cell by cell, the greatest payload of a cell first
     best = best[np.unique(np.stack([column[best], row[best]]), axis=1, return_index=True)[1]]
-    normal = _top_normals(chain, postures[best])
+    state = chain.state(postures[best])
+    normal = np.einsum(
+        "cakj,cak->caj", state.base[:, :-1, :, :3], state.top[..., 2]
+    )  # of tops in frames of their bases
     elastic = make_elastic_model(chain, Payload(mass=reference, radius=PAYLOAD_RADIUS), gravity)
     return CapacityMap(
         radius=(column[best] + 0.5) * cell,
@@ -190,12 +193,6 @@ def map_capacity(
         bends=np.arctan2(np.hypot(normal[..., 0], normal[..., 1]), normal[..., 2]),
         azimuths=np.arctan2(normal[..., 1], normal[..., 0]),
     )
-
-
-def _top_normals(chain: Chain, q: Array) -> Array:
-    """Normal of the top of each active module in the frame of its base, shape (C, A, 3)."""
-    state = chain.state(q)
-    return np.einsum("cakj,cak->caj", state.base[:, :-1, :, :3], state.top[..., 2])
 
 
 def find_gain(better: CapacityMap, plain: CapacityMap) -> Array:

@@ -51,7 +51,8 @@ class StaticSection:
         skew = float(np.max(np.abs(self.R @ self.R.T - np.eye(3))))
         if skew > _SQUARE or np.linalg.det(self.R) < 0:
             raise AssemblyError("static section", skew, "R_BT is not a rotation matrix")
-        value, leg = self.stiffness
+        _, J = leg_jacobian(self.nodes[_LEGS[:, 0]], self.nodes[3 + _LEGS[:, 1]], self.P)
+        value, leg = worst_direction(J, twist_units(triangle_nodes(self.top)))
         if value < _RIGID:
             role = "longeron" if leg < 3 else "cross_longeron"
             raise TrussError(
@@ -67,12 +68,6 @@ class StaticSection:
     def nodes(self) -> Array:
         """Corners 1 to 3 of the base and 1 to 3 of the top in frame B, shape (6, 3), m."""
         return np.concatenate([triangle_nodes(self.base), triangle_nodes(self.top) @ self.R.T + self.P])
-
-    @cached_property
-    def stiffness(self) -> tuple[float, int]:
-        """Smallest singular value of the leg Jacobian, a pure number, and the leg (0 to 5) worst of it."""
-        _, J = leg_jacobian(self.nodes[_LEGS[:, 0]], self.nodes[3 + _LEGS[:, 1]], self.P)
-        return worst_direction(J, twist_units(triangle_nodes(self.top)))
 
 
 def make_section(
