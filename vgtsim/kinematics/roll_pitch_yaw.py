@@ -58,8 +58,9 @@ def pose_parameters(R: ArrayLike, P: ArrayLike) -> Array:
 def rotate_upright(turn: ArrayLike) -> Array:
     """Rotations about the vertical by angles of shape (...), rad: shape (..., 3, 3)."""
     c, s = np.cos(turn), np.sin(turn)
-    zero, one = np.zeros_like(c), np.ones_like(c)
-    return np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(*np.shape(c), 3, 3)
+    R = np.zeros((*np.shape(c), 3, 3))
+    R[..., 0, 0], R[..., 0, 1], R[..., 1, 0], R[..., 1, 1], R[..., 2, 2] = c, -s, s, c, 1.0
+    return R
 
 
 def smallest_turn(first: Array, last: Array) -> Array:

@@ -62,7 +62,9 @@ class StaticSection:
     @property
     def transform(self) -> Array:
         """T_BT, shape (4, 4)."""
-        return np.block([[self.R, self.P[:, None]], [np.eye(4)[3:]]])
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = self.R, self.P
+        return T
 
     @cached_property
     def nodes(self) -> Array:
