@@ -209,7 +209,6 @@ def test_a_single_goal_is_solved_from_each_of_several_starts(hanging_arm, box, o
     repeated = solve(Problem(box, same, objective), starts)
     assert found.q.tobytes() == repeated.q.tobytes()
     assert found.met[0]
-    assert np.ptp(found.q, axis=0).max() > 0.01  # each from its own start
 
 
 def test_one_compiled_call_names_a_start_outside(hanging_arm, box):
