@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from vgtsim.errors import MissingLibraryError
 
 ROOT = Path(__file__).parents[1]
 ROOMS = (
@@ -62,6 +65,25 @@ def test_imports_point_down(path):
     assert faces <= {"vgtsim.__version__"}, "the names of the package's face are of any room"
     if room in NO_MUJOCO:
         assert not any(name.split(".")[0] == "mujoco" or name == "vgtsim.graphics" for name in modules)
+
+
+PROGRAMS = [
+    path for path in (ROOT / "scripts").iterdir() if path.is_file() and b"python" in path.read_bytes().split(b"\n")[0]
+]
+
+
+@pytest.mark.parametrize("path", sorted(PROGRAMS), ids=lambda path: path.name)
+def test_names_that_programs_take_from_the_package_are_there(path):
+    """Programs have no ending, so the check of types does not read them."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "vgtsim":
+            try:
+                module = importlib.import_module(str(node.module))
+            except MissingLibraryError as error:
+                pytest.skip(str(error))
+            for alias in node.names:
+                if not hasattr(module, alias.name):  # or a module of the room
+                    importlib.import_module(f"{node.module}.{alias.name}")
 
 
 def test_every_room_has_its_place():
