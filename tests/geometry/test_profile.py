@@ -19,6 +19,10 @@ NOMINAL = 530_000 * US_GALLON  # capacity of a type II tank, m³
 OPERATING_DEPTH = 4.70  # m, tabulated for type II
 
 
+def find_piece(profile, name):
+    return next(piece for piece in profile.pieces if piece.name == name)
+
+
 def random_shells(count):
     rng = np.random.default_rng(11)
     for _ in range(count):
@@ -58,11 +62,11 @@ def test_pieces_join_with_a_common_tangent_from_axis_to_axis(shell):
 def test_arcs_have_the_dimensions_described(shell):
     profile = make_profile(shell)
     radius = shell.inner_diameter / 2
-    assert abs(profile.piece("knuckle").radius - shell.knuckle_radius) < ROUNDING
-    assert abs(profile.piece("haunch").radius - shell.haunch_radius) < ROUNDING
-    assert abs(profile.piece("dish").end[1] - shell.dish_depth) < ROUNDING
-    assert np.allclose(profile.piece("wall").end, (radius, shell.wall_top), atol=ROUNDING, rtol=0)
-    dome, haunch = profile.piece("dome"), profile.piece("haunch")
+    assert abs(find_piece(profile, "knuckle").radius - shell.knuckle_radius) < ROUNDING
+    assert abs(find_piece(profile, "haunch").radius - shell.haunch_radius) < ROUNDING
+    assert abs(find_piece(profile, "dish").end[1] - shell.dish_depth) < ROUNDING
+    assert np.allclose(find_piece(profile, "wall").end, (radius, shell.wall_top), atol=ROUNDING, rtol=0)
+    dome, haunch = find_piece(profile, "dome"), find_piece(profile, "haunch")
     # a circle that touches another from inside: the centres are the difference of the radii apart
     apart = hypot(dome.centre[0] - haunch.centre[0], dome.centre[1] - haunch.centre[1])
     assert abs(apart - (dome.radius - haunch.radius)) < ROUNDING
@@ -109,7 +113,7 @@ def test_volume_agrees_with_the_solid_of_revolution():
 def test_volume_agrees_with_caps_and_cylinder_in_closed_form():
     shell = next(random_shells(1))
     profile = make_profile(shell)
-    dish, wall = profile.piece("dish"), profile.piece("wall")
+    dish, wall = find_piece(profile, "dish"), find_piece(profile, "wall")
     cap = pi * shell.dish_depth**2 * (3 * dish.radius - shell.dish_depth) / 3
     assert profile.volume(shell.dish_depth) == pytest.approx(cap, rel=1e-9)
     low, high = wall.start[1] + 0.1, wall.end[1] - 0.1
@@ -125,8 +129,8 @@ def test_the_nominal_capacity_lies_between_operating_depth_and_liner_top():
 
 def test_a_flat_floor_is_a_disc():
     profile = make_profile(TANK.shell.model_copy(update={"dish_depth": 0.0}))
-    assert profile.piece("dish").turn == 0
-    assert profile.piece("dish").at(np.array([0.0, 5.0])).tolist() == [[0.0, 0.0], [5.0, 0.0]]
-    knuckle = profile.piece("knuckle")
+    assert find_piece(profile, "dish").turn == 0
+    assert find_piece(profile, "dish").at(np.array([0.0, 5.0])).tolist() == [[0.0, 0.0], [5.0, 0.0]]
+    knuckle = find_piece(profile, "knuckle")
     assert knuckle.centre == pytest.approx((11.43 - TANK.shell.knuckle_radius, TANK.shell.knuckle_radius))
     assert cos(knuckle.heading) == 1

@@ -11,7 +11,7 @@ import pytest
 from vgtsim.description.waste import Mound
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import bend_start
-from vgtsim.mjcf import build_model, load_model, names, qpos_from_nodes, write_scene_files
+from vgtsim.mjcf import build_spec, finish_model, load_model, names, qpos_from_nodes, write_scene_files
 from vgtsim.mjcf.files import measure_sag
 from vgtsim.mjcf.fittings import set_point_masses
 from vgtsim.mjcf.keyframes import withdrawn_poses
@@ -37,7 +37,7 @@ def pose(reach_scene, chain):
 
 @pytest.fixture(scope="module")
 def model(reach_scene, pose):
-    return build_model(Site(reach_scene), {"first_goal": pose})
+    return finish_model(build_spec(Site(reach_scene), {"first_goal": pose}), Site(reach_scene))
 
 
 @pytest.fixture(scope="module")

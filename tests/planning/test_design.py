@@ -30,8 +30,9 @@ def program(hanging_arm):
     return Tour(q[0], (Leg("goal", 0, hanging_arm.lengths(q), q[-1], 1.0, "none"),), STEP)
 
 
-def test_sampled_motion_is_that_of_a_log_of_every_step(hanging_arm, program):
-    nodes, motion = sample_motion(hanging_arm, program, spacing=0.05)
+def test_sampled_motion_is_that_of_a_log_of_every_step(hanging_arm, program, monkeypatch):
+    monkeypatch.setattr("vgtsim.planning.design._SPACING", 0.05)
+    nodes, motion = sample_motion(hanging_arm, program)
     lengths = program.legs[0].lengths
     every = hanging_arm.nodes(hanging_arm.inputs_from_lengths(lengths))
     log = motion_from_log(STEP * np.arange(len(lengths)), every)

@@ -129,10 +129,11 @@ def test_stowed_arm_in_the_bore_has_what_the_riser_leaves(small):
     np.testing.assert_allclose(gaps.bore.min(axis=0)[1:], spare, atol=1e-6)
 
 
-def test_bound_is_no_posture_beaten_by_chance(small):
+def test_bound_is_no_posture_beaten_by_chance(small, monkeypatch):
     """Random changes of the best posture at a feed leave the curve more, or overrun a stroke."""
     guide = make_guide(small, CURVE, AZIMUTH)
-    found = find_postures(guide, 0.5)
+    monkeypatch.setattr("vgtsim.planning.postures._SPACING", 0.5)
+    found = find_postures(guide)
     rng = np.random.default_rng(11)
     for w in (3, len(found.feed) // 2, -1):
         free = guide.opening > found.feed[w]

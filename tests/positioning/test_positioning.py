@@ -171,7 +171,7 @@ def test_other_goal_spaces_are_met(hanging_arm, box, name):
     near = q + 0.02 * np.random.default_rng(11).standard_normal(q.shape)
     found = solve_anywhere(Problem(box, goal), near)
     assert np.all(found.met)
-    reports = report_rows(hanging_arm, goal, found.q[3], 3)
+    reports = report_rows(hanging_arm, goal_spaces(hanging_arm, q[3:4])[name], found.q[3])
     assert [row.name for row in reports] == list(goal.names)
     assert all(abs(row.residual) <= row.tolerance for row in reports)
 

@@ -34,8 +34,9 @@ def shop(make_study, monkeypatch):
             return [make_row(order, case, dict.fromkeys(order.columns, 1.0), None, 0.01) for case in batch]
 
         monkeypatch.setattr(dispatch, "work_off", fake)
+        monkeypatch.setattr(dispatch, "_TICK", 0.01)
         engine = Engine("of a test", lambda: ThreadPoolExecutor(2), width, (LostError, BrokenExecutor))
-        dispatch.dispatch(order, cases, engine, rows.extend, tick_s=0.01)
+        dispatch.dispatch(order, cases, engine, rows.extend)
         return {row["work.seed"]: row["error"] for row in rows}, len(rows), begun
 
     return work

@@ -259,12 +259,11 @@ class Controller:
         if self._arm is None or self._last is None:
             raise StoppedError("the controller has made no step yet")
         found, mobility, words = self._last
-        measured, target = self._feedback.measured, self._aimed
+        measured = self._feedback.measured
         clearance, nearest = self._nearness.nearest
         use, member = self._strength.worst
         return ControlReport(
-            target_position=target[:3],
-            target_direction=target[3:],
+            target_position=self._aimed[:3],
             tool_position=measured.tool[0][0],
             tool_direction=measured.tool[1][0],
             lengths=self._arm.lengths.copy(),
@@ -322,7 +321,7 @@ class ControlReport:
     """What a person at the controls wants to know. Vectors are in frame G.
 
     Attributes:
-        target_position, target_direction: Where the tool is meant to be, shape (3,), m, and its direction.
+        target_position: Where the tool is meant to be, shape (3,), m.
         tool_position, tool_direction: The tool by the measured lengths.
         lengths, rates: Wanted lengths of the cylinders and their rates, shape (J,), m and m/s.
         part: Part of the wish that the last step did, 0 to 1.
@@ -333,7 +332,6 @@ class ControlReport:
     """
 
     target_position: Array
-    target_direction: Array
     tool_position: Array
     tool_direction: Array
     lengths: Array

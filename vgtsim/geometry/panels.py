@@ -68,15 +68,15 @@ class _Tangent:
         return np.array([-sin(self.heading), cos(self.heading)])
 
 
-def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> tuple[Panel, ...]:
+def make_panels(tank: Tank, profile: Profile) -> tuple[Panel, ...]:
     """Enclose the tank, open at an arm riser on its axis, and the riser's bore up to its flange, from the floor to the riser.
 
-    With a bore of 0 the tank is closed. The boxes stand back from the surface by at most about twice the tolerance, m.
+    With a bore of 0 the tank is closed. The boxes stand back from the surface by at most about twice the tolerance.
     """
     bore = tank.arm_riser.bore / 2
     *below, dome = profile.pieces
-    pieces = [(piece, tolerance) for piece in (below if bore else profile.pieces)]
-    pieces += [] if not bore else zip(_split_dome(dome, bore), (tolerance, min(tolerance, FINE)), strict=True)
+    pieces = [(piece, TOLERANCE) for piece in (below if bore else profile.pieces)]
+    pieces += [] if not bore else zip(_split_dome(dome, bore), (TOLERANCE, FINE), strict=True)
     tangents = [line for piece, spare in pieces for line in _tangents(piece, spare)]
     corners = [_meet(a, b) for a, b in pairwise(tangents)]
     panels = [_slab(tangents[0], corners[0])]
@@ -91,11 +91,11 @@ def make_panels(tank: Tank, profile: Profile, tolerance: float = TOLERANCE) -> t
         turn = line.heading - tangents[index - 1].heading
         if index < len(corners):
             turn = max(turn, tangents[index + 1].heading - line.heading)
-        sectors = count_sectors(max(start[0], stop[0]) * sin(line.heading), tolerance)
+        sectors = count_sectors(max(start[0], stop[0]) * sin(line.heading), TOLERANCE)
         if line.name == RIM:
-            sectors = count_sectors(bore, min(tolerance, FINE))  # their edges are the rim
+            sectors = count_sectors(bore, FINE)  # their edges are the rim
         panels += _ring(line, (start, stop), turn, bore, sectors, f"{line.name}/{number}")
-    return (*panels, *_bore(tank, profile, min(tolerance, FINE))) if bore else tuple(panels)
+    return (*panels, *_bore(tank, profile)) if bore else tuple(panels)
 
 
 def _split_dome(dome: Piece, bore: float) -> tuple[Piece, Piece]:
@@ -164,12 +164,12 @@ def _ring(line: _Tangent, ends: tuple[Array, Array], turn: float, bore: float, s
     return _place(name, middle, line, half, sectors)
 
 
-def _bore(tank: Tank, profile: Profile, tolerance: float) -> list[Panel]:
+def _bore(tank: Tank, profile: Profile) -> list[Panel]:
     riser = tank.arm_riser
     radius = riser.bore / 2
     rim = float(profile.ceiling_at(radius))
     top = tank.grade + riser.above_grade
-    sectors = count_sectors(radius, tolerance)
+    sectors = count_sectors(radius, FINE)
     line = _Tangent(riser.name, np.array([radius, rim]), pi / 2)
     middle = np.array([radius + DEPTH / 2, (rim + top) / 2])
     half = np.array([(top - rim) / 2, (radius + DEPTH) * tan(pi / sectors), DEPTH / 2])

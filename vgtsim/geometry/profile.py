@@ -46,10 +46,6 @@ class Profile:
         """Height of the top point on the axis, m."""
         return self.pieces[-1].end[1]
 
-    def piece(self, name: str) -> Piece:
-        """The piece of that name."""
-        return next(piece for piece in self.pieces if piece.name == name)
-
     def rim(self, bore: float, aside: float = 0.0) -> float:
         """Lowest height, m, at which a bore of that radius meets the dome, its axis `aside` of the tank's; worked out once."""
         if (bore, aside) not in self._rims:

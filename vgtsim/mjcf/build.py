@@ -105,14 +105,12 @@ def build_arm_spec(
     return spec
 
 
-def build_model(site: Site, poses: Mapping[str, Array] | None = None) -> mujoco.MjModel:
-    """Compile a scene for simulation, with keyframes at further poses, inputs of shape (n,); see `build_spec`.
+def build_model(site: Site) -> mujoco.MjModel:
+    """Compile a scene for simulation: weights are scaled and the scene's drive is selected.
 
-    Weights are scaled and the scene's drive is selected. The model without poses is compiled once for a site; each call
-    returns a copy, which may be changed. Errors are those of `finish_model`.
+    The model is compiled once for a site; each call returns a copy, which may be changed. Errors are those of
+    `finish_model`.
     """
-    if poses:
-        return finish_model(build_spec(site, poses), site)
     if site not in _MODELS:
         sections = site.task.simulation.members == "sections"
         _MODELS[site] = _build_sections(site) if sections else finish_model(build_spec(site), site)

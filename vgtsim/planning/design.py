@@ -16,6 +16,7 @@ from vgtsim.positioning import bring_inside, make_box
 from vgtsim.site import Site
 from vgtsim.statics import GREATEST_BEND, Demand, NodeMotion, Sizing, size_arm
 
+_SPACING = 0.2  # s from pose to pose of a tour
 _ROUNDS = 8  # tours after which sizes that still change are given up
 _AROUND = 24  # directions in which the arm reaches out
 _HOOKS = 8  # local directions into which the free modules bend
@@ -103,12 +104,12 @@ def _spare(chain: Chain, tube: TubeSize, cylinder: CylinderSize, bore: float) ->
     return riser_fit(replace(chain, manipulator=thick), bore).spare
 
 
-def sample_motion(chain: Chain, tour: Tour, spacing: float = 0.2) -> tuple[Array, NodeMotion]:
+def sample_motion(chain: Chain, tour: Tour) -> tuple[Array, NodeMotion]:
     """Nodes along a tour, goals included, shape (K, N, 3), m, in frame G, and their velocities and accelerations.
 
-    The motion is by central differences over one step of the tour. `spacing` is the time between poses, s.
+    The motion is by central differences over one step of the tour.
     """
-    every, step = max(1, round(spacing / tour.timestep)), tour.timestep
+    every, step = max(1, round(_SPACING / tour.timestep)), tour.timestep
     rows = []
     for leg in tour.legs:
         last = len(leg.lengths) - 1

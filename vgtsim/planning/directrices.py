@@ -70,7 +70,7 @@ def count_from(site: Site) -> tuple[float, ...]:
     return (start,) if off[best] < _SAME else (start, float(planes[best]))
 
 
-def propose_directrices(site: Site, last: float = 0.0, start: float | None = None) -> Iterator[tuple[LeadCurve, float]]:
+def propose_directrices(site: Site, start: float | None = None) -> Iterator[tuple[LeadCurve, float]]:
     """Directrices and azimuths of their planes from X of B_1, rad, those with most room first.
 
     Planes are counted from an azimuth, rad, or from that of the site's start.
@@ -86,19 +86,17 @@ def propose_directrices(site: Site, last: float = 0.0, start: float | None = Non
     opening = make_opening(planar, site.scene.pivot_height, 0.0)
     pitch = float(np.max(np.diff(opening, append=opening[-1] + planar.stowed[-1])))
     feet = rim - 0.1 - pitch + _RISE
-    inside = float(0.95 * planar.stowed_length - last)
+    inside = float(0.95 * planar.stowed_length)
+    turned = [PlanarArm(chain, float(start + 2 * np.pi * k / _AZIMUTHS)) for k in range(_AZIMUTHS)]
     found = []
     for foot in feet[(feet < rim - 0.3) & (feet > around.obstacles.waste_level)]:
         for bent in radius * _CURVED:
             for turn in _TURNS:
                 curve = make_directrix(float(foot), [(float(bent * turn), float(1 / bent))])
-                towards_all = [float(start + 2 * np.pi * k / _AZIMUTHS) for k in range(_AZIMUTHS)]
-                rooms = _find_rooms(
-                    site, curve, towards_all, inside - (site.scene.pivot_height - foot), rim - 0.1 - pitch
-                )
-                for towards, room in zip(towards_all, rooms, strict=True):
-                    off = abs((towards - start + np.pi) % (2 * np.pi) - np.pi)
-                    found.append((min(room, _ENOUGH) - _APART * off, len(found), curve, towards))
+                reach = inside - (site.scene.pivot_height - foot)
+                for arm, room in zip(turned, _find_rooms(site, curve, turned, reach, rim - 0.1 - pitch), strict=True):
+                    off = abs((arm.azimuth - start + np.pi) % (2 * np.pi) - np.pi)
+                    found.append((min(room, _ENOUGH) - _APART * off, len(found), curve, arm.azimuth))
     found.sort(key=lambda item: (-item[0], item[1]))
     yield from _spread(found)
 
@@ -125,11 +123,11 @@ def _spread(found: list[tuple[float, int, LeadCurve, float]]) -> Iterator[tuple[
         left = later
 
 
-def _find_rooms(site: Site, curve: LeadCurve, towards: list[float], reach: float, straight: float) -> list[float]:
-    """Room about a curve in each of some planes for a thick arm, less what leaving it costs, m."""
+def _find_rooms(site: Site, curve: LeadCurve, turned: list[PlanarArm], reach: float, straight: float) -> list[float]:
+    """Room about a curve in the plane of each arm for a thick arm, less what leaving it costs, m."""
     around = site.surroundings
     flat, _ = curve.at(np.arange(0.0, max(reach, _SPACING), _SPACING))
-    points = np.stack([PlanarArm(site.chain, angle).place(flat) for angle in towards])
+    points = np.stack([arm.place(flat) for arm in turned])
     half = site.tank.arm_riser.bore / 2 + _BULGE + site.clearance
     bed, above = around.obstacles.bed, points[..., 2] - around.obstacles.waste_level
     if bed is not None and np.ptp(bed.heights) > 0:

@@ -70,7 +70,6 @@ class Insertion:
             lengths have less than the margin, from a millimetre beyond them.
         rest: The same at the end, from the full margin.
         strength: Greatest utilisation of a member at rest; `pressure` of the oil.
-        travel: Greatest travel of an actuator per feed.
     """
 
     directrix: LeadCurve
@@ -86,7 +85,6 @@ class Insertion:
     rest: float
     strength: float
     pressure: float
-    travel: float
 
     @property
     def ends(self) -> tuple[Array, Array]:
@@ -98,8 +96,8 @@ class Insertion:
         return replace(self, spline=reverse_spline(self.spline), feed=reverse_spline(self.feed))
 
 
-def plan_insertion(site: Site, last: float = 0.0) -> Insertion:
-    """Find the way of a site's arm from above the riser to a posture at a last feed, m; the same site gives the same way.
+def plan_insertion(site: Site) -> Insertion:
+    """Find the way of a site's arm from above the riser to a posture at its working depth; the same site gives the same way.
 
     Directrices are tried in the order of their room: in planes counted from that of the start, and then in those in which the
     modules bend most.
@@ -110,9 +108,9 @@ def plan_insertion(site: Site, last: float = 0.0) -> Insertion:
     """
     missed: list[PathError] = []
     for towards in count_from(site):
-        for directrix, azimuth in islice(propose_directrices(site, last, towards), _CURVES):
+        for directrix, azimuth in islice(propose_directrices(site, towards), _CURVES):
             try:
-                return follow_directrix(site, directrix, azimuth, last)
+                return follow_directrix(site, directrix, azimuth)
             except PathError as error:
                 missed.append(error)
     raise max(missed, key=lambda error: error.clearance)
@@ -136,8 +134,8 @@ def make_leader(site: Site, way: Insertion) -> Leader:
     return Leader(way.directrix, mount[:3, 3] * [1.0, 1.0, 0.0], level, way.deviation, way.bound)
 
 
-def make_guide(site: Site, directrix: LeadCurve, azimuth: float, last: float = 0.0) -> Follower:
-    """The arm of a site held to a directrix in the plane at an azimuth from X of B_1, rad, down to a last feed, m.
+def make_guide(site: Site, directrix: LeadCurve, azimuth: float) -> Follower:
+    """The arm of a site held to a directrix in the plane at an azimuth from X of B_1, rad, down to the working depth.
 
     Raises:
         DescriptionError: The arm does not stay in a plane.
@@ -150,16 +148,13 @@ def make_guide(site: Site, directrix: LeadCurve, azimuth: float, last: float = 0
         directrix=directrix,
         pivot=site.scene.pivot_height,
         opening=make_opening(planar, site.scene.pivot_height, rim - BELOW),
-        last=last,
         least=np.minimum(site.box.least, stowed - _OPENING),
         greatest=np.maximum(site.box.greatest, stowed + _OPENING),
     )
 
 
-def follow_directrix(
-    site: Site, directrix: LeadCurve, azimuth: float, last: float = 0.0, followed: float = np.inf
-) -> Insertion:
-    """Lead the arm of a site in along a directrix, in the plane at an azimuth from X of B_1, rad, to a last feed, m.
+def follow_directrix(site: Site, directrix: LeadCurve, azimuth: float, followed: float = np.inf) -> Insertion:
+    """Lead the arm of a site in along a directrix, in the plane at an azimuth from X of B_1, rad, to the working depth.
 
     `followed` is the greatest deviation over the least possible one.
 
@@ -167,7 +162,7 @@ def follow_directrix(
         DescriptionError: The arm does not stay in a plane.
         PathError: A limit is overrun in every try; that of the best try is named.
     """
-    guide = make_guide(site, directrix, azimuth, last)
+    guide = make_guide(site, directrix, azimuth)
     postures = find_postures(guide)
     tries = [(guide, *one) for one in _TRIES]
     if np.isfinite(followed):
@@ -244,11 +239,11 @@ def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Inse
     from scipy.interpolate import make_interp_spline  # slow to load, and only a way in needs it
 
     planar, first = guide.planar, start_feed(site, guide.planar)
-    spread = np.linspace(0.0, 1.0, int(np.ceil((first - guide.last) / GRID)) + 1)
-    heights = first + (guide.last - first) * spread
+    spread = np.linspace(0.0, 1.0, int(np.ceil(first / GRID)) + 1)
+    heights = first - first * spread
     spline = make_interp_spline(spread, planar.inputs(*shapes(heights)), k=5)
     feed = make_interp_spline(spread, heights, k=5)
-    place = np.linspace(0.0, 1.0, int(np.ceil((first - guide.last) / JUDGED)) + 1)
+    place = np.linspace(0.0, 1.0, int(np.ceil(first / JUDGED)) + 1)
     h, q = feed(place), spline(place)
     length = site.chain.lengths(q)
     free = (h[:, None] < guide.opening)[:, guide.owner]
@@ -257,7 +252,7 @@ def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Inse
     used = find_use(site.case_model, site.sections, site.chain.nodes(q[::-_STRAINED]), site.safety_factor)
     off, _ = guide.axis(*shapes(h), h)
     sections = planar.static[1:] + planar.tool_offset * (np.arange(len(guide.opening)) == len(guide.opening) - 1)
-    reach = planar.stowed_length - (first + guide.pivot - guide.directrix.foot) + (first - guide.last)
+    reach = planar.stowed_length - (first + guide.pivot - guide.directrix.foot) + first
     return Insertion(
         directrix=guide.directrix,
         azimuth=planar.azimuth,
@@ -272,5 +267,4 @@ def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Inse
         rest=float(np.min(site.box.spare(length[-1]), where=free[-1], initial=np.inf)),
         strength=float(used.strength.max()),
         pressure=float(used.pressure.max()),
-        travel=float(np.abs(np.diff(length, axis=0)).max() / (h[0] - h[1])),
     )

@@ -49,14 +49,12 @@ class Path:
         curve: Inputs over the parameter 0 to 1, shape (n,) at each; its fourth derivative is continuous.
         clearance: Least clearance over the path, m, from the thing named `place`.
         spare: Least distance of an actuator from the end of its stroke box, m.
-        travel: Sum along the path of the greatest change of an actuator, m: its time at a fixed rate.
     """
 
     curve: BSpline | Curve
     clearance: float
     place: str
     spare: float
-    travel: float
 
 
 def plan_path(
@@ -204,7 +202,7 @@ def _judge(corridor: Corridor, rough: _Rough, stride: int = 1) -> Path:
     clearance, places = corridor.surroundings.clearance(rough.state.q[::stride], True)
     worst, lengths = int(np.argmin(clearance)), rough.state.lengths
     spare = float(np.min(corridor.box.spare(lengths)))
-    return Path(rough.curve, float(clearance[worst]), places[worst], spare, _travel(lengths))
+    return Path(rough.curve, float(clearance[worst]), places[worst], spare)
 
 
 def plan_stages(corridor: Corridor, first: Array, last: Array, leg: str, owner: Index | None = None) -> list[Path]:

@@ -15,6 +15,7 @@ import numpy as np
 from vgtsim.arrays import Array, Index, Mask
 from vgtsim.planning.unfolding import Follower
 
+_SPACING = 0.25  # m of feed from posture to posture
 _ROUNDS = 25  # programmes for a posture; about five bring it to rest
 _TRUST = 0.3  # first greatest change of a bend, rad, and of an extension, m
 _REST = 1e-4  # change and trust at which a posture is at rest
@@ -36,14 +37,14 @@ class Postures:
         return float(self.deviation.max())
 
 
-def find_postures(guide: Follower, spacing: float = 0.25) -> Postures:
-    """Postures of least deviation at feeds a spacing apart, m, from the first opening to the end of the way.
+def find_postures(guide: Follower) -> Postures:
+    """Postures of least deviation every quarter of a metre of feed, from the first opening to the end of the way.
 
     Each is sought from the one before it, and so are the modules that have just opened, from the stowed pose.
     """
-    first = max(float(guide.opening.max()), guide.last + spacing)
-    feeds = np.unique(np.concatenate([np.arange(first, guide.last, -spacing), [guide.last], guide.opening]))[::-1]
-    feeds = feeds[(feeds >= guide.last) & (feeds <= first)]
+    first = max(float(guide.opening.max()), _SPACING)
+    feeds = np.unique(np.concatenate([np.arange(first, 0.0, -_SPACING), [0.0], guide.opening]))[::-1]
+    feeds = feeds[(feeds >= 0.0) & (feeds <= first)]
     bend, reach = np.zeros(len(guide.opening)), np.array(guide.planar.stowed)
     rows = []
     for feed in feeds:

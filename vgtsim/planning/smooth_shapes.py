@@ -52,8 +52,8 @@ class Track:
     def feed(self) -> Array:
         """Feeds that are looked at, shape (W,), m."""
         first = float(self.guide.opening.max())
-        count = max(2, int(np.ceil((first - self.guide.last) / (_LOOKS * self.guide.knot))))
-        return np.linspace(first, self.guide.last, count + 1)[1:]
+        count = max(2, int(np.ceil(first / (_LOOKS * self.guide.knot))))
+        return np.linspace(first, 0.0, count + 1)[1:]
 
     @cached_property
     def basis(self) -> tuple[Array, Array, Array]:

@@ -32,7 +32,6 @@ class Follower:
     Attributes:
         pivot: Height of the mast flange at the working depth, m.
         opening: Feed at which each active module may open, shape (A,), m.
-        last: Feed at the end of the way, m.
         least: Least actuator lengths, shape (J,), m; `greatest` are the greatest.
         knot: Feed between the knots of the shapes, m. A module that opens unfolds within two or three of them.
     """
@@ -41,7 +40,6 @@ class Follower:
     directrix: LeadCurve
     pivot: float
     opening: Array
-    last: float
     least: Array
     greatest: Array
     knot: float = _KNOT
@@ -130,15 +128,14 @@ def tabulate(guide: Follower, feed: Array, order: int = 0) -> Array:
 
     tables = []
     for opening in guide.opening:
-        span = opening - guide.last
-        if span <= 0:
+        if opening <= 0:
             tables.append(np.zeros((len(feed), 0)))
             continue
-        pieces = max(2, int(np.ceil(span / guide.knot)))
-        knots = np.concatenate([np.zeros(_DEGREE), np.linspace(0.0, span, pieces + 1), np.full(_DEGREE, span)])
+        pieces = max(2, int(np.ceil(opening / guide.knot)))
+        knots = np.concatenate([np.zeros(_DEGREE), np.linspace(0.0, opening, pieces + 1), np.full(_DEGREE, opening)])
         count = pieces + _DEGREE
         basis = BSpline(knots, np.eye(count)[:, _CORNERS:], _DEGREE)
-        went = np.clip(opening - feed, 0.0, span)
+        went = np.clip(opening - feed, 0.0, opening)
         table = (-1.0) ** order * basis(went, nu=order)
         table[feed >= opening] = 0.0
         tables.append(table)

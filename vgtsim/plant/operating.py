@@ -20,8 +20,8 @@ from vgtsim.site import Site
 _AT_ONCE = 1e-6  # of a step: a command of that instant counts
 
 
-def operate(site: Site, commands: Sequence[OperatorCommand] | None = None) -> RunLog:
-    """Play a record of commands, by default that of the site's scene, and give the log; the same record gives the same log.
+def operate(site: Site) -> RunLog:
+    """Play the record of commands of a site's scene, and give the log; the same record gives the same log.
 
     After the last command the arm comes to rest and is held as at a goal. A contact that stops the plant ends the run.
 
@@ -29,9 +29,8 @@ def operate(site: Site, commands: Sequence[OperatorCommand] | None = None) -> Ru
         VgtError: A command is refused; `control.Controller.command` says why.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
-    record = site.scene.commands if commands is None else tuple(commands)
-    log = _ride(site, record).log
-    return replace(log, digests=log.digests | {"programme": digest_commands(record)})
+    log = _ride(site, site.scene.commands).log
+    return replace(log, digests=log.digests | {"programme": digest_commands(site.scene.commands)})
 
 
 def begin_operation(site: Site, folder: Path, *, resume: bool = False) -> LogWriter:

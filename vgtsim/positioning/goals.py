@@ -191,7 +191,7 @@ class RowReport:
     tolerance: float
 
 
-def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLERANCE) -> GoalSpace:
+def tool_goal(position: ArrayLike, direction: ArrayLike) -> GoalSpace:
     """Five rows (8.1): tool position, m, and direction of any length but zero, in G, shapes (3,) or (B, 3).
 
     Raises:
@@ -204,7 +204,7 @@ def tool_goal(position: ArrayLike, direction: ArrayLike, tolerance: float = TOLE
         goal = f"goal at {np.array2string(at, threshold=6)} along {np.array2string(along, threshold=6)}"
         detail = f"{goal}: finite numbers and a direction that is not zero"
         raise GoalError(("tool x", "tool direction 1"), 0.0, detail)
-    return GoalSpace((Position(at, tolerance=tolerance), Direction(along / size, tolerance=tolerance)))
+    return GoalSpace((Position(at), Direction(along / size)))
 
 
 def evaluate(chain: Chain, goal: GoalSpace, state: State, which: Index) -> tuple[Array, Array]:
@@ -250,9 +250,9 @@ def _seat(chain: Chain, kinds: tuple[tuple[type[Any], str | None, str], ...]) ->
     return parts, spots, axes
 
 
-def report_rows(chain: Chain, goal: GoalSpace, q: Array, which: int = 0) -> tuple[RowReport, ...]:
+def report_rows(chain: Chain, goal: GoalSpace, q: Array) -> tuple[RowReport, ...]:
     """Desired, reached and residual of every row of one goal, for inputs of shape (n,)."""
-    one = np.array([which])
+    one = np.zeros(1, int)
     error = evaluate(chain, goal, chain.state(q[None]), one)[0][0]
     wanted: list[float | None] = []
     for part in goal.groups:

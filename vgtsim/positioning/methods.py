@@ -111,8 +111,7 @@ def anchor_successively(
     Modules that the problem couples count as one, and stay coupled in every stage. The end is stationary in every window, and
     in the whole arm when the windows' null spaces together span that of the arm.
 
-    The notes of the solution, a batch of one, are the number of `stages`; `values`, the objective after each stage, which never
-    rises once the goal is met; and whether it `converged`: a whole cycle passed without a fall.
+    The solution is a batch of one, and its notes are the number of `stages`. From stage to stage the objective never rises.
 
     Raises:
         GoalError: The free inputs are not more than the goal rows, or the goal is not met even with all inputs free.
@@ -128,15 +127,13 @@ def anchor_successively(
     feasible = solve(problem, start, replace(how, optimality=np.inf))  # any solution will do to begin with
     if not feasible.met[0]:
         raise GoalError(problem.goal.names, float(np.abs(feasible.error).max()), "not met even with all inputs free")
-    q, values, converged = feasible.q[0], [float(feasible.value[0])], False
+    q, values = feasible.q[0], [float(feasible.value[0])]  # after each stage
     for stage in range(_STAGES):
         fixed = ~np.isin(owner, (stage + np.arange(free)) % count)
         found = solve(replace(problem, reduction=anchor(q, fixed, problem.reduction)), q, how)
-        if found.met[0] and found.value[0] < values[-1]:
-            q = found.q[0]
-        values.append(min(values[-1], float(found.value[0])) if found.met[0] else values[-1])
-        converged = stage >= count and values[-1 - count] - values[-1] <= _FALL * (1 + abs(values[-1]))
-        if converged:
+        better = found.met[0] and found.value[0] < values[-1]
+        q = found.q[0] if better else q
+        values.append(float(found.value[0]) if better else values[-1])
+        if stage >= count and values[-1 - count] - values[-1] <= _FALL * (1 + abs(values[-1])):
             break
-    last = solve(problem, q, replace(how, most=0))
-    return replace(last, notes={"stages": len(values) - 1, "values": tuple(values), "converged": converged})
+    return replace(solve(problem, q, replace(how, most=0)), notes={"stages": len(values) - 1})

@@ -33,6 +33,7 @@ from vgtsim.positioning.course import pursue
 from vgtsim.positioning.solution import Solution
 
 CONDITION_LIMIT = 1e5  # section 6.2.1: past it the smallest singular values are given up
+_TURN = 0.15  # greatest change of a variable, rad or m, in one step
 
 
 @dataclass(frozen=True)
@@ -74,15 +75,11 @@ class NewtonSettings:
         tolerance: Greatest error of each row, shape (m,), or one for all.
         optimality: Greatest fall of the objective that a null-space step may still promise, of 1 + |objective|.
         most: Greatest number of iterations.
-        turn: Greatest change of a variable in one step.
-        limit: Condition number past which goal directions are given up.
     """
 
     tolerance: Array | float = 1e-9
     optimality: float = 1e-6
     most: int = 80
-    turn: float = 0.15
-    limit: float = CONDITION_LIMIT
 
 
 @dataclass(frozen=True)
@@ -146,7 +143,7 @@ def minimise(
     ways = marks, numbers, z, trial, step, main, y
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
     learned, bent = (np.zeros(curve.shape if wanted else (0, *curve.shape[1:])) for wanted in (learns, bends))
-    figures = np.array([how.optimality, how.most, how.turn, how.limit, dear and glance is not None, bends], float)
+    figures = np.array([how.optimality, how.most, _TURN, CONDITION_LIMIT, dear and glance is not None, bends], float)
     tolerance = np.full(rows, how.tolerance)
     which, there = every, at
     while True:
@@ -158,7 +155,7 @@ def minimise(
             raise ValueError(f"start {int(np.argmin(at[0]))} is outside the strokes")
         pending = np.flatnonzero(marks[:, descent.WANT])
         if not len(pending):
-            return _conclude(at, ways, how.limit, tolerance)
+            return _conclude(at, ways, tolerance)
         wants = marks[pending, descent.WANT]
         want = wants.max()
         which = pending if wants.min() == want else pending[wants == want]
@@ -174,11 +171,11 @@ def minimise(
             there = (stored(inside), stored(error_there), J, stored(values), slope, curve, rough, by_length)
 
 
-def _conclude(at: tuple[Any, ...], ways: tuple[Any, ...], limit: float, tolerance: Array) -> Solution:
+def _conclude(at: tuple[Any, ...], ways: tuple[Any, ...], tolerance: Array) -> Solution:
     """The solution of goals that have all come to an end."""
     (marks, _, z), (error, J, value, slope) = ways[:3], at[1:5]
     stationarity, met = np.empty(len(z)), np.empty(len(z), bool)
-    elimination.judge(J, slope, error, limit, tolerance, stationarity, met)
+    elimination.judge(J, slope, error, CONDITION_LIMIT, tolerance, stationarity, met)
     return Solution(
         q=z,
         error=error,
@@ -223,14 +220,14 @@ def condition_numbers(jacobian: ArrayLike) -> Array:
         return np.where(values[..., -1] > 0, values[..., 0] / values[..., -1], inf)
 
 
-def lost_directions(jacobian: ArrayLike, names: tuple[str, ...], limit: float = CONDITION_LIMIT) -> tuple[str, ...]:
+def lost_directions(jacobian: ArrayLike, names: tuple[str, ...]) -> tuple[str, ...]:
     """Goal directions that a configuration cannot follow, from a Jacobian of shape (m, n) and the names of its rows.
 
-    Singular values below the greatest over `limit` are given up; each direction is named by the rows that it consists
-    of.
+    Singular values below the greatest over `CONDITION_LIMIT` are given up; each direction is named by the rows that it
+    consists of.
     """
     U, values, _ = np.linalg.svd(np.asarray(jacobian, float))
-    rank = int(np.sum(values > values[0] / limit))
+    rank = int(np.sum(values > values[0] / CONDITION_LIMIT))
     return tuple(name_direction(column, names) for column in U[:, rank:].T)
 
 

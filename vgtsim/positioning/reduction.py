@@ -61,10 +61,8 @@ def anchor(inputs: ArrayLike, fixed: ArrayLike, coupling: Reduction | None = Non
     return Reduction(free, np.where(held, now, offset))
 
 
-def couple(
-    reference: ArrayLike, pairs: tuple[tuple[int, int], ...], ratio: float = 1.0, owner: Index | None = None
-) -> Reduction:
-    """Tie active modules together: tau_first = k tau_second, as deviations from reference inputs of shape (n,).
+def couple(reference: ArrayLike, pairs: tuple[tuple[int, int], ...], owner: Index | None = None) -> Reduction:
+    """Tie active modules together: tau_first = tau_second, as deviations from reference inputs of shape (n,).
 
     Each pair names the module that follows and the module it follows, counted from 0. `owner` is the active module of
     each input, shape (n,); three inputs for each module when absent.
@@ -72,15 +70,15 @@ def couple(
     Raises:
         ValueError: A module follows twice, follows itself or leads and follows, or the two have unlike inputs.
 
-    Source: section 7.3 and equation 8.7. Differs: ratios are of the deviation from a reference, because a ratio of
-    mid-plane distances would change the arm's length. Free ratios are in the studies.
+    Source: section 7.3 and equation 8.7. Differs: the ratio is 1, and of the deviation from a reference; a ratio of
+    mid-plane distances would change the arm's length. Other and free ratios are in the studies.
     """
     zero = np.asarray(reference, float)
     module = np.repeat(np.arange(zero.size // 3), 3) if owner is None else owner
     C = np.eye(zero.size)
     for follow, lead in coupled_inputs(module, pairs):
         C[follow] = 0.0
-        C[follow, lead] = ratio
+        C[follow, lead] = 1.0
     # q - reference = C (z - reference of z): z are inputs of the leading and the uncoupled modules
     return Reduction(C[:, ~np.isin(module, [follower for follower, _ in pairs])], zero)
 

@@ -40,10 +40,10 @@ class NaturalModes:
     nodes: Array
 
 
-def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestressed: bool = True) -> NaturalModes:
+def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6) -> NaturalModes:
     """Find the slowest natural modes about a pose of shape (N, 3), m, frame G.
 
-    `prestressed` lets the member forces under weight stiffen (pulled) and soften (pushed) the arm.
+    The member forces under weight stiffen (pulled) and soften (pushed) the arm; a model without gravity has plain modes.
 
     Raises:
         TrussError: The truss is a mechanism; members are named. Or something of it has no mass.
@@ -55,9 +55,7 @@ def find_modes(model: ElasticModel, nodes: ArrayLike, count: int = 6, *, prestre
     matrices, mass = band_matrix(model, n[None]), mass_matrix(model, n)
     require_stiff(model.truss, n[None], matrices)
     _require_mass(model, mass)
-    stiff = unfold(matrices.upper[0])
-    if prestressed:
-        stiff = stiff + geometric_stiffness(model, n)
+    stiff = unfold(matrices.upper[0]) + geometric_stiffness(model, n)
     last = min(count, len(stiff)) - 1
     square, shape = eigh(stiff, mass, subset_by_index=[0, last])
     moved = scatter(model.truss, np.broadcast_to(n, (last + 1, *n.shape)), shape.T)

@@ -22,14 +22,13 @@ Row = dict[str, Any]
 
 _LARGEST = 1000  # cases of a batch
 _BROKEN = "its processes end before the first case does; a program that calls this needs `if __name__ == '__main__':`"
+_TICK = 1.0  # s without a row after which `receive` is called all the same: it shows the time that is left
 _ALONE = 2  # losses of a worker after which a case goes alone
 _BREAKS = 3  # of a pool of processes that has not given one row: it cannot work at all
 _CONDEMNED = 2  # losses of a worker by a case that was alone, after which it is the cause
 
 
-def dispatch(
-    order: Order, cases: Iterable[Case], engine: Engine, receive: Callable[[Sequence[Row]], None], tick_s: float = 1.0
-) -> None:
+def dispatch(order: Order, cases: Iterable[Case], engine: Engine, receive: Callable[[Sequence[Row]], None]) -> None:
     """Work off cases; `receive` gets the rows of each batch, in the order of arrival, and an empty list now and then.
 
     The batch of a lost worker is done again. A case that was in hand at several losses is done again alone, so that no
@@ -41,7 +40,7 @@ def dispatch(
     loop = _Loop(order, engine, deque(cases))
     while loop.fill():
         try:
-            rows = loop.collect(tick_s)
+            rows = loop.collect(_TICK)
         except Empty:
             rows = ()
         receive(rows)

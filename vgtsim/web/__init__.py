@@ -14,8 +14,8 @@ except ImportError:
     raise MissingLibraryError("viser", "pip install 'vgtsim[live]'") from None
 
 from vgtsim.web.display import Display, Sight
-from vgtsim.web.recording import Recording, open_server, write_recording
+from vgtsim.web.recording import Recording, write_recording
 from vgtsim.web.scale import draw_scale
 from vgtsim.web.session import Session
 
-__all__ = ["Display", "Recording", "Session", "Sight", "draw_scale", "open_server", "write_recording"]
+__all__ = ["Display", "Recording", "Session", "Sight", "draw_scale", "write_recording"]

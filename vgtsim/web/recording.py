@@ -137,7 +137,7 @@ class _Playback:
     def _record(self, chosen: Index, gaps: list[LeastGap | None]) -> str:
         """Viser's client with the frames of some records in it."""
         log = self.run.log
-        with open_server() as server:
+        with _open_server() as server:
             display = Display(server, self.run.site, self.end)
             _aim(server, self.run.site, above=bool(log.height.any()))
             record = server.get_scene_serializer()
@@ -200,10 +200,10 @@ def _aim(server: ViserServer, site: Site, *, above: bool) -> None:
 
 
 @contextmanager
-def open_server(port: int = 0, host: str = "127.0.0.1") -> Iterator[ViserServer]:
-    """A server of viser that says nothing on the terminal, on a free port unless one is given; it stops at the end."""
+def _open_server() -> Iterator[ViserServer]:
+    """A server of viser that says nothing on the terminal, on a free port; it stops at the end."""
     with redirect_stdout(io.StringIO()):
-        server = ViserServer(host=host, port=port, verbose=False)
+        server = ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         yield server
     finally:
