@@ -16,7 +16,17 @@ import numpy as np
 
 from vgtsim.arrays import Array
 from vgtsim.constants import GRAVITY, SAFETY_FACTOR
-from vgtsim.description import CutStep, Manipulator, Payload, Scene, SceneFile, Tank, load_manipulator, load_scene
+from vgtsim.description import (
+    CutStep,
+    Manipulator,
+    Payload,
+    RunStage,
+    Scene,
+    SceneFile,
+    Tank,
+    load_manipulator,
+    load_scene,
+)
 from vgtsim.errors import DescriptionError
 from vgtsim.geometry import (
     Bed,
@@ -189,7 +199,7 @@ class Site:
     @cached_property
     def searched_start(self) -> tuple[Array, int]:
         """Inputs of a posture clear of everything near the first goal, shape (n,), and the number of postures tried."""
-        places = [stage.position for stage in self.task.stages if stage.position is not None]
+        places = [stage.position for stage in self.stages if stage.position is not None]
         places = places or [goal.position for goal in self.task.motion.goals]
         if not places:
             raise self.scene.error("motion.start", "nothing", "a posture, where there are neither goals nor paths")
@@ -201,15 +211,20 @@ class Site:
         return Keep(self.surroundings, self.clearance + _START_MARGIN)
 
     @cached_property
+    def stages(self) -> tuple[RunStage, ...]:
+        """What the run settles at the end of, in turn: goals, or steps of the mission."""
+        return self.task.stages
+
+    @cached_property
     def stretches(self) -> tuple[tuple[Stretch, ...], ...]:
         """Parts of the tool's path in each stage of the run, none where the tool follows no path."""
-        return tuple(make_stretches(stage.path) if stage.path else () for stage in self.task.stages)
+        return tuple(make_stretches(stage.path) if stage.path else () for stage in self.stages)
 
     @cached_property
     def stage_poses(self) -> Array:
         """Position, m, and direction of the tool at the end of each stage, shape (S, 6); NaN where a stage has none."""
-        poses = np.full((len(self.task.stages), 6), np.nan)
-        for row, stage, path in zip(poses, self.task.stages, self.stretches, strict=True):
+        poses = np.full((len(self.stages), 6), np.nan)
+        for row, stage, path in zip(poses, self.stages, self.stretches, strict=True):
             if path:
                 row[:3], row[3:] = path[-1].points(2)[-1], path[-1].last
             elif stage.position is not None:

@@ -221,7 +221,7 @@ def _choose_scene(copy: Scene) -> tuple[Scene, tuple[str, ...]]:
 
     scene, notes = find_original(copy, lambda whole: pick_phase(place_goals(whole), copy))
     site, held = Site(scene), Site(copy)
-    if site.truss.member_names != held.truss.member_names or len(site.task.stages) != len(held.task.stages):
+    if site.truss.member_names != held.truss.member_names or len(site.stages) != len(held.stages):
         changed = "the arm or the goals of the scene's file are others now: limits and description are those of the log"
         return copy, (*notes, changed)
     return scene, notes

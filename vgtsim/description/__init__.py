@@ -27,6 +27,7 @@ from vgtsim.description.mission import (
     MissionStep,
     MoveStep,
     RasterStep,
+    RunStage,
     WithdrawStep,
     begins_inside,
 )
@@ -114,6 +115,7 @@ __all__ = [
     "RepeatedRun",
     "RepeatedWorkspace",
     "Riser",
+    "RunStage",
     "Scene",
     "SceneFile",
     "SectionModule",

@@ -102,7 +102,7 @@ def list_phase_rows(runs: Sequence[JudgedRun]) -> list[Row]:
             "number": number,
             "page": f"{PHASES}/{number}/{HTML}",
             "modules": len(run.site.arm.active),
-            "steps": ", ".join(stage.name for stage in run.site.task.stages),
+            "steps": ", ".join(stage.name for stage in run.site.stages),
             "begin": f"{begin:.1f} s",
             "time": f"{run.duration:.1f} s",
             "figures": [_write_measured(first[name]) if name in first else "" for name in PHASE_FIGURES],
@@ -145,7 +145,7 @@ def list_goals(run: JudgedRun) -> list[Row]:
         ("tool_angle_error", "rad", limits.tracking_angle),
     )
     rows = []
-    for index, goal in enumerate(run.site.task.stages):
+    for index, goal in enumerate(run.site.stages):
         held = [hold for hold in run.holds if hold.goal == index]
         errors = []
         for key, unit, limit in judged:

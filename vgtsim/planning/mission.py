@@ -375,7 +375,7 @@ def make_leg(site: Site, stage: int, plan: MissionPlan, index: int, timestep: fl
     parts = [(piece.rows(timestep), piece.turn) for piece in pieces]
     rows = join_rows(parts)
     return Leg(
-        name=site.task.stages[stage].name,
+        name=site.stages[stage].name,
         goal=stage,
         lengths=rows.lengths,
         q=plan.ends[index],

@@ -363,7 +363,7 @@ class Evidence:
     def tool_errors(self) -> tuple[Array, Array]:
         """Distance, m, and angle, rad, of the tool from the goal approached or held, shapes (T,); NaN without a goal."""
         log = self.log
-        if not self.site.task.stages:
+        if not self.site.stages:
             return np.full(len(log.time), np.nan), np.full(len(log.time), np.nan)
         wanted = self.site.stage_poses[log.goal]
         distance, angle = self._compare_tool(wanted[:, :3], wanted[:, 3:])

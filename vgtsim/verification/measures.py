@@ -138,7 +138,7 @@ is_imposed = when(drive="rigid", members=("rigid", "sections"))  # whether cylin
 
 def has_goals(site: Site) -> bool:
     """Whether a scene has stages to settle at the end of; an operator has none."""
-    return bool(site.task.stages)
+    return bool(site.stages)
 
 
 def has_paths(site: Site) -> bool:
@@ -148,7 +148,7 @@ def has_paths(site: Site) -> bool:
 
 def has_poses(site: Site) -> bool:
     """Whether a stage of the run ends in a pose of the tool."""
-    return any(stage.position or stage.path for stage in site.task.stages)
+    return any(stage.position or stage.path for stage in site.stages)
 
 
 def has_operator(site: Site) -> bool:

@@ -39,7 +39,7 @@ def check_stages(run: Evidence) -> Finding:
     The rest and each hold must last the scene's `hold`.
     """
     log, site = run.outline, run.site
-    count, due = len(site.task.stages), site.task.motion.hold * site.task.simulation.log_rate
+    count, due = len(site.stages), site.task.motion.hold * site.task.simulation.log_rate
     holds, faults = log.holds, []
     if log.goal[0] != -1 or abs(np.argmax(log.goal != -1) - due) > _BESIDE:
         faults.append("the rest before the first goal")
@@ -64,7 +64,7 @@ def check_revisions(run: Evidence) -> Finding:
     Between the appearance and the new plan the commands must stand still. An arm at its last goal needs no new plan.
     """
     log, whole, site = run.log, run.outline, run.site
-    last, faults = len(site.task.stages) - 1, []
+    last, faults = len(site.stages) - 1, []
     for when in sorted(set(site.tank.appearances.values())):
         here = int(np.searchsorted(whole.time, when - SAME_INSTANT))
         if here >= len(whole.time) or (whole.settled[here] and whole.goal[here] == last):

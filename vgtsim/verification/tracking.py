@@ -37,7 +37,7 @@ def _report(
 def check_tool(run: Evidence, which: int) -> Finding:
     """Greatest error of the tool at settled goals; not measured when a goal was never settled."""
     log, task, errors = run.log, run.site.task, run.tool_errors[which]
-    labels = [stage.name for stage in task.stages]
+    labels = [stage.name for stage in run.site.stages]
     least = max(int(task.motion.hold * task.simulation.log_rate) - 1, 1)  # records of a whole hold, less the first
     whole = run.outline
     missed = [name for goal, name in enumerate(labels) if np.sum(whole.settled & (whole.goal == goal)) < least]
@@ -112,5 +112,5 @@ def _follow(lengths: Array, steps: Index) -> Array:
 
 def goal_name(site: Site, index: int) -> str:
     """Name of a logged goal; empty for the index -1, which stands before the first goal."""
-    stages = site.task.stages
+    stages = site.stages
     return stages[index].name if 0 <= index < len(stages) else ""

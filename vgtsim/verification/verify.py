@@ -25,7 +25,7 @@ def verify(site: Site, log: LogSource, tour: PlannedTour | None = None, notes: t
     is read and judged in stretches; of each figure the worst counts.
     """
     truss, whole, every = site.truss, outline(log), thinning(log)
-    counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.task.stages))
+    counts = (len(truss.nodes), len(truss.members), len(truss.actuated), len(site.stages))
     heights = 0 if site.diggings is None else len(site.diggings.start)
     rows = [measure for measure in MEASURES if measure.applies(site) and (tour is not None or not measure.planned)]
     found: list[list[Finding]] = [[] for _ in rows]
@@ -58,7 +58,7 @@ def _tell_revisions(site: Site, revisions: Sequence[Revision]) -> Iterator[str]:
     before = 0.0
     for revision in revisions:
         names = [name for name, when in site.tank.appearances.items() if before < when <= revision.time + SAME_INSTANT]
-        what = f"{'step' if site.task.mission else 'way to'} {site.task.stages[revision.leg].name}"
+        what = f"{'step' if site.task.mission else 'way to'} {site.stages[revision.leg].name}"
         yield f"{' and '.join(names)} appeared in the tank; at {revision.time:.6g} s the {what} was planned anew"
         before = revision.time + SAME_INSTANT
 
