@@ -33,6 +33,12 @@ def run_tests(session: nox.Session, *chosen: str) -> None:
     session.run("pytest", "-n", "2", "--dist", "loadfile", *chosen, env=ENVIRONMENT | cache)
 
 
+def find_programs() -> list[str]:
+    """Python programs in `scripts/` whose names have no ending."""
+    files = [path for path in Path("scripts").iterdir() if path.is_file() and not path.suffix]
+    return sorted(str(path) for path in files if "python" in path.read_text(encoding="utf-8").split("\n", 1)[0])
+
+
 @nox.session(python=PYTHONS)
 def tests(session: nox.Session) -> None:
     """Tests with one version of Python and the pinned versions; arguments after `--` go to pytest."""
@@ -68,6 +74,7 @@ def lint(session: nox.Session) -> None:
     """Style, spelling, types and the review of Scientific Python, with the tools of the environment that nox runs in."""
     session.run("pre-commit", "run", "--all-files", "--show-diff-on-failure")
     session.run("pyright")
+    session.run("pyright", *find_programs())  # it looks by itself at names that end in .py only
     session.run("sp-repo-review", ".")
 
 
