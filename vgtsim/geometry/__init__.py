@@ -17,7 +17,7 @@ from vgtsim.geometry.clearance import (
 )
 from vgtsim.geometry.gaps import PILLAR, Walls, find_between
 from vgtsim.geometry.mast import MastPipe, make_mast
-from vgtsim.geometry.near import NearRows, carry, find_near, flag_clear
+from vgtsim.geometry.near import ArmInTank, NearRows, carry, find_near, flag_clear
 from vgtsim.geometry.pairs import MemberPairs, pair_members
 from vgtsim.geometry.panels import DEPTH, Panel, Wedge, enclose_tank
 from vgtsim.geometry.places import place_goals, tool_frame
@@ -32,6 +32,7 @@ __all__ = [
     "RISER",
     "SHELL",
     "WASTE",
+    "ArmInTank",
     "Bed",
     "Clearance",
     "Diggings",

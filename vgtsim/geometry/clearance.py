@@ -97,8 +97,16 @@ def make_walls(tank: Tank, profile: Profile, around: Obstacles) -> gaps.Walls:
     """The tank, its obstacles and its waste, for compiled functions."""
     bed = around.bed
     heights, ground = (np.empty((0, 0)), np.zeros(5)) if bed is None else (bed.heights, bed.ground)
-    figures = profile.figures, find_mouth(tank, profile), np.array(around.axes), np.array(around.radii)
-    return *figures, around.waste_level, heights, ground, around.solids
+    return gaps.Walls(
+        curve=profile.figures,
+        mouth=find_mouth(tank, profile),
+        axes=np.array(around.axes),
+        thick=np.array(around.radii),
+        level=around.waste_level,
+        bed=heights,
+        ground=ground,
+        blocks=around.solids,
+    )
 
 
 def arm_clearance(

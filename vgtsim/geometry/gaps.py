@@ -2,11 +2,12 @@
 
 All positions are in frame G, m. A curve is the tank's profile as `Profile.figures`; a mouth is (bore, rim, dome, x, y, cap):
 radius and lowest height of the curve where the arm riser's bore meets the dome, the height of the dome's centre, the place of
-the riser's axis and the radius of the dome. `Walls` are curve, mouth, axes of K obstacles, shape (K, 2, 3), their radii, the
-level of the waste, its bed and ground, see `surface`, and solids, see `blocks`; a bed of no heights is level.
+the riser's axis and the radius of the dome.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,13 +19,32 @@ from vgtsim.geometry.segments import TOUCHING, find_between
 from vgtsim.geometry.side_mouth import enclose_aside, find_rim, find_top, hypot
 from vgtsim.geometry.surface import along_surface, find_height, is_above, to_surface
 
-Walls = tuple[Array, Array, Array, Array, float, Array, Array, Blocks]
-
 # what a point or member is near; a bed is uneven waste, which a member is near
 TANK, WASTE, PILLAR, OWN, BED, SOLID = range(6)
 
 _SECTOR_SLACK = 1e-9  # m; a point on the border of two sectors must not fall between them; the error is its square
 _SAMPLES, _CUTS = 17, 3  # the place of least distance is then known within 1/1024 of the member's length
+
+
+class Walls(NamedTuple):
+    """A tank with all that stands in it; compiled functions take it as it is.
+
+    Attributes:
+        curve, mouth: Of the tank and its arm riser.
+        axes, thick: Axes and radii of K cylinders, shapes (K, 2, 3) and (K,), m.
+        level: Height of the waste, m, where its bed is level.
+        bed, ground: Of uneven waste, see `surface`; a bed of no heights is level.
+        blocks: Solids.
+    """
+
+    curve: Array
+    mouth: Array
+    axes: Array
+    thick: Array
+    level: float
+    bed: Array
+    ground: Array
+    blocks: Blocks
 
 
 @compiled
@@ -155,7 +175,7 @@ def measure_arm(
     balls, shape (M + N,). If only the least of all configurations counts, what cannot be it is left out: it is infinite or more
     than it is.
     """
-    curve, mouth, axes, thick, level, bed, ground, blocks = tank
+    axes, thick, bed, ground, blocks = tank.axes, tank.thick, tank.bed, tank.ground, tank.blocks
     bound, middle = np.inf, np.empty(3)  # what is not less than the bound need not be measured
     lead, high, count, places = np.empty(3), np.empty(balls.shape[1]), len(ends), least.shape[1]
     depth, at_mouth = np.empty(balls.shape[1]), np.empty(balls.shape[1], np.bool_)
@@ -163,7 +183,7 @@ def measure_arm(
         points = balls[i]
         least[i], body[i] = np.inf, 0
         for c in range(len(points)):
-            depth[c], nearest = enclose(curve, mouth, points[c, 0], points[c, 1], points[c, 2])
+            depth[c], nearest = enclose(tank.curve, tank.mouth, points[c, 0], points[c, 1], points[c, 2])
             at_mouth[c] = nearest < 0
         most = _look_down(bed, ground, points, radii[count:], bound, high) if len(bed) else np.inf
         for m in range(len(radii)):
@@ -187,7 +207,7 @@ def measure_arm(
                 _offer(least[i], body[i], place, gap, m)
             low = min(points[a, 2], points[b, 2])
             if not len(bed):
-                _offer(least[i], body[i], places - 1, low - level - radii[m], m)
+                _offer(least[i], body[i], places - 1, low - tank.level - radii[m], m)
                 continue
             limit = min(most, least[i, places - 1]) + radii[m] + TOUCHING
             if low - ground[2] > limit or (high[a] + high[b] - _apart(points[a], points[b])) / 2 > limit:
@@ -195,7 +215,7 @@ def measure_arm(
             if not is_above(bed, ground, points[a], points[b], limit):
                 gap = along_surface(bed, ground, points[a], points[b], limit, lead)[0] - radii[m]
                 _offer(least[i], body[i], places - 1, gap, m)
-        _search_mouth(curve, mouth, points, ends, radii, depth, at_mouth, least[i], body[i])
+        _search_mouth(tank, points, ends, radii, depth, at_mouth, least[i], body[i])
         if together:
             bound = min(bound, least[i].min())
 
@@ -226,21 +246,14 @@ def _offer(least: Array, body: Index, place: int, gap: float, m: int) -> None:
 
 @compiled
 def _search_mouth(
-    curve: Array,
-    mouth: Array,
-    points: Array,
-    ends: Index,
-    radii: Array,
-    depths: Array,
-    at_mouth: Mask,
-    least: Array,
-    body: Index,
+    tank: Walls, points: Array, ends: Index, radii: Array, depths: Array, at_mouth: Mask, least: Array, body: Index
 ) -> None:
     """Search members that begin or end where the riser's mouth is nearest along their length.
 
     The distance changes by no more than the way along the segment, so samples bound it from below. A member that cannot
     come as near to the riser as another one is given up.
     """
+    curve, mouth = tank.curve, tank.mouth
     some, top = np.flatnonzero(at_mouth[ends[:, 0]] | at_mouth[ends[:, 1]]), find_top(mouth)
     for j in range(len(some)):  # a member that can come nearer to neither than another one is already needs no search
         a, b = points[ends[some[j], 0]], points[ends[some[j], 1]]
@@ -330,11 +343,11 @@ def measure_pairs(pairs: MemberPairs, points: Array, least: Array, pair: Index) 
 
     Balls about modules and members tell which of them need not be measured.
     """
-    ends, radii, corners, thick, modules, members, begin = pairs
-    balls, hulls, lower = np.empty((len(corners), 4)), np.empty((len(ends), 4)), np.empty(modules.shape[1])
+    ends, radii, modules, members = pairs.ends, pairs.radii, pairs.modules, pairs.members
+    balls, hulls, lower = np.empty((len(pairs.corners), 4)), np.empty((len(ends), 4)), np.empty(modules.shape[1])
     for i in range(len(points)):
         least[i], pair[i] = np.inf, -1
-        wrap_modules(corners, thick, points[i], balls)
+        wrap_modules(pairs.corners, pairs.thick, points[i], balls)
         wrap_members(ends, radii, points[i], hulls)
         likely = 0
         if not len(lower):
@@ -348,7 +361,7 @@ def measure_pairs(pairs: MemberPairs, points: Array, least: Array, pair: Index) 
             k = likely if turn < 0 else turn
             if lower[k] > least[i] or (turn == likely):
                 continue
-            for r in range(begin[k], begin[k + 1]):
+            for r in range(pairs.begin[k], pairs.begin[k + 1]):
                 a, b = members[0, r], members[1, r]
                 if are_beside(hulls[a], hulls[b], least[i] + TOUCHING):  # or rounding would lose it
                     continue

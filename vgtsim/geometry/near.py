@@ -59,44 +59,60 @@ class NearRows(NamedTuple):
         return NearRows(*columns)
 
 
+class ArmInTank(NamedTuple):
+    """An arm, its payload and all that they must keep clear of; compiled functions take it as it is.
+
+    Attributes:
+        walls: Of the tank; the mast is one of its cylinders.
+        pairs: Pairs of members that may meet; the last member is the payload.
+        meets: Which members may meet which cylinder, shape (K, M).
+        point_radii: Of a ball about each point, shape (N + 1,), m.
+    """
+
+    walls: Walls
+    pairs: MemberPairs
+    meets: Mask
+    point_radii: Array
+
+
+class _Posture(NamedTuple):
+    """One configuration: its points, shape (N + 1, 3), m, balls about its members, and heights of points above waste at least."""
+
+    config: int
+    at: Array
+    hulls: Array
+    high: Array
+    reach: float
+
+
 @compiled
-def find_near(
-    tank: Walls,
-    pairs: MemberPairs,
-    meets: Mask,
-    point_radii: Array,
-    points: Array,
-    reach: float,
-    payload: bool,
-    rows: NearRows,
-) -> int:
+def find_near(arm: ArmInTank, points: Array, reach: float, payload: bool, rows: NearRows) -> int:
     """Pairs of bodies nearer than a reach, configuration by configuration; returns their number, however few fit in.
 
     Where no room is given for any, it ends soon after the first.
 
     Args:
-        meets: Which members may meet which obstacle, shape (K, M); obstacles are cylinders. The last member is the payload.
-        point_radii: Of a ball about each point, shape (N + 1,).
         points: Shape (W, N + 1, 3); the first three do not move.
         payload: Whether the payload's distance from all but the arm counts.
     """
-    ends, radii, bed, blocks = pairs[0], pairs[1], tank[5], tank[7]
-    balls, hulls, high = np.empty((len(pairs[2]), 4)), np.empty((len(ends), 4)), np.empty(points.shape[1])
-    fixed, capsules = points.shape[1] - (0 if payload else 1), len(ends) - (0 if payload else 1)
-    brief, count, parts = not len(rows.gap), 0, ends[:capsules]
+    walls, pairs = arm.walls, arm.pairs
+    balls, hulls, high = np.empty((len(pairs.corners), 4)), np.empty((len(pairs.ends), 4)), np.empty(points.shape[1])
+    left_out = 0 if payload else 1
+    fixed, parts = points.shape[1] - left_out, pairs.ends[: len(pairs.ends) - left_out]
+    brief, count = not len(rows.gap), 0
     for i in range(len(points)):
-        at = points[i]
-        wrap_members(ends, radii, at, hulls)
-        count = _add_points(tank, point_radii, at, fixed, reach, high, rows, i, count)
-        if len(bed) and not (brief and count):
-            count = _add_bed(tank, parts, radii, at, hulls, reach, high, rows, i, count)
+        here = _Posture(i, points[i], hulls, high, reach)
+        wrap_members(pairs.ends, pairs.radii, points[i], hulls)
+        count = _add_points(arm, fixed, here, rows, count)
+        if len(walls.bed) and not (brief and count):
+            count = _add_bed(arm, parts, here, rows, count)
         if not (brief and count):
-            count = _add_pillars(tank, parts, radii, meets, at, hulls, reach, rows, i, count)
-        if len(blocks.owner) and not (brief and count):
-            count = _add_blocks(tank, parts, radii, at, reach, rows, i, count)
+            count = _add_pillars(arm, parts, here, rows, count)
+        if len(walls.blocks.owner) and not (brief and count):
+            count = _add_blocks(arm, parts, here, rows, count)
         if not (brief and count):
-            wrap_modules(pairs[2], pairs[3], at, balls)
-            count = _add_own(pairs, at, balls, hulls, reach, rows, i, count)
+            wrap_modules(pairs.corners, pairs.thick, points[i], balls)
+            count = _add_own(pairs, balls, here, rows, count)
         if brief and count:
             return count
     return count
@@ -121,38 +137,28 @@ def _write_along(rows: NearRows, row: int, ends: Index, s: float, lead: Array) -
 
 
 @compiled
-def _add_points(
-    tank: Walls,
-    point_radii: Array,
-    at: Array,
-    fixed: int,
-    reach: float,
-    high: Array,
-    rows: NearRows,
-    config: int,
-    count: int,
-) -> int:
+def _add_points(arm: ArmInTank, fixed: int, here: _Posture, rows: NearRows, count: int) -> int:
     """Points near the tank's surface or the waste; how high each is above the waste, at the least, goes into `high`."""
-    curve, mouth, _, _, level, bed, ground, _ = tank
-    lead = np.empty(3)
+    walls, point_radii, at, reach = arm.walls, arm.point_radii, here.at, here.reach
+    bed, ground, lead = walls.bed, walls.ground, np.empty(3)
     for c in range(fixed):
         room = reach + point_radii[c]
         rho = hypot(at[c, 0], at[c, 1])
-        away, nearest = enclose(curve, mouth, at[c, 0], at[c, 1], at[c, 2])
+        away, nearest = enclose(walls.curve, walls.mouth, at[c, 0], at[c, 1], at[c, 2])
         if c >= 3 and away - point_radii[c] < reach:
-            if _write(rows, count, config, away - point_radii[c], TANK, c, 0):
+            if _write(rows, count, here.config, away - point_radii[c], TANK, c, 0):
                 rows.held[count, 0] = c
-                lead_inward(curve, mouth, at[c], rho, away, nearest, rows.slopes[count, 0])
+                lead_inward(walls.curve, walls.mouth, at[c], rho, away, nearest, rows.slopes[count, 0])
             count += 1
         lead[0], lead[1], lead[2] = 0.0, 0.0, 1.0
-        gap = at[c, 2] - (ground[2] if len(bed) else level) - point_radii[c]
-        high[c] = at[c, 2] - ground[2]
+        gap = at[c, 2] - (ground[2] if len(bed) else walls.level) - point_radii[c]
+        here.high[c] = at[c, 2] - ground[2]
         if len(bed) and gap < reach:
             away = to_surface(bed, ground, at[c], room, lead)
-            high[c] = max(high[c], min(away, room))
+            here.high[c] = max(here.high[c], min(away, room))
             gap = away - point_radii[c] if away < room else np.inf  # or rounding would make it near
         if gap < reach:
-            if _write(rows, count, config, gap, WASTE, c, 0):
+            if _write(rows, count, here.config, gap, WASTE, c, 0):
                 rows.held[count, 0] = c
                 copy_row(lead, rows.slopes[count, 0])
             count += 1
@@ -160,74 +166,52 @@ def _add_points(
 
 
 @compiled
-def _add_bed(
-    tank: Walls,
-    ends: Index,
-    radii: Array,
-    at: Array,
-    hulls: Array,
-    reach: float,
-    high: Array,
-    rows: NearRows,
-    config: int,
-    count: int,
-) -> int:
+def _add_bed(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, count: int) -> int:
     """Members near uneven waste between their ends."""
-    bed, ground = tank[5], tank[6]
+    bed, ground, radii, at, high = arm.walls.bed, arm.walls.ground, arm.pairs.radii, here.at, here.high
     lead = np.empty(3)
     for m in range(len(ends)):
         a, b = at[ends[m, 0]], at[ends[m, 1]]
-        room = reach + radii[m]
+        room = here.reach + radii[m]
         # a hull is half as long as its member
-        low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * hulls[m, 3]) / 2 + radii[m]
-        if ends[m, 1] < 3 or low - radii[m] >= reach or is_above(bed, ground, a, b, room):
+        low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * here.hulls[m, 3]) / 2 + radii[m]
+        if ends[m, 1] < 3 or low - radii[m] >= here.reach or is_above(bed, ground, a, b, room):
             continue
         gap, s = along_surface(bed, ground, a, b, room, lead)
-        if gap - radii[m] < reach:
-            if _write(rows, count, config, gap - radii[m], BED, m, 0):
+        if gap - radii[m] < here.reach:
+            if _write(rows, count, here.config, gap - radii[m], BED, m, 0):
                 _write_along(rows, count, ends[m], s, lead)
             count += 1
     return count
 
 
 @compiled
-def _add_pillars(
-    tank: Walls,
-    ends: Index,
-    radii: Array,
-    meets: Mask,
-    at: Array,
-    hulls: Array,
-    reach: float,
-    rows: NearRows,
-    config: int,
-    count: int,
-) -> int:
+def _add_pillars(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, count: int) -> int:
     """Members near cylinders."""
-    axes, thick = tank[2], tank[3]
+    axes, thick, radii = arm.walls.axes, arm.walls.thick, arm.pairs.radii
+    at, hulls, reach = here.at, here.hulls, here.reach
     for k in range(len(axes)):
         if count and not len(rows.gap):
             return count
         for m in range(len(ends)):
             # a ball about a member that is beside the whole line of the axis is beside the obstacle
-            if not meets[k, m] or is_beside_line(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
+            if not arm.meets[k, m] or is_beside_line(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
                 continue
             a, b = at[ends[m, 0]], at[ends[m, 1]]
-            away, s, t = find_between(a, b, axes[k, 0], axes[k, 1])
+            found = find_between(a, b, axes[k, 0], axes[k, 1])
+            away = found[0]
             if away - radii[m] - thick[k] < reach:
-                if _write(rows, count, config, away - radii[m] - thick[k], PILLAR, m, k):
+                if _write(rows, count, here.config, away - radii[m] - thick[k], PILLAR, m, k):
                     rows.held[count, 0], rows.held[count, 1] = ends[m, 0], ends[m, 1]
-                    _lead_apart(a, b, axes[k, 0], axes[k, 1], away, s, t, rows.slopes[count])
+                    _lead_apart(a, b, axes[k, 0], axes[k, 1], found, rows.slopes[count])
                 count += 1
     return count
 
 
 @compiled
-def _add_blocks(
-    tank: Walls, ends: Index, radii: Array, at: Array, reach: float, rows: NearRows, config: int, count: int
-) -> int:
+def _add_blocks(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, count: int) -> int:
     """Members near solids."""
-    blocks, lead = tank[7], np.empty(3)
+    blocks, radii, at, reach, lead = arm.walls.blocks, arm.pairs.radii, here.at, here.reach, np.empty(3)
     for k in range(len(blocks.owner)):
         if count and not len(rows.gap):
             return count
@@ -236,32 +220,32 @@ def _add_blocks(
                 continue
             away, s = to_block(blocks, k, at[ends[m, 0]], at[ends[m, 1]], reach + radii[m], lead)
             if away - radii[m] < reach:
-                if _write(rows, count, config, away - radii[m], SOLID, m, blocks.owner[k]):
+                if _write(rows, count, here.config, away - radii[m], SOLID, m, blocks.owner[k]):
                     _write_along(rows, count, ends[m], s, lead)
                 count += 1
     return count
 
 
 @compiled
-def _add_own(
-    pairs: MemberPairs, at: Array, balls: Array, hulls: Array, reach: float, rows: NearRows, config: int, count: int
-) -> int:
+def _add_own(pairs: MemberPairs, balls: Array, here: _Posture, rows: NearRows, count: int) -> int:
     """Members near members of other modules."""
-    ends, radii, _, _, modules, members, begin = pairs
+    ends, radii, modules, members = pairs.ends, pairs.radii, pairs.modules, pairs.members
+    at, hulls, reach = here.at, here.hulls, here.reach
     for q in range(modules.shape[1]):
         if are_beside(balls[modules[0, q]], balls[modules[1, q]], reach):
             continue
-        for r in range(begin[q], begin[q + 1]):
+        for r in range(pairs.begin[q], pairs.begin[q + 1]):
             m, n = members[0, r], members[1, r]
             if are_beside(hulls[m], hulls[n], reach):
                 continue
             a0, a1, b0, b1 = at[ends[m, 0]], at[ends[m, 1]], at[ends[n, 0]], at[ends[n, 1]]
-            away, s, t = find_between(a0, a1, b0, b1)
+            found = find_between(a0, a1, b0, b1)
+            away = found[0]
             if away - radii[m] - radii[n] < reach:
-                if _write(rows, count, config, away - radii[m] - radii[n], OWN, m, n):
+                if _write(rows, count, here.config, away - radii[m] - radii[n], OWN, m, n):
                     copy_row(ends[m], rows.held[count, :2])
                     copy_row(ends[n], rows.held[count, 2:])
-                    _lead_apart(a0, a1, b0, b1, away, s, t, rows.slopes[count])
+                    _lead_apart(a0, a1, b0, b1, found, rows.slopes[count])
                 count += 1
         if count and not len(rows.gap):
             return count
@@ -269,31 +253,27 @@ def _add_own(
 
 
 @compiled
-def flag_clear(
-    tank: Walls,
-    pairs: MemberPairs,
-    meets: Mask,
-    point_radii: Array,
-    points: Array,
-    reach: float,
-    all_of_them: bool,
-    clear: Mask,
-) -> None:
+def flag_clear(arm: ArmInTank, points: Array, reach: float, all_of_them: bool, clear: Mask) -> None:
     """Which configurations, see `find_near`, have no pair nearer than a reach; if all must, those after one that has are not."""
     none = NearRows(
-        np.empty(0, np.intp), np.empty(0), np.empty((0, 3), np.intp), np.empty((0, 4), np.intp), np.empty((0, 4, 3))
+        config=np.empty(0, np.intp),
+        gap=np.empty(0),
+        bodies=np.empty((0, 3), np.intp),
+        held=np.empty((0, 4), np.intp),
+        slopes=np.empty((0, 4, 3)),
     )
-    whole = len(none[1]) == 0  # of a plain True numba would compile `find_near` once more
+    whole = len(none.gap) == 0  # of a plain True numba would compile `find_near` once more
     clear[:] = False
     for i in range(len(points)):
-        clear[i] = find_near(tank, pairs, meets, point_radii, points[i : i + 1], reach, whole, none) == 0
+        clear[i] = find_near(arm, points[i : i + 1], reach, whole, none) == 0
         if all_of_them and not clear[i]:
             return
 
 
 @compiled
-def _lead_apart(a0: Array, a1: Array, b0: Array, b1: Array, away: float, s: float, t: float, slope: Array) -> None:
-    """Slopes of a distance between segments by their four ends, shape (4, 3)."""
+def _lead_apart(a0: Array, a1: Array, b0: Array, b1: Array, found: tuple[float, float, float], slope: Array) -> None:
+    """Slopes of a distance between segments, as `find_between` found it, by their four ends, shape (4, 3)."""
+    away, s, t = found
     for k in range(3):
         unit = a0[k] - b0[k] + s * (a1[k] - a0[k]) - t * (b1[k] - b0[k])
         unit /= max(away, TOUCHING)

@@ -11,12 +11,12 @@ import numpy as np
 from vgtsim.arrays import Array, Index, Mask
 from vgtsim.description import Tank
 from vgtsim.geometry import (
+    ArmInTank,
     Bed,
     MemberPairs,
     NearRows,
     Obstacles,
     Profile,
-    Walls,
     arm_clearance,
     carry,
     find_near,
@@ -102,10 +102,12 @@ class Surroundings:
         return around if self.bed is None else replace(around, bed=self.bed)
 
     @cached_property
-    def _walls(self) -> Walls:
-        """Those of the tank, with the mast as one more obstacle."""
-        around, pillars = self.obstacles, self._pillars
-        return make_walls(self.tank, self.profile, replace(around, axes=pillars.axes, radii=pillars.radii))
+    def _bodies(self) -> ArmInTank:
+        """The arm and the tank, with the mast as one more obstacle."""
+        pillars, capsules = self._pillars, self.capsules
+        around = replace(self.obstacles, axes=pillars.axes, radii=pillars.radii)
+        walls = make_walls(self.tank, self.profile, around)
+        return ArmInTank(walls, capsules.far_pairs, pillars.meets, capsules.point_radii)
 
     @cached_property
     def capsules(self) -> Capsules:
@@ -166,17 +168,14 @@ class Surroundings:
         If all of them must, none is looked at after the first that does not.
         """
         points, clear = self._points(state), np.empty(len(state.q), bool)
-        capsules = self.capsules
-        args = self._walls, capsules.far_pairs, self._pillars.meets, capsules.point_radii
-        flag_clear(*args, points, reach, all_of_them, clear)
+        flag_clear(self._bodies, points, reach, all_of_them, clear)
         return clear
 
     def _near(self, points: Array, reach: float, payload: bool) -> NearRows:
-        capsules, room = self.capsules, _ROOM * len(points)
-        args = self._walls, capsules.far_pairs, self._pillars.meets, capsules.point_radii, points, reach, payload
+        room = _ROOM * len(points)
         while True:
             rows = NearRows.make(room)
-            count = find_near(*args, rows)
+            count = find_near(self._bodies, points, reach, payload, rows)
             if count <= room:
                 return rows.first(count)
             room = count
