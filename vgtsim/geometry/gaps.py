@@ -175,7 +175,8 @@ def measure_arm(
     balls, shape (M + N,). If only the least of all configurations counts, what cannot be it is left out: it is infinite or more
     than it is.
     """
-    axes, thick, bed, ground, blocks = tank.axes, tank.thick, tank.bed, tank.ground, tank.blocks
+    curve, mouth, axes, thick, blocks = tank.curve, tank.mouth, tank.axes, tank.thick, tank.blocks
+    bed, ground = tank.bed, tank.ground
     bound, middle = np.inf, np.empty(3)  # what is not less than the bound need not be measured
     lead, high, count, places = np.empty(3), np.empty(balls.shape[1]), len(ends), least.shape[1]
     depth, at_mouth = np.empty(balls.shape[1]), np.empty(balls.shape[1], np.bool_)
@@ -183,7 +184,7 @@ def measure_arm(
         points = balls[i]
         least[i], body[i] = np.inf, 0
         for c in range(len(points)):
-            depth[c], nearest = enclose(tank.curve, tank.mouth, points[c, 0], points[c, 1], points[c, 2])
+            depth[c], nearest = enclose(curve, mouth, points[c, 0], points[c, 1], points[c, 2])
             at_mouth[c] = nearest < 0
         most = _look_down(bed, ground, points, radii[count:], bound, high) if len(bed) else np.inf
         for m in range(len(radii)):
@@ -343,11 +344,12 @@ def measure_pairs(pairs: MemberPairs, points: Array, least: Array, pair: Index) 
 
     Balls about modules and members tell which of them need not be measured.
     """
-    ends, radii, modules, members = pairs.ends, pairs.radii, pairs.modules, pairs.members
-    balls, hulls, lower = np.empty((len(pairs.corners), 4)), np.empty((len(ends), 4)), np.empty(modules.shape[1])
+    ends, radii, modules, members, begin = pairs.ends, pairs.radii, pairs.modules, pairs.members, pairs.begin
+    corners, thick = pairs.corners, pairs.thick
+    balls, hulls, lower = np.empty((len(corners), 4)), np.empty((len(ends), 4)), np.empty(modules.shape[1])
     for i in range(len(points)):
         least[i], pair[i] = np.inf, -1
-        wrap_modules(pairs.corners, pairs.thick, points[i], balls)
+        wrap_modules(corners, thick, points[i], balls)
         wrap_members(ends, radii, points[i], hulls)
         likely = 0
         if not len(lower):
@@ -361,7 +363,7 @@ def measure_pairs(pairs: MemberPairs, points: Array, least: Array, pair: Index) 
             k = likely if turn < 0 else turn
             if lower[k] > least[i] or (turn == likely):
                 continue
-            for r in range(pairs.begin[k], pairs.begin[k + 1]):
+            for r in range(begin[k], begin[k + 1]):
                 a, b = members[0, r], members[1, r]
                 if are_beside(hulls[a], hulls[b], least[i] + TOUCHING):  # or rounding would lose it
                     continue

@@ -11,7 +11,7 @@ import numpy as np
 
 from vgtsim.arrays import Array, Index, Mask
 from vgtsim.compilation import compiled
-from vgtsim.geometry.blocks import to_block
+from vgtsim.geometry.blocks import Blocks, to_block
 from vgtsim.geometry.gaps import (
     BED,
     OWN,
@@ -76,13 +76,21 @@ class ArmInTank(NamedTuple):
 
 
 class _Posture(NamedTuple):
-    """One configuration: its points, shape (N + 1, 3), m, balls about its members, and heights of points above waste at least."""
+    """One configuration, and the members that are compared with all but the arm.
+
+    Attributes:
+        at: Its points, shape (N + 1, 3), m.
+        high: How high each point is above the waste, at the least, m.
+        ends, radii: Of the members, as in `MemberPairs`; `hulls` are balls about them, shape (M, 4), m.
+    """
 
     config: int
-    at: Array
-    hulls: Array
-    high: Array
     reach: float
+    at: Array
+    high: Array
+    ends: Index
+    radii: Array
+    hulls: Array
 
 
 @compiled
@@ -98,18 +106,18 @@ def find_near(arm: ArmInTank, points: Array, reach: float, payload: bool, rows: 
     walls, pairs = arm.walls, arm.pairs
     balls, hulls, high = np.empty((len(pairs.corners), 4)), np.empty((len(pairs.ends), 4)), np.empty(points.shape[1])
     left_out = 0 if payload else 1
-    fixed, parts = points.shape[1] - left_out, pairs.ends[: len(pairs.ends) - left_out]
+    fixed, ends = points.shape[1] - left_out, pairs.ends[: len(pairs.ends) - left_out]
     brief, count = not len(rows.gap), 0
     for i in range(len(points)):
-        here = _Posture(i, points[i], hulls, high, reach)
+        here = _Posture(config=i, reach=reach, at=points[i], high=high, ends=ends, radii=pairs.radii, hulls=hulls)
         wrap_members(pairs.ends, pairs.radii, points[i], hulls)
-        count = _add_points(arm, fixed, here, rows, count)
+        count = _add_points(walls, arm.point_radii, fixed, here, rows, count)
         if len(walls.bed) and not (brief and count):
-            count = _add_bed(arm, parts, here, rows, count)
+            count = _add_bed(walls.bed, walls.ground, here, rows, count)
         if not (brief and count):
-            count = _add_pillars(arm, parts, here, rows, count)
+            count = _add_pillars(walls.axes, walls.thick, arm.meets, here, rows, count)
         if len(walls.blocks.owner) and not (brief and count):
-            count = _add_blocks(arm, parts, here, rows, count)
+            count = _add_blocks(walls.blocks, here, rows, count)
         if not (brief and count):
             wrap_modules(pairs.corners, pairs.thick, points[i], balls)
             count = _add_own(pairs, balls, here, rows, count)
@@ -137,25 +145,25 @@ def _write_along(rows: NearRows, row: int, ends: Index, s: float, lead: Array) -
 
 
 @compiled
-def _add_points(arm: ArmInTank, fixed: int, here: _Posture, rows: NearRows, count: int) -> int:
+def _add_points(walls: Walls, point_radii: Array, fixed: int, here: _Posture, rows: NearRows, count: int) -> int:
     """Points near the tank's surface or the waste; how high each is above the waste, at the least, goes into `high`."""
-    walls, point_radii, at, reach = arm.walls, arm.point_radii, here.at, here.reach
-    bed, ground, lead = walls.bed, walls.ground, np.empty(3)
+    curve, mouth, bed, ground = walls.curve, walls.mouth, walls.bed, walls.ground
+    at, high, reach, lead = here.at, here.high, here.reach, np.empty(3)
     for c in range(fixed):
         room = reach + point_radii[c]
         rho = hypot(at[c, 0], at[c, 1])
-        away, nearest = enclose(walls.curve, walls.mouth, at[c, 0], at[c, 1], at[c, 2])
+        away, nearest = enclose(curve, mouth, at[c, 0], at[c, 1], at[c, 2])
         if c >= 3 and away - point_radii[c] < reach:
             if _write(rows, count, here.config, away - point_radii[c], TANK, c, 0):
                 rows.held[count, 0] = c
-                lead_inward(walls.curve, walls.mouth, at[c], rho, away, nearest, rows.slopes[count, 0])
+                lead_inward(curve, mouth, at[c], rho, away, nearest, rows.slopes[count, 0])
             count += 1
         lead[0], lead[1], lead[2] = 0.0, 0.0, 1.0
         gap = at[c, 2] - (ground[2] if len(bed) else walls.level) - point_radii[c]
-        here.high[c] = at[c, 2] - ground[2]
+        high[c] = at[c, 2] - ground[2]
         if len(bed) and gap < reach:
             away = to_surface(bed, ground, at[c], room, lead)
-            here.high[c] = max(here.high[c], min(away, room))
+            high[c] = max(high[c], min(away, room))
             gap = away - point_radii[c] if away < room else np.inf  # or rounding would make it near
         if gap < reach:
             if _write(rows, count, here.config, gap, WASTE, c, 0):
@@ -166,19 +174,19 @@ def _add_points(arm: ArmInTank, fixed: int, here: _Posture, rows: NearRows, coun
 
 
 @compiled
-def _add_bed(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, count: int) -> int:
+def _add_bed(bed: Array, ground: Array, here: _Posture, rows: NearRows, count: int) -> int:
     """Members near uneven waste between their ends."""
-    bed, ground, radii, at, high = arm.walls.bed, arm.walls.ground, arm.pairs.radii, here.at, here.high
-    lead = np.empty(3)
+    ends, radii, at, high, lead = here.ends, here.radii, here.at, here.high, np.empty(3)
+    hulls, reach = here.hulls, here.reach
     for m in range(len(ends)):
         a, b = at[ends[m, 0]], at[ends[m, 1]]
-        room = here.reach + radii[m]
+        room = reach + radii[m]
         # a hull is half as long as its member
-        low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * here.hulls[m, 3]) / 2 + radii[m]
-        if ends[m, 1] < 3 or low - radii[m] >= here.reach or is_above(bed, ground, a, b, room):
+        low = (high[ends[m, 0]] + high[ends[m, 1]] - 2 * hulls[m, 3]) / 2 + radii[m]
+        if ends[m, 1] < 3 or low - radii[m] >= reach or is_above(bed, ground, a, b, room):
             continue
         gap, s = along_surface(bed, ground, a, b, room, lead)
-        if gap - radii[m] < here.reach:
+        if gap - radii[m] < reach:
             if _write(rows, count, here.config, gap - radii[m], BED, m, 0):
                 _write_along(rows, count, ends[m], s, lead)
             count += 1
@@ -186,16 +194,15 @@ def _add_bed(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, count:
 
 
 @compiled
-def _add_pillars(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, count: int) -> int:
+def _add_pillars(axes: Array, thick: Array, meets: Mask, here: _Posture, rows: NearRows, count: int) -> int:
     """Members near cylinders."""
-    axes, thick, radii = arm.walls.axes, arm.walls.thick, arm.pairs.radii
-    at, hulls, reach = here.at, here.hulls, here.reach
+    ends, radii, at, hulls, reach = here.ends, here.radii, here.at, here.hulls, here.reach
     for k in range(len(axes)):
         if count and not len(rows.gap):
             return count
         for m in range(len(ends)):
             # a ball about a member that is beside the whole line of the axis is beside the obstacle
-            if not arm.meets[k, m] or is_beside_line(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
+            if not meets[k, m] or is_beside_line(hulls[m], axes[k, 0], axes[k, 1], hulls[m, 3] + thick[k] + reach):
                 continue
             a, b = at[ends[m, 0]], at[ends[m, 1]]
             found = find_between(a, b, axes[k, 0], axes[k, 1])
@@ -209,9 +216,9 @@ def _add_pillars(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, co
 
 
 @compiled
-def _add_blocks(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, count: int) -> int:
+def _add_blocks(blocks: Blocks, here: _Posture, rows: NearRows, count: int) -> int:
     """Members near solids."""
-    blocks, radii, at, reach, lead = arm.walls.blocks, arm.pairs.radii, here.at, here.reach, np.empty(3)
+    ends, radii, at, reach, lead = here.ends, here.radii, here.at, here.reach, np.empty(3)
     for k in range(len(blocks.owner)):
         if count and not len(rows.gap):
             return count
@@ -229,12 +236,12 @@ def _add_blocks(arm: ArmInTank, ends: Index, here: _Posture, rows: NearRows, cou
 @compiled
 def _add_own(pairs: MemberPairs, balls: Array, here: _Posture, rows: NearRows, count: int) -> int:
     """Members near members of other modules."""
-    ends, radii, modules, members = pairs.ends, pairs.radii, pairs.modules, pairs.members
+    ends, radii, modules, members, begin = pairs.ends, pairs.radii, pairs.modules, pairs.members, pairs.begin
     at, hulls, reach = here.at, here.hulls, here.reach
     for q in range(modules.shape[1]):
         if are_beside(balls[modules[0, q]], balls[modules[1, q]], reach):
             continue
-        for r in range(pairs.begin[q], pairs.begin[q + 1]):
+        for r in range(begin[q], begin[q + 1]):
             m, n = members[0, r], members[1, r]
             if are_beside(hulls[m], hulls[n], reach):
                 continue
