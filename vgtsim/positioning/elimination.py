@@ -223,9 +223,14 @@ def judge(J: Array, slope: Array, error: Array, limit: float, tolerance: Array, 
             met[i] = met[i] and abs(error[i, m]) <= tolerance[m]
 
 
+# Cholesky factors of W, shape (k, k), J W⁻¹, shape (m, k), and the pseudo-inverse of J W⁻¹ Jᵀ, shape (m, m); or of B goals
+Factors = tuple[Array, Array, Array]
+
+
 @compiled
-def set_up(W: Array, J: Array, spread: Array, inverse: Array, limit: float) -> bool:
-    """Factors of Newton's equations from W, overwritten, and J; whether W is definite."""
+def set_up(factors: Factors, J: Array, limit: float) -> bool:
+    """Factors of Newton's equations from J and from W, which stands in the place of its own; whether W is definite."""
+    W, spread, inverse = factors
     if not factorise(W):
         return False
     square = np.empty(inverse.shape)
@@ -238,10 +243,9 @@ def set_up(W: Array, J: Array, spread: Array, inverse: Array, limit: float) -> b
 
 
 @compiled
-def solve_equations(
-    lower: Array, J: Array, spread: Array, inverse: Array, slope: Array, error: Array, step: Array, y: Array
-) -> float:
+def solve_equations(factors: Factors, J: Array, slope: Array, error: Array, step: Array, y: Array) -> float:
     """Step and multipliers for a slope and an error; returns the fall that the step in the null space promises."""
+    lower, spread, inverse = factors
     fall, own, rows = slope.copy(), np.empty(len(error)), np.empty(len(error))
     solve_by_factors(lower, fall)
     apply_matrix(J, fall, rows)

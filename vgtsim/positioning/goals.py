@@ -220,7 +220,7 @@ def measure(table: rows.Table, state: State, which: Index, slopes: bool = True) 
     """As `evaluate`, of rows in a table; the Jacobian has no columns where it is not asked for."""
     count, width = len(which), int(table[0][-1, 3] + table[0][-1, 4])
     error, J = np.empty((count, width)), np.empty((count, width, state.q.shape[1] if slopes else 0))
-    rows.measure_rows(which, error, J, *table, *state.motion)
+    rows.measure_rows(which, error, J, table, state.motion)
     return error, J
 
 

@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from vgtsim.arrays import Array, Index, Mask
 from vgtsim.positioning import descent, elimination
 from vgtsim.positioning.course import pursue
+from vgtsim.positioning.descent import Point, Rules, Ways
 from vgtsim.positioning.solution import Solution
 
 CONDITION_LIMIT = 1e5  # section 6.2.1: past it the smallest singular values are given up
@@ -61,10 +62,11 @@ class Quadratic:
     by_length: Array | None = None
 
     @property
-    def parts(self) -> tuple[NDArray[Any], ...]:
-        """All of it as compiled functions take it; what is absent has no columns."""
+    def point(self) -> Point:
+        """All of it as compiled functions take it."""
         own = (getattr(self, item.name) for item in fields(self))
-        return tuple(np.empty((len(self.error), 0)) if part is None else stored(part) for part in own)
+        parts: tuple[Any, ...] = tuple(np.empty((len(self.error), 0)) if part is None else stored(part) for part in own)
+        return Point(*parts)
 
 
 @dataclass(frozen=True)
@@ -87,18 +89,26 @@ class Course:
     """What one compiled call needs to solve goals of a plain problem, see `course`.
 
     Attributes:
-        tables: Goal rows, body and lengths, as `pursue` takes them.
+        tables: Goal rows, body, weights and lengths, as `pursue` takes them.
         sizes: Numbers of goal rows, inputs and actuators.
     """
 
-    tables: tuple[Array | Index, ...]
+    tables: tuple[Any, ...]
     sizes: tuple[int, int, int]
 
-    def make_room(self, count: int) -> tuple[NDArray[Any], ...]:
+    def make_room(self, count: int) -> Point:
         """Points that are not evaluated yet."""
         m, n, J = self.sizes
-        shapes = (count, m), (count, m, n), count, (count, n), (count, n, n), (count, 0), (count, J)
-        return np.empty(count, bool), *(np.empty(shape) for shape in shapes)
+        return Point(
+            inside=np.empty(count, bool),
+            error=np.empty((count, m)),
+            J=np.empty((count, m, n)),
+            value=np.empty(count),
+            slope=np.empty((count, n)),
+            curve=np.empty((count, n, n)),
+            rough=np.empty((count, 0)),
+            by_length=np.empty((count, J)),
+        )
 
 
 Evaluate = Callable[[Array, Index], Quadratic]
@@ -134,56 +144,72 @@ def minimise(
     """
     how, z, every = settings or NewtonSettings(), np.array(start, float, order="C"), np.arange(len(start))
     goals = every if goals is None else goals
-    at = evaluate(z.copy(), goals).parts if course is None else course.make_room(len(z))  # its parts are written to
-    _, error, J, _, slope, curve, rough, by_length = at
-    count, rows, learns = len(z), error.shape[1], rough.shape[1] > 0
+    at = evaluate(z.copy(), goals).point if course is None else course.make_room(len(z))  # it is written to
+    J, curve, by_length = at.J, at.curve, at.by_length
+    count, rows, learns = len(z), J.shape[1], at.rough.shape[1] > 0
     bends = curvature is not None and not learns
     marks, numbers = _begin(count)
-    trial, step, main, y = np.empty(z.shape), np.empty(z.shape), np.empty(z.shape), np.empty((count, rows))
-    ways = marks, numbers, z, trial, step, main, y
+    ways = Ways(
+        marks=marks,
+        numbers=numbers,
+        z=z,
+        trial=np.empty(z.shape),
+        step=np.empty(z.shape),
+        main=np.empty(z.shape),
+        y=np.empty((count, rows)),
+    )
     factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
     learned, bent = (np.zeros(curve.shape if wanted else (0, *curve.shape[1:])) for wanted in (learns, bends))
-    figures = np.array([how.optimality, how.most, _TURN, CONDITION_LIMIT, dear and glance is not None, bends], float)
-    tolerance = np.full(rows, how.tolerance)
+    rules = Rules(
+        tolerance=np.full(rows, how.tolerance),
+        optimality=float(how.optimality),
+        most=int(how.most),
+        turn=_TURN,
+        limit=CONDITION_LIMIT,
+        dear=dear and glance is not None,
+        bends=bends,
+    )
+    kept = tuple(rules), tuple(ways), tuple(at), factors, (learned, bent)
     which, there = every, at
     while True:
         if course is None:
-            descent.advance(figures, tolerance, which, *there, *ways, *at, *factors, learned, bent)
+            descent.advance(which, tuple(there), *kept)
         else:
-            pursue(figures, tolerance, which, goals, *ways, *at, *factors, learned, bent, *course.tables)
-        if not at[0].all():
-            raise ValueError(f"start {int(np.argmin(at[0]))} is outside the strokes")
+            pursue(which, goals, course.tables, *kept)
+        if not at.inside.all():
+            raise ValueError(f"start {int(np.argmin(at.inside))} is outside the strokes")
         pending = np.flatnonzero(marks[:, descent.WANT])
         if not len(pending):
-            return _conclude(at, ways, tolerance)
+            return _conclude(at, ways, rules)
         wants = marks[pending, descent.WANT]
         want = wants.max()
         which = pending if wants.min() == want else pending[wants == want]
         if want == descent.BEND:
             assert curvature is not None
-            bent[which] = curvature(z[which], goals[which], y[which], by_length[which] if by_length.shape[1] else None)
+            bent[which] = curvature(
+                z[which], goals[which], ways.y[which], by_length[which] if by_length.shape[1] else None
+            )
         elif want == descent.DOWNHILL:
-            step[which] = downhill(curve[which] + bent[which], J[which], slope[which])
+            ways.step[which] = downhill(curve[which] + bent[which], J[which], at.slope[which])
         elif want == descent.MODEL or glance is None:
-            there = evaluate(trial[which], goals[which]).parts
+            there = evaluate(ways.trial[which], goals[which]).point
         else:
-            inside, error_there, values = glance(trial[which], goals[which], want == descent.GLANCE)
-            there = (stored(inside), stored(error_there), J, stored(values), slope, curve, rough, by_length)
+            inside, error_there, values = glance(ways.trial[which], goals[which], want == descent.GLANCE)
+            there = at._replace(inside=stored(inside), error=stored(error_there), value=stored(values))
 
 
-def _conclude(at: tuple[Any, ...], ways: tuple[Any, ...], tolerance: Array) -> Solution:
+def _conclude(at: Point, ways: Ways, rules: Rules) -> Solution:
     """The solution of goals that have all come to an end."""
-    (marks, _, z), (error, J, value, slope) = ways[:3], at[1:5]
-    stationarity, met = np.empty(len(z)), np.empty(len(z), bool)
-    elimination.judge(J, slope, error, CONDITION_LIMIT, tolerance, stationarity, met)
+    stationarity, met = np.empty(len(ways.z)), np.empty(len(ways.z), bool)
+    elimination.judge(at.J, at.slope, at.error, rules.limit, rules.tolerance, stationarity, met)
     return Solution(
-        q=z,
-        error=error,
-        value=value,
-        iterations=marks[:, descent.MOVES].copy(),
+        q=ways.z,
+        error=at.error,
+        value=at.value,
+        iterations=ways.marks[:, descent.MOVES].copy(),
         met=met,
         stationarity=stationarity,
-        optimal=marks[:, descent.OPTIMAL] > 0,
+        optimal=ways.marks[:, descent.OPTIMAL] > 0,
     )
 
 

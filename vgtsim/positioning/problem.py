@@ -82,7 +82,7 @@ class Problem:
             return None
         weights = np.array([1.0 if isinstance(self.objective, StrokeBarrier) else self.barrier, weight])
         sizes = self.goal.width, self.chain.layout.inputs, len(self.box.least)
-        return Course((*self._table, *body, weights, meant), sizes)
+        return Course((self._table, tuple(body), weights, meant), sizes)
 
     @cached_property
     def guarded(self) -> Objective:
@@ -177,7 +177,7 @@ def lagrangian_curvature(
     owner, (batch, count) = state.chain.layout.owner, state.q.shape
     place = np.arange(count) - np.searchsorted(owner, owner)  # among the module's own inputs
     total, raw = np.zeros((2, batch, count, count))
-    rows.curve_between(which, multipliers, owner, total, raw, *table, *state.motion)
+    rows.curve_between(which, multipliers, owner, total, raw, table, state.motion)
     steps = STEP * (place == np.arange(place.max() + 1)[:, None])
     moved = state.chain.state((state.q + steps[:, None]).reshape(-1, count))
     first, there = (_gradient(table, at, multipliers, length_slope, which) for at in (state, moved))
@@ -189,5 +189,5 @@ def _gradient(table: rows.Table, state: State, multipliers: Array, length_slope:
     """First derivative of the weighted rows and lengths by the inputs; goals, shape (b,), repeat along the batch."""
     times = len(state.q) // len(which)
     slope = state.pull(np.tile(length_slope, (times, 1)))
-    rows.pull_rows(np.tile(which, times), np.tile(multipliers, (times, 1)), slope, *table, *state.motion)
+    rows.pull_rows(np.tile(which, times), np.tile(multipliers, (times, 1)), slope, table, state.motion)
     return slope

@@ -3,12 +3,10 @@
 A table holds P groups of rows: kind, source of the face (0 for the mount, a + 1 for the top of active module a), number
 of the first inputs that move it, first row, and number of rows, shape (P, 5); the face's frame in its source and the
 goal's point in the face, shape (P, 3, 5), m; coordinates that count, shape (P, 3); targets, shape (P, G, 3, 3).
-Functions take a table and then `State.motion`, array by array.
+Functions take a table and `State.motion`.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from vgtsim.geometry import copy_row
 from vgtsim.kinematics import cross_into, find_across
 
 Table = tuple[Index, Array, Index, Array]
+Motion = tuple[Array, Array, Array, Array]
 
 POSITION, DIRECTION, TURN = range(3)
 _OPPOSITE = 1e-6  # least 1 + cosine of an angle that is divided by: at half a turn the rows have no direction
@@ -48,13 +47,14 @@ def fill_across(targets: Array) -> None:
 
 
 @compiled
-def measure_rows(which: Index, error: Array, J: Array, *tables: Any) -> None:
+def measure_rows(which: Index, error: Array, J: Array, table: Table, motion: Motion) -> None:
     """Errors, shape (b, m), and Jacobians, shape (b, m, n), of goals, shape (b,); an empty Jacobian is not asked for.
 
     Errors are a distance along each axis, m; for a direction twice the part of the normal across the target over 1 + the
     cosine; for a turn twice its Gibbs vector, 2 tan(theta / 2) about the axis of the turn from the target.
     """
-    parts, spots, axes, targets, mount, top, angular, linear = tables
+    parts, spots, axes, targets = table
+    mount, top, angular, linear = motion
     face, levers = np.empty((3, 5)), np.empty((3, 3))
     Z, arm, gibbs = np.empty(3), np.empty(3), np.empty(3)
     for i in range(len(error)):
@@ -117,9 +117,10 @@ def _find_forms(
 
 
 @compiled
-def pull_rows(which: Index, multipliers: Array, slope: Array, *tables: Any) -> None:
+def pull_rows(which: Index, multipliers: Array, slope: Array, table: Table, motion: Motion) -> None:
     """Add the slope by the inputs of the rows weighted with multipliers, shape (b, m), to shape (b, n)."""
-    parts, spots, axes, targets, mount, top, angular, linear = tables
+    parts, spots, axes, targets = table
+    mount, top, angular, linear = motion
     face, force, bend, moment, arm = np.empty((3, 5)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for i in range(len(slope)):
         for p in range(len(parts)):
@@ -136,13 +137,16 @@ def pull_rows(which: Index, multipliers: Array, slope: Array, *tables: Any) -> N
 
 
 @compiled
-def curve_between(which: Index, multipliers: Array, owner: Index, total: Array, raw: Array, *tables: Any) -> None:
+def curve_between(
+    which: Index, multipliers: Array, owner: Index, total: Array, raw: Array, table: Table, motion: Motion
+) -> None:
     """Add the curvature between modules of the rows weighted with multipliers, shape (b, m), to shape (b, n, n).
 
     An input i nearer the base turns the velocity v_j of an input j farther out, so it is omega_i x v_j. `raw` is what the
     first derivatives of `pull_rows` change by; of a turn's rows they are not symmetric.
     """
-    parts, spots, axes, targets, mount, top, angular, linear = tables
+    parts, spots, axes, targets = table
+    mount, top, angular, linear = motion
     n = len(owner)
     face, force, bend, moment = np.empty((3, 5)), np.empty(3), np.empty(3), np.empty(3)
     velocity, turning, arm = np.empty((n, 3)), np.empty((n, 3)), np.empty(3)

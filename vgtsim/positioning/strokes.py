@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from vgtsim.arrays import Array, Index, Mask
+from vgtsim.arrays import Array, Mask
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Chain, fill_mid_planes
+from vgtsim.positioning.course import Body
 
 _BINDING = 2e-3  # m from the end of its box: such an actuator is called binding; the barrier keeps about a millimetre
 _PARTS = 41  # steps of the way to mid-stroke that are tried: each is 2.5 % of it
@@ -33,18 +35,28 @@ class StrokeBox:
         return self.chain.inputs_from_lengths((self.least + self.greatest) / 2)
 
     @cached_property
-    def body(self) -> tuple[Array | Index, ...] | None:
-        """Of an arm of double octahedra alone what `course` needs: a `Body`, and least, greatest and middle."""
+    def body(self) -> Body | None:
+        """Of an arm of double octahedra alone what `course` needs."""
         chain, layout = self.chain, self.chain.layout
         if not layout.in_order or layout.places[0].modules.fill is not fill_mid_planes:
             return None
         place = layout.places[0]
-        own, turn = place.modules, np.arange(layout.inputs) % place.modules.inputs
-        body = own.figures, own.straight, chain.root, layout.after, layout.owner, turn, place.legs, place.columns
-        return tuple(
-            np.require(x, requirements=["C", "W"])
-            for x in (chain.flange, *body, self.least, self.greatest, self.middle[None])
+        parts = Body(
+            flange=chain.flange,
+            figures=place.modules.figures,
+            straight=place.modules.straight,
+            root=chain.root,
+            after=layout.after,
+            owner=layout.owner,
+            place=np.arange(layout.inputs) % place.modules.inputs,
+            legs=place.legs,
+            columns=place.columns,
+            least=self.least,
+            greatest=self.greatest,
+            middle=self.middle[None],
         )
+        stored: tuple[Any, ...] = tuple(np.require(part, requirements=["C", "W"]) for part in parts)
+        return Body(*stored)
 
     @property
     def half(self) -> Array:
