@@ -20,6 +20,7 @@ _ROOM = (
     0.25  # m about an arm as thick as the riser that a drawn curve has from everything: the arm leaves it by as much
 )
 FOLLOWED = 1.3  # deviation from the directrix over the least that a posture can have, which a way is held to
+_SPACING = 0.02  # m: of the windows in which a straight section is laid along the curve
 _TURN = np.radians(150.0)  # greatest of a curve: beyond it the arm comes back to its mast
 
 
@@ -78,3 +79,26 @@ def follow_drawn(site: Site, count: int, seed: int) -> Iterator[Trial]:
         except PathError as error:
             way, reason = None, str(error)
         yield Trial(curve, way, reason, time.process_time() - clock)
+
+
+def least_of_sections(site: Site, way: Insertion) -> float:
+    """Least possible greatest distance, m, of the arm's straight sections alone from the directrix of a way."""
+    planar = PlanarArm(site.chain, way.azimuth)
+    sections = planar.static[1:] + planar.tool_offset * (np.arange(len(planar.stowed)) == len(planar.stowed) - 1)
+    end = site.scene.pivot_height - planar.stowed_length  # height of the tool of the straight arm
+    return least_offset(way.directrix, float(sections.max()), way.directrix.foot - end)
+
+
+def least_offset(curve: LeadCurve, section: float, reach: float) -> float:
+    """Least possible greatest distance, m, from a curve of a straight section that passes along it.
+
+    The section, m, is moved from the foot until its end is at the arc length `reach`, m. On an arc of radius R it is
+    section² / 16 R: half the height of the arc over the chord.
+    """
+    part = np.linspace(0.0, 1.0, 33)
+    starts = np.arange(-section, max(reach - section, -section) + _SPACING, _SPACING)
+    points, _ = curve.at(starts[:, None] + section * part)
+    chord = points[:, -1] - points[:, 0]
+    across = np.stack([-chord[:, 1], chord[:, 0]], axis=-1) / np.linalg.norm(chord, axis=-1, keepdims=True)
+    away = np.einsum("wpk,wk->wp", points - points[:, :1], across)
+    return float(np.max(np.ptp(away, axis=1)) / 2)

@@ -15,7 +15,7 @@ from vgtsim.errors import MissingLibraryError
 
 ROOT = Path(__file__).parents[1]
 ROOMS = (
-    ("arrays", "errors", "usual_units"),
+    ("arrays", "errors"),
     ("commands", "compilation", "constants", "digests", "ending", "graphics", "replacing", "units"),
     ("description",),
     ("runlog", "geometry"),

@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vgtsim import units
-from vgtsim.units import to_base, to_si
-from vgtsim.usual_units import USUAL_UNITS
+from vgtsim.units import USUAL_UNITS, to_base, to_si
 
 ROUNDING = 1e-14  # relative: some roundings of a double
 UNITS = {  # exact definitions: target unit, and number of it in one

@@ -8,7 +8,6 @@ besides is not there: closure correction, contact, drives with limits, records. 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -122,13 +121,9 @@ class Batch:
         self._pool.close()
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """End the threads."""
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

@@ -9,10 +9,7 @@ from pathlib import Path
 
 def digest(*parts: bytes) -> str:
     """SHA-256 of some bytes in their order, in hexadecimal digits."""
-    found = hashlib.sha256()
-    for part in parts:
-        found.update(part)
-    return found.hexdigest()
+    return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 @lru_cache(maxsize=1)

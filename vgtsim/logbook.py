@@ -176,13 +176,14 @@ def open_log(folder: str | Path) -> LogBook:
     if made and made != digest_scene(text):
         found = "a copy of the scene that was changed after the run"
         raise DescriptionError(place / BEGIN, "scene", found, f"that of digest {made[:80]}")
+    guess = {"simulated_s": records / scene.task.simulation.log_rate}  # all that is known of a run without an end
     return LogBook(
         folder=place,
         scene=scene,
         versions=begin["versions"],
         digests=begin["digests"],
         warnings=tuple(end["warnings"]) if end else (),
-        performance=end["performance"] if end else _guess_performance(scene, records),
+        performance=end["performance"] if end else dict.fromkeys(PERFORMANCE, float("nan")) | guess,
         stopped=_say_lacks(scene, records, end),
         revisions=end["revisions"] if end else (),
         files=files,
@@ -205,11 +206,6 @@ def save_log(folder: Path, scene: Scene, log: RunLog) -> None:
 def _list_known(log: RunLog) -> list[str]:
     """Names of the arrays that a log has."""
     return [name for name in ARRAYS if getattr(log, name).size or name not in MAY_BE_EMPTY]
-
-
-def _guess_performance(scene: Scene, records: int) -> dict[str, float]:
-    """What is known of a run without an end."""
-    return dict.fromkeys(PERFORMANCE, float("nan")) | {"simulated_s": records / scene.task.simulation.log_rate}
 
 
 def _say_lacks(scene: Scene, records: int, end: Mapping[str, Any] | None) -> str:

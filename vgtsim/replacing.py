@@ -33,11 +33,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def flush_to_disk(path: Path) -> None:
-    """Wait until the content of a file, or the names in a folder, are on the disk.
-
-    Raises:
-        OSError: The disk is full or broken.
-    """
+    """Wait until the content of a file, or the names in a folder, are on the disk; an `OSError` where it is full or broken."""
     if os.name == "nt":  # it flushes no file that is open for reading alone, and no folder
         return
     handle = os.open(path, os.O_RDONLY)

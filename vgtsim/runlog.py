@@ -130,9 +130,7 @@ class RunLog:
     stopped: str = ""
     digests: dict[str, str] = field(default_factory=dict)
     revisions: tuple[Revision, ...] = ()
-    saturation: Annotated[NDArray[np.int64], "i", "TJ"] = field(
-        default_factory=lambda: np.zeros((0, 0), dtype=np.int64)
-    )
+    saturation: Annotated[NDArray[np.int64], "i", "TJ"] = field(default_factory=lambda: np.zeros((0, 0), np.int64))
     pressure: Annotated[Array, "f", "TJ2"] = field(default_factory=lambda: np.zeros((0, 0, 2)))
     target: Annotated[Array, "f", "T6"] = field(default_factory=lambda: np.zeros((0, 6)))
     acceleration: Annotated[Array, "f", "TN3"] = field(default_factory=lambda: np.zeros((0, 0, 3)))
@@ -150,7 +148,6 @@ class RunLog:
     bed: Annotated[Array, "f", "TP"] = field(default_factory=lambda: np.zeros((0, 0)))
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
         for name in ARRAYS:
             getattr(self, name).flags.writeable = False
 

@@ -80,11 +80,7 @@ class Site:
     until: float = 0.0
 
     def __post_init__(self) -> None:
-        """Look up the places of goals.
-
-        Raises:
-            DescriptionError: There is no such place.
-        """
+        """Look up the places of goals; errors are those of `place_goals`."""
         object.__setattr__(self, "scene", place_goals(self.scene))
 
     @property

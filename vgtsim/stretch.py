@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,14 +84,10 @@ def cut(source: LogSource) -> Iterator[LogStretch]:
 
 def outline(source: LogSource) -> Outline:
     """Read a log for its outline."""
-    read = [_copy_outline(stretch.log) for stretch in cut(source)]
+    logs = (stretch.log for stretch in cut(source))  # of which views would keep all that is read: so copies are made
+    read = [(log.time.copy(), log.goal.copy(), log.settled.copy(), log.saturation.astype(np.uint8)) for log in logs]
     time, goal, settled, saturation = (np.concatenate(parts) for parts in zip(*read, strict=True))
     return Outline(time, goal, settled, saturation, commanded=source.read(0, 1).commanded[:1].sum(axis=0))
-
-
-def _copy_outline(log: RunLog) -> tuple[NDArray[Any], ...]:
-    """Copies, as a view would keep the whole stretch."""
-    return log.time.copy(), log.goal.copy(), log.settled.copy(), log.saturation.astype(np.uint8)
 
 
 def thinning(source: LogSource) -> int:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vgtsim.control.arm_now import ArmNow
-from vgtsim.control.mobility import find_mobility
+from vgtsim.control.arm_now import ArmNow, find_mobility
 from vgtsim.control.targets import Filter
 from vgtsim.site import Site
 

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import vgtsim
-from studies.drawn_directrices import FOLLOWED, follow_drawn
+from studies.drawn_directrices import FOLLOWED, follow_drawn, least_of_sections
 from vgtsim.description import Bend, Feed, cut_arm
 from vgtsim.errors import AssemblyError, DescriptionError, PathError
 from vgtsim.kinematics.planar_arm import PlanarArm, axis_of
@@ -83,7 +83,7 @@ def test_deviation_is_that_of_nodes_from_dense_points_of_the_curve(small, way, s
     flat, _ = CURVE.at(np.linspace(-20.0, 12.0, 16001))
     dense = PlanarArm(small.chain, AZIMUTH).place(flat)
     assert cKDTree(dense).query(points.reshape(-1, 3))[0].max() == pytest.approx(way.deviation, abs=2e-3)
-    assert way.chord < way.bound <= way.deviation <= FOLLOWED * way.bound
+    assert least_of_sections(small, way) < way.bound <= way.deviation <= FOLLOWED * way.bound
 
 
 def test_way_is_clear_by_the_distances_of_the_verification(small, way, sampled):
@@ -170,7 +170,7 @@ def test_hinges_slope_against_the_gradients_of_their_distances():
 def test_speeds_are_inside_the_ratings_by_differences(small, way):
     timed = time_way(small, way)
     step = 0.02
-    feed, length = timed.feeds(step), small.chain.lengths(timed.inputs(step))
+    feed, length = timed.mast(step)[0], small.chain.lengths(timed.inputs(step))
     step = timed.duration / (len(feed) - 1)
     rates = np.abs(np.diff(length, axis=0)) / step
     rated = small.task.motion.rate_fraction * min(tube.rate for tube in small.arm.cylinders.values())
@@ -278,10 +278,12 @@ def test_obstacle_in_the_mouth_and_waste_above_the_pivot_are_refused(small):
 
 @pytest.mark.slow
 def test_drawn_curves_are_followed_near_the_bound():
-    trials = list(follow_drawn(vgtsim.load("arm9_nullspace"), 3, 1))
+    site = vgtsim.load("arm9_nullspace")
+    trials = list(follow_drawn(site, 3, 1))
     assert all(trial.way is not None for trial in trials)
     for trial in trials:
-        assert trial.way.chord < trial.way.bound <= trial.way.deviation <= FOLLOWED * trial.way.bound
+        way = trial.way
+        assert least_of_sections(site, way) < way.bound <= way.deviation <= FOLLOWED * way.bound
 
 
 @pytest.fixture(scope="module")

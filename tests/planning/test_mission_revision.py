@@ -14,7 +14,7 @@ import vgtsim
 from vgtsim.description.mission import MoveStep
 from vgtsim.description.tank import Equipment
 from vgtsim.planning import plan_site, revise_as_run
-from vgtsim.planning.replanning import revise_mission
+from vgtsim.planning.replanning import revise_tour
 from vgtsim.plant import run
 from vgtsim.runlog import Revision
 from vgtsim.site import Site
@@ -74,7 +74,7 @@ def test_a_turn_that_is_shut_is_not_made(turning):
     tool = turning.chain.tool(turning.start)[0]
     shut = {"radius": float(np.hypot(*tool[:2])), "azimuth": float(np.arctan2(tool[1], tool[0])) + 0.8, "top": 6.0}
     site, before, told = interrupt(turning, 1, 0.4, **shut)
-    tour = revise_mission(site, before, told)
+    tour = revise_tour(site, before, told)
     assert "no way on" in tour.blocked
     assert "pole" in tour.blocked
     assert tour.legs[-1].turn[-1] < 0.8
@@ -88,7 +88,7 @@ def raster():
 @pytest.mark.parametrize(("leg", "part"), [(0, 0.5), (1, 0.3)])
 def test_a_followed_path_goes_on_where_it_was(raster, leg, part):
     site, before, told = interrupt(raster, leg, part)
-    tour = revise_mission(site, before, told)
+    tour = revise_tour(site, before, told)
     rows = np.concatenate([one.lengths for one in tour.legs])
     assert not tour.blocked
     assert np.abs(np.diff(rows, n=2, axis=0)).max() <= site.task.motion.acceleration * tour.timestep**2

@@ -15,8 +15,7 @@ from vgtsim.description.motion import Bend
 from vgtsim.mjcf import build_model, names
 from vgtsim.mjcf.rows import SOLIMP, SOLREF_RATIO, SOLREF_STEPS
 from vgtsim.plant import Plant
-from vgtsim.plant.correction import Correction
-from vgtsim.plant.foresight import Foresight
+from vgtsim.plant.correction import Correction, Foresight
 from vgtsim.site import Site
 
 STEP = 0.02  # s; four times what the same arm needs without a correction

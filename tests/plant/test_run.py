@@ -14,9 +14,9 @@ from vgtsim.errors import DescriptionError, DivergenceError
 from vgtsim.logbook import open_log, save_log
 from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
-from vgtsim.plant import Contact, run
+from vgtsim.plant import run
 from vgtsim.plant.watch import list_contacts, name_collision
-from vgtsim.runlog import RunLog
+from vgtsim.runlog import Contact, RunLog
 from vgtsim.site import Site
 
 pytestmark = pytest.mark.long

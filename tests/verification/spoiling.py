@@ -9,7 +9,7 @@ from faults import Fault
 
 from vgtsim.mjcf import build_model
 from vgtsim.planning import Tour
-from vgtsim.plant import Plant, run, tour
+from vgtsim.plant import Plant, run, runs
 from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report
@@ -47,5 +47,5 @@ def run_spoilt_plant(fault: Fault, site: Site, program: Tour, monkeypatch: pytes
             fault.spoil(self)
             super()._advance()
 
-    monkeypatch.setattr(tour, "Plant", Spoilt)
+    monkeypatch.setattr(runs, "Plant", Spoilt)
     return run(site, program)

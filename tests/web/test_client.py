@@ -10,7 +10,7 @@ import pytest
 
 viser = pytest.importorskip("viser")
 
-from vgtsim.web.client import make_client, open_client  # noqa: E402
+from vgtsim.web.serving import make_client, open_client  # noqa: E402
 
 
 def test_the_client_is_viser_s_with_scripts_ahead():

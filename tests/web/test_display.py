@@ -18,12 +18,12 @@ from vgtsim.geometry import make_profile, solids
 from vgtsim.kinematics import Chain, hanging_mount
 from vgtsim.output.colours import force_colours
 from vgtsim.output.quantities import MINUS
+from vgtsim.positioning import LeastGap
 
 viser = pytest.importorskip("viser")
 
-from vgtsim.web.display import Display, Sight  # noqa: E402
+from vgtsim.web.display import Display, Sight, draw_scale  # noqa: E402
 from vgtsim.web.parts import make_bars, place_points  # noqa: E402
-from vgtsim.web.scale import draw_scale  # noqa: E402
 from vgtsim.web.scenery import add_tank  # noqa: E402
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -92,12 +92,13 @@ def test_a_sight_moves_and_colours_the_arm(shown):
 def test_aids_are_seen_only_where_they_are_given(shown):
     site, server, display = shown
     nodes, axial = site.chain.nodes(site.start), np.zeros(len(site.truss.members))
-    target, gap = np.array([1.0, 2.0, 3.0, 0.0, 0.0, -1.0]), np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]])
+    target = np.array([1.0, 2.0, 3.0, 0.0, 0.0, -1.0])
+    gap = LeastGap(1.0, "payload to sludge", np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 2.0]]))
     handles = [server.scene.get_handle_by_name(name) for name in ("/target", "/gap", "/gap/name")]
-    display.show(Sight(nodes=nodes, axial=axial, target=target, gap=gap, near="sludge, 1.00 m"))
+    display.show(Sight(nodes=nodes, axial=axial, target=target, gap=gap))
     assert [handle.visible for handle in handles] == [True, True, True]
     assert handles[0].position == pytest.approx(target[:3])
-    assert handles[2].text == "sludge, 1.00 m"
+    assert handles[2].text == "1.00 m"
     display.show(Sight(nodes=nodes, axial=axial))
     assert [handle.visible for handle in handles] == [False, False, False]
 

@@ -11,7 +11,7 @@ from PIL import Image
 
 pytest.importorskip("viser")
 
-from vgtsim.web.client import open_client
+from vgtsim.web.serving import open_client
 
 pytestmark = pytest.mark.long
 

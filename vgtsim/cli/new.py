@@ -13,8 +13,6 @@ import typer
 from vgtsim.cli.application import ERR, OUT, app, list_files
 
 if TYPE_CHECKING:
-    from jinja2 import Environment
-
     from vgtsim.description import Scene
 
 _Value = TypeVar("_Value", int, str)
@@ -144,7 +142,10 @@ def scene(
         mast=task.mast,
         feed=feed,
         payload=f"{load:.6g}",
-        goals=[{"name": tables[k]["name"], "at": ", ".join(_entries(tables[k]["at"]))} for k in chosen],
+        goals=[
+            {"name": tables[k]["name"], "at": ", ".join(f"{key} = {_toml(at)}" for key, at in tables[k]["at"].items())}
+            for k in chosen
+        ],
     )
     OUT.print(f"{len(chosen)} goals that {drafted.manipulator.name} comes to one after another", soft_wrap=True)
     _follow_up(file, f"vgtsim run {file} --video")
@@ -238,23 +239,18 @@ def _quantity(option: str, text: str, unit: str) -> float:
 
 
 def _write(template: str, target: Path, /, **values: Any) -> None:
-    from vgtsim.replacing import replacing
-
-    text = _load_templates().get_template(template).render(values)
-    with replacing(target) as partial:
-        partial.write_text(text, encoding="utf-8")
-    list_files(target)
-
-
-def _load_templates() -> Environment:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     from vgtsim.description import INCH
+    from vgtsim.replacing import replacing
 
     loader = PackageLoader("vgtsim.cli", "templates")
     env = Environment(loader=loader, undefined=StrictUndefined, keep_trailing_newline=True, trim_blocks=True)
     env.filters["inches"] = lambda value: f"{value / INCH:.6g}"
-    return env
+    text = env.get_template(template).render(values)
+    with replacing(target) as partial:
+        partial.write_text(text, encoding="utf-8")
+    list_files(target)
 
 
 def _follow_up(file: Path, command: str) -> None:
@@ -311,10 +307,6 @@ def _plain(entry: Any) -> Any:
     if isinstance(entry, list):
         return [_plain(item) for item in entry]
     return entry["value"] if isinstance(entry, dict) and "value" in entry else entry
-
-
-def _entries(table: dict[str, Any]) -> list[str]:
-    return [f"{key} = {_toml(value)}" for key, value in table.items()]
 
 
 def _toml(value: Any) -> str:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,10 +22,9 @@ from vgtsim.cli.application import (
 )
 
 if TYPE_CHECKING:
-    from vgtsim.arrays import Array
     from vgtsim.description import Scene
-    from vgtsim.logbook import LogBook, LogWriter
-    from vgtsim.planning import Tour
+    from vgtsim.logbook import LogBook
+    from vgtsim.plant import Programme
     from vgtsim.site import Site
     from vgtsim.stretch import LogSource
     from vgtsim.verification import PlannedTour, Report
@@ -44,7 +42,7 @@ def run(
     The results of an earlier run stay there until the new ones are whole. Of a run that is interrupted the log is kept, and
     `--resume` ends it with the same log.
     """
-    from vgtsim.output import stage_results, write_mission, write_verdict
+    from vgtsim.output import PHASES, stage_results, write_mission, write_verdict
     from vgtsim.plant import carry_waste
     from vgtsim.verification import JudgedRun, join_phases
 
@@ -53,7 +51,8 @@ def run(
     programmes = _prepare(sites)
     with stage_results(folder, resume=resume) as stage:
         runs: list[JudgedRun] = []
-        for described, programme, place in zip(sites, programmes, _place_runs(sites, stage), strict=True):
+        for number, (described, programme) in enumerate(zip(sites, programmes, strict=True), start=1):
+            place = stage / PHASES / str(number) if len(sites) > 1 else stage
             site = carry_waste(described, runs[-1].source) if runs else described
             log, report = _play(site, programme, place, resume=resume)
             runs.append(JudgedRun(site, log, report))
@@ -81,72 +80,44 @@ def _list_sites(scene_name: Path) -> list[Site]:
     return [site] if len(phases) == 1 else [Site(scene) for scene in phases]
 
 
-def _place_runs(sites: Sequence[Site], folder: Path) -> list[Path]:
-    """Folders for the phases of a mission, or the one for a run without phases."""
-    from vgtsim.output import PHASES
-
-    if len(sites) == 1:
-        return [folder]
-    return [folder / PHASES / str(number) for number in range(1, len(sites) + 1)]
-
-
-def _play(site: Site, programme: _Programme, folder: Path, *, resume: bool) -> tuple[LogBook, Report]:
+def _play(site: Site, programme: Programme, folder: Path, *, resume: bool) -> tuple[LogBook, Report]:
     """Simulate a programme and judge its log, both in a folder."""
     from vgtsim.logbook import open_log
     from vgtsim.mjcf import write_scene_files
     from vgtsim.output import LOG
+    from vgtsim.planning import Tour
+    from vgtsim.plant import begin_log, record
     from vgtsim.verification import verify as judge
 
     folder.mkdir(parents=True, exist_ok=True)
-    write_scene_files(site, programme.pose, folder)
-    writer = programme.begin(site, folder / LOG, resume)
+    write_scene_files(site, programme.legs[0].q if isinstance(programme, Tour) else site.start, folder)
+    writer = begin_log(site, programme, folder / LOG, resume=resume)
     if not writer.ended:
-        programme.record(site, writer)
+        record(site, programme, writer)
     log = open_log(folder / LOG)
     with ERR.status("verifying"):
-        return log, judge(site, log, programme.plan(site, log))
+        return log, judge(site, log, _expect(site, programme, log))
 
 
-@dataclass(frozen=True)
-class _Programme:
-    """What a scene's run plays: how the log of its site is begun and recorded, inputs for a picture, and the plan of a log."""
-
-    pose: Array
-    begin: Callable[[Site, Path, bool], LogWriter]
-    record: Callable[[Site, LogWriter], None]
-    plan: Callable[[Site, LogSource], PlannedTour]
-
-
-def _prepare(sites: Sequence[Site]) -> list[_Programme]:
+def _prepare(sites: Sequence[Site]) -> Sequence[Programme]:
     """Plan the tour of a site, or those of a mission's phases, or take the record of an operator."""
-    from vgtsim.control import check_operation, rehearse
+    from vgtsim.control import check_operation
     from vgtsim.planning import plan_phases
-    from vgtsim.plant import begin_operation, record_operation
 
     site = sites[0]
     if site.task.operator is not None:
         check_operation(site)
-        programme = _Programme(
-            pose=site.start,
-            begin=lambda site, folder, resume: begin_operation(site, folder, resume=resume),
-            record=record_operation,
-            plan=rehearse,
-        )
-        return [programme]
+        return [site.scene.commands]
     with ERR.status("planning the tour"):
-        return [_programme(tour) for tour in plan_phases(sites)]
+        return plan_phases(sites)
 
 
-def _programme(tour: Tour) -> _Programme:
-    from vgtsim.planning import revise_as_run
-    from vgtsim.plant import begin_log, record
+def _expect(site: Site, programme: Programme, log: LogSource) -> PlannedTour:
+    """What a log is held against: the tour as it was revised in the run, or what the controller commands again."""
+    from vgtsim.control import rehearse
+    from vgtsim.planning import Tour, revise_as_run
 
-    return _Programme(
-        pose=tour.legs[0].q,
-        begin=lambda site, folder, resume: begin_log(site, tour, folder, resume=resume),
-        record=lambda site, writer: record(site, tour, writer),
-        plan=lambda site, log: revise_as_run(site, tour, log.revisions),
-    )
+    return revise_as_run(site, programme, log.revisions) if isinstance(programme, Tour) else rehearse(site, log)
 
 
 @app.command(epilog="Example: vgtsim build type_ii_reach --out out/model")
@@ -200,7 +171,7 @@ def verify(
     for index, ((place, _, log), site, (_, notes)) in enumerate(zip(loaded, sites, found, strict=True)):
         with ERR.status("verifying"):
             here = carry_waste(site, runs[-1].source) if runs else site
-            report = judge(here, log, programmes[index].plan(here, log) if programmes else None, (*notes, *more))
+            report = judge(here, log, _expect(here, programmes[index], log) if programmes else None, (*notes, *more))
         write_reports(JudgedRun(here, log, report), prepare_folder(place))  # likewise
         runs.append(JudgedRun(here, log, report))
     report, missing = runs[0].report, None

@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike
 
 from vgtsim.arrays import Array, Index
 from vgtsim.commands import read_inputs, read_row
-from vgtsim.control.arm_now import ArmNow
+from vgtsim.control.arm_now import ArmNow, Mobility, find_mobility
 from vgtsim.control.feedback import Feedback
 from vgtsim.control.limits import ACCELERATION, RATE, CylinderLimits
-from vgtsim.control.mobility import Mobility, find_mobility
 from vgtsim.control.postures import find_posture, read_pose
 from vgtsim.control.preference import Preference
 from vgtsim.control.rates import Rates, solve_rates

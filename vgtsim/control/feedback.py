@@ -19,11 +19,7 @@ _MOST = 0.02  # m: what a drive is off by more is no sag
 
 @dataclass
 class Feedback:
-    """Follows the measured lengths; a slow trim takes away what servos and valves leave.
-
-    Attributes:
-        measured: State of the measured lengths; the last one that assembles.
-    """
+    """Follows the measured lengths, whose last state that assembles is `measured`; a slow trim takes away what drives leave."""
 
     chain: Chain
     measured: State = field(init=False)

@@ -20,11 +20,7 @@ _EVERY = 5  # cycles for which a slope is good
 
 @dataclass
 class Preference:
-    """Terms of an objective, see `planning.resolution.make_objective`; without terms nothing is preferred.
-
-    Raises:
-        DescriptionError: A term is not known.
-    """
+    """Terms of an objective; without terms nothing is preferred. Errors are those of `planning.resolution.make_objective`."""
 
     site: Site
     names: tuple[str, ...]

@@ -58,11 +58,7 @@ def check_operation(site: Site) -> None:
     check_site(site)
     if not site.scene.commands:
         raise site.scene.error("operator.record", "nothing", "a record of commands, for a run without a person")
-    _check_commands(site)
-
-
-def _check_commands(site: Site) -> None:
-    """Give all commands of the record to an arm at its start; the postures of Newton's method are not solved for."""
+    # all commands are given to an arm at its start; the postures of Newton's method are not solved for
     record, controller = site.task.operator and site.task.operator.record, Controller(site)
     file = site.scene.file.parent / record if record else site.scene.file
     controller.start(site.chain.lengths(site.start), site.start)

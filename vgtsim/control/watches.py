@@ -58,7 +58,6 @@ class GapWatch:
     _cycle: int = 0
 
     def __post_init__(self) -> None:
-        """Begin with the scene's clearance."""
         self.clearance = self.site.clearance
 
     def bound(self, arm: ArmNow, most: Array, timestep: float) -> tuple[Array, Array]:

@@ -16,7 +16,6 @@ class FastTier:
     """
 
     def __init__(self, site: Site) -> None:
-        """Stand nowhere yet."""
         self._chain = site.chain
 
     def reset(self, inputs: Array, feed: float) -> None:

@@ -5,7 +5,7 @@ from vgtsim.planning.checks import check_site
 from vgtsim.planning.collisions import Collision, list_collisions, tell_collisions
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.following import Followed
-from vgtsim.planning.insertion import Insertion, plan_insertion
+from vgtsim.planning.insertion import plan_insertion
 from vgtsim.planning.inspection import inspect_site
 from vgtsim.planning.mission import plan_mission
 from vgtsim.planning.pace import STEP_BOUND, name_bound
@@ -20,7 +20,6 @@ __all__ = [
     "Collision",
     "Entry",
     "Followed",
-    "Insertion",
     "Leg",
     "Tour",
     "check_site",

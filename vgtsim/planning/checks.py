@@ -53,11 +53,7 @@ def _check_kinds(site: Site) -> None:
 
 
 def check_assembly(site: Site) -> None:
-    """Refuse strokes over which a module does not assemble, or might change its assembly.
-
-    Raises:
-        DescriptionError: With the module and its strokes.
-    """
+    """Refuse strokes over which a module does not assemble, or may change its assembly; the `DescriptionError` names both."""
     scene, chain = site.scene, site.chain
     try:
         check_strokes(chain)
@@ -215,11 +211,7 @@ def check_riser(site: Site) -> None:
 
 
 def check_passage(site: Site, q: Array) -> None:
-    """Refuse a line that the arm does not pass in some posture, inputs of shape (T, n).
-
-    Raises:
-        DescriptionError: It is too thick, or too stiff for a bend: by how much, and where.
-    """
+    """Refuse a line that the arm does not pass in some posture, inputs of shape (T, n); the `DescriptionError` tells by what."""
     line = site.task.conveyance
     if line is None:
         return

@@ -19,7 +19,6 @@ _LEAST = 1e-3  # m/s: a slower tool would stand still
 class CutPlan:
     """A step that cuts: level rows of the tool point at a height over the waste, cut down to a bottom, m."""
 
-    name: str
     step: CutStep
     patch: Patch
     tool: CuttingTool
@@ -53,12 +52,17 @@ class CutPlan:
 
     def add_rests(self, lengths: Array, timestep: float) -> tuple[Array, Array]:
         """Lengths with rests at both ends, in which the tool comes to power and to rest, shape (T, J); and its share, (T,)."""
-        count = max(int(np.ceil(self.tool.ramp / timestep)), 1)
-        part = np.arange(count) / count
-        rise = part**2 * (3 - 2 * part)
+        rise = rise_to_power(self.tool, timestep)[:-1]
         share = np.concatenate([rise, np.ones(len(lengths)), rise[::-1]])
-        rest = np.ones((count, 1))
+        rest = np.ones((len(rise), 1))
         return np.concatenate([rest * lengths[0], lengths, rest * lengths[-1]]), share
+
+
+def rise_to_power(tool: CuttingTool, timestep: float) -> Array:
+    """Shares of a tool's power in which it starts, from none to all, at steps of some s, shape (T,)."""
+    count = max(int(np.ceil(tool.ramp / timestep)), 1)
+    part = np.arange(count + 1) / count
+    return part**2 * (3 - 2 * part)
 
 
 def plan_cut(site: Site, index: int, step: CutStep, heights: Array) -> CutPlan:
@@ -93,15 +97,11 @@ def plan_cut(site: Site, index: int, step: CutStep, heights: Array) -> CutPlan:
     if speed < _LEAST:
         found = f"{step.depth:.4g} m at {diggings.rate * 3600:.3g} m³ an hour: rows at {speed * 1e3:.3g} mm/s"
         raise error(f"{key}.depth", found, f"rows at {_LEAST * 1e3:g} mm/s or more: a thinner layer or more rows")
-    return CutPlan(name=f"cut of {patch.name}", step=step, patch=patch, tool=tool, bottom=bottom, speed=speed)
+    return CutPlan(step=step, patch=patch, tool=tool, bottom=bottom, speed=speed)
 
 
 def check_cuts(site: Site) -> None:
-    """Refuse steps that cannot cut, before anything is planned: as if each step before removed its whole layer.
-
-    Raises:
-        DescriptionError: See `plan_cut`.
-    """
+    """Refuse steps that cannot cut, as if each step before removed its whole layer; errors are those of `plan_cut`."""
     if site.diggings is None or site.begun is None:
         return
     heights = site.begun.copy()

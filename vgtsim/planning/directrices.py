@@ -58,8 +58,7 @@ def least_radius(planar: PlanarArm, least: Array, greatest: Array) -> float:
 def count_from(site: Site) -> tuple[float, ...]:
     """Azimuths from X of B_1, rad, that planes are counted from: that of the start, and the nearest of those that bend most.
 
-    Raises:
-        DescriptionError: The arm does not stay in a plane.
+    Errors are those of `PlanarArm`.
     """
     chain = site.chain
     start = azimuth(chain, chain.tool(site.start)[0])
@@ -73,10 +72,7 @@ def count_from(site: Site) -> tuple[float, ...]:
 def propose_directrices(site: Site, start: float | None = None) -> Iterator[tuple[LeadCurve, float]]:
     """Directrices and azimuths of their planes from X of B_1, rad, those with most room first.
 
-    Planes are counted from an azimuth, rad, or from that of the site's start.
-
-    Raises:
-        DescriptionError: The arm does not stay in a plane.
+    Planes are counted from an azimuth, rad, or from that of the site's start. Errors are those of `PlanarArm`.
     """
     chain, around = site.chain, site.surroundings
     start = azimuth(chain, chain.tool(site.start)[0]) if start is None else start

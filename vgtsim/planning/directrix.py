@@ -17,7 +17,6 @@ from vgtsim.compilation import by_rows, compiled
 
 _FAR = 1e3  # m: length of the straight parts at both ends
 _STRAIGHT = 1e-9  # 1/m: curvature below which a piece is straight
-_SPACING = 0.02  # m: of the windows in which a straight section is laid along the curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,20 +59,6 @@ class LeadCurve:
         figures = self.start, aside, self.curvature, self.length, across.reshape(len(aside), -1)
         measure_offsets(*figures, by_rows(points.reshape(-1, 2)), least.reshape(-1), normal.reshape(-1, 2))
         return least, normal
-
-    def least_offset(self, section: float, reach: float) -> float:
-        """Least possible greatest distance, m, from the curve of a straight section that passes along it.
-
-        The section, m, is moved from the foot until its end is at the arc length `reach`, m. On an arc of radius R it is
-        section² / 16 R: half the height of the arc over the chord.
-        """
-        part = np.linspace(0.0, 1.0, 33)
-        starts = np.arange(-section, max(reach - section, -section) + _SPACING, _SPACING)
-        points, _ = self.at(starts[:, None] + section * part)
-        chord = points[:, -1] - points[:, 0]
-        across = np.stack([-chord[:, 1], chord[:, 0]], axis=-1) / np.linalg.norm(chord, axis=-1, keepdims=True)
-        away = np.einsum("wpk,wk->wp", points - points[:, :1], across)
-        return float(np.max(np.ptp(away, axis=1)) / 2)
 
 
 @compiled

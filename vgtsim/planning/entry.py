@@ -51,11 +51,7 @@ class Entry:
         return Proximity(self.site)
 
     def gaps(self, q: Array, feed: Array) -> EntryGaps:
-        """Distances in postures of inputs, shape (W, n), at feeds, shape (W,), m.
-
-        Raises:
-            AssemblyError: A module does not assemble.
-        """
+        """Distances in postures of inputs, shape (W, n), at feeds, shape (W,), m; errors are those of `Chain.nodes`."""
         chain = self.site.chain
         nodes, tool = chain.nodes(q), chain.tool(q)[0]
         own, _ = self._near.among(nodes, tool)
@@ -78,11 +74,7 @@ def start_feed(site: Site, planar: PlanarArm) -> float:
 
 
 def require_feed(site: Site) -> Feed:
-    """The hoist of a scene.
-
-    Raises:
-        DescriptionError: There is none.
-    """
+    """The hoist of a scene; a `DescriptionError` where there is none."""
     feed = site.task.mast.feed
     if feed is None:
         raise site.scene.error(
@@ -113,10 +105,9 @@ def unit_lengths(planar: PlanarArm) -> Array:
 
 
 def check_hoist(site: Site, *, grows: bool = False) -> None:
-    """Refuse a hoist or a headroom too small to hold the whole arm above the riser, or its longest unit above the clamp.
+    """Refuse a hoist or a headroom too small for the whole arm above the riser, or for its longest unit above the clamp.
 
-    Raises:
-        DescriptionError: By how much.
+    The `DescriptionError` says by how much.
     """
     scene, tank, feed = site.scene, site.tank, require_feed(site)
     planar = PlanarArm(site.chain, 0.0)
@@ -138,11 +129,7 @@ def check_hoist(site: Site, *, grows: bool = False) -> None:
 
 
 def check_mouth(site: Site) -> None:
-    """Refuse equipment below the riser's mouth, and waste that reaches the pivot.
-
-    Raises:
-        DescriptionError: With the equipment and how far it is in the way, or with the level and the pivot.
-    """
+    """Refuse equipment below the riser's mouth, and waste that reaches the pivot; the `DescriptionError` says by how much."""
     scene, tank = site.scene, site.tank
     riser, around = tank.arm_riser, site.surroundings.obstacles
     column = [*riser.place, tank.waste.level], [*riser.place, site.surroundings.profile.crown]

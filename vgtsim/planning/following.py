@@ -118,14 +118,15 @@ def follow(
     here, lengths, which, off, solved = start, [np.empty((0, chain.layout.actuators))], [], [], []
     for i, stretch in enumerate(stretches):
         curve, found = _solve(problem, space, stretch, here, path.tolerance, first=i == 0, free=free)
-        off.append(_deviation(chain, stretch, curve, _BETWEEN * (len(found.q) - 1) + 1, free=free))
+        count = _BETWEEN * (len(found.q) - 1) + 1
+        ahead = None if free else stretch.directions(count)
+        off.append(_off(chain, curve(np.linspace(0.0, 1.0, count)), stretch.points(count), ahead))
         rows = _timed(chain, curve, limits, timestep, path.speed)
         lengths.append(rows if i == 0 else rows[1:])
         which += [i] * len(lengths[-1])
         solved.append(found)
         here = found.q[-1]
-    whole = np.concatenate(lengths)
-    away = np.max(off, axis=0)
+    whole, (deviation, turn) = np.concatenate(lengths), np.max(off, axis=0).tolist()
     return Followed(
         time=np.asarray(timestep * np.arange(len(whole)), float),
         q=chain.inputs_from_lengths(whole),
@@ -133,8 +134,8 @@ def follow(
         stretch=np.array(which),
         names=tuple(stretch.name for stretch in stretches),
         limits=limits,
-        deviation=float(away[0]),
-        turn=float(away[1]),
+        deviation=deviation,
+        turn=turn,
         goals=sum(len(found.q) for found in solved),
         iterations=sum(int(found.iterations.sum()) for found in solved),
         optimal=float(np.mean(np.concatenate([found.optimal for found in solved]))),
@@ -165,9 +166,8 @@ def report(place: Place, followed: Followed) -> dict[str, str | float | int]:
         "goals that are local optima, %": 100 * followed.optimal,
     }
     if place.surroundings:
-        distance, places = place.surroundings.clearance(followed.q[:: max(1, len(followed.q) // _JUDGED)])
-        found["least clearance, m"] = float(distance.min())
-        found["nearest"] = places[int(distance.argmin())]
+        looked = followed.q[:: max(1, len(followed.q) // _JUDGED)]
+        found["least clearance, m"], found["nearest"] = place.surroundings.least(looked)
     return found
 
 
@@ -219,13 +219,6 @@ def _off(chain: Chain, q: Array, points: Array, directions: Array | None) -> tup
     sine = np.linalg.norm(np.cross(direction, directions), axis=-1)
     angle = np.arctan2(sine, np.sum(direction * directions, axis=-1))
     return float(np.max(np.linalg.norm(position - points, axis=-1))), float(np.max(angle))
-
-
-def _deviation(
-    chain: Chain, stretch: Stretch, curve: BSpline | Curve, count: int, *, free: bool
-) -> tuple[float, float]:
-    q = curve(np.linspace(0.0, 1.0, count))
-    return _off(chain, q, stretch.points(count), None if free else stretch.directions(count))
 
 
 def _timed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float, speed: float | None) -> Array:

@@ -23,10 +23,9 @@ from vgtsim.planning.curve import reverse_spline
 from vgtsim.planning.directrices import count_from, propose_directrices
 from vgtsim.planning.directrix import LeadCurve, Leader
 from vgtsim.planning.entry import Entry, require_feed, start_feed
-from vgtsim.planning.mast_timing import time_feed
 from vgtsim.planning.postures import Postures, find_postures
 from vgtsim.planning.smooth_shapes import Track, fit_shapes
-from vgtsim.planning.timing import TimedPath, make_limits
+from vgtsim.planning.timing import TimedPath, make_limits, time_feed
 from vgtsim.planning.unfolding import Follower, Shapes, make_opening
 from vgtsim.site import Site
 from vgtsim.statics import find_use
@@ -65,7 +64,6 @@ class Insertion:
         bore: Least distance of each module from bore and rim, shape (K,), m.
         deviation: Greatest distance of the axis from the directrix, m.
         bound: Least that any posture can have, at the feed where it is greatest, m; see `postures`.
-        chord: The same for the arm's straight sections alone, m; see `LeadCurve.least_offset`.
         spare: Least distance of an actuator of an open module from the end of its stroke less the margin, m; where stowed
             lengths have less than the margin, from a millimetre beyond them.
         rest: The same at the end, from the full margin.
@@ -80,7 +78,6 @@ class Insertion:
     bore: Array
     deviation: float
     bound: float
-    chord: float
     spare: float
     rest: float
     strength: float
@@ -117,11 +114,7 @@ def plan_insertion(site: Site) -> Insertion:
 
 
 def time_way(site: Site, way: Insertion) -> TimedPath:
-    """A way in time, inside the rates of cylinders and feed of the scene.
-
-    Raises:
-        DescriptionError: The scene's mast is held.
-    """
+    """A way in time, inside the rates of cylinders and feed of the scene; errors are those of `require_feed`."""
     motion, feed = site.task.motion, require_feed(site)
     limits = make_limits(site.chain, motion.rate_fraction, motion.acceleration)
     return time_feed(site.chain, way.spline, way.feed, limits, feed)
@@ -135,11 +128,7 @@ def make_leader(site: Site, way: Insertion) -> Leader:
 
 
 def make_guide(site: Site, directrix: LeadCurve, azimuth: float) -> Follower:
-    """The arm of a site held to a directrix in the plane at an azimuth from X of B_1, rad, down to the working depth.
-
-    Raises:
-        DescriptionError: The arm does not stay in a plane.
-    """
+    """The arm of a site held to a directrix in the plane at an azimuth from X of B_1, rad; errors are those of `PlanarArm`."""
     planar = PlanarArm(site.chain, azimuth)
     rim = site.surroundings.profile.rim(site.tank.arm_riser.bore / 2, site.tank.arm_riser.radius)
     stowed = site.chain.lengths(site.chain.stowed)
@@ -185,15 +174,13 @@ def follow_directrix(site: Site, directrix: LeadCurve, azimuth: float, followed:
 
 
 def _fit(site: Site, guide: Follower, postures: Postures, aim: float, firm: float) -> Shapes:
-    around, clearance = site.surroundings.unloaded, site.clearance + firm * _SOFT
-    mouth = guide.pivot + float(np.min(guide.opening - guide.planar.tops)) - BELOW
     track = Track(
         guide=guide,
         aim=max(aim * postures.bound, _LEAST_AIM),
-        around=around,
-        clearance=clearance,
+        around=site.surroundings.unloaded,
+        clearance=site.clearance + firm * _SOFT,
         kept=firm * _KEPT,
-        mouth=mouth,
+        mouth=guide.pivot + float(np.min(guide.opening - guide.planar.tops)) - BELOW,
     )
     return fit_shapes(track, postures)
 
@@ -251,8 +238,6 @@ def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Inse
     entry = Entry(site).gaps(q, h)
     used = find_use(site.case_model, site.sections, site.chain.nodes(q[::-_STRAINED]), site.safety_factor)
     off, _ = guide.axis(*shapes(h), h)
-    sections = planar.static[1:] + planar.tool_offset * (np.arange(len(guide.opening)) == len(guide.opening) - 1)
-    reach = planar.stowed_length - (first + guide.pivot - guide.directrix.foot) + first
     return Insertion(
         directrix=guide.directrix,
         azimuth=planar.azimuth,
@@ -262,7 +247,6 @@ def judge_way(site: Site, guide: Follower, shapes: Shapes, bound: float) -> Inse
         bore=entry.bore.min(axis=0),
         deviation=float(np.abs(off).max()),
         bound=bound,
-        chord=guide.directrix.least_offset(float(sections.max()), reach),
         spare=float(np.min(spare, where=free, initial=np.inf)),
         rest=float(np.min(site.box.spare(length[-1]), where=free[-1], initial=np.inf)),
         strength=float(used.strength.max()),

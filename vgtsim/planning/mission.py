@@ -31,13 +31,12 @@ from vgtsim.planning.directrix import Leader
 from vgtsim.planning.entry import Entry, check_entry
 from vgtsim.planning.following import Followed, follow
 from vgtsim.planning.insertion import Insertion, make_leader, plan_insertion, time_way
-from vgtsim.planning.mast_timing import time_turn
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.path import Path, plan_path
 from vgtsim.planning.programme import ProgrammeRows, join_rows, read_height
 from vgtsim.planning.resolution import aim_tool, make_objective, make_problem, usual_way
 from vgtsim.planning.sampling import Ground
-from vgtsim.planning.timing import TimedPath, make_limits, time_path
+from vgtsim.planning.timing import TimedPath, make_limits, time_path, time_turn
 from vgtsim.planning.tour import Leg, Tour, pose_at
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Nearness, Problem, solve_by_method
@@ -176,11 +175,10 @@ class MissionPlan:
 
     def _look_again(self, path: Path) -> Path:
         """A way that the arm came, measured anew."""
-        gaps, places = self.site.surroundings.clearance(path.curve(np.linspace(0.0, 1.0, _AGAIN)))
-        worst = int(np.argmin(gaps))
-        if gaps[worst] < self.site.clearance:
-            raise PathError("the way out", float(gaps[worst]), places[worst])
-        return replace(path, clearance=float(gaps[worst]), place=places[worst])
+        gap, place = self.site.surroundings.least(path.curve(np.linspace(0.0, 1.0, _AGAIN)))
+        if gap < self.site.clearance:
+            raise PathError("the way out", gap, place)
+        return replace(path, clearance=gap, place=place)
 
     def _come(self, there: Array, name: str, site: Site) -> list[LegPart]:
         """Go to inputs, shape (n,), with the mast turned as it is at a site; it turns before the way or after it."""
@@ -245,7 +243,7 @@ class MissionPlan:
         chain = self.site.chain
 
         def rows(timestep: float) -> ProgrammeRows:
-            return ProgrammeRows(chain.lengths(timed.inputs(timestep)), timed.feeds(timestep), timed.turns(timestep))
+            return ProgrammeRows(chain.lengths(timed.inputs(timestep)), *timed.mast(timestep))
 
         return self._make_piece(clearance, place, rows, timed)
 
@@ -282,7 +280,7 @@ class MissionPlan:
 
         def run(timestep: float) -> ProgrammeRows:
             lengths, share = cut.add_rests(rows.rows(timestep).lengths, timestep)
-            return ProgrammeRows(lengths, share=share)
+            return ProgrammeRows(lengths, tool=share)
 
         lengths, share = cut.add_rests(rows.rows(site.timestep).lengths, site.timestep)
         self.lower(foresee_cut(site, lengths, share, site.timestep, self.heights))
@@ -317,10 +315,9 @@ class MissionPlan:
         problem = Problem(box=site.box, goal=goal, objective=near)
         run = follow(problem, path, self.here if clear is None else clear, site.timestep, site.subspace, free=free)
         start = run.q[0]
-        gaps, places = site.surroundings.clearance(run.q[:: max(1, len(run.q) // _JUDGED)])
-        worst = int(np.argmin(gaps))
-        if gaps[worst] < site.clearance:
-            raise PathError(path.name, float(gaps[worst]), places[worst])
+        gap, place = site.surroundings.least(run.q[:: max(1, len(run.q) // _JUDGED)])
+        if gap < site.clearance:
+            raise PathError(path.name, gap, place)
         check_passage(site, run.q[:: max(1, round(_LOOKED / site.timestep))])
 
         def rows(timestep: float) -> ProgrammeRows:
@@ -328,7 +325,7 @@ class MissionPlan:
                 return ProgrammeRows(run.lengths)
             return ProgrammeRows(follow(problem, path, start, timestep, site.subspace, free=free).lengths)
 
-        return run, replace(self._make_piece(float(gaps[worst]), places[worst], rows), bound=True)
+        return run, replace(self._make_piece(gap, place, rows), bound=True)
 
 
 def plan_mission(site: Site, way: Insertion | None = None) -> Tour:
@@ -373,17 +370,13 @@ def make_leg(site: Site, stage: int, plan: MissionPlan, index: int, timestep: fl
     pieces = plan.pieces[index]
     nearest = min(pieces, key=lambda piece: piece.clearance)
     parts = [(piece.rows(timestep), piece.turn) for piece in pieces]
-    rows = join_rows(parts)
     return Leg(
         name=site.stages[stage].name,
         goal=stage,
-        lengths=rows.lengths,
         q=plan.ends[index],
         clearance=nearest.clearance,
         place=nearest.place,
-        feed=rows.feed,
-        turn=rows.turn,
-        tool=rows.share,
+        **join_rows(parts)._asdict(),
         leader=find_leader(pieces),
         bound=sum(len(part.lengths) - 1 for part, _ in parts[:-1]) if pieces[-1].bound else None,
         trail=plan.trails[index],

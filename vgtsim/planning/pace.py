@@ -16,7 +16,7 @@ _SHARE = 0.5  # of the planned clearance, that a node may travel between two loo
 # end: the change of accelerations is not foreseen. A whole tour at 40 ms and 1.34 m/s needs half of both.
 _OFF, _OPEN = 1e-2, 2e-3
 # The same over the travel, of rigid sections, whose lengths are commanded: what is foreseen is off by a bounded way, and a turn
-# of that opens a loop (`plant.foresight`). The reference tour needs half of both at 40 ms.
+# of that opens a loop (`plant.correction`). The reference tour needs half of both at 40 ms.
 _OFF_FORESEEN, _OPEN_FORESEEN = 6.5e-6, 5e-7
 
 
@@ -58,6 +58,6 @@ def find_speed(site: Site, way: TimedPath, timestep: float) -> float:
     """Greatest speed of a node or the tool point on a way, m/s, looked at in every time step, s."""
     q = way.inputs(timestep)
     points = np.concatenate([site.chain.nodes(q), site.chain.tool(q)[0][:, None]], axis=1)
-    feed, turn = (0.0 if places is None else places for places in (way.feeds(timestep), way.turns(timestep)))
+    feed, turn = (0.0 if places is None else places for places in way.mast(timestep))
     points = move_points(site.chain, points, feed, turn)
     return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).max()) / timestep if way.duration else 0.0

@@ -78,7 +78,7 @@ def plan_path(
     guesses, searches = _guesses(corridor, first, last, blocked), _searches(corridor, first, last, found)
     for group in itertools.chain(guesses, searches):
         rough = [item for item in (_curve(corridor, way) for way in group) if item is not None]
-        for item in sorted(rough, key=lambda item: _travel(item.state.lengths)):
+        for item in sorted(rough, key=_travel):
             if _may_do(corridor, item):
                 path = _judge(corridor, item)
                 if path.clearance >= wanted and path.spare > 0:
@@ -126,7 +126,9 @@ def _searches(corridor: Corridor, first: Array, last: Array, carousel: Carousel)
         way = _fill(corners, carousel.ground.scale)
         smoothed = smooth(corridor, way)
         yield [smoothed, way]
-        yield [smooth(firm, smooth(corridor, _refine(smoothed)))]
+        finer = np.repeat(smoothed, 2, axis=0)[:-1]
+        finer[1::2] = (smoothed[:-1] + smoothed[1:]) / 2
+        yield [smooth(firm, smooth(corridor, finer))]
 
 
 def _fill(corners: Array, scale: Array) -> Array:
@@ -135,13 +137,6 @@ def _fill(corners: Array, scale: Array) -> Array:
     count = int(np.clip(np.ceil(reach[-1] / _STRIDE), _WAYPOINTS, _MOST_WAYPOINTS))
     stations = np.linspace(0.0, reach[-1], count)
     return np.stack([np.interp(stations, reach, column) for column in corners.T], axis=1)
-
-
-def _refine(way: Array) -> Array:
-    """A way with a way-point more between any two."""
-    finer = np.repeat(way, 2, axis=0)[:-1]
-    finer[1::2] = (way[:-1] + way[1:]) / 2
-    return finer
 
 
 def _candidates(chain: Chain, first: Array, last: Array) -> Iterator[list[Array]]:
@@ -186,8 +181,9 @@ def _curve(corridor: Corridor, way: Array) -> _Rough | None:
     return _Rough(curve, state) if np.all(state.assembles) else None
 
 
-def _travel(length: Array) -> float:
-    return float(np.sum(np.max(np.abs(np.diff(length, axis=0)), axis=1)))
+def _travel(rough: _Rough) -> float:
+    """Sum along the path of the greatest change of an actuator, m: its time at a fixed rate."""
+    return float(np.sum(np.max(np.abs(np.diff(rough.state.lengths, axis=0)), axis=1)))
 
 
 def _may_do(corridor: Corridor, rough: _Rough) -> bool:
@@ -199,10 +195,8 @@ def _may_do(corridor: Corridor, rough: _Rough) -> bool:
 
 def _judge(corridor: Corridor, rough: _Rough, stride: int = 1) -> Path:
     """Least clearance and spare stroke of a sampled path; a stride leaves samples out."""
-    clearance, places = corridor.surroundings.clearance(rough.state.q[::stride], True)
-    worst, lengths = int(np.argmin(clearance)), rough.state.lengths
-    spare = float(np.min(corridor.box.spare(lengths)))
-    return Path(rough.curve, float(clearance[worst]), places[worst], spare)
+    clearance, place = corridor.surroundings.least(rough.state.q[::stride])
+    return Path(rough.curve, clearance, place, float(np.min(corridor.box.spare(rough.state.lengths))))
 
 
 def plan_stages(corridor: Corridor, first: Array, last: Array, leg: str, owner: Index | None = None) -> list[Path]:
@@ -225,9 +219,7 @@ def plan_stages(corridor: Corridor, first: Array, last: Array, leg: str, owner: 
         corners = [first]
         for window in order:
             corners.append(np.where(np.isin(owner, window), last, corners[-1]))
-        clearance, places = corridor.surroundings.clearance(np.array(corners))
-        worst = int(np.argmin(clearance))
-        ranked.append((float(clearance[worst]), places[worst], order, corners))
+        ranked.append((*corridor.surroundings.least(np.array(corners)), order, corners))
     ranked.sort(key=lambda item: -item[0])
     failed = PathError(leg, *ranked[0][:2])
     for clearance, _, order, corners in ranked[:_TRIED]:

@@ -21,12 +21,12 @@ _ALREADY = 1e-12  # m in a step: a cylinder that goes no farther stands, as roun
 
 
 class ProgrammeRows(NamedTuple):
-    """Actuator lengths, shape (T, J), m, and what else changes, shape (T,): feed, m, turn, rad, share of the tool's power."""
+    """Actuator lengths, shape (T, J), m, and what else changes, shape (T,): feed, m, turn, rad, `tool`, its share of power."""
 
     lengths: Array
     feed: Array | None = None
     turn: Array | None = None
-    share: Array | None = None
+    tool: Array | None = None
 
 
 def read_height(feed: Array | None) -> float:
@@ -53,7 +53,7 @@ def join_rows(parts: Sequence[tuple[ProgrammeRows, float]]) -> ProgrammeRows:
         lengths=_chain([rows.lengths for rows, _ in parts]),
         feed=join("feed", rest),
         turn=join("turn", [turn for _, turn in parts]),
-        share=join("share", rest),
+        tool=join("tool", rest),
     )
 
 

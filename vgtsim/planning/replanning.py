@@ -17,12 +17,12 @@ import numpy as np
 from vgtsim.arrays import Array
 from vgtsim.description import FollowStep, InsertStep, MissionStep, RasterStep, WithdrawStep
 from vgtsim.errors import DescriptionError, FollowError, PathError, ReachError, TrussError
-from vgtsim.planning.cutting import foresee_cut
+from vgtsim.planning.cutting import foresee_cut, rise_to_power
 from vgtsim.planning.directrix import Leader, LeaderPair
 from vgtsim.planning.entry import Entry
 from vgtsim.planning.insertion import ask_gap, judge_again
 from vgtsim.planning.mission import LegPart, MissionPlan, find_leader, make_leg
-from vgtsim.planning.programme import ROUNDING, PacedRows, ProgrammeRows, go_on_rows, read_height, stop_rows
+from vgtsim.planning.programme import ROUNDING, ProgrammeRows, go_on_rows, read_height, stop_rows
 from vgtsim.planning.tour import Leg, Tour, plan_goals
 from vgtsim.runlog import Revision
 from vgtsim.site import Site
@@ -44,56 +44,60 @@ class _Halt:
     stood: Array
     place: float
     timestep: float
-    site: Site
 
 
-def learn_until(site: Site, time: float, timestep: float) -> Site:
-    """The site with what has appeared in its tank until a time of the run, s."""
-    return site.learn(time + _SAME_INSTANT * timestep)
+def revise_as_run(site: Site, tour: Tour, revisions: Iterable[Revision]) -> Tour:
+    """A tour as it was planned anew in a run, by the instants that its log tells."""
+    for revision in revisions:
+        tour = revise_tour(site, tour, revision)
+    return tour
 
 
-def revise_mission(site: Site, tour: Tour, revision: Revision) -> Tour:
-    """The tour of a mission from an instant on with what has appeared in the tank by then; see `revise_tour`."""
+def revise_tour(site: Site, tour: Tour, revision: Revision) -> Tour:
+    """The tour from an instant on with what has appeared in the tank by then.
+
+    Legs before it and the rows up to it stay. Where there is no way on, the tour ends where the arm stopped, and says why.
+    """
     index, now, step = revision.leg, tour.legs[revision.leg], tour.timestep
-    done, before = tour.legs[:index], (tour.legs[index - 1] if index else None)
     halt = _stop(site, now, revision.row, step)
-    plan = _resume(learn_until(site, revision.time, step), tour, index, halt)
-    feed = halt.begun.feed
-    last = ProgrammeRows(halt.begun.lengths[-1:], None if feed is None else feed[-1:])
-    here, gap = plan.here, _measure(plan, last)
-    turn = plan.site.turn
-    which, steps = _find_step(site.task.mission, index)
+    begun = halt.begun
+    plan = _resume(site.learn(revision.time + _SAME_INSTANT * step), tour, index, halt)
+    here = plan.here
+    last = ProgrammeRows(begun.lengths[-1:], None if begun.feed is None else begun.feed[-1:])
+    gap, place = min((gap, name) for name, gap in _distances(plan, last))
     try:
-        pieces, leader, bound = _go_on(plan, halt, steps[0], which, tour.start if before is None else before.q)
-        plan.lay([LegPart(clearance=gap[0], place=gap[1], rows=lambda _: halt.begun, turn=turn), *pieces])
-        if which == 0 and isinstance(steps[0], FollowStep):
-            plan.add_path()
-        for later in steps[1:]:
-            plan.add(later)
-        plan.check_lines()
-        legs = [make_leg(site, index + k, plan, k, step) for k in range(len(plan.pieces))]
-        legs[0] = replace(legs[0], leader=leader, bound=legs[0].bound if bound is None else bound)
-        return replace(tour, legs=(*done, *legs), planned=tour.digest, way=plan.way)
+        if site.task.mission:
+            stand = LegPart(clearance=gap, place=place, rows=lambda _: begun, turn=plan.site.turn)
+            legs = _plan_steps(site, plan, tour, index, halt, stand)
+        else:
+            first, *legs = plan_goals(plan.site, here, now.goal, step).legs
+            legs = [replace(first, lengths=np.concatenate([begun.lengths, first.lengths[1:]])), *legs]
+        return replace(tour, legs=(*tour.legs[:index], *legs), planned=tour.digest, way=plan.way)
     except (PathError, ReachError, FollowError, TrussError, DescriptionError) as error:
         blocked = f"no way on from {revision.time:.6g} s, at which something appeared in the tank: {error}"
-        rows = halt.begun._asdict()
-        stopped = {"lengths": rows["lengths"], "feed": rows["feed"], "turn": rows["turn"], "tool": rows["share"]}
-        end = replace(now, **stopped, q=here, clearance=gap[0], place=gap[1])
-        return replace(tour, legs=(*done, end), planned=tour.digest, blocked=blocked)
+        end = replace(now, **begun._asdict(), q=here, clearance=gap, place=place)
+        return replace(tour, legs=(*tour.legs[:index], end), planned=tour.digest, blocked=blocked)
+
+
+def _plan_steps(site: Site, plan: MissionPlan, tour: Tour, index: int, halt: _Halt, stand: LegPart) -> list[Leg]:
+    """The legs of a mission from one of an index on, which begins with the part up to where the arm stands."""
+    which, steps = _find_step(site.task.mission, index)
+    start = tour.legs[index - 1].q if index else tour.start
+    pieces, leader, bound = _go_on(plan, halt, steps[0], which, start)
+    plan.lay([stand, *pieces])
+    if which == 0 and isinstance(steps[0], FollowStep):
+        plan.add_path()
+    for later in steps[1:]:
+        plan.add(later)
+    plan.check_lines()
+    legs = [make_leg(site, index + k, plan, k, tour.timestep) for k in range(len(plan.pieces))]
+    return [replace(legs[0], leader=leader, bound=legs[0].bound if bound is None else bound), *legs[1:]]
 
 
 def _find_step(steps: Sequence[MissionStep], leg: int) -> tuple[int, Sequence[MissionStep]]:
     """Which leg of its step one is, 0 or 1, and that step with those after it."""
     owner = list(chain.from_iterable([k] * (1 + isinstance(step, FollowStep)) for k, step in enumerate(steps)))
     return leg - owner.index(owner[leg]), steps[owner[leg] :]
-
-
-def _find_turn(site: Site, legs: Sequence[Leg], halt: _Halt) -> float:
-    """Turn of the mast, rad, where the last of some legs was stopped."""
-    if halt.begun.turn is not None:
-        return float(halt.begun.turn[-1])
-    known = [float(leg.turn[-1]) for leg in legs[:-1] if leg.turn is not None]
-    return known[-1] if known else site.turn
 
 
 def _stop(site: Site, leg: Leg, row: int, timestep: float) -> _Halt:
@@ -112,18 +116,15 @@ def _stop(site: Site, leg: Leg, row: int, timestep: float) -> _Halt:
         fall = at[-1] * (1 - _rise(site, timestep)) if at[-1] else np.zeros(0)
         share = np.concatenate([at, fall, np.zeros(rest)])
         rest += len(fall)
-    still = PacedRows(np.tile(stopped.rows[-1], (rest, 1)), np.full(rest, stopped.places[-1]))
-    begun = _split(site, leg, np.concatenate([stopped.rows, still.rows]), share)
-    place = float(stopped.places[-1])
-    return _Halt(leg=leg, rows=rows, begun=begun, stood=stopped.rows[-1], place=place, timestep=timestep, site=site)
+    stood, place = stopped.rows[-1], float(stopped.places[-1])
+    begun = _split(site, leg, np.concatenate([stopped.rows, np.tile(stood, (rest, 1))]), share)
+    return _Halt(leg=leg, rows=rows, begun=begun, stood=stood, place=place, timestep=timestep)
 
 
 def _rise(site: Site, timestep: float) -> Array:
     """Share of its power with which the tool starts, row by row, the last one full."""
     assert site.task.tool is not None  # of a scene with such a leg
-    count = max(int(np.ceil(site.task.tool.ramp / timestep)), 1)
-    part = np.arange(1, count + 1) / count
-    return part**2 * (3 - 2 * part)
+    return rise_to_power(site.task.tool, timestep)[1:]
 
 
 def _split(site: Site, leg: Leg, rows: Array, share: Array | None) -> ProgrammeRows:
@@ -145,10 +146,10 @@ def _resume(site: Site, tour: Tour, index: int, halt: _Halt) -> MissionPlan:
     heights = site.begun
     rows = [ProgrammeRows(leg.lengths, leg.feed, leg.turn, leg.tool) for leg in tour.legs[:index]]
     for part in (*rows, halt.begun):
-        if part.share is not None and heights is not None:
-            heights = foresee_cut(site, part.lengths, part.share, tour.timestep, heights)
-    turn = _find_turn(site, tour.legs[: index + 1], halt)
-    site = site.lower_waste(heights).turn_mast(turn)
+        if part.tool is not None and heights is not None:
+            heights = foresee_cut(site, part.lengths, part.tool, tour.timestep, heights)
+    turns = [turn for turn in (*(leg.turn for leg in tour.legs[:index]), halt.begun.turn) if turn is not None]
+    site = site.lower_waste(heights).turn_mast(float(turns[-1][-1]) if turns else site.turn)
     here = np.array(site.chain.inputs_from_lengths(halt.begun.lengths[-1]))
     way = None
     if tour.way is not None:
@@ -177,12 +178,12 @@ def _go_on(
             return plan.raster(step, plan.site.chain.tool(start)), None, None
         pieces = plan.take(step)
         return pieces, find_leader(pieces), None
-    rest = _rest(halt)
+    rest = _rest(plan.site, halt)
     gap, place, room = _judge(plan, rest)
     if room >= 0:
         plan.here, plan.height = leg.q, read_height(rest.feed)
-        if rest.share is not None and plan.heights is not None:
-            plan.lower(foresee_cut(plan.site, rest.lengths, rest.share, halt.timestep, plan.heights))
+        if rest.tool is not None and plan.heights is not None:
+            plan.lower(foresee_cut(plan.site, rest.lengths, rest.tool, halt.timestep, plan.heights))
         return (
             [LegPart(clearance=gap, place=place, rows=lambda _: rest, turn=plan.site.turn, bound=True)],
             leg.leader,
@@ -190,7 +191,7 @@ def _go_on(
         )
     if loose or not isinstance(step, InsertStep | WithdrawStep):
         raise PathError(f"the rest of {leg.name}", gap, place)
-    back = _rest(halt, back=True)
+    back = _rest(plan.site, halt, back=True)
     gap, place, room = _judge(plan, back)
     if room < 0:
         raise PathError(f"where {leg.name} began", gap, place)
@@ -207,9 +208,9 @@ def _go_on(
     )
 
 
-def _rest(halt: _Halt, *, back: bool = False) -> ProgrammeRows:
+def _rest(site: Site, halt: _Halt, *, back: bool = False) -> ProgrammeRows:
     """Rows from where the arm stands to the end of the leg, or back to where its last piece began."""
-    site, leg, first = halt.site, halt.leg, halt.leg.bound or 0
+    leg, first = halt.leg, halt.leg.bound or 0
     rows, place = (halt.rows[first:][::-1], len(halt.rows) - 1 - halt.place) if back else (halt.rows, halt.place)
     course = go_on_rows(rows, place, halt.timestep, site.task.motion.acceleration)
     whole = np.concatenate([halt.stood[None], course.rows])
@@ -232,11 +233,6 @@ def _judge(plan: MissionPlan, rows: ProgrammeRows) -> tuple[float, str, float]:
     return found[place], place, room
 
 
-def _measure(plan: MissionPlan, rows: ProgrammeRows) -> tuple[float, str]:
-    """Least distance of rows from anything, m, and from what."""
-    return min((gap, name) for name, gap in _distances(plan, rows))
-
-
 def _distances(plan: MissionPlan, rows: ProgrammeRows) -> Iterator[tuple[str, float]]:
     """Names of places, and the least distances of rows from them, m."""
     picked = slice(None, None, max(1, len(rows.lengths) // _JUDGED))
@@ -244,36 +240,5 @@ def _distances(plan: MissionPlan, rows: ProgrammeRows) -> Iterator[tuple[str, fl
     if rows.feed is not None and np.abs(rows.feed).max() > ROUNDING:
         yield from Entry(plan.site).gaps(q, rows.feed[picked]).least().items()
         return
-    gaps, places = plan.site.surroundings.clearance(q)
-    yield places[int(np.argmin(gaps))], float(gaps.min())
-
-
-def revise_as_run(site: Site, tour: Tour, revisions: Iterable[Revision]) -> Tour:
-    """A tour as it was planned anew in a run, by the instants that its log tells."""
-    for revision in revisions:
-        tour = revise_tour(site, tour, revision)
-    return tour
-
-
-def revise_tour(site: Site, tour: Tour, revision: Revision) -> Tour:
-    """The tour from an instant on with what has appeared in the tank by then.
-
-    Legs before it and the rows up to it stay. Where there is no way on, the tour ends where the arm stopped, and says why.
-    """
-    if site.task.mission:
-        return revise_mission(site, tour, revision)
-    done, now = tour.legs[: revision.leg], tour.legs[revision.leg]
-    step, goal = tour.timestep, now.goal
-    stopped = stop_rows(now.lengths, revision.row, step, site.task.motion.acceleration).rows
-    here = np.array(site.chain.inputs_from_lengths(stopped[-1]))
-    stopped = np.concatenate([stopped, np.tile(stopped[-1], (round(site.task.motion.hold / step), 1))])
-    later, blocked = learn_until(site, revision.time, step), ""
-    legs: tuple[Leg, ...]
-    try:
-        rest = plan_goals(later, here, goal, step).legs
-        legs = (replace(rest[0], lengths=np.concatenate([stopped, rest[0].lengths[1:]])), *rest[1:])
-    except (PathError, ReachError, TrussError) as error:
-        gap, place = later.surroundings.least(here)
-        blocked = f"no way on from {revision.time:.6g} s, at which something appeared in the tank: {error}"
-        legs = (replace(now, lengths=stopped, q=here, clearance=gap, place=place),)
-    return replace(tour, legs=(*done, *legs), planned=tour.digest, blocked=blocked)
+    gap, place = plan.site.surroundings.least(q)
+    yield place, gap

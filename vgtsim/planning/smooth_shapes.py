@@ -84,7 +84,6 @@ class Sum:
     """Half of a sum of squares, its slope and matrix by the coefficients."""
 
     def __init__(self, track: Track, *, sloped: bool) -> None:
-        """Nothing yet."""
         rows, count, half = track.basis[0].shape
         self.value, self.slope, self.matrix = 0.0, np.zeros(2 * half), np.zeros((2 * half, 2 * half))
         # slope and matrix by the shape parameters, and by their rates, at each feed

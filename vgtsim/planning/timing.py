@@ -5,6 +5,9 @@ speed. The greatest rate has corners, so a p-norm of the scaled rates, which is 
 runs from rest to rest with ramps of a fifth-order smooth step in speed, so the acceleration is continuous and starts and
 ends at zero. Jerk is bounded too. It matters where the actuator that leads changes on a short path, which never comes to its
 full speed: there the corner of the norm is passed within a tenth of a second. A lower power makes the corner wider.
+
+While the mast is fed the rates of different actuators take turns, and a way that is slow enough everywhere for its sharpest
+bend would take twice the time. So a fed way has a speed of its own at each place: see `_pace`.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vgtsim.arrays import Array
+from vgtsim.description import Feed, Slew
 from vgtsim.kinematics import Chain
 
 if TYPE_CHECKING:
@@ -25,7 +29,7 @@ if TYPE_CHECKING:
 
 
 _POWERS = (12, 6, 4, 2)  # of the p-norm: with 12, 15 equal rates count 1.25 times one; the others where a path jerks
-STEEPEST = 1.875  # of `run_ramps`: greatest over mean acceleration of a ramp, 15/8
+_STEEPEST = 1.875  # of `run_ramps`: greatest over mean acceleration of a ramp, 15/8
 # Of the squared acceleration over the rate. The ramp of a path takes 1.64 if one actuator leads all the way; four are usual.
 _JERK = 5.0
 _BENDS = 6  # where bends count too; with 4 paths that go to and fro take 3 % longer, with 12 as much and jerk
@@ -33,6 +37,8 @@ _SLOWED = 2.0  # times the time that rates and ramps ask: other speeds may be fa
 _GRID = 801  # points of the path at which speeds are measured
 _MISSED = 1.1  # of the acceleration limit: more than this was missed between the points of time; paths without turns have 0.99
 _SPARE = 1.005  # margin on the time for peaks between the points of the grid
+_FED_GRID = 2001  # places of a fed path: a centimetre of feed apart
+_WINDOW = 9  # places that a speed is averaged over, three times: 0.1 m of 20; wider ones lose time
 
 
 @dataclass(frozen=True)
@@ -79,13 +85,10 @@ class TimedPath:
         """Inputs at every time step, s, the ends of the path included, shape (T, n)."""
         return self.curve(self._places(timestep))
 
-    def feeds(self, timestep: float) -> Array | None:
-        """Heights of the mast above its working depth at the same instants, shape (T,), m; None while it is held."""
-        return None if self.feed is None else self.feed(self._places(timestep))
-
-    def turns(self, timestep: float) -> Array | None:
-        """Turns of the mast at the same instants, shape (T,), rad; None while it is held."""
-        return None if self.turn is None else self.turn(self._places(timestep))
+    def mast(self, timestep: float) -> tuple[Array | None, Array | None]:
+        """Heights of the mast above its working depth, m, and turns, rad, at the same instants, (T,); None while it is held."""
+        places = self._places(timestep)
+        return self.feed and self.feed(places), self.turn and self.turn(places)
 
     def _places(self, timestep: float) -> Array:
         """The curve's parameter at every time step, shape (T,)."""
@@ -106,9 +109,12 @@ def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> Time
     if np.max(_find_norm(rates, _POWERS[0])) * limits.rate.max() < 1e-9:
         return TimedPath(curve=curve, parameter=None, fraction=0.5, reach=0.0, duration=0.0)
     norms = (_find_norm(rates, power) for power in _POWERS)
+    ramp = _STEEPEST * float(np.max(limits.rate)) / limits.acceleration
     tried = []
     for speed in (*norms, _slow_at_bends(rates, limits)):
-        timed, slowed = _time_by_speed(chain, curve, limits, speed)
+        speed = np.maximum(speed, 1e-3 * np.max(speed))  # finite changes of the parameter where hardly anything moves
+        most = limits.rate, limits.acceleration, limits.jerk
+        timed, slowed = _time_by_speed(chain, curve, speed, ramp, most)
         missed = _find_acceleration(timed, rates * limits.rate, speed) > _MISSED * limits.acceleration
         if not (tried or slowed or missed):
             return timed
@@ -116,31 +122,67 @@ def time_path(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits) -> Time
     return min(tried, key=lambda way: way[:2])[2]
 
 
-def _time_by_speed(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, speed: Array) -> tuple[TimedPath, bool]:
+def time_feed(chain: Chain, spline: BSpline, feed: BSpline, limits: SpeedLimits, mast: Feed) -> TimedPath:
+    """Time splines of inputs and of the mast's feed, m, over 0 to 1, inside the limits of cylinders and hoist."""
+    grid = np.linspace(0.0, 1.0, _FED_GRID)
+    rates = np.append(limits.rate, mast.rate)
+    accelerations = np.append(np.full(len(limits.rate), limits.acceleration), mast.acceleration)
+    rows = np.concatenate([chain.lengths(spline(grid)), feed(grid)[:, None]], axis=1)
+    jerks = np.append(limits.jerk, np.inf)  # the mast's own is bounded by its ramps and the windows of `_pace`
+    ramp = _STEEPEST * float(np.max(rates / accelerations))
+    speed = 1 / _pace(rows, rates, accelerations)
+    return _time_by_speed(chain, spline, speed, ramp, (rates, accelerations, jerks), feed)[0]
+
+
+def time_turn(q: Array, first: float, last: float, mast: Slew) -> TimedPath:
+    """An arm of inputs, shape (n,), that keeps its shape while the mast turns from an angle to another, rad."""
+    from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
+
+    ends, reach = np.array([0.0, 1.0]), abs(last - first) / mast.rate
+    fraction, duration = _ramp_profile(reach, _STEEPEST * mast.rate / mast.acceleration)
+    return TimedPath(
+        curve=make_interp_spline(ends, np.array([q, q]), k=1),
+        parameter=make_interp_spline(reach * ends, ends, k=1),
+        fraction=fraction,
+        reach=reach,
+        duration=duration,
+        turn=make_interp_spline(ends, np.array([first, last]), k=1),
+    )
+
+
+def _time_by_speed(
+    chain: Chain,
+    curve: BSpline | Curve,
+    speed: Array,
+    ramp: float,
+    most: tuple[Array, Array | float, Array],
+    feed: BSpline | None = None,
+) -> tuple[TimedPath, bool]:
     """The curve in time, and whether its jerk had to be brought down or it became much slower than its rates ask.
 
-    The time over the curve's parameter, shape (P,), s, is that of full speed.
+    Given are the time over the curve's parameter, shape (P,), s, at full speed, the ramp, s, and greatest rates, accelerations
+    and jerks.
     """
     from scipy.interpolate import make_interp_spline  # slow to load, and only a path needs it
 
-    grid = np.linspace(0.0, 1.0, len(speed))
-    speed = _raise_least(speed)
     reach = _add_up(speed)
-    parameter = make_interp_spline(reach, grid, k=5)
-    ramp = STEEPEST * float(np.max(limits.rate)) / limits.acceleration
-    fraction, duration = ramp_profile(reach[-1], ramp)
-    time = np.linspace(0.0, 1.0, 4 * _GRID)
-    length = chain.lengths(curve(np.clip(parameter(run_ramps(time, fraction) * reach[-1]), 0.0, 1.0)))
-    factor, jerks = overrun(length, float(time[1]) * duration, limits.rate, limits.acceleration, limits.jerk)
+    parameter = make_interp_spline(reach, np.linspace(0.0, 1.0, len(speed)), k=5)
+    fraction, duration = _ramp_profile(float(reach[-1]), ramp)
+    time = np.linspace(0.0, 1.0, 4 * len(speed))
+    place = np.clip(parameter(run_ramps(time, fraction) * reach[-1]), 0.0, 1.0)
+    rows = chain.lengths(curve(place))
+    if feed is not None:
+        rows = np.concatenate([rows, feed(place)[:, None]], axis=1)
+    factor, jerks = _overrun(rows, float(time[1]) * duration, *most)
     timed = TimedPath(
-        curve=curve, parameter=parameter, fraction=fraction, reach=float(reach[-1]), duration=duration * factor
+        curve=curve,
+        parameter=parameter,
+        fraction=fraction,
+        reach=float(reach[-1]),
+        duration=duration * factor,
+        feed=feed,
     )
     return timed, jerks or factor > _SLOWED
-
-
-def _raise_least(speed: Array) -> Array:
-    """A floor keeps the parameter's change finite where the path hardly moves an actuator."""
-    return np.maximum(speed, 1e-3 * np.max(speed))
 
 
 def _add_up(speed: Array) -> Array:
@@ -154,7 +196,7 @@ def _find_acceleration(timed: TimedPath, rates: Array, speed: Array) -> float:
 
     Where a path goes back the way that it came, all of its turn may lie between two points of a grid in time.
     """
-    speed, even = _raise_least(speed), np.linspace(0.0, 1.0, 4 * _GRID)
+    even = np.linspace(0.0, 1.0, 4 * _GRID)
     share = np.interp(_add_up(speed) / timed.reach, run_ramps(even, timed.fraction), even)
     full = timed.reach / (timed.duration * (1 - timed.fraction))  # seconds of the way in a second
     shown = rates * (full * _run_up(share, timed.fraction) / speed)[:, None]
@@ -172,6 +214,31 @@ def _slow_at_bends(rates: Array, limits: SpeedLimits) -> Array:
     return _find_norm(np.column_stack([rates, slow]), _BENDS)
 
 
+def _pace(rows: Array, rates: Array, accelerations: Array) -> Array:
+    """Speed of the parameter, shape (P,), 1/s, at places evenly spread over 0 to 1, for lengths there, shape (P, C), m.
+
+    It is what rates and half the accelerations allow in a bend; the other half is left for changes of the speed. The least
+    speed of a window stands for each place and is then averaged over the window, so that the speed is smooth.
+    """
+    from scipy.ndimage import minimum_filter1d, uniform_filter1d  # slow to load
+
+    step = 1 / (len(rows) - 1)
+    slope = np.abs(np.gradient(rows, step, axis=0))
+    bend = np.abs(np.gradient(np.gradient(rows, step, axis=0), step, axis=0))
+    tiny = 1e-9 * np.ptp(rows, axis=0).max()
+    fastest = np.min(rates / (slope + tiny), axis=1)
+    square = np.minimum(fastest**2, np.min(accelerations / 2 / (bend + tiny), axis=1))
+    climb = np.min(accelerations / (slope + tiny), axis=1) * step  # of the squared speed, from place to place
+    for order in (range(1, len(square)), range(len(square) - 2, -1, -1)):
+        back = -1 if order.step > 0 else 1
+        for i in order:
+            square[i] = min(square[i], square[i + back] + climb[i])
+    least = minimum_filter1d(np.sqrt(square), 3 * _WINDOW, mode="nearest")
+    for _ in range(3):
+        least = uniform_filter1d(least, _WINDOW, mode="nearest")
+    return least
+
+
 def time_lengths(chain: Chain, curve: BSpline | Curve, limits: SpeedLimits, timestep: float) -> Array:
     """Actuator lengths, shape (T, J), m, along a curve of inputs over 0 to 1, at every time step, s, from rest to rest.
 
@@ -185,7 +252,7 @@ def _find_norm(rates: Array, power: int) -> Array:
     return np.sum(rates**power, axis=1) ** (1 / power)
 
 
-def ramp_profile(reach: float, ramp: float) -> tuple[float, float]:
+def _ramp_profile(reach: float, ramp: float) -> tuple[float, float]:
     """Fraction of the time spent in each ramp, and the time, s, to cover `reach` seconds of full speed."""
     if reach >= ramp:
         return ramp / (reach + ramp), reach + ramp
@@ -213,7 +280,7 @@ def _find_ramp(time: Array, fraction: float) -> Array:
     return np.clip(np.minimum(time, 1 - time) / fraction, 0.0, 1.0)
 
 
-def overrun(rows: Array, step: float, rates: Array, accelerations: Array | float, jerks: Array) -> tuple[float, bool]:
+def _overrun(rows: Array, step: float, rates: Array, accelerations: Array | float, jerks: Array) -> tuple[float, bool]:
     """Factor on the time that brings rows of lengths, shape (T, C), m, a step apart, s, inside their limits, shape (C,).
 
     The second value tells whether it is the jerk that asks for most.

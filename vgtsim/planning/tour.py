@@ -57,7 +57,6 @@ class Leg:
     trail: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
         for array in (self.lengths, self.q, self.feed, self.turn, self.tool):
             if array is not None:
                 array.flags.writeable = False
@@ -81,7 +80,6 @@ class Tour:
     way: Insertion | None = None
 
     def __post_init__(self) -> None:
-        """Make the start read-only."""
         self.start.flags.writeable = False
 
     @property

@@ -107,8 +107,7 @@ def make_opening(planar: PlanarArm, pivot: float, below: float) -> Array:
 class Shapes:
     """Bends, rad, and extensions, m, of all active modules over feed, as splines.
 
-    Attributes:
-        weights: Coefficients of the bends and then of the extensions beyond the stowed ones, shape (2 N,).
+    Weights are coefficients of the bends and then of the extensions beyond the stowed ones, shape (2 N,).
     """
 
     guide: Follower

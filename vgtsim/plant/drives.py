@@ -9,20 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.plant.addresses import Addresses, find_rows
-from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Hydraulics, advance
+from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Bits, Hydraulics, advance
 from vgtsim.plant.oil import ChamberState, Oil, fill, find_state, make_cylinders
 from vgtsim.plant.springs import Springs
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
-
-Bits = NDArray[np.int64]
 
 
 @dataclass

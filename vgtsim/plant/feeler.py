@@ -12,7 +12,7 @@ import numpy as np
 
 from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
-from vgtsim.plant.gauges import Gauges
+from vgtsim.plant.gauges import Gauges, SectionGauges
 from vgtsim.plant.loads import Digger
 from vgtsim.plant.watch import list_contacts, turn_force
 from vgtsim.proximity import Proximity
@@ -42,16 +42,11 @@ class Feeler:
     """Lists the contacts of a plant's last step; its `stage` is to be told of each step before and after it."""
 
     def __init__(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        site: Site,
-        gauges: Gauges,
-        lookout: Lookout | None,
-        digger: Digger | None,
+        self, model: mujoco.MjModel, data: mujoco.MjData, site: Site, gauges: Gauges, digger: Digger | None
     ) -> None:
         """Feel nothing yet; a digger tells the heights of waste that is cut."""
-        self._model, self._data, self._gauges, self._lookout, self._digger = model, data, gauges, lookout, digger
+        self._model, self._data, self._gauges, self._digger = model, data, gauges, digger
+        self._lookout = Lookout(site) if isinstance(gauges, SectionGauges) else None
         self._parts, self._yields = Parts(site), site.yields
         self.stage = ContactStage(model, site, gauges)
 

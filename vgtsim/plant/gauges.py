@@ -39,7 +39,6 @@ class MemberGauges:
     senses = True
 
     def __init__(self, model: mujoco.MjModel, site: Site) -> None:
-        """Look everything up."""
         self.at = at = find_addresses(model, site.truss)
         self._truss, self._pose = site.truss, make_pose_map(model, site.truss)
         self.nodes, self.tool, self.tip, self.hub_speeds = at.nodes, at.tool, at.tip, at.hub_speeds
@@ -111,7 +110,6 @@ class SectionGauges:
     senses = False
 
     def __init__(self, model: mujoco.MjModel, site: Site) -> None:
-        """Look everything up."""
         self._timestep, self._site, truss = model.opt.timestep, site, site.truss
         self.pose, self.rows = make_section_pose(model, site.chain), find_rigid_sections(site.chain).rows
         self.nodes = np.array([model.site(node).id for node in truss.nodes])

@@ -13,8 +13,6 @@ from vgtsim.site import Site
 from vgtsim.statics import hose_forces
 from vgtsim.stretch import LogSource
 
-_UP = np.array([0.0, 0.0, 1.0])
-
 
 class Digger:
     """A tool at a share of its full power, 0 to 1, and the heights of the waste that it leaves.
@@ -33,11 +31,6 @@ class Digger:
         self.heights, self.removed = begun.copy(), float(diggings.removed(begun))
         lower_waste(model, diggings, self.heights)
 
-    @property
-    def force(self) -> Array:
-        """On the tool point in frame G, shape (3,), N."""
-        return self.share * self._diggings.tool.push * _UP
-
     def press(self, data: mujoco.MjData, wrenches: Array) -> None:
         """Add forces and moments about the bodies' centres of mass, shape (bodies, 6), N and N·m, in frame G.
 
@@ -50,7 +43,8 @@ class Digger:
     @property
     def record(self) -> dict[str, float | Array]:
         """Quantities of a record at the begin of a step, by name."""
-        own = {"tool_share": self.share, "tool_force": self.force, "removed": self.removed}
+        force = np.array([0.0, 0.0, self.share * self._diggings.tool.push])
+        own = {"tool_share": self.share, "tool_force": force, "removed": self.removed}
         return own | {"bed": self.heights.copy()}
 
     def dig(self, point: Array, timestep: float) -> None:

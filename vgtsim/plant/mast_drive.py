@@ -98,7 +98,6 @@ class MastDrives:
     """Both drives of a mast, whose place is a feed, m, and a turn, rad."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, site: Site) -> None:
-        """Look them up."""
         self.feed, self.turn = MastDrive(model, data, site, "feed"), MastDrive(model, data, site, "turn")
 
     def read_command(self, feed: float | None, turn: float | None, last: MastPlace = (0.0, 0.0)) -> MastPlace:

@@ -128,7 +128,7 @@ class Plant:
         self._coming = sorted(set(self.site.tank.appearances.values()))
         self.appeared = 0  # instants so far at which things appeared in the tank
         show_things(self.model, self.site.tank, 0.0)
-        standing = stand_arm(
+        self._drive, self._correction, self._calm_steps = stand_arm(
             self.model,
             self.data,
             self.site,
@@ -139,9 +139,7 @@ class Plant:
             turn=self._mast[1],
             loads=[] if self._digger is None else [self._digger],
         )
-        self._drive, self._correction = standing.drive, standing.correction
-        self._calm_steps = standing.calm_steps
-        self._feeler = Feeler(self.model, self.data, self.site, self._gauges, standing.lookout, self._digger)
+        self._feeler = Feeler(self.model, self.data, self.site, self._gauges, self._digger)
         self._find_equilibrium()
         self.wait()
         self._recorder = Recorder(gauges=self._gauges, store=self._recorder.store)
@@ -199,9 +197,11 @@ class Plant:
         self._goal, self._settled = goal, settled
         self._aimed = None if target is None else read_row("target", target, 6)
 
-    def note_revision(self, leg: int, row: int) -> None:
+    def note_revision(self, leg: int, row: int) -> Revision:
         """Say for the log that a tour is planned anew now, at a row of the leg of an index."""
-        self._recorder.note_revision(Revision(self.time, leg, row))
+        revision = Revision(self.time, leg, row)
+        self._recorder.revisions.append(revision)
+        return revision
 
     def wait(self) -> None:
         """Wait until the store has taken all that it was given so far, beside the steps; its error is raised."""

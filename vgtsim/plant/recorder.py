@@ -74,7 +74,6 @@ class Courier:
     """
 
     def __init__(self) -> None:
-        """Have nothing to do."""
         self._thread: ThreadPoolExecutor | None = None
         self._sent: Future[None] | None = None
 
@@ -102,13 +101,13 @@ class Recorder:
 
     gauges: Gauges
     store: Callable[[Piece], None] | None = None
+    revisions: list[Revision] = field(default_factory=list)  # when a tour was planned anew
     _rows: dict[str, NDArray[Any]] = field(default_factory=dict)  # with room for a chunk and the records beside it
     _count: int = 0
     _given: int = 0  # of the first rows, which are kept for the motion of those after them
     _pieces: list[Piece] = field(default_factory=list)
     _contacts: list[Contact] = field(default_factory=list)  # since the last piece
     _saturated: NDArray[np.int64] | int = 0  # since the last record
-    _revisions: list[Revision] = field(default_factory=list)
     _courier: Courier = field(default_factory=Courier)
 
     def note_saturation(self, bits: NDArray[np.int64]) -> None:
@@ -118,10 +117,6 @@ class Recorder:
     def note_contacts(self, contacts: list[Contact]) -> None:
         """Add the contacts of a step."""
         self._contacts += contacts
-
-    def note_revision(self, revision: Revision) -> None:
-        """Add that a tour was planned anew."""
-        self._revisions.append(revision)
 
     def record(
         self,
@@ -214,7 +209,7 @@ class Recorder:
         records: dict[str, Any] = join_pieces([*self._pieces, rest])
         return RunLog(
             **records,
-            revisions=tuple(self._revisions),
+            revisions=tuple(self.revisions),
             warnings=warnings,
             performance=performance,
             versions=list_versions(),

@@ -1,37 +1,19 @@
-"""An arm stood in a posture: hubs in their places, and drives, correction and lookout made for it."""
+"""An arm stood in a posture: hubs in their places, and drives and correction made for it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
-from vgtsim.plant.correction import Correction
+from vgtsim.plant.correction import Correction, Foresight
 from vgtsim.plant.drives import Drive, RigidDrive, find_drive, find_row_drive
-from vgtsim.plant.feeler import Lookout
-from vgtsim.plant.foresight import Foresight
 from vgtsim.plant.gauges import Gauges, SectionGauges
 from vgtsim.plant.loads import Hose, Load
 from vgtsim.plant.springs import fit_springs
 from vgtsim.plant.turns import MemberTurns, SectionTurns
 from vgtsim.site import Site
 from vgtsim.statics import settle
-
-
-@dataclass(frozen=True)
-class Standing:
-    """What steps an arm from a posture on.
-
-    Attributes:
-        lookout: Finds contacts where MuJoCo does not.
-        calm_steps: Slow steps after which the arm is at rest.
-    """
-
-    drive: Drive
-    correction: Correction
-    lookout: Lookout | None
-    calm_steps: int
 
 
 def stand_arm(
@@ -45,11 +27,11 @@ def stand_arm(
     lengths: Array,
     turn: float,
     loads: Sequence[Load],
-) -> Standing:
+) -> tuple[Drive, Correction, int]:
     """Put the hubs at nodes, of the unloaded arm, shape (N, 3), m; an elastic arm sags to where it settles.
 
     Inputs, shape (n,), and lengths, shape (J,), m, are those of the nodes; the mast is turned, rad. Loads act beside the weight
-    and that of the line of conveyance.
+    and that of the line of conveyance. The last result is the number of slow steps after which the arm is at rest.
     """
     mujoco.mj_resetData(model, data)
     chain, elastic = site.chain, site.task.simulation.members == "elastic"
@@ -59,14 +41,13 @@ def stand_arm(
         nodes = settle(site.held_model, nodes)
         calm = round(springs.period / model.opt.timestep)  # a ringing arm stands still twice a period
     gauges.stand(data, nodes)
-    lookout = None
     if isinstance(gauges, SectionGauges):
         drive: Drive = find_row_drive(model, data, site)
-        lookout, turns = Lookout(site), SectionTurns(model, gauges.pose)
+        turns = SectionTurns(model, gauges.pose)
     else:
         drive = find_drive(model, data, site, gauges.at, springs, nodes)
         turns = MemberTurns(model, gauges.at, chain)
     foresight = Foresight(turns, chain, inputs, lengths, turn) if isinstance(drive, RigidDrive) else None
     line = site.task.conveyance
     stiff = [Hose(model, site, gauges.nodes)] if line and line.bending_stiffness else []
-    return Standing(drive, Correction(model, data, foresight, [*loads, *stiff]), lookout, calm)
+    return drive, Correction(model, data, foresight, [*loads, *stiff]), calm

@@ -34,7 +34,6 @@ class MemberTurns:
     """Turns of members, joint blocks and tip plate, and the slides of cylinders."""
 
     def __init__(self, model: mujoco.MjModel, at: Addresses, chain: Chain) -> None:
-        """Look the joints up."""
         self._chain, self._at, self._step = chain, at, model.opt.timestep
         self._joints, self._mast = _find_joints(model, chain), make_mast_pose(model, chain.truss)
         self._flanged = np.array([member.ends[0] < chain.truss.base.stop for member in chain.truss.members])
@@ -142,7 +141,6 @@ class SectionTurns:
     """Moves of mast and free hubs, and moves and turns of sections."""
 
     def __init__(self, model: mujoco.MjModel, pose: SectionPose) -> None:
-        """Take the places in the model from a pose."""
         self._pose, self._step = pose, model.opt.timestep
 
     def __call__(self, data: mujoco.MjData, nodes: Array, lengths: Array, speeds: Array) -> None:  # noqa: ARG002

@@ -59,7 +59,6 @@ class PlantState:
     stopped: str
 
     def __post_init__(self) -> None:
-        """Make the arrays read-only."""
         for item in fields(self):
             value = getattr(self, item.name)
             if isinstance(value, np.ndarray):

@@ -248,9 +248,10 @@ class Surroundings:
         return np.min(distance - capsules.radii[mine] - self.mast_radius, axis=1, initial=np.inf)
 
     def least(self, q: Array) -> tuple[float, str]:
-        """Least clearance, m, of one configuration of shape (n,), and what is that near."""
-        distance, names = self.clearance(q[None])
-        return float(distance[0]), names[0]
+        """Least clearance, m, of a configuration, shape (n,), or of several, (W, n), and what is that near."""
+        distance, names = self.clearance(np.atleast_2d(q), together=True)
+        worst = int(np.argmin(distance))
+        return float(distance[worst]), names[worst]
 
 
 @dataclass(frozen=True)

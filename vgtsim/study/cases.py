@@ -82,11 +82,7 @@ def split_scene(scene: Scene, work: Description) -> dict[str, Description]:
 
 
 def join_scene(scene: Scene, parts: Mapping[str, Any]) -> Scene:
-    """The scene of changed parts.
-
-    Raises:
-        DescriptionError: They do not fit together.
-    """
+    """The scene of changed parts; a `DescriptionError` where they do not fit together."""
     return replace(scene, task=parts["scene"], manipulator=parts["arm"], tank=parts["tank"])
 
 
@@ -98,7 +94,8 @@ def plan_study(study: Study, folder: Path) -> tuple[Order, list[Case]]:
     """
     task, file = study.task, study.file
     axes = task.sample.over if task.sample else task.grid
-    choices = {key: _choices(axis) for key, axis in axes.items()}
+    # of a span its ends
+    choices = {key: [axis.least, axis.greatest] if isinstance(axis, Span) else list(axis) for key, axis in axes.items()}
     choices = choices or {key: [case[key] for case in task.cases] for key in task.cases[0]}
     keys = tuple(choices)
     scene = replace(study.scene, file=Path(study.scene.file.name))  # the same table in every folder
@@ -125,11 +122,6 @@ def plan_study(study: Study, folder: Path) -> tuple[Order, list[Case]]:
     for (key, entries), way in zip(choices.items(), steps, strict=True):
         _refuse_hopeless(parts, key, way, (entries[0], entries[-1]), file)
     return order, [order.make_case(entries) for entries in _list_entries(study, keys)]
-
-
-def _choices(axis: Axis) -> list[Any]:
-    """The entries of an axis, or the ends of a span."""
-    return [axis.least, axis.greatest] if isinstance(axis, Span) else list(axis)
 
 
 def _refuse_hopeless(

@@ -26,6 +26,7 @@ Found = Any  # what a verb gives: each has a type of its own
 Array = NDArray[Any]
 
 _CLOCK = ("wall_s", "real_time_factor")  # of the machine, not of the case: in no table unless asked for
+_FACTS = ("value", "iterations", "optimal", "stationarity", "condition number", "clearance, m", "nearest")
 
 
 @dataclass(frozen=True)
@@ -134,21 +135,6 @@ class _Plan:
         return float(find_use(site.load_model, site.sections, nodes, site.task.limits.safety_factor).worst.max())
 
 
-def _plan_verb() -> Verb:
-    return Verb(
-        do=lambda site, _work, _folder: _Plan(site, plan_site(site)),
-        figures={
-            "duration, s": lambda plan: plan.tour.duration,
-            "clearance, m": lambda plan: min(leg.clearance for leg in plan.tour.legs),
-            "nearest": lambda plan: min(plan.tour.legs, key=lambda leg: leg.clearance).place,
-            "way of an actuator, m": lambda plan: float(np.abs(np.diff(plan.lengths, axis=0)).sum(axis=0).max()),
-            "stroke to spare, m": lambda plan: float(plan.site.box.spare(plan.lengths).min()),
-            "use at the goals": attrgetter("use"),
-        },
-        arrays=_attributes("lengths", "q"),
-    )
-
-
 def _meet_goal(site: Site, _work: object, _folder: Path) -> dict[str, Any]:
     motion = site.task.motion
     if not motion.goals:
@@ -158,32 +144,9 @@ def _meet_goal(site: Site, _work: object, _folder: Path) -> dict[str, Any]:
     return report_solution(site, problem, solve_by_method("ik", problem, site.start), motion.objective)
 
 
-def _ik_verb() -> Verb:
-    facts = ("value", "iterations", "optimal", "stationarity", "condition number", "clearance, m", "nearest")
-    return Verb(
-        do=_meet_goal,
-        figures={name: lambda told, name=name: told["facts"].get(name) for name in facts}
-        | {"binding": lambda told: ", ".join(told["facts"]["binding"])},
-        arrays={name: lambda told, name=name: np.array(told[name]) for name in ("lengths", "q")},
-    )
-
-
 def _sample(site: Site, work: RepeatedWorkspace, _folder: Path) -> Workspace:
     check_strokes(site.chain)
     return sample_workspace(site.chain, work.samples, work.seed)
-
-
-def _workspace_verb() -> Verb:
-    return Verb(
-        do=_sample,
-        figures={
-            "reach, m": attrgetter("reach"),
-            "volume, m³": attrgetter("volume"),
-            "mobility": attrgetter("mobility"),
-            "near singular": attrgetter("near_singular"),
-        },
-        arrays=_attributes("tool", "direction", "tilt", "dexterity", "singular"),
-    )
 
 
 def _map(site: Site, work: RepeatedCapacity, _folder: Path) -> CapacityMap:
@@ -211,10 +174,35 @@ def _attributes(*names: str) -> dict[str, Callable[[Found], Array]]:
     return {name: attrgetter(name) for name in names}
 
 
-VERBS = {
+VERBS: dict[str, Verb] = {
     "run": _run_verb(),
-    "plan": _plan_verb(),
-    "ik": _ik_verb(),
-    "workspace": _workspace_verb(),
+    "plan": Verb(
+        do=lambda site, _work, _folder: _Plan(site, plan_site(site)),
+        figures={
+            "duration, s": lambda plan: plan.tour.duration,
+            "clearance, m": lambda plan: min(leg.clearance for leg in plan.tour.legs),
+            "nearest": lambda plan: min(plan.tour.legs, key=lambda leg: leg.clearance).place,
+            "way of an actuator, m": lambda plan: float(np.abs(np.diff(plan.lengths, axis=0)).sum(axis=0).max()),
+            "stroke to spare, m": lambda plan: float(plan.site.box.spare(plan.lengths).min()),
+            "use at the goals": attrgetter("use"),
+        },
+        arrays=_attributes("lengths", "q"),
+    ),
+    "ik": Verb(
+        do=_meet_goal,
+        figures={name: lambda told, name=name: told["facts"].get(name) for name in _FACTS}
+        | {"binding": lambda told: ", ".join(told["facts"]["binding"])},
+        arrays={name: lambda told, name=name: np.array(told[name]) for name in ("lengths", "q")},
+    ),
+    "workspace": Verb(
+        do=_sample,
+        figures={
+            "reach, m": attrgetter("reach"),
+            "volume, m³": attrgetter("volume"),
+            "mobility": attrgetter("mobility"),
+            "near singular": attrgetter("near_singular"),
+        },
+        arrays=_attributes("tool", "direction", "tilt", "dexterity", "singular"),
+    ),
     "capacity": _capacity_verb(),
 }

@@ -13,9 +13,7 @@ try:
 except ImportError:
     raise MissingLibraryError("viser", "pip install 'vgtsim[live]'") from None
 
-from vgtsim.web.display import Display, Sight
-from vgtsim.web.recording import Recording, write_recording
-from vgtsim.web.scale import draw_scale
+from vgtsim.web.recording import write_recording
 from vgtsim.web.session import Session
 
-__all__ = ["Display", "Recording", "Session", "Sight", "draw_scale", "write_recording"]
+__all__ = ["Session", "write_recording"]

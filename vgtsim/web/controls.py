@@ -20,8 +20,8 @@ from vgtsim.description import OBJECTIVES
 from vgtsim.errors import CommandError, VgtError
 from vgtsim.kinematics import quaternions_to
 from vgtsim.site import Site
+from vgtsim.web.display import draw_scale
 from vgtsim.web.letters import Button, Letter, LiveState, Wish
-from vgtsim.web.scale import draw_scale
 
 _SCENE, _NOTHING = "as the scene", "nothing"  # choices of the objective beside its names
 _STRAIGHT, _POSTURE = "straight, at once", "to a posture, when let go"  # what the arm does with the place of the handle
@@ -224,13 +224,15 @@ def read_handle(position: ArrayLike, wxyz: ArrayLike) -> list[float]:
 
 def describe(state: LiveState, gap: str, delay: float, said: str = "") -> str:
     """The figures of a state as a table in HTML, with what is to be said to the person above it."""
+    speeds = [f"{state.rate:.1f} cycles a second"] * (not isnan(state.rate))
+    speeds += [f"{1e3 * delay:.0f} ms from command to page"] * (not isnan(delay))
     rows = {
         "time": f"{state.time:.1f} s{'' if state.playing else ', paused'}",
         "clearance": gap,
         "utilisation": f"{state.utilisation:.2f}, {state.member}" if state.member else "not known yet",
         "condition": "not known yet" if isnan(state.condition) else f"{state.condition:.3g}",
         "held by": ", ".join(state.held_by) or "nothing",
-        "loop": tell_speed(state.rate, delay),
+        "loop": ", ".join(speeds),
         "record": state.record or "off",
     }
     texts = [f"ended: {state.ended}"] * bool(state.ended) + [said] * bool(said)
@@ -239,9 +241,3 @@ def describe(state: LiveState, gap: str, delay: float, said: str = "") -> str:
     cells = "".join(f"<tr>{head}{name}</th><td>{html.escape(text)}</td></tr>" for name, text in rows.items())
     style = "font-size: 0.8em; text-align: left; width: 100%; padding: 0 1em; overflow-wrap: anywhere"
     return f'<div style="{style}">{words}<table>{cells}</table></div>'
-
-
-def tell_speed(rate: float, delay: float) -> str:
-    """The rate of the loop, cycles a second, and the delay of the last command, s, as far as they are known."""
-    known = [f"{rate:.1f} cycles a second"] * (not isnan(rate))
-    return ", ".join([*known, *[f"{1e3 * delay:.0f} ms from command to page"] * (not isnan(delay))])

@@ -1,4 +1,7 @@
-"""A site on a page: the tank drawn once, then the arm as one batch of bars, coloured by axial force, moved at every update."""
+"""A site on a page: the tank drawn once, then the arm as one batch of bars, coloured by axial force, moved at every update.
+
+The colours have their scale in a piece of SVG.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,10 @@ from viser import ViserServer
 from vgtsim.arrays import Array
 from vgtsim.kinematics import Chain, quaternions_to
 from vgtsim.output.colours import force_colours
+from vgtsim.output.quantities import MINUS
+from vgtsim.positioning import LeastGap
 from vgtsim.site import Site
 from vgtsim.web.parts import NOBODY, make_bars, place_points, turn_plate
-from vgtsim.web.scale import to_bytes
 from vgtsim.web.scenery import NAME, SHARP, add_baked, add_name, add_pit, add_scenery, make_mark, place_pit
 
 _STEEL, _MAST, _PAYLOAD, _TARGET, _GAP = (70, 76, 86), (110, 118, 130), (240, 150, 40), (255, 214, 10), (230, 60, 180)
@@ -24,6 +28,8 @@ _ROUND = 24  # sides of the mast
 _LARGER = 1.3  # than the mark of a goal, which the target covers
 _LAYER = 0.005  # m of waste: a thinner cut is shown with the next ones
 _SECTIONS = 8  # sides of a bar, which is some pixels wide
+_STEPS = 41  # colours of the scale; odd, so that one of them is the grey of no force
+_WIDE, _HIGH = 240, 46  # units of the scale, about pixels
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,8 +42,7 @@ class Sight:
         height: Of the mast above its working depth, m.
         heights: Of the waste in the site's diggings, shape (P,), m; or none, where nothing was cut.
         target: Tool point and direction that are wanted, shape (6,), m; or none.
-        gap: Two points, shape (2, 3), m, between the arm and the nearest thing; or none.
-        near: Name of that thing, with the distance where that is wanted.
+        gap: Between the arm and the nearest thing; or none.
     """
 
     nodes: Array
@@ -45,8 +50,7 @@ class Sight:
     height: float = 0.0
     heights: Array | None = None
     target: Array | None = None
-    gap: Array | None = None
-    near: str = ""
+    gap: LeastGap | None = None
 
 
 class Display:
@@ -94,8 +98,11 @@ class Display:
                 self._mast.position = self._pivot + [0.0, 0.0, sight.height]
                 self._height = sight.height
             self._show_pit(sight.heights)
-            self._show_target(sight.target)
-            self._show_gap(sight)
+            if sight.target is not None:
+                self._target.position, self._target.wxyz = sight.target[:3], quaternions_to(sight.target[None, 3:])[0]
+            if self._target.visible != (sight.target is not None):
+                self._target.visible = sight.target is not None
+            self._show_gap(sight.gap)
 
     def _add_arm(self, site: Site) -> None:
         """Add members, hubs with the payload, and the tip plate as batches: their changes come to a picture together."""
@@ -157,18 +164,12 @@ class Display:
         if np.abs(heights - self._cut).max() >= _LAYER:
             self._pit.vertices, self._cut = _round(place_pit(self._diggings, heights)), heights
 
-    def _show_target(self, target: Array | None) -> None:
-        if target is not None:
-            self._target.position, self._target.wxyz = target[:3], quaternions_to(target[None, 3:])[0]
-        if self._target.visible != (target is not None):
-            self._target.visible = target is not None
-
-    def _show_gap(self, sight: Sight) -> None:
-        if sight.gap is not None:
-            self._gap.points = _round(sight.gap[None])
-            self._gap_name.position, self._gap_name.text = sight.gap.mean(axis=0), sight.near
-        if self._gap.visible != (sight.gap is not None):
-            self._gap.visible = self._gap_name.visible = sight.gap is not None
+    def _show_gap(self, gap: LeastGap | None) -> None:
+        if gap is not None:
+            self._gap.points = _round(gap.ends[None])
+            self._gap_name.position, self._gap_name.text = gap.ends.mean(axis=0), f"{gap.gap:.2f} m"
+        if self._gap.visible != (gap is not None):
+            self._gap.visible = self._gap_name.visible = gap is not None
 
 
 def _round(values: Array) -> NDArray[np.float32]:
@@ -181,3 +182,33 @@ def _quaternion(chain: Chain, nodes: Array) -> Array:
     matrix = np.eye(4)
     matrix[:3, :3] = turn_plate(chain, nodes)[1]
     return trimesh.transformations.quaternion_from_matrix(matrix)[None]
+
+
+def draw_scale(end: float) -> str:
+    """Draw the scale, from compression at the left to tension at the right, with forces in kN; it ends at this force, N."""
+    colours = [tuple(row) for row in to_bytes(force_colours(np.linspace(-1, 1, _STEPS), 1.0)).tolist()]
+    left, bar = 20, _WIDE - 40
+    cells = "".join(
+        f'<rect x="{left + k * bar / _STEPS:.2f}" y="14" width="{bar / _STEPS + 0.5:.2f}" height="12" fill="rgb{colour}"/>'
+        for k, colour in enumerate(colours)
+    )
+    ticks = "".join(
+        f'<text x="{left + (part + 1) / 2 * bar:.1f}" y="40" text-anchor="middle">{_tell(part * end)}</text>'
+        for part in (-1.0, -0.5, 0.0, 0.5, 1.0)
+    )
+    titles = (
+        f'<text x="{left}" y="9">compression</text><text x="{left + bar}" y="9" text-anchor="end">tension, kN</text>'
+    )
+    label = f"Colours of axial force: compression red, none grey, tension blue, to {end / 1e3:.4g} kN"
+    style = 'font-family="sans-serif" font-size="10" fill="currentColor"'
+    size = f'width="{_WIDE}" height="{_HIGH}" viewBox="0 0 {_WIDE} {_HIGH}"'
+    return f'<svg role="img" aria-label="{label}" {size} {style}>{titles}{cells}{ticks}</svg>'
+
+
+def to_bytes(colours: np.ndarray) -> np.ndarray:
+    """Red, green and blue from 0 to 1, shape (..., 4) with opacity or (..., 3), as whole numbers to 255, shape (..., 3)."""
+    return np.round(255 * colours[..., :3]).astype(np.uint8)
+
+
+def _tell(force: float) -> str:
+    return f"{'+' if force > 0 else MINUS if force < 0 else ''}{abs(force) / 1e3:.3g}"

@@ -80,11 +80,7 @@ class LiveLoop:
         return self.playing and self.pages > 0 and not self.ended
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
-        """Go on by the clock until something says so.
-
-        Raises:
-            PageError: The server of the page has ended.
-        """
+        """Go on by the clock until something says so. Errors are those of `Line.receive`."""
         due = self._clock()
         while not until():
             self.cycle()

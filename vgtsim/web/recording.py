@@ -31,8 +31,7 @@ from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.stretch import LogSource
 from vgtsim.verification import JudgedRun, Report
-from vgtsim.web.display import Display, Sight
-from vgtsim.web.scale import draw_scale
+from vgtsim.web.display import Display, Sight, draw_scale
 
 LARGEST = 10_000_000  # bytes of a page: what still goes as an attachment
 _MOST = 1500  # frames: going back in time the client reads all of them again, some tenths of a second
@@ -149,8 +148,7 @@ class _Playback:
                     height=float(log.height[k]),
                     heights=log.bed[k] if log.bed.size else None,
                     target=self._find_target(k),
-                    gap=gap and gap.ends,
-                    near=f"{gap.gap:.2f} m" if gap else "",
+                    gap=gap,
                 )
                 display.show(sight)
                 record.insert_sleep(pause)

@@ -25,9 +25,7 @@ _FAREWELL = 5.0  # s for it to end
 class Session:
     """A live arm with its page; a context, at whose end the record is whole and the server has ended.
 
-    Attributes:
-        loop: The live loop; `run` it.
-        port: Of the page.
+    `loop` is the live loop, to be `run`, and `port` that of the page.
     """
 
     def __init__(

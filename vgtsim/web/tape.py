@@ -67,11 +67,7 @@ class Tape:
             self.end()
 
     def begin(self) -> None:
-        """Begin a record with all commands since the start.
-
-        Raises:
-            OSError: The folder cannot be written.
-        """
+        """Begin a record with all commands since the start; an `OSError` where the folder cannot be written."""
         self.end()
         self.folder.mkdir(parents=True, exist_ok=True)
         name, number = self.site.task.name, 1

@@ -1,26 +1,31 @@
-"""The tour as a client of the plant: leg after leg, each goal held once the arm has settled there."""
+"""Runs: a planned tour or an operator's commands as clients of the plant, with the log in memory or on disk."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from vgtsim.description import OperatorCommand, digest_commands
 from vgtsim.errors import DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.logbook import LogWriter
 from vgtsim.planning import STEP_BOUND, Tour, revise_tour
 from vgtsim.plant.hydraulics import require_pressure
+from vgtsim.plant.operating import Operation, Tick, play_commands
 from vgtsim.plant.plant import Plant
 from vgtsim.plant.recorder import list_digests, list_versions
-from vgtsim.runlog import RunLog
+from vgtsim.runlog import Piece, RunLog
 from vgtsim.site import Site
+
+Programme = Tour | Sequence[OperatorCommand]
 
 _EVERY = 50  # steps between redraws of the progress bar: some tens of milliseconds
 _PRESSURE_POSES = 0.25  # s of motion between poses in which the supply pressure must hold the dead load
@@ -39,24 +44,36 @@ def run(site: Site, tour: Tour, model: mujoco.MjModel | None = None) -> RunLog:
             pressure cannot hold the dead load somewhere on the tour.
         DivergenceError: The state stopped being physical; the error carries the log until then.
     """
-    log = _note_bounds(_ride(Plant(site, timestep=tour.timestep, model=model), tour).log, tour)
-    return replace(log, digests=log.digests | {"programme": tour.digest})
+    log = _play(site, tour, model=model)
+    return replace(log, digests=log.digests | _digest(tour))
 
 
-def begin_log(site: Site, tour: Tour, folder: Path, *, resume: bool = False) -> LogWriter:
-    """Begin the log of a tour in a folder, or go on with the one there; see `LogWriter` for errors."""
-    digests = list_digests(site) | {"programme": tour.digest}
+def operate(site: Site) -> RunLog:
+    """Play the record of commands of a site's scene, and give the log; the same record gives the same log.
+
+    After the last command the arm comes to rest and is held as at a goal. A contact that stops the plant ends the run.
+
+    Raises:
+        VgtError: A command is refused; `control.Controller.command` says why.
+        DivergenceError: The state stopped being physical; the error carries the log until then.
+    """
+    log = _play(site, site.scene.commands)
+    return replace(log, digests=log.digests | _digest(site.scene.commands))
+
+
+def begin_log(site: Site, programme: Programme, folder: Path, *, resume: bool = False) -> LogWriter:
+    """Begin the log of a tour or of commands in a folder, or go on with the one there; see `LogWriter` for errors."""
+    digests = list_digests(site) | _digest(programme)
     return LogWriter(folder=folder, scene=site.scene, versions=list_versions(), digests=digests, resume=resume)
 
 
-def record(site: Site, tour: Tour, writer: LogWriter) -> None:
-    """Play a tour as `run` does; the log goes to disk as it is made, so that memory does not grow with the run.
+def record(site: Site, programme: Programme, writer: LogWriter) -> None:
+    """Play a tour or commands as `run` and `operate` do; the log goes to disk as it is made: memory does not grow with the run.
 
-    Errors are those of `run`. The log is ended after a divergence too, and by nothing else that stops the program.
+    Errors are those of `run` and `operate`. The log is ended after a divergence too, and by nothing else that stops the program.
     """
-    plant = Plant(site, timestep=tour.timestep, store=writer.write)
     try:
-        rest = _note_bounds(_ride(plant, tour).log, tour)
+        rest = _play(site, programme, store=writer.write)
     except DivergenceError as error:
         if isinstance(error.log, RunLog):
             writer.end(error.log)
@@ -64,13 +81,38 @@ def record(site: Site, tour: Tour, writer: LogWriter) -> None:
     writer.end(rest)
 
 
-def _note_bounds(log: RunLog, tour: Tour) -> RunLog:
-    """A log whose performance has what bounded the step."""
-    bounds = {STEP_BOUND + name: float(bound) for name, bound in tour.bounds.items() if np.isfinite(bound)}
+def _digest(programme: Programme) -> dict[str, str]:
+    return {"programme": programme.digest if isinstance(programme, Tour) else digest_commands(programme)}
+
+
+def _play(
+    site: Site,
+    programme: Programme,
+    *,
+    model: mujoco.MjModel | None = None,
+    store: Callable[[Piece], None] | None = None,
+) -> RunLog:
+    """The log of a programme; with a store, what that was not given of it."""
+    bounds = {}
+    if isinstance(programme, Tour):
+        plant = Plant(site, timestep=programme.timestep, model=model, store=store)
+        _start_tour(plant, programme)
+        play, duration = partial(_play_tour, plant, programme), programme.duration
+        bounds = {STEP_BOUND + name: float(bound) for name, bound in programme.bounds.items() if np.isfinite(bound)}
+    else:
+        operation = Operation(site, store)
+        plant, play = operation.plant, partial(play_commands, operation, programme)
+        duration = programme[-1].time if programme else 0.0
+    try:
+        with _show_progress(round(duration / plant.timestep)) as tick, suppress(StoppedError):  # after a collision
+            play(tick)
+    finally:
+        plant.wait()  # whatever stops the program, no chunk is half written
+    log = plant.log
     return replace(log, performance=log.performance | bounds)
 
 
-def _ride(plant: Plant, tour: Tour) -> Plant:
+def _start_tour(plant: Plant, tour: Tour) -> None:
     site = plant.site
     if site.task.simulation.drive == "hydraulic":  # at poses all along the tour
         lengths = np.concatenate([leg.lengths for leg in tour.legs])
@@ -79,16 +121,10 @@ def _ride(plant: Plant, tour: Tour) -> Plant:
     first = tour.legs[0]
     feed, turn = (0.0 if places is None else float(places[0]) for places in (first.feed, first.turn))
     plant.reset(first.lengths[0], tour.start, feed=feed, turn=turn)
-    total = sum(len(leg.lengths) - 1 for leg in tour.legs)
-    try:
-        with show_progress(total) as tick, suppress(StoppedError):  # stepping on after a collision
-            _play(plant, tour, tick)
-    finally:
-        plant.wait()  # whatever stops the program, no chunk is half written
-    return plant
 
 
-def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
+def _play_tour(plant: Plant, tour: Tour, tick: Tick) -> None:
+    """Leg after leg, each goal held once the arm has settled there."""
     motion = plant.site.task.motion
     hold, patience = (round(seconds / plant.timestep) for seconds in (motion.hold, motion.patience))
 
@@ -105,8 +141,7 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
         while True:
             if plant.appeared > known:
                 known = plant.appeared
-                plant.note_revision(index, row)
-                tour = revise_tour(plant.site, tour, plant.log.revisions[-1])
+                tour = revise_tour(plant.site, tour, plant.note_revision(index, row))
             leg = tour.legs[index]
             row += 1
             if row == len(leg.lengths):
@@ -127,7 +162,7 @@ def _play(plant: Plant, tour: Tour, tick: Callable[[float], None]) -> None:
 
 
 @contextmanager
-def show_progress(total: int) -> Iterator[Callable[[float], None]]:
+def _show_progress(total: int) -> Iterator[Tick]:
     """Show a progress bar on a terminal; gives a function to be called with the simulated time, s, after each step.
 
     The steps of holds come on top of the total, at which the bar then stays.
