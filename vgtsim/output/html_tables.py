@@ -181,19 +181,18 @@ def list_members(run: JudgedRun) -> list[tuple[str, ...]]:
         pulled, pushed = (
             float(np.nanmax(series[f"utilisation_{kind}"][:, index])) for kind in ("tension", "compression")
         )
-        rows.append(
-            (
-                member.name,
-                member.section,
-                f"{max(axial[:, index].max(), 0) / 1e3:.1f}",
-                f"{pulled:.3f}",
-                f"{max(-axial[:, index].min(), 0) / 1e3:.1f}",
-                f"{pushed:.3f}",
-                f"{peak[index]:.3f}",
-                f"{1 / peak[index] - 1:.2f}" if peak[index] > 0 else "",
-                f"{run.log.time[record]:.2f} s",
-            )
-        )
+        cells = [
+            member.name,
+            member.section,
+            f"{max(axial[:, index].max(), 0) / 1e3:.1f}",
+            f"{pulled:.3f}",
+            f"{max(-axial[:, index].min(), 0) / 1e3:.1f}",
+            f"{pushed:.3f}",
+            f"{peak[index]:.3f}",
+            f"{1 / peak[index] - 1:.2f}" if peak[index] > 0 else "",
+            f"{run.log.time[record]:.2f} s",
+        ]
+        rows.append(tuple(cells))
     return rows
 
 

@@ -69,12 +69,12 @@ def plot_workspace(found: Workspace, title: str) -> Figure:
         radius = np.hypot(x, y)
         side = ("distance from the axis, m", "along the axis of the base, m")
         panels = (
-            (axes[0, 0], radius, height, np.degrees(found.tilt), np.max, "greatest tilt of the tool, degrees", side),
-            (axes[0, 1], radius, height, found.dexterity, np.max, "greatest dexterity", side),
-            (axes[1, 0], x, y, found.singular, np.min, "least singular value of a module", ("x, m", "y, m")),
+            (axes[0, 0], (radius, height, np.degrees(found.tilt)), np.max, "greatest tilt of the tool, degrees", side),
+            (axes[0, 1], (radius, height, found.dexterity), np.max, "greatest dexterity", side),
+            (axes[1, 0], (x, y, found.singular), np.min, "least singular value of a module", ("x, m", "y, m")),
         )
-        for panel, across, up, value, pick, name, labels in panels:
-            hexes = panel.hexbin(across, up, value, gridsize=_GRID, reduce_C_function=pick, mincnt=1, linewidths=0.1)
+        for panel, columns, pick, name, labels in panels:
+            hexes = panel.hexbin(*columns, gridsize=_GRID, reduce_C_function=pick, mincnt=1, linewidths=0.1)
             figure.colorbar(hexes, ax=panel, label=name, shrink=0.85)
             panel.set(xlabel=labels[0], ylabel=labels[1], aspect="equal", axisbelow=True)
         axes[1, 1].hist(np.degrees(found.tilt), bins=60, color="#4573b0")

@@ -77,28 +77,31 @@ def advance(
     """
     parts, free, drift = hydraulics.cylinders, np.empty(oil.free.shape), np.empty(len(length))
     saturated = np.empty(len(length), np.int64)
-    figures = parts.area, parts.modulus, parts.stroke, parts.supply, parts.rate, parts.leakage, parts.push, parts.pull
+    figures = parts.area, parts.modulus, parts.stroke, parts.leakage
+    drives = parts.supply, parts.rate, parts.push, parts.pull
     valves = hydraulics.widths, hydraulics.fullest, hydraulics.relief
     settings = hydraulics.gain, hydraulics.lock_band, hydraulics.timestep
-    chambers = oil.free, state.piston, state.pressure, state.columns, state.force, state.stopped
-    let_flow(figures, valves, settings, chambers, (command, speed, length, velocity), (free, drift, saturated))
+    chambers, pistons = (oil.free, state.pressure, state.columns), (state.piston, state.force, state.stopped)
+    motion, found = (command, speed, length, velocity), (free, drift, saturated)
+    let_flow((figures, drives, valves), settings, (chambers, pistons), motion, found)
     return Oil(free, state.piston), drift, saturated
 
 
 @compiled
 def let_flow(
-    figures: Figures,
-    valves: Figures,
+    hydraulics: tuple[Figures, Figures, Figures],
     settings: tuple[float, float, float],
-    chambers: Figures,
+    state: tuple[Figures, Figures],
     motion: Figures,
     found: Figures,
 ) -> None:
     """Write what `advance` finds; trapped is the oil before the step, free the oil after it."""
-    area, modulus, stroke, supply, rate, leakage, push, pull = figures
+    figures, drives, valves = hydraulics
+    area, modulus, stroke, leakage = figures
+    supply, rate, push, pull = drives
     widths, fullest, relief = valves
     gain, lock_band, step = settings
-    trapped, piston, pressure, columns, force, stopped = chambers
+    (trapped, pressure, columns), (piston, force, stopped) = state
     command, speed, length, velocity = motion
     free, drift, saturated = found
     volume, flow = np.empty(2), np.empty(2)

@@ -144,10 +144,19 @@ def find_state(cylinders: Cylinders, oil: Oil, length: Array) -> ChamberState:
     shape = cylinders.area.shape
     piston, force, stiffness = (np.empty(shape[1]) for _ in range(3))
     pressure, columns = (np.empty(shape) for _ in range(2))
-    found: Figures = piston, pressure, columns, force, stiffness, np.empty(shape[1], np.bool_)
+    stopped = np.empty(shape[1], np.bool_)
     figures = cylinders.area, cylinders.modulus, cylinders.rod, cylinders.stroke
-    balance(figures, oil.free, oil.piston, length - cylinders.retracted, found)
-    return ChamberState(*found)
+    balance(
+        figures,
+        oil.free,
+        oil.piston,
+        length - cylinders.retracted,
+        (pressure, columns),
+        (piston, force, stiffness, stopped),
+    )
+    return ChamberState(
+        piston=piston, pressure=pressure, columns=columns, force=force, stiffness=stiffness, stopped=stopped
+    )
 
 
 @compiled
@@ -165,10 +174,10 @@ def squeeze(free: float, volume: float, modulus: float) -> float:
 
 
 @compiled
-def balance(figures: Figures, free: Array, last: Array, reach: Array, found: Figures) -> None:
+def balance(figures: Figures, free: Array, last: Array, reach: Array, oil: Figures, found: Figures) -> None:
     """Write the parts of a `ChamberState`, from where the pistons were last and lengths beyond the retracted ones."""
     area, modulus, rod, stroke = figures
-    piston, pressure, columns, force, stiffness, stopped = found
+    (pressure, columns), (piston, force, stiffness, stopped) = oil, found
     for j in range(len(reach)):
         x, shift, pull, spring = last[j], np.inf, 0.0, 0.0
         for left in range(_PASSES, -1, -1):

@@ -79,10 +79,10 @@ def _fill_use(
         for m in range(bar.shape[1]):
             column = find_column(figures[0, m], length[t, m] / figures[1, m], figures[2, m], figures[3, m])
             tension, column, pin = figures[4, m] / safety_factor, column / safety_factor, figures[5, m] / safety_factor
-            limits = (tension, column, figures[6, m] / length[t, m] ** 2, figures[7, m], figures[8, m], pin)
+            limits = (tension, column, figures[6, m] / length[t, m] ** 2, pin)
             pull = _greater(_greater(near[t, m], bar[t, m]), far[t, m])
             push = _greater(_greater(-near[t, m], -bar[t, m]), -far[t, m])
-            found = _hold(limits, (pull, push, bar[t, m], -bar[t, m]))
+            found = _hold(limits, (figures[7, m], figures[8, m]), (pull, push, bar[t, m], -bar[t, m]))
             for k in range(5):
                 used[k, t, m] = found[k]
 
@@ -92,7 +92,8 @@ def _fill_axial_use(limits: Array, forces: Array, used: Array) -> None:
     """The same, shape (5, T), of limits, shape (6, T), and of forces, shape (4, T), N, see `_hold`."""
     for t in range(limits.shape[1]):
         found = _hold(
-            (limits[0, t], limits[1, t], limits[2, t], limits[3, t], limits[4, t], limits[5, t]),
+            (limits[0, t], limits[1, t], limits[2, t], limits[5, t]),
+            (limits[3, t], limits[4, t]),
             (forces[0, t], forces[1, t], forces[2, t], forces[3, t]),
         )
         for k in range(5):
@@ -101,10 +102,10 @@ def _fill_axial_use(limits: Array, forces: Array, used: Array) -> None:
 
 @compiled
 def _hold(
-    limits: tuple[float, float, float, float, float, float], forces: tuple[float, float, float, float]
+    limits: tuple[float, float, float, float], drive: tuple[float, float], forces: tuple[float, float, float, float]
 ) -> tuple[float, float, float, float, float]:
-    """Use by `LIMITS`: of tension, column, rod, pressure pushed and pulled, pins; of pull and push, then the drive's."""
-    tension, column, rod, most_push, most_pull, pin = limits
+    """Use by `LIMITS`: of tension, column, rod and pins; of pressure pushed and pulled; of pull and push, then the drive's."""
+    (tension, column, rod, pin), (most_push, most_pull) = limits, drive
     pull, push, drive_pull, drive_push = forces
     return (
         _greater(pull / tension, 0.0),
@@ -145,8 +146,8 @@ def use_axial(ratings: Ratings, pull: Array, push: Array, drive_pull: Array, dri
     Pull and push are the greatest tension and compression along each member, below zero when there is none; those of the
     drive are the same where the member's segments meet.
     """
-    limits = ratings.tension, ratings.compression, ratings.rod, ratings.push, ratings.pull, ratings.pin
-    each = np.broadcast_arrays(*limits, pull, push, drive_pull, drive_push)
+    axial, drive = (ratings.tension, ratings.compression, ratings.rod), (ratings.push, ratings.pull)
+    each = np.broadcast_arrays(*axial, *drive, ratings.pin, pull, push, drive_pull, drive_push)
     shape, flat = each[0].shape, np.stack(each).reshape(len(each), -1)
     used = np.empty((len(LIMITS), flat.shape[1]))
     _fill_axial_use(flat[:6], flat[6:], used)

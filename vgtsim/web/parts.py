@@ -55,23 +55,24 @@ def make_bars(chain: Chain) -> Bars:
     rows = []
     for k, (member, radius) in enumerate(zip(truss.members, member_radii(chain).tolist(), strict=True)):
         if member.role != "actuator":
-            rows.append((*member.ends, False, 0.0, float(spans[k]), radius, k))
+            rows.append((member.ends, False, (0.0, float(spans[k])), radius, k))
             continue
         part = arm.cylinders[member.section]
-        rows.append((*member.ends, False, part.eye, part.barrel_length - part.eye, radius, k))
-        rows.append((*member.ends, True, 0.0, part.rod_length, part.rod / 2, k))
+        rows.append((member.ends, False, (part.eye, part.barrel_length - part.eye), radius, k))
+        rows.append((member.ends, True, (0.0, part.rod_length), part.rod / 2, k))
     for foot, middle, head in truss.rings.reshape(-1, 3).tolist():
         span, block = float(np.linalg.norm(points[head] - points[foot])), arm.block_of(int(truss.node_module[middle]))
-        rows.append((foot, head, False, 0.0, span, block.diameter / 2, NOBODY))
+        rows.append(((foot, head), False, (0.0, span), block.diameter / 2, NOBODY))
     if arm.tip_plate.tool_offset:
         count = len(truss.nodes)
-        rows.append((count, count + 1, False, 0.0, arm.tip_plate.tool_offset, arm.hub.radius, NOBODY))
-    first, second, from_far, offset, length, radius, owner = zip(*rows, strict=True)
+        rows.append(((count, count + 1), False, (0.0, arm.tip_plate.tool_offset), arm.hub.radius, NOBODY))
+    ends, from_far, reach, radius, owner = zip(*rows, strict=True)
+    offset, length = np.array(reach, float).T.copy()
     return Bars(
-        ends=np.array([first, second], np.intp).T,
+        ends=np.array(ends, np.intp),
         from_far=np.array(from_far, bool),
-        offset=np.array(offset, float),
-        length=np.array(length, float),
+        offset=offset,
+        length=length,
         radius=np.array(radius, float),
         owner=np.array(owner, np.intp),
     )
