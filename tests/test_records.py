@@ -64,6 +64,27 @@ def test_names_of_functions_have_one_meaning_in_a_room(trees):
     assert [name for name, times in count.items() if times > 1] == []
 
 
+SHARED = {
+    "run": "a command of the command line calls the function of its name",
+    "verify": "a command of the command line calls the function of its name",
+    "follow": "not told apart yet: a leash of the environments, an assembly mode, and a path of the tool",
+    "jacobian": "the same derivative of a cell of the general kind and, for users, of a posture",
+    "angle_jacobian": "the same derivative of one cell and of two",
+    "upright": "not told apart yet: a mid-plane of a kind, and a picture's frame",
+}
+
+
+def test_names_of_functions_have_one_meaning_in_the_package(trees):
+    """Of two rooms alike: but for rows of the report, for what all kinds of modules give, and for those with a reason."""
+    places = {}
+    for file, tree in trees.items():
+        room = "kinds" if "/modules/" in file else file.split("/")[0]
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef) and not node.name.startswith(("_", "check_")):
+                places.setdefault(node.name, set()).add(room)
+    assert {name for name, rooms in places.items() if len(rooms) > 1} == SHARED.keys()
+
+
 def find_private(tree):
     """Private attributes of other files' objects that a file reads, and private names that it imports."""
     nodes = list(ast.walk(tree))

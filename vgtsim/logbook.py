@@ -20,7 +20,7 @@ from vgtsim.logfiles import (
     TOUCHES,
     make_table,
     read_arrays,
-    read_text,
+    read_log_text,
     survey,
     to_arrays,
     write_table,
@@ -63,7 +63,7 @@ class LogWriter:
         if not self.resume or not (self.folder / BEGIN).exists():
             write_text(self.folder / BEGIN, begin)
             return
-        there = read_text(self.folder / BEGIN)
+        there = read_log_text(self.folder / BEGIN)
         for name in begin:
             if there[name] != begin[name]:
                 found = f"another {name} than that of the run that was interrupted"
@@ -154,7 +154,7 @@ def open_log(folder: str | Path) -> LogBook:
         DescriptionError: The folder holds no log, or one that is damaged or of another program.
     """
     place = Path(folder)
-    begin, end = read_text(place / BEGIN), read_text(place / END) if (place / END).exists() else None
+    begin, end = read_log_text(place / BEGIN), read_log_text(place / END) if (place / END).exists() else None
     files = tuple(sorted(place.glob("[0-9]*.parquet")))
     counts, touches = [], []
     shapes: dict[str, tuple[int, ...]] = {}

@@ -157,7 +157,7 @@ def write_text(file: Path, data: Mapping[str, Any]) -> None:
         partial.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
 
 
-def read_text(file: Path) -> dict[str, Any]:
+def read_log_text(file: Path) -> dict[str, Any]:
     """The text for begin or end of a log."""
     if not file.is_file() or file.is_symlink():
         raise DescriptionError(file, "", "no such file", "the log that `vgtsim run` leaves")

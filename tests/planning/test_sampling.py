@@ -11,7 +11,7 @@ from vgtsim.errors import PathError
 from vgtsim.kinematics import bend_all
 from vgtsim.planning.carousel import Carousel, Net
 from vgtsim.planning.path import plan_path
-from vgtsim.planning.sampling import Ground, search, shorten
+from vgtsim.planning.sampling import Ground, search, shorten_way
 from vgtsim.planning.trajectory import Corridor
 from vgtsim.positioning import Surroundings, make_box
 
@@ -83,7 +83,7 @@ def test_a_way_is_made_shorter_and_keeps_its_ends(ground, ends):
     first = ends[0]
     aside = first + np.tile([0.02, 0.0, 0.0], 5)
     corners = np.array([first, aside, first + np.tile([0.0, 0.02, 0.0], 5)])
-    short = shorten(ground, corners)
+    short = shorten_way(ground, corners)
     assert np.allclose(short[[0, -1]], corners[[0, -1]], atol=1e-12)
 
     def length(way):

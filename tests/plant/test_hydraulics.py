@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from vgtsim.plant.hydraulics import CAVITY, FLOW, PRESSURE, STROKE, Hydraulics, advance
+from vgtsim.plant.hydraulics import CAVITY, FLOW, PRESSURE, STROKE, Hydraulics, step_oil
 from vgtsim.plant.oil import VAPOUR, Cylinders, fill, find_state
 from vgtsim.statics.elasticity import TRAPPED
 
@@ -62,7 +62,7 @@ def play(hydraulics, command, seconds, mass=500.0, load=0.0, start=1.1, feed=Tru
         wanted = one(command(t))
         rate = one(command(t + dt)) - wanted if feed else np.zeros(1)
         rows.append((t, length[0], state.force[0], *state.pressure[:, 0]))
-        oil, drift, now = advance(hydraulics, oil, state, wanted, rate / dt, length, speed)
+        oil, drift, now = step_oil(hydraulics, oil, state, wanted, rate / dt, length, speed)
         after = find_state(parts, oil, length)
         c = damping * after.stiffness
         push = pull(t) - after.force + c * drift

@@ -24,7 +24,7 @@ viser = pytest.importorskip("viser")
 
 from vgtsim.web.display import Display, Sight, draw_scale  # noqa: E402
 from vgtsim.web.parts import make_bars, place_points  # noqa: E402
-from vgtsim.web.scenery import add_tank  # noqa: E402
+from vgtsim.web.scenery import show_tank  # noqa: E402
 
 MODELS = Path(__file__).parents[2] / "models"
 ARMS = [path.stem for path in sorted(MODELS.glob("*/*.toml"))]
@@ -148,7 +148,7 @@ def test_the_missing_extra_is_named(monkeypatch):
 def test_every_thing_in_a_shipped_tank_is_drawn(name):
     tank = load_tank(SCENES / f"{name}.toml")
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    add_tank(server.scene, tank)
+    show_tank(server.scene, tank)
     wanted = [item.name for item in (*tank.standing, *tank.solids)] + ["shell", "risers", "rings"]
     assert all(server.scene.get_handle_by_name(f"/tank/{thing}") is not None for thing in wanted)
     solid = [thing for thing in (*wanted, "waste", "soil") if thing != "rings"]

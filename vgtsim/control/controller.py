@@ -14,7 +14,7 @@ from vgtsim.commands import read_inputs, read_row
 from vgtsim.control.arm_now import ArmNow, Mobility, find_mobility
 from vgtsim.control.feedback import Feedback
 from vgtsim.control.limits import ACCELERATION, RATE, CylinderLimits
-from vgtsim.control.postures import find_posture, read_pose
+from vgtsim.control.postures import find_posture, read_goal_pose
 from vgtsim.control.preference import Preference
 from vgtsim.control.rates import Rates, solve_rates
 from vgtsim.control.targets import Filter, LengthTarget, ToolTarget
@@ -138,7 +138,7 @@ class Controller:
             posture = find_posture(self.site, goal, self._arm.q, preference.names)
             self._wanted = self._aim_lengths(posture)
         elif goal is not None:
-            self._wanted = replace(self._aim_tool(), goal=read_pose(goal), twist=None)
+            self._wanted = replace(self._aim_tool(), goal=read_goal_pose(goal), twist=None)
         elif twist is not None:
             self._wanted = replace(self._aim_tool(), twist=read_row("twist", twist, 6), goal=None)
         elif inputs is not None:

@@ -18,7 +18,7 @@ from vgtsim.site import Site
 _UNIT = 1e-3  # of a direction: a shorter one is none
 
 
-def read_pose(values: ArrayLike) -> Array:
+def read_goal_pose(values: ArrayLike) -> Array:
     """A pose of the tool, shape (6,) or (2, 3), with its direction made a unit vector.
 
     Raises:
@@ -36,7 +36,7 @@ def read_pose(values: ArrayLike) -> Array:
 
 
 def find_posture(site: Site, goal: ArrayLike, near: Array, objective: Sequence[str]) -> Array:
-    """Lengths of the cylinders, shape (J,), m, of a posture clear of everything with the tool at a goal, as `read_pose` has it.
+    """Lengths of the cylinders, shape (J,), m, of a posture clear of everything with the tool at a goal, see `read_goal_pose`.
 
     It is looked for near inputs of shape (n,), with the terms of an objective, or without any in mid-stroke. A goal out of reach
     takes seconds to be found so.
@@ -46,7 +46,7 @@ def find_posture(site: Site, goal: ArrayLike, near: Array, objective: Sequence[s
         DescriptionError: A term of the objective is not known.
         ReachError: The goal cannot be met.
     """
-    pose = read_pose(goal)
+    pose = read_goal_pose(goal)
     terms = tuple(objective) or ("mid_stroke",)
     problem = make_problem(site, tool_goal(pose[:3], pose[3:]), Method.NULLSPACE, terms)
     return np.asarray(site.chain.lengths(solve_by_method("command", problem, near).q))

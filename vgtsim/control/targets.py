@@ -118,7 +118,7 @@ class ToolTarget:
         if self.filter.still and not wanted.any():
             self.goal = None  # it is reached; what rounding leaves is not run after
         direction = arm.direction.copy()
-        back = _RETURN * np.concatenate([self.position - arm.position, find_turn(direction, self.direction)])
+        back = _RETURN * np.concatenate([self.position - arm.position, find_turn_between(direction, self.direction)])
         rows = split_twist(direction)
         self.roll = abs(float(self.filter.second[3:] @ direction)) > _ROLLS
         rows = rows if self.roll else rows[:5]
@@ -142,7 +142,9 @@ class ToolTarget:
         if self.goal is None:
             return np.zeros(6)
         end = turn(self.direction, self.filter.left[3:])
-        way = np.concatenate([self.goal[:3] - self.position - self.filter.left[:3], find_turn(end, self.goal[3:])])
+        way = np.concatenate(
+            [self.goal[:3] - self.position - self.filter.left[:3], find_turn_between(end, self.goal[3:])]
+        )
         return approach(way, _size(way) / self.speed, measure(way))
 
 
@@ -199,7 +201,7 @@ def _length(a: Array) -> float:
 
 
 @compiled
-def find_turn(first: Array, second: Array) -> Array:
+def find_turn_between(first: Array, second: Array) -> Array:
     """Turn from one unit direction to another about the axis across both, a vector of shape (3,), rad."""
     axis = np.empty(3)
     cross_into(first, second, axis)

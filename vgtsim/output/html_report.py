@@ -117,7 +117,7 @@ def describe_run(run: JudgedRun) -> dict[str, Any]:
         "notices": tables.list_notices(run.log, run.report),
         "phases": [],
         "plots": [_draw(plot, run) for plot in list_plots(run)],
-        "goals": tables.list_goals(run),
+        "goals": tables.list_goal_rows(run),
         "members": tables.list_members(run),
         "sheet": make_sheet(run),
         "reactions": tables.list_reactions(run),

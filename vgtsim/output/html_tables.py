@@ -134,7 +134,7 @@ def _write(value: float, unit: str, limit: float) -> str:
     return f"< {format_quantity(least, unit)}" if 0 < value < least else format_quantity(value, unit)
 
 
-def list_goals(run: JudgedRun) -> list[Row]:
+def list_goal_rows(run: JudgedRun) -> list[Row]:
     """List the goals of the tour: when the arm settled there, and the greatest distance and angle of the tool from them.
 
     Errors are of the report's series `tool_..._error`, if there.

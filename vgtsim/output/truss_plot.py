@@ -96,7 +96,7 @@ def draw_posture(chain: Chain, q: ArrayLike, goal: ArrayLike, path: Path) -> Non
     figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     colours = ["tab:red" if member.role == "actuator" else "0.4" for member in chain.truss.members]
     titles = ("in the goal's plane", "from above"), ("outward, m", "x, m"), ("z, m", "y, m")
-    sides = zip(figure.subplots(1, 2), (goal_plane(chain, wanted), np.eye(3)[:2]), *titles, strict=True)
+    sides = zip(figure.subplots(1, 2), (span_goal_plane(chain, wanted), np.eye(3)[:2]), *titles, strict=True)
     for axes, view, title, across, up in sides:
         draw_members(axes, chain.truss, chain.nodes(q), view, colours, 0.7)
         axes.plot(*(view @ wanted), marker="x", color="tab:blue", markersize=9)
@@ -104,7 +104,7 @@ def draw_posture(chain: Chain, q: ArrayLike, goal: ArrayLike, path: Path) -> Non
     save_figure(figure, path)
 
 
-def goal_plane(chain: Chain, goal: Array) -> Array:
+def span_goal_plane(chain: Chain, goal: Array) -> Array:
     """Outward and upward unit vectors of the vertical plane of a goal in frame G, shape (2, 3)."""
     x, y, _ = goal - chain.mount[:3, 3]
     return upright(float(np.arctan2(y, x)))

@@ -16,7 +16,7 @@ import numpy as np
 
 from vgtsim.arrays import Array, Index, Mask
 from vgtsim.kinematics import bend_all, can_swing, swing
-from vgtsim.planning.sampling import SEED, Ground, search, shorten
+from vgtsim.planning.sampling import SEED, Ground, search, shorten_way
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -98,7 +98,7 @@ class Carousel:
         between = net.way(net.number(out[-1]), net.number(back[-1]))
         if between is None:
             return None, _PARTED
-        return shorten(self.ground, np.concatenate([out[:-1], between, back[-2::-1]])), _LAST
+        return shorten_way(self.ground, np.concatenate([out[:-1], between, back[-2::-1]])), _LAST
 
     @cached_property
     def net(self) -> Net | None:

@@ -151,7 +151,7 @@ def search(ground: Ground, starts: Array, goals: Array, most: int, seed: int = S
     return space.simplify(problem.getSolutionPath()) if problem.hasExactSolution() else None
 
 
-def shorten(ground: Ground, corners: Array) -> Array:
+def shorten_way(ground: Ground, corners: Array) -> Array:
     """A clear way with corners of shape (W, n) made shorter."""
     from ompl import geometric
 

@@ -15,7 +15,7 @@ from vgtsim.compilation import by_rows, compiled
 from vgtsim.geometry import enclosure_distance
 from vgtsim.kinematics import State
 from vgtsim.planning.postures import Postures
-from vgtsim.planning.unfolding import Follower, Shapes, tabulate
+from vgtsim.planning.unfolding import Follower, Shapes, tabulate_feed
 from vgtsim.positioning import Surroundings
 
 _LOOKS = 0.12 / 0.35  # feed between the places at which shapes are looked at, over that between knots: three in a knot
@@ -58,7 +58,7 @@ class Track:
     @cached_property
     def basis(self) -> tuple[Array, Array, Array]:
         """Values, rates and second derivatives, each shape (W, A, N)."""
-        return tuple(tabulate(self.guide, self.feed, order) for order in range(3))  # type: ignore[return-value]
+        return tuple(tabulate_feed(self.guide, self.feed, order) for order in range(3))  # type: ignore[return-value]
 
     @cached_property
     def begun(self) -> Index:
@@ -148,7 +148,7 @@ def fit_shapes(track: Track, postures: Postures) -> Shapes:
 
 def _start(track: Track, postures: Postures) -> Array:
     """Coefficients nearest to the postures, second derivatives weighed in, drawn to the straight arm until it assembles."""
-    guide, table = track.guide, tabulate(track.guide, postures.feed)
+    guide, table = track.guide, tabulate_feed(track.guide, postures.feed)
     flat = table.reshape(-1, table.shape[2])
     matrix = flat.T @ flat + track.calm
     matrix += 1e-9 * np.trace(matrix) / len(matrix) * np.eye(len(matrix))

@@ -115,13 +115,13 @@ class Shapes:
 
     def __call__(self, feed: Array, order: int = 0) -> tuple[Array, Array]:
         """Bends and extensions at feeds, shape (W, A) each, or their derivatives of some order by feed."""
-        table = tabulate(self.guide, feed, order)
+        table = tabulate_feed(self.guide, feed, order)
         half = len(self.weights) // 2
         reach = np.zeros((1, table.shape[1])) if order else self.guide.planar.stowed[None]
         return table @ self.weights[:half], reach + table @ self.weights[half:]
 
 
-def tabulate(guide: Follower, feed: Array, order: int = 0) -> Array:
+def tabulate_feed(guide: Follower, feed: Array, order: int = 0) -> Array:
     """Basis of the shapes at feeds, or a derivative of it by feed, shape (W, A, N)."""
     from scipy.interpolate import BSpline  # slow to load, and only a way in needs it
 

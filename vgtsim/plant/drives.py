@@ -15,7 +15,7 @@ from vgtsim.compilation import compiled
 from vgtsim.graphics import mujoco
 from vgtsim.mjcf import names
 from vgtsim.plant.addresses import Addresses, find_rows
-from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Bits, Hydraulics, advance
+from vgtsim.plant.hydraulics import FLOW, PRESSURE, STROKE, Bits, Hydraulics, step_oil
 from vgtsim.plant.oil import ChamberState, Oil, fill, find_state, make_cylinders
 from vgtsim.plant.springs import Springs
 from vgtsim.site import Site
@@ -126,7 +126,7 @@ class HydraulicDrive:
         length = self.data.qpos[springs.position]
         velocity = self.data.qvel[springs.slide]
         self.state = find_state(parts, self.oil, length)
-        self.oil, drift, saturated = advance(self.hydraulics, self.oil, self.state, now, speed, length, velocity)
+        self.oil, drift, saturated = step_oil(self.hydraulics, self.oil, self.state, now, speed, length, velocity)
         after = find_state(parts, self.oil, length)
         springs.hold(after.stiffness, length - after.force / after.stiffness, drift)
         return saturated

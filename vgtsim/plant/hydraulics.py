@@ -54,7 +54,7 @@ class Hydraulics:
         return parts.rate * parts.area / np.sqrt(parts.supply * parts.area / parts.both)[:, None]
 
 
-def advance(
+def step_oil(
     hydraulics: Hydraulics, oil: Oil, state: ChamberState, command: Array, speed: Array, length: Array, velocity: Array
 ) -> tuple[Oil, Array, Bits]:
     """Let oil flow for one step.
@@ -95,7 +95,7 @@ def let_flow(
     motion: Figures,
     found: Figures,
 ) -> None:
-    """Write what `advance` finds; trapped is the oil before the step, free the oil after it."""
+    """Write what `step_oil` finds; trapped is the oil before the step, free the oil after it."""
     figures, drives, valves = hydraulics
     area, modulus, stroke, leakage = figures
     supply, rate, push, pull = drives

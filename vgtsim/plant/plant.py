@@ -20,7 +20,7 @@ from vgtsim.plant.loads import command_tool, find_digger
 from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.recorder import RecordClock, Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
-from vgtsim.plant.watch import PlantState, are_same, check_state, find_greatest, list_warnings, name_collision
+from vgtsim.plant.watch import PlantState, are_same, check_state, find_greatest_among, list_warnings, name_collision
 from vgtsim.runlog import Contact, Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
@@ -300,7 +300,7 @@ class Plant:
 
     def _speed(self) -> float:
         """Greatest speed of a node along an axis, m/s."""
-        return find_greatest(self.data.qvel, self._gauges.hub_speeds)
+        return find_greatest_among(self.data.qvel, self._gauges.hub_speeds)
 
     def _advance(self) -> None:
         """One step: drives, MuJoCo, divergence, record, rest, contact."""

@@ -78,7 +78,7 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData, gaps: Array) -> None
     Raises:
         DivergenceError: A warning was counted, a coordinate is not finite, or a loop has opened.
     """
-    if is_sound(gaps, OPEN_GAP, data.warning.number):
+    if is_step_sound(gaps, OPEN_GAP, data.warning.number):
         return
     worst = int(np.argmax(np.where(np.isfinite(gaps), np.abs(gaps), np.inf))) if len(gaps) else -1
     row = model.equality(int(data.efc_id[worst])).name if worst >= 0 else "none"
@@ -86,7 +86,7 @@ def check_state(model: mujoco.MjModel, data: mujoco.MjData, gaps: Array) -> None
 
 
 @compiled
-def is_sound(values: Array, limit: float, warnings: NDArray[np.int32]) -> bool:
+def is_step_sound(values: Array, limit: float, warnings: NDArray[np.int32]) -> bool:
     """Whether all magnitudes of values, shape (E,), are below a limit, of no number they are not, and no warning is counted."""
     sound = True
     for value in values:
@@ -106,7 +106,7 @@ def are_same(values: Array, others: Array) -> bool:
 
 
 @compiled
-def find_greatest(values: Array, which: Index) -> float:
+def find_greatest_among(values: Array, which: Index) -> float:
     """Greatest magnitude of some values, at indices of shape (R,); no number where one is none."""
     greatest = 0.0
     for i in which:

@@ -2,7 +2,7 @@
 
 Plain are problems of arms of double octahedra alone whose objective is a sum of functions of one length each and whose
 variables are the inputs. A `Body` and the `Motion` made of it stand for `State`, and lengths for the objective's terms; all
-other problems ask for them from outside, see `descent.advance`.
+other problems ask for them from outside, see `descent.carry_all_on`.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def pursue(which: Index, goals: Index, tables: Any, settings: Any, *kept: Any) -
     """Carry some goals, shape (c,), on until they are done, or want what only others know: the way down from a saddle.
 
     `goals` is the goal of each way, shape (B,). Tables are goal rows, `Body`, weights and meant
-    lengths, settings are `Rules`; kept are ways, points, factors and further curvature, see `descent.advance`.
+    lengths, settings are `Rules`; kept are ways, points, factors and further curvature, see `descent.carry_all_on`.
     """
     rules, ways, at, factors, further = Rules(*settings), Ways(*kept[0]), Point(*kept[1]), kept[2], kept[3]
     (table, _, weights, meant), body = tables, Body(*tables[1])

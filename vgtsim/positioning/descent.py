@@ -1,6 +1,6 @@
 """The iteration of `newton`, compiled: every goal goes its way until it needs something evaluated at its point.
 
-A goal's way is a row of marks and of numbers. `advance` takes goals whose wants have been answered on to their next want.
+A goal's way is a row of marks and of numbers. `carry_all_on` takes goals whose wants have been answered on to their next want.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vgtsim.positioning.elimination import (
     find_dot,
     find_greatest,
     find_size,
-    project,
+    project_slope,
     set_up,
     solve_equations,
 )
@@ -338,7 +338,7 @@ def carry_on(
             phase, error, value = marks[PHASE], at.error[i], at.value[i]
             near = find_size(error) < _NEAR
             if phase == _START:
-                project(at.J[i], at.slope[i], rules.limit, y, back)
+                project_slope(at.J[i], at.slope[i], rules.limit, y, back)
                 marks[PHASE] = _ITERATE
             elif phase == _ITERATE:
                 marks[PHASE] = _FACTOR
@@ -384,6 +384,6 @@ def carry_on(
 
 
 @compiled
-def advance(which: Index, there: Any, rules: Any, ways: Any, at: Any, factors: Factors, further: Further) -> None:
+def carry_all_on(which: Index, there: Any, rules: Any, ways: Any, at: Any, factors: Factors, further: Further) -> None:
     """As `carry_on`, of plain tuples: Python gives them to compiled functions in half the time of records."""
     carry_on(Rules(*rules), which, Point(*there), Ways(*ways), Point(*at), factors, further)

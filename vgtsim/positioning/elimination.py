@@ -183,7 +183,7 @@ def multiply_across(A: Array, B: Array, out: Array) -> None:
 
 
 @compiled
-def project(J: Array, slope: Array, limit: float, y: Array, rest: Array) -> None:
+def project_slope(J: Array, slope: Array, limit: float, y: Array, rest: Array) -> None:
     """Multipliers that leave least of a slope, and what they leave: its part in the null space of J."""
     square, inverse = np.empty((len(J), len(J))), np.empty((len(J), len(J)))
     multiply_across(J, J, square)
@@ -193,7 +193,7 @@ def project(J: Array, slope: Array, limit: float, y: Array, rest: Array) -> None
 
 @compiled
 def _leave(J: Array, inverse: Array, slope: Array, y: Array, rest: Array) -> None:
-    """As `project`, by the pseudo-inverse of J Jᵀ."""
+    """As `project_slope`, by the pseudo-inverse of J Jᵀ."""
     own = np.empty(len(J))
     apply_matrix(J, slope, own)
     apply_matrix(inverse, own, y)
@@ -205,7 +205,9 @@ def _leave(J: Array, inverse: Array, slope: Array, y: Array, rest: Array) -> Non
 
 
 @compiled
-def judge(J: Array, slope: Array, error: Array, limit: float, tolerance: Array, stationarity: Array, met: Mask) -> None:
+def judge_goals(
+    J: Array, slope: Array, error: Array, limit: float, tolerance: Array, stationarity: Array, met: Mask
+) -> None:
     """Stationarity, and which goals are met, shape (b,), of Jacobians (b, m, k), slopes (b, k) and errors (b, m).
 
     The stationarity is the norm of a slope in the null space of its Jacobian over 1 + the whole norm.

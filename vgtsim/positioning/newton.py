@@ -173,7 +173,7 @@ def minimise(
     which, there = every, at
     while True:
         if course is None:
-            descent.advance(which, tuple(there), *kept)
+            descent.carry_all_on(which, tuple(there), *kept)
         else:
             pursue(which, goals, course.tables, *kept)
         if not at.inside.all():
@@ -201,7 +201,7 @@ def minimise(
 def _conclude(at: Point, ways: Ways, rules: Rules) -> Solution:
     """The solution of goals that have all come to an end."""
     stationarity, met = np.empty(len(ways.z)), np.empty(len(ways.z), bool)
-    elimination.judge(at.J, at.slope, at.error, rules.limit, rules.tolerance, stationarity, met)
+    elimination.judge_goals(at.J, at.slope, at.error, rules.limit, rules.tolerance, stationarity, met)
     return Solution(
         q=ways.z,
         error=at.error,

@@ -116,7 +116,7 @@ def deflect(
     n = np.asarray(nodes, float)
     batch, flat = n.shape[:-2], n.reshape(-1, *n.shape[-2:])
     force = node_loads(model, flat) if weight else np.zeros(flat.shape)
-    load, to_centroid = gather(model.truss, flat, force), _tool_to_centroid(model, flat)
+    load, to_centroid = gather_load(model.truss, flat, force), _tool_to_centroid(model, flat)
     if tool_wrench is not None:
         load[:, -6:] += np.einsum("tij,tj->ti", to_centroid, np.broadcast_to(tool_wrench, (*batch, 6)).reshape(-1, 6))
     moved, bar = _solve(model, flat, load[..., None])
@@ -144,7 +144,7 @@ def node_loads(model: ElasticModel, nodes: Array, motion: NodeMotion | None = No
     return force + block_loads(model.loads, nodes, motion).total if len(model.truss.rings) else force
 
 
-def gather(truss: Truss, nodes: Array, force: Array) -> Array:
+def gather_load(truss: Truss, nodes: Array, force: Array) -> Array:
     """Forces at the nodes, shape (T, N, 3), as loads on the unknowns, shape (T, n)."""
     if len(truss.rings):
         force, middle = force.copy(), truss.rings[:, :, 1]
@@ -254,7 +254,7 @@ def _settle_chunk(
 def _residual(model: ElasticModel, nodes: Array, bar: Array, motion: NodeMotion | None, more: Array) -> Array:
     """Loads on the unknowns that member forces, shape (T, M), do not yet carry, shape (T, n), N and N·m."""
     pattern = pattern_of(model.truss)
-    load = gather(model.truss, nodes, node_loads(model, nodes, motion) + more)
+    load = gather_load(model.truss, nodes, node_loads(model, nodes, motion) + more)
     pulls = bar[..., None] * elongations(model.truss, nodes)
     width = pattern.size + 1  # what acts on fixed nodes lands in a column of its own
     place = np.where(pattern.dof < 0, pattern.size, pattern.dof) + width * np.arange(len(nodes))[:, None, None]

@@ -71,7 +71,7 @@ class Order:
         return {key: _as_figure(entry) if figure else str(entry) for key, entry, figure in pairs}
 
 
-def list_versions() -> tuple[tuple[str, str], ...]:
+def list_case_versions() -> tuple[tuple[str, str], ...]:
     """Name and version of each package that figures may hang on."""
     return tuple((name, version(name)) for name in _KEPT)
 
@@ -117,7 +117,7 @@ def plan_study(study: Study, folder: Path) -> tuple[Order, list[Case]]:
         figures=tuple(_is_column(entries) for entries in choices.values()),
         columns=VERBS[task.work.verb].choose(task.keep, file),
         folder=folder,
-        versions=list_versions(),
+        versions=list_case_versions(),
     )
     for (key, entries), way in zip(choices.items(), steps, strict=True):
         _refuse_hopeless(parts, key, way, (entries[0], entries[-1]), file)

@@ -14,7 +14,7 @@ from typing import Any
 from vgtsim.description import Scene, change_entries, parse_scene
 from vgtsim.errors import ClusterError
 from vgtsim.site import Site
-from vgtsim.study.cases import Case, Order, join_scene, list_versions, split_scene
+from vgtsim.study.cases import Case, Order, join_scene, list_case_versions, split_scene
 from vgtsim.study.engines import Engine
 from vgtsim.study.verbs import VERBS, Found
 
@@ -136,7 +136,7 @@ def work_off(order: Order, cases: tuple[Case, ...]) -> list[Row]:
     Raises:
         ImportError: This worker has other versions of the packages than the study was begun with.
     """
-    if (here := list_versions()) != order.versions:
+    if (here := list_case_versions()) != order.versions:
         pairs = zip(here, order.versions, strict=True)
         differing = "; ".join(f"{name} {own}, not {other}" for (name, own), (_, other) in pairs if own != other)
         raise ImportError(f"a worker has {differing}: figures of different versions do not mix")

@@ -57,7 +57,7 @@ def add_scenery(server: ViserServer, site: Site) -> None:
     scene.configure_default_lights(enabled=False)
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(150, 145, 140), intensity=2.2)
     scene.add_light_directional("/light/lamp", intensity=1.6, position=(-radius, -2 * radius, 3 * crown))
-    add_tank(scene, site.tank, site.diggings)
+    show_tank(scene, site.tank, site.diggings)
     _name(scene, site)
     for goal in site.task.motion.goals:
         mark, matrix = make_mark(), np.eye(4)
@@ -66,7 +66,7 @@ def add_scenery(server: ViserServer, site: Site) -> None:
         add_name(scene, f"/names/{goal.name}", goal.name, np.array(goal.position) + [0, 0, _BALL])
 
 
-def add_tank(scene: SceneApi, tank: Tank, diggings: Diggings | None = None) -> None:
+def show_tank(scene: SceneApi, tank: Tank, diggings: Diggings | None = None) -> None:
     """Add the back half of a tank with all that is in it; the waste is open over the diggings, see `add_pit`."""
     profile, around = make_profile(tank.shell), obstacles(tank)
     shell = _make_layers(tank, profile, False, _FLOOR) + _make_layers(tank, profile, True, _FLOOR)
