@@ -35,7 +35,7 @@ from synthetic_run import leave_out_plots
 
 from vgtsim.description import load_catalogue, load_study, load_tank, load_tool_path
 from vgtsim.errors import VgtError
-from vgtsim.logbook import open_log
+from vgtsim.log import open_log
 from vgtsim.site import load_arm, load_site
 
 CPU = 60  # s of processor time after which a case hangs: three times the slowest verb on these arms

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 
 from vgtsim.description import Feed, Scene, Slew
+from vgtsim.log import RunLog
 from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 
 Edit = Callable[[mujoco.MjSpec], None]

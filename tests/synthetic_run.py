@@ -9,7 +9,7 @@ import vgtsim.output.html_report
 from vgtsim.description import Scene, load_manipulator, load_tank
 from vgtsim.description.scene import SceneFile
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.runlog import RunLog
+from vgtsim.log import RunLog
 from vgtsim.verification.report import Check, Report
 
 ROOT = Path(__file__).parents[1]

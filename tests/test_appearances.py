@@ -12,10 +12,9 @@ from vgtsim.description import load_scene
 from vgtsim.description.mission import InsertStep, MoveStep, RasterStep
 from vgtsim.description.tank import Equipment
 from vgtsim.errors import DescriptionError
-from vgtsim.logbook import open_log
+from vgtsim.log import Revision, open_log
 from vgtsim.planning import plan_site, revise_as_run, revise_tour
 from vgtsim.plant import begin_log, record
-from vgtsim.runlog import Revision
 from vgtsim.site import Site
 from vgtsim.verification import verify
 

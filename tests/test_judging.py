@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from vgtsim import cli
 from vgtsim.errors import DescriptionError
-from vgtsim.logbook import open_log, save_log
+from vgtsim.log import open_log, save_log
 from vgtsim.plant import Plant
 from vgtsim.site import Site, load_site
 from vgtsim.verification import verify

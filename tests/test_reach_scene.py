@@ -9,7 +9,7 @@ import pytest
 
 from vgtsim.cli.runs import _list_sites
 from vgtsim.kinematics import Chain
-from vgtsim.logbook import open_log
+from vgtsim.log import open_log
 from vgtsim.mjcf import write_scene_files
 from vgtsim.output import write_outputs
 from vgtsim.planning import plan_tour, tour

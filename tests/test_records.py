@@ -104,14 +104,14 @@ def test_no_file_reaches_for_what_another_keeps_to_itself(trees):
 
 
 def test_a_run_is_stepped_and_its_log_made_in_one_place(trees):
-    """Model files settle for a picture or a keyframe; logs on disk are read by the logbook."""
+    """Model files settle for a picture or a keyframe; logs on disk are read by their book."""
     calls = {
         (file, ast.unparse(node.func).split(".")[-1])
         for file, tree in trees.items()
         for node in ast.walk(tree)
         if isinstance(node, ast.Call)
     }
-    assert {file for file, name in calls if name == "RunLog"} == {"plant/recorder.py", "logbook.py"}
+    assert {file for file, name in calls if name == "RunLog"} == {"plant/recorder.py", "log/book.py"}
     stepping = {file for file, name in calls if name in ("mj_step", "mj_step1", "mj_step2")}
     assert stepping == {"plant/correction.py", "mjcf/files.py", "mjcf/keyframes.py"}
 

@@ -18,7 +18,7 @@ from vgtsim.description import load_manipulator
 from vgtsim.description.files import load_scene
 from vgtsim.errors import VgtError
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.logbook import save_log
+from vgtsim.log import save_log
 from vgtsim.planning import solve_first_goal
 from vgtsim.site import Site
 from vgtsim.statics.equilibrium import solve_members

@@ -14,7 +14,7 @@ import numpy as np
 from vgtsim.arrays import Array, Index
 from vgtsim.description import AllowedContact
 from vgtsim.geometry import RISER, SHELL, WASTE
-from vgtsim.runlog import RunLog
+from vgtsim.log import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import LoadModel, tool_forces
 

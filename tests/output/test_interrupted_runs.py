@@ -23,9 +23,9 @@ from typer.testing import CliRunner
 
 import vgtsim.planning
 import vgtsim.site
-from vgtsim import cli, logfiles
+from vgtsim import cli
 from vgtsim.errors import DescriptionError
-from vgtsim.logbook import LogWriter, open_log
+from vgtsim.log import LogWriter, chunks, open_log
 from vgtsim.output import LOG, find_results, stage_results
 from vgtsim.output.folders import UNFINISHED
 from vgtsim.output.write import write_report_json
@@ -66,7 +66,7 @@ def fail_from(chunk: int, way: object) -> None:
         if len(written) == chunk and way == "full disk":
             resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
         elif len(written) == chunk:
-            logfiles.replacing = refuse
+            chunks.replacing = refuse
         written.append(write(writer, piece))
 
     def refuse(path):

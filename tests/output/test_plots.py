@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 
+from vgtsim.log import outline
 from vgtsim.output.colours import force_colours, scale_end
 from vgtsim.output.figure import styled, to_svg
 from vgtsim.output.html_report import list_plots
@@ -18,7 +19,6 @@ from vgtsim.output.run_plots import (
     plot_closure,
 )
 from vgtsim.output.truss_plot import plot_truss, worst_instant
-from vgtsim.stretch import outline
 from vgtsim.verification import Evidence, goal_name
 
 UNIT = re.compile(r", (m|mm|kN|kN·m|s|°)\b|, °|^m$|over capacity| kN ")

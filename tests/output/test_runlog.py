@@ -11,10 +11,8 @@ import pytest
 from pyarrow import parquet
 from synthetic_run import make_log, make_scene
 
-from vgtsim import logfiles, stretch
 from vgtsim.errors import DescriptionError
-from vgtsim.logbook import open_log, save_log
-from vgtsim.runlog import ARRAYS
+from vgtsim.log import ARRAYS, chunks, open_log, save_log, stretches
 from vgtsim.site import Site
 from vgtsim.verification import verify
 
@@ -86,7 +84,7 @@ def test_a_chunk_that_is_not_a_logs_is_named(folder, change, said):
 
 def test_arrays_of_absurd_size_are_refused_before_memory_is_taken(folder, monkeypatch):
     """A small file that asks for a hundred times its size, which is taken for absurd here."""
-    monkeypatch.setattr(logfiles, "_MOST_BYTES", 1 << 22)
+    monkeypatch.setattr(chunks, "_MOST_BYTES", 1 << 22)
 
     def blow_up(table):
         count, row = 4000, (100, 2)
@@ -166,17 +164,17 @@ def test_stretches_of_a_log_give_what_the_whole_gives(scene, tmp_path, monkeypat
     log, site = make_log(scene, records=330, duration=165.0), Site(scene)
     whole = verify(site, log)
     save_log(tmp_path, scene, log)
-    monkeypatch.setattr(stretch, "_LENGTH", 50)
+    monkeypatch.setattr(stretches, "_LENGTH", 50)
     parts = verify(site, open_log(tmp_path))
     for one, other in zip(whole.checks, parts.checks, strict=True):
         assert other.measured == pytest.approx(one.measured, rel=1e-6, abs=1e-12, nan_ok=True), one
         assert (other.where, other.when) == pytest.approx((one.where, one.when), nan_ok=True)
     for name, series in whole.series.items():
         np.testing.assert_allclose(parts.series[name], series, rtol=1e-9, atol=1e-12)
-    monkeypatch.setattr(stretch, "_OVERVIEW", 50)
+    monkeypatch.setattr(stretches, "_OVERVIEW", 50)
     few = verify(site, open_log(tmp_path))
     np.testing.assert_array_equal(few.series["closure"], parts.series["closure"][::7])
-    np.testing.assert_array_equal(stretch.thin(open_log(tmp_path)).nodes, log.nodes[::7])
+    np.testing.assert_array_equal(stretches.thin(open_log(tmp_path)).nodes, log.nodes[::7])
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from vgtsim.errors import DescriptionError
-from vgtsim.logbook import open_log
+from vgtsim.log import open_log
 from vgtsim.output.write import prepare_folder, write_outputs, write_pdf, write_report_json
 from vgtsim.replacing import replacing
 from vgtsim.verification.report import CHECK_NAMES

@@ -13,10 +13,10 @@ from playing import change, shorten, slew
 import vgtsim
 from vgtsim.description.mission import MoveStep
 from vgtsim.description.tank import Equipment
+from vgtsim.log import Revision
 from vgtsim.planning import plan_site, revise_as_run
 from vgtsim.planning.replanning import revise_tour
 from vgtsim.plant import run
-from vgtsim.runlog import Revision
 from vgtsim.site import Site
 from vgtsim.verification import verify
 from vgtsim.verification.evidence import Evidence

@@ -14,11 +14,11 @@ from vgtsim.description import cut_arm
 from vgtsim.description.mission import InsertStep, MoveStep, WithdrawStep
 from vgtsim.description.tank import Equipment
 from vgtsim.errors import PathError
+from vgtsim.log import Revision
 from vgtsim.planning import mission, revise_tour
 from vgtsim.planning.directrix import make_directrix
 from vgtsim.planning.insertion import follow_directrix
 from vgtsim.planning.timing import make_limits
-from vgtsim.runlog import Revision
 from vgtsim.site import Site
 
 pytestmark = pytest.mark.long

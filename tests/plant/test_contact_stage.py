@@ -9,9 +9,9 @@ import pytest
 from playing import bend, change, climb
 
 from vgtsim.description import AllowedContact
+from vgtsim.log import ARRAYS
 from vgtsim.plant import Plant
 from vgtsim.plant.feeler import ContactStage
-from vgtsim.runlog import ARRAYS
 from vgtsim.site import Site, load_site
 
 pytestmark = pytest.mark.long

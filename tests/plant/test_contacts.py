@@ -11,7 +11,7 @@ from playing import bend, change, climb, shorten
 from vgtsim.control import Controller
 from vgtsim.description import AllowedContact
 from vgtsim.errors import DescriptionError
-from vgtsim.logbook import open_log, save_log
+from vgtsim.log import open_log, save_log
 from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.plant import Plant
 from vgtsim.site import Site, load_site

@@ -8,10 +8,10 @@ from digging import TOOL, over_waste, sweep
 from playing import bend
 
 from vgtsim.errors import CommandError
-from vgtsim.logbook import open_log
+from vgtsim.log import open_log
+from vgtsim.log.runlog import CUTTING
 from vgtsim.planning.cutting import foresee_waste
 from vgtsim.plant import Plant, begin_log, record, run
-from vgtsim.runlog import CUTTING
 from vgtsim.site import Site
 from vgtsim.statics import solve_members, tool_forces
 

@@ -9,9 +9,9 @@ import pytest
 from playing import bend, change, climb, hoist, shorten
 
 from vgtsim.errors import CommandError
+from vgtsim.log.runlog import FEED
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, run
-from vgtsim.runlog import FEED
 from vgtsim.site import Site
 from vgtsim.verification import verify
 

@@ -10,9 +10,9 @@ from playing import bend, change, climb, hoist, shorten, slew
 
 from vgtsim.description import MoveStep, Slew
 from vgtsim.errors import CommandError, DescriptionError
+from vgtsim.log.runlog import TURN
 from vgtsim.planning import Leg, Tour, plan_mission
 from vgtsim.plant import Plant, run
-from vgtsim.runlog import TURN
 from vgtsim.site import Site
 from vgtsim.verification import verify
 

@@ -11,8 +11,8 @@ from playing import change, shorten
 from vgtsim.control import check_operation, rehearse
 from vgtsim.description import Operator, OperatorCommand
 from vgtsim.errors import CommandError, DescriptionError
+from vgtsim.log import ARRAYS
 from vgtsim.plant import operate
-from vgtsim.runlog import ARRAYS
 from vgtsim.site import Site
 from vgtsim.verification import verify
 

@@ -10,10 +10,10 @@ from playing import bend, change, shorten
 
 from vgtsim.description import AllowedContact
 from vgtsim.errors import AssemblyError, CommandError, StoppedError
+from vgtsim.log import RunLog
 from vgtsim.mjcf import build_spec, finish_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, run
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
 

@@ -11,12 +11,11 @@ import pytest
 from playing import bend, change, play, shorten
 
 from vgtsim.errors import DescriptionError, DivergenceError
-from vgtsim.logbook import open_log, save_log
+from vgtsim.log import Contact, RunLog, open_log, save_log
 from vgtsim.mjcf import build_model
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import run
 from vgtsim.plant.watch import list_contacts, name_collision
-from vgtsim.runlog import Contact, RunLog
 from vgtsim.site import Site
 
 pytestmark = pytest.mark.long

@@ -12,10 +12,10 @@ from playing import bend, change, shorten
 
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import find_rigid_sections, sample_inputs
+from vgtsim.log import ARRAYS
 from vgtsim.mjcf import build_model, make_section_pose
 from vgtsim.planning import Leg, Tour
 from vgtsim.plant import Plant, run
-from vgtsim.runlog import ARRAYS
 from vgtsim.site import Site, load_arm
 from vgtsim.verification import verify
 

@@ -10,8 +10,8 @@ import numpy as np
 from faults import MOVING, Fault, field, late, one
 from numpy.typing import NDArray
 
+from vgtsim.log.runlog import CUTTING
 from vgtsim.plant import Plant
-from vgtsim.runlog import CUTTING
 
 
 def weaken(rate: float = 1.0, push: float = 1.0) -> Callable[[Plant], None]:

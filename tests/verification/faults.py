@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
+from vgtsim.log import RunLog
+from vgtsim.log.runlog import FEED as FEED_ARRAYS
 from vgtsim.mjcf import names
 from vgtsim.plant import Plant
 from vgtsim.plant.loads import Hose
-from vgtsim.runlog import FEED as FEED_ARRAYS
-from vgtsim.runlog import RunLog
 
 MEMBER, CYLINDER = "m1/longeron/1", "m1/actuator/1"
 HOSE_PART = 0.1  # kg, a fiftieth of what a hub carries of the hose

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from faults import AT_REST, MOVING, NODES, PLAN, Fault, body, field, gravity, one, option
 
+from vgtsim.log import RunLog
 from vgtsim.mjcf import names
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 
 AIM, AIM_WAY = "tool position to the operator's target", "tool direction to the operator's target"

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import pytest
 from faults import Fault
 
+from vgtsim.log import RunLog
 from vgtsim.mjcf import build_model
 from vgtsim.planning import Tour
 from vgtsim.plant import Plant, run, runs
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import Report
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from faults import NODES, Fault, body, field, joint, late, soften
 
+from vgtsim.log.runlog import TURN as TURN_ARRAYS
 from vgtsim.mjcf import names
-from vgtsim.runlog import TURN as TURN_ARRAYS
 
 TURN, TURN_PLAN = "turn to its command", "commanded turn to the plan"
 TORQUE, TORQUE_AT_REST = (

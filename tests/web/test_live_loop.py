@@ -10,8 +10,8 @@ import pytest
 
 from vgtsim.description import load_commands, load_scene
 from vgtsim.errors import PageError
+from vgtsim.log import ARRAYS
 from vgtsim.plant import operate
-from vgtsim.runlog import ARRAYS
 from vgtsim.site import Site, load_site
 
 pytest.importorskip("viser")

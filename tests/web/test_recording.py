@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 pytest.importorskip("viser")
 
 from vgtsim.cli import app
-from vgtsim.logbook import save_log
+from vgtsim.log import save_log
 from vgtsim.output.quantities import MINUS
 from vgtsim.output.readings import read_instant
 from vgtsim.proximity import Proximity

@@ -23,7 +23,7 @@ from vgtsim.errors import DivergenceError, MissingLibraryError, PostureError, Vg
 
 if TYPE_CHECKING:  # the checks load SciPy, which `--help` does without
     from vgtsim.description import Scene
-    from vgtsim.logbook import LogBook
+    from vgtsim.log import LogBook
     from vgtsim.verification import Report
 
 app = typer.Typer(
@@ -80,7 +80,7 @@ def open_run(folder: Path) -> tuple[Path, Scene, LogBook]:
         DescriptionError: There is no log, or one for each phase of a mission.
     """
     from vgtsim.errors import DescriptionError
-    from vgtsim.logbook import open_log
+    from vgtsim.log import open_log
     from vgtsim.output import LOG, find_results, list_runs
 
     place = find_results(folder)

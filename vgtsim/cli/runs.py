@@ -23,10 +23,9 @@ from vgtsim.cli.application import (
 
 if TYPE_CHECKING:
     from vgtsim.description import Scene
-    from vgtsim.logbook import LogBook
+    from vgtsim.log import LogBook, LogSource
     from vgtsim.plant import Programme
     from vgtsim.site import Site
-    from vgtsim.stretch import LogSource
     from vgtsim.verification import PlannedTour, Report
 
 
@@ -82,7 +81,7 @@ def _list_sites(scene_name: Path) -> list[Site]:
 
 def _play(site: Site, programme: Programme, folder: Path, *, resume: bool) -> tuple[LogBook, Report]:
     """Simulate a programme and judge its log, both in a folder."""
-    from vgtsim.logbook import open_log
+    from vgtsim.log import open_log
     from vgtsim.mjcf import write_scene_files
     from vgtsim.output import LOG
     from vgtsim.planning import Tour

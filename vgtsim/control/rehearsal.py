@@ -10,9 +10,9 @@ from vgtsim.arrays import Array
 from vgtsim.control.controller import Controller
 from vgtsim.description import OperatorCommand, digest_commands
 from vgtsim.errors import CommandError, DescriptionError, VgtError
+from vgtsim.log import LogSource, cut
 from vgtsim.planning import check_site
 from vgtsim.site import Site
-from vgtsim.stretch import LogSource, cut
 
 _AT_ONCE = 1e-6  # of a step: a command of that instant counts
 

@@ -10,10 +10,10 @@ import numpy as np
 from vgtsim.description import Tank
 from vgtsim.geometry import make_profile
 from vgtsim.kinematics import first_greatest, order_down
+from vgtsim.log import RunLog
 from vgtsim.output.folders import HTML, PHASES
 from vgtsim.output.quantities import MINUS, format_quantity
 from vgtsim.planning import STEP_BOUND, name_bound
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.verification import CHECK_NAMES, Check, JudgedRun, Report, find_begins
 

@@ -10,9 +10,9 @@ from vgtsim.arrays import Array, Index
 from vgtsim.description import Cut
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import Truss
+from vgtsim.log import RunLog
 from vgtsim.mjcf import PoseMap, fill_qpos, make_pose_map, names
 from vgtsim.output.colours import force_colours
-from vgtsim.runlog import RunLog
 
 
 @dataclass(frozen=True)

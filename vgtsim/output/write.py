@@ -15,9 +15,8 @@ from vgtsim.output.folders import HTML, JSON, LOG, PDF, VIDEO, naming_folder, pr
 from vgtsim.replacing import replacing
 
 if TYPE_CHECKING:  # plots, MuJoCo and the checks are loaded where a file needs them
-    from vgtsim.runlog import RunLog
+    from vgtsim.log import LogSource, RunLog
     from vgtsim.site import Site
-    from vgtsim.stretch import LogSource
     from vgtsim.verification import JudgedRun, Report
 
 
@@ -28,7 +27,7 @@ def write_outputs(
 
     Give the reason why the film could not be made. Raise a `DescriptionError` if the folder cannot be made or written.
     """
-    from vgtsim.logbook import save_log
+    from vgtsim.log import save_log
     from vgtsim.verification import JudgedRun
 
     with stage_results(out_dir) as stage:

@@ -17,6 +17,7 @@ import numpy as np
 from vgtsim.arrays import Array
 from vgtsim.description import FollowStep, InsertStep, MissionStep, RasterStep, WithdrawStep
 from vgtsim.errors import DescriptionError, FollowError, PathError, ReachError, TrussError
+from vgtsim.log import Revision
 from vgtsim.planning.cutting import foresee_cut, rise_to_power
 from vgtsim.planning.directrix import Leader, LeaderPair
 from vgtsim.planning.entry import Entry
@@ -24,7 +25,6 @@ from vgtsim.planning.insertion import ask_gap, judge_again
 from vgtsim.planning.mission import LegPart, MissionPlan, find_leader, make_leg
 from vgtsim.planning.programme import ROUNDING, ProgrammeRows, go_on_rows, read_height, stop_rows
 from vgtsim.planning.tour import Leg, Tour, plan_goals
-from vgtsim.runlog import Revision
 from vgtsim.site import Site
 
 _SAME_INSTANT = 1e-6  # of a step: rounding in the clock of a run must not hide what appeared at this very instant

@@ -12,11 +12,11 @@ import numpy as np
 
 from vgtsim.arrays import Array
 from vgtsim.graphics import mujoco
+from vgtsim.log import Contact
 from vgtsim.plant.gauges import Gauges, SectionGauges
 from vgtsim.plant.loads import Digger
 from vgtsim.plant.watch import list_contacts, turn_force
 from vgtsim.proximity import Proximity
-from vgtsim.runlog import Contact
 from vgtsim.site import Site
 from vgtsim.touches import Parts
 

@@ -8,10 +8,10 @@ from vgtsim.arrays import Array, Index
 from vgtsim.errors import CommandError
 from vgtsim.geometry import Diggings
 from vgtsim.graphics import mujoco
+from vgtsim.log import LogSource
 from vgtsim.mjcf import lower_waste, names
 from vgtsim.site import Site
 from vgtsim.statics import hose_forces
-from vgtsim.stretch import LogSource
 
 
 class Digger:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 from vgtsim.control import Controller, apply
 from vgtsim.description import OperatorCommand
+from vgtsim.log import Piece
 from vgtsim.plant.plant import Plant
-from vgtsim.runlog import Piece
 from vgtsim.site import Site
 
 Tick = Callable[[float], None]  # called with the simulated time, s, after each step

@@ -13,6 +13,7 @@ from vgtsim.commands import read_inputs, read_row
 from vgtsim.errors import CommandError, DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
 from vgtsim.kinematics import move_points
+from vgtsim.log import Contact, Piece, Revision, RunLog
 from vgtsim.mjcf import build_model, retime, show_things
 from vgtsim.plant.feeler import Feeler
 from vgtsim.plant.gauges import FELT, find_gauges
@@ -21,7 +22,6 @@ from vgtsim.plant.mast_drive import MastDrives
 from vgtsim.plant.recorder import RecordClock, Recorder, list_digests
 from vgtsim.plant.standing import stand_arm
 from vgtsim.plant.watch import PlantState, are_same, check_state, find_greatest_among, list_warnings, name_collision
-from vgtsim.runlog import Contact, Piece, Revision, RunLog
 from vgtsim.site import Site
 from vgtsim.statics import solve_members
 

@@ -18,8 +18,7 @@ from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
 from vgtsim.errors import CommandError
 from vgtsim.graphics import mujoco
-from vgtsim.plant.gauges import Gauges
-from vgtsim.runlog import (
+from vgtsim.log import (
     ARRAYS,
     BESIDE,
     CHUNK,
@@ -32,6 +31,7 @@ from vgtsim.runlog import (
     join_pieces,
     pack_contacts,
 )
+from vgtsim.plant.gauges import Gauges
 from vgtsim.site import Site
 
 PACKAGES = ("vgtsim", "mujoco", "numpy", "scipy", "trimesh")  # whose versions a log tells

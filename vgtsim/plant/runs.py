@@ -16,13 +16,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from vgtsim.description import OperatorCommand, digest_commands
 from vgtsim.errors import DivergenceError, StoppedError
 from vgtsim.graphics import mujoco
-from vgtsim.logbook import LogWriter
+from vgtsim.log import LogWriter, Piece, RunLog
 from vgtsim.planning import STEP_BOUND, Tour, revise_tour
 from vgtsim.plant.hydraulics import require_pressure
 from vgtsim.plant.operating import Operation, Tick, play_commands
 from vgtsim.plant.plant import Plant
 from vgtsim.plant.recorder import list_digests, list_versions
-from vgtsim.runlog import Piece, RunLog
 from vgtsim.site import Site
 
 Programme = Tour | Sequence[OperatorCommand]

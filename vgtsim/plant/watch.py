@@ -12,7 +12,7 @@ from vgtsim.arrays import Array, Index
 from vgtsim.compilation import compiled
 from vgtsim.errors import DivergenceError
 from vgtsim.graphics import mujoco
-from vgtsim.runlog import Contact
+from vgtsim.log import Contact
 from vgtsim.touches import Parts
 
 OPEN_GAP = 0.02  # m; a loop open by this much is no longer the mechanism, whatever MuJoCo says of it

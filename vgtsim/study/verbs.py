@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from vgtsim.description import RepeatedCapacity, RepeatedRun, RepeatedWorkspace, closest
 from vgtsim.errors import DescriptionError
 from vgtsim.kinematics import Workspace, check_strokes, first_greatest, first_least, sample_workspace
+from vgtsim.log import RunLog, empty_records
 from vgtsim.planning import Tour, make_problem, plan_site, report_solution, unload_map
 from vgtsim.positioning import solve_by_method, tool_goal
-from vgtsim.runlog import RunLog, empty_records
 from vgtsim.site import Site
 from vgtsim.statics import CapacityMap, draw_shapes, find_use, map_capacity
 from vgtsim.verification import MEASURES, Report, verify

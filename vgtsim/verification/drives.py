@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from vgtsim.kinematics import first_greatest
-from vgtsim.runlog import RunLog
+from vgtsim.log import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import MODES, SLENDERNESS_ADVICE
 from vgtsim.verification.evidence import Array, Evidence

@@ -13,8 +13,8 @@ import numpy as np
 from vgtsim.arrays import Array, Index
 from vgtsim.geometry import RISER, Clearance, find_nearest
 from vgtsim.kinematics import move_points
+from vgtsim.log import LogStretch, Outline, RunLog, outline
 from vgtsim.proximity import Proximity
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
 from vgtsim.statics import (
     Envelope,
@@ -28,7 +28,6 @@ from vgtsim.statics import (
     solve_members,
     utilise,
 )
-from vgtsim.stretch import LogStretch, Outline, outline
 from vgtsim.touches import Touches, find_touches
 
 _BESIDE = 3  # records on either side of one that its acceleration is made of, see `motion_from_log`

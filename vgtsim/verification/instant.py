@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vgtsim.errors import DescriptionError
-from vgtsim.runlog import BESIDE
+from vgtsim.log import BESIDE, LogSource, cut, outline
 from vgtsim.site import Site
 from vgtsim.statics import NodeMotion, node_loads, require_no_offset, solve_members
-from vgtsim.stretch import LogSource, cut, outline
 from vgtsim.verification.evidence import Array, Evidence, Index
 
 STIFF_EDGE = 1e3  # stiffness of the rigid tip plate's edges over that of the stiffest member

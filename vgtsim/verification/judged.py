@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from vgtsim.runlog import RunLog
+from vgtsim.log import Hold, LogSource, RunLog, thin
 from vgtsim.site import Site
-from vgtsim.stretch import Hold, LogSource, thin
 from vgtsim.verification.evidence import Evidence
 from vgtsim.verification.report import Report
 

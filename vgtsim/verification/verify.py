@@ -8,9 +8,8 @@ import numpy as np
 
 from vgtsim.description import digest_scene
 from vgtsim.digests import digest_code
-from vgtsim.runlog import Revision
+from vgtsim.log import LogSource, Revision, cut, outline, thinning
 from vgtsim.site import Site
-from vgtsim.stretch import LogSource, cut, outline, thinning
 from vgtsim.verification.evidence import Array, Evidence, PlannedTour
 from vgtsim.verification.measures import Finding, missing
 from vgtsim.verification.record import SAME_INSTANT

@@ -12,8 +12,8 @@ import numpy as np
 from vgtsim.commands import read_row
 from vgtsim.description import TARGETS, OperatorCommand
 from vgtsim.errors import CommandError, StoppedError, VgtError
+from vgtsim.log import Piece
 from vgtsim.plant import Operation
-from vgtsim.runlog import Piece
 from vgtsim.site import Site
 from vgtsim.web.letters import Button, Letter, Line, LiveState, Pages, Shown, Wish
 from vgtsim.web.tape import Tape

@@ -20,6 +20,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from viser import ViserServer
 
 from vgtsim.arrays import Array, Index
+from vgtsim.log import LogSource, RunLog
 from vgtsim.output.colours import scale_end
 from vgtsim.output.folders import HTML
 from vgtsim.output.html_tables import list_notices, summarise
@@ -27,9 +28,7 @@ from vgtsim.output.quantities import MINUS
 from vgtsim.output.readings import READINGS, read_instant
 from vgtsim.positioning import LeastGap
 from vgtsim.replacing import replacing
-from vgtsim.runlog import RunLog
 from vgtsim.site import Site
-from vgtsim.stretch import LogSource
 from vgtsim.verification import JudgedRun, Report
 from vgtsim.web.display import Display, Sight, draw_scale
 

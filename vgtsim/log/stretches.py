@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.arrays import Array, Mask
-from vgtsim.logbook import LogBook
-from vgtsim.runlog import BESIDE, RunLog
+from vgtsim.log.book import LogBook
+from vgtsim.log.runlog import BESIDE, RunLog
 
 _LENGTH = 3000  # records: two minutes of a shipped scene, of which verification makes some 200 MB
 _OVERVIEW = 6000  # records: what plots can show, and some more

@@ -13,7 +13,7 @@ import numpy as np
 from vgtsim.arrays import Index
 from vgtsim.description import Scene, digest_scene, dump_scene, parse_scene
 from vgtsim.errors import DescriptionError
-from vgtsim.logfiles import (
+from vgtsim.log.chunks import (
     BEGIN,
     END,
     PERFORMANCE,
@@ -26,8 +26,8 @@ from vgtsim.logfiles import (
     write_table,
     write_text,
 )
+from vgtsim.log.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, Revision, RunLog, join_pieces, pack_contacts
 from vgtsim.replacing import flush_to_disk
-from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, Piece, Revision, RunLog, join_pieces, pack_contacts
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vgtsim.errors import DescriptionError
+from vgtsim.log.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, TYPES, Contact, Piece, Revision
 from vgtsim.replacing import replacing
-from vgtsim.runlog import ARRAYS, CHUNK, MAY_BE_EMPTY, TYPES, Contact, Piece, Revision
 
 if TYPE_CHECKING:
     import pyarrow as pa
