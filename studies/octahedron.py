@@ -30,7 +30,7 @@ def damped_newton(C: ArrayLike, edges: ArrayLike, start: ArrayLike, damping: flo
         Angles after the last iteration, shape (..., 3), rad, and the greatest |D - L| before the first
         iteration and after each, shape (count + 1, ...), m.
 
-    Source: equations 3.12 to 3.14 and the update after them. It may leave the mode of its start; `follow`
+    Source: equations 3.12 to 3.14 and the update after them. It may leave the mode of its start; `follow_mode`
     does not.
     """
     C, angles = np.asarray(C, float), np.asarray(start, float)

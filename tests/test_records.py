@@ -67,10 +67,8 @@ def test_names_of_functions_have_one_meaning_in_a_room(trees):
 SHARED = {
     "run": "a command of the command line calls the function of its name",
     "verify": "a command of the command line calls the function of its name",
-    "follow": "not told apart yet: a leash of the environments, an assembly mode, and a path of the tool",
     "jacobian": "the same derivative of a cell of the general kind and, for users, of a posture",
     "angle_jacobian": "the same derivative of one cell and of two",
-    "upright": "not told apart yet: a mid-plane of a kind, and a picture's frame",
 }
 
 

@@ -9,7 +9,7 @@ from vgtsim.description import ToolPath, cut_arm, load_manipulator, load_tool_pa
 from vgtsim.errors import DescriptionError, FollowError, GoalError, ReachError
 from vgtsim.geometry.stretches import find_nearest, make_stretches, spline
 from vgtsim.kinematics import Chain, hanging_mount
-from vgtsim.planning.following import follow, follow_request, report
+from vgtsim.planning.following import follow_path, follow_request, report
 from vgtsim.planning.resolution import aim_tool
 from vgtsim.positioning import MidStroke, Problem, bring_inside
 from vgtsim.site import ArmAlone, load_site
@@ -198,10 +198,10 @@ def test_one_module_follows_points_while_its_tool_points_as_it_likes():
     path = make_path(start=[0.5, 0.1, 3.5], direction=[0.0, 0.0, -1.0], pieces=[rows])
     place = ArmAlone(chain)
     problem = Problem(place.box, aim_tool(path.start, None), MidStroke())
-    run = follow(problem, path, place.start, place.timestep, place.subspace, free=True)
+    run = follow_path(problem, path, place.start, place.timestep, place.subspace, free=True)
     tool, direction = chain.tool(run.q)
     nearest = find_nearest(make_stretches(path), tool)
     assert np.linalg.norm(tool - nearest[:, :3], axis=1).max() < path.tolerance
     assert np.arccos(direction @ [0.0, 0.0, -1.0]).max() > np.radians(5.0)  # it leans
     with pytest.raises(GoalError):  # three cylinders and five rows
-        follow(problem, path, place.start, place.timestep, place.subspace)
+        follow_path(problem, path, place.start, place.timestep, place.subspace)

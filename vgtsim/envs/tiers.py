@@ -29,7 +29,7 @@ class FastTier:
         The last lengths count.
         """
         try:
-            self.state = follow(self._chain, lengths[-1], self.state)
+            self.state = step_near(self._chain, lengths[-1], self.state)
         except (AssemblyError, SingularityError) as error:
             return f"no posture has these lengths: {error}"
         self.lengths, self.feed = lengths[-1], float(feed[-1])
@@ -56,7 +56,7 @@ class ExactTier:
                 plant.command(row, feed=float(height))
                 plant.step()
             state = plant.state
-            self.state = follow(self._chain, state.lengths, self.state)
+            self.state = step_near(self._chain, state.lengths, self.state)
         except (AssemblyError, DivergenceError, SingularityError, StoppedError) as error:
             return str(error)
         self.lengths, self.feed = state.lengths, state.feed
@@ -66,7 +66,7 @@ class ExactTier:
 Tier = FastTier | ExactTier
 
 
-def follow(chain: Chain, lengths: Array, near: State) -> State:
+def step_near(chain: Chain, lengths: Array, near: State) -> State:
     """State of lengths, shape (J,), m, from one near by: Newton, or the way with proof where that fails.
 
     Raises:

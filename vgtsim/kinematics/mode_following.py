@@ -33,7 +33,7 @@ class FollowedMode:
     reached: Array
 
 
-def follow(closure: Array, slope: Array, square: Array, start: ArrayLike) -> FollowedMode:
+def follow_mode(closure: Array, slope: Array, square: Array, start: ArrayLike) -> FollowedMode:
     """Carry assemblies, angles of shape (N, 3), rad, along closures C + t (C' + t C'') from t = 0 to t = 1.
 
     The closure, its slope and its square have shape (5, 3, N), m².
@@ -43,14 +43,14 @@ def follow(closure: Array, slope: Array, square: Array, start: ArrayLike) -> Fol
 
 
 def follow_squares(closure: Array, change: Array, start: ArrayLike) -> FollowedMode:
-    """As `follow`, where only the squared edges change, straight, by minus the change, shape (3, N), m²."""
+    """As `follow_mode`, where only the squared edges change, straight, by minus the change, shape (3, N), m²."""
     slope = np.zeros(closure.shape)
     slope[0] = change
-    return follow(closure, slope, np.zeros(closure.shape), start)
+    return follow_mode(closure, slope, np.zeros(closure.shape), start)
 
 
 def follow_sides(begin: Array, goal: Array, longerons: ArrayLike, edges: ArrayLike, start: ArrayLike) -> FollowedMode:
-    """As `follow`, of the cell over a triangle whose sides change, straight, from shape (N, 3) to (N, 3), m.
+    """As `follow_mode`, of the cell over a triangle whose sides change, straight, from shape (N, 3) to (N, 3), m.
 
     Longerons, shape (6,), m, are those of `make_circles` with edges `UPPER`; edges are those between the upper nodes,
     shape (3,), m.

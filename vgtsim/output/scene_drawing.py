@@ -19,7 +19,7 @@ from vgtsim.geometry import tool_frame
 from vgtsim.output.colours import LIMIT, LINES, REST
 from vgtsim.output.figure import WIDTH, styled
 from vgtsim.output.tank_drawing import draw_rose, draw_tank_side, draw_tank_top
-from vgtsim.output.truss_plot import draw_goals, draw_members, upright
+from vgtsim.output.truss_plot import draw_goals, draw_members, view_upright
 from vgtsim.planning import Collision, tell_collisions
 from vgtsim.site import Site
 
@@ -48,7 +48,7 @@ def draw_scene(site: Site, q: Array, collisions: tuple[Collision, ...] = ()) -> 
         draw_tank_side(side, site.tank, azimuth)
         draw_tank_top(top, site.tank)
         colours = [LINES[1] if member.role == "actuator" else LINES[0] for member in site.truss.members]
-        for axes, view in ((side, upright(azimuth)), (top, _ABOVE)):
+        for axes, view in ((side, view_upright(azimuth)), (top, _ABOVE)):
             draw_goals(axes, site, view)
             _draw_frames(axes, site, view)
             draw_members(axes, site.truss, points[:-1], view, colours, 0.7)

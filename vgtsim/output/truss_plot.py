@@ -45,7 +45,7 @@ def plot_truss(run: JudgedRun) -> Figure:
     draw_tank_side(tall, site.tank, azimuth)
     draw_tank_top(left, site.tank)
     draw_rose(left, site.tank)
-    for axes, view in ((tall, upright(azimuth)), (left, np.eye(3)[:2])):
+    for axes, view in ((tall, view_upright(azimuth)), (left, np.eye(3)[:2])):
         draw_goals(axes, site, view)
         _draw_arm(axes, site, nodes, axial, view)
         _point_out(axes, site, nodes, worst, view)
@@ -107,10 +107,10 @@ def draw_posture(chain: Chain, q: ArrayLike, goal: ArrayLike, path: Path) -> Non
 def span_goal_plane(chain: Chain, goal: Array) -> Array:
     """Outward and upward unit vectors of the vertical plane of a goal in frame G, shape (2, 3)."""
     x, y, _ = goal - chain.mount[:3, 3]
-    return upright(float(np.arctan2(y, x)))
+    return view_upright(float(np.arctan2(y, x)))
 
 
-def upright(azimuth: float) -> Array:
+def view_upright(azimuth: float) -> Array:
     """View (2, 3) of the vertical plane at an azimuth: outward and up."""
     return np.array([[np.cos(azimuth), np.sin(azimuth), 0.0], [0.0, 0.0, 1.0]])
 

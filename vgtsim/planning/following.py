@@ -97,10 +97,10 @@ def follow_request(place: Place, path: ToolPath, objectives: tuple[str, ...]) ->
     goal = tool_goal(path.start, path.direction)
     objective = make_objective(place, goal, objectives)
     problem = Problem(box=place.box, goal=goal, objective=objective, reduction=place.reduction)
-    return follow(problem, path, place.start, place.timestep, place.subspace)
+    return follow_path(problem, path, place.start, place.timestep, place.subspace)
 
 
-def follow(
+def follow_path(
     problem: Problem, path: ToolPath, start: Array, timestep: float, space: Subspace, *, free: bool = False
 ) -> Followed:
     """Solve a path from inputs of shape (n,) and time it, within its tolerance and inside all rates and accelerations.

@@ -29,7 +29,7 @@ from vgtsim.planning.curve import reverse_curve
 from vgtsim.planning.cutting import check_cuts, foresee_cut, plan_cut
 from vgtsim.planning.directrix import Leader
 from vgtsim.planning.entry import Entry, check_entry
-from vgtsim.planning.following import Followed, follow
+from vgtsim.planning.following import Followed, follow_path
 from vgtsim.planning.insertion import Insertion, make_leader, plan_insertion, time_way
 from vgtsim.planning.pace import choose_step, find_bounds
 from vgtsim.planning.path import Path, plan_path
@@ -313,7 +313,7 @@ class MissionPlan:
         path = path.model_copy(update=slow)
         near = make_objective(site, goal, _SMOOTH) if clear is None else Nearness(site.chain.lengths(clear))
         problem = Problem(box=site.box, goal=goal, objective=near)
-        run = follow(problem, path, self.here if clear is None else clear, site.timestep, site.subspace, free=free)
+        run = follow_path(problem, path, self.here if clear is None else clear, site.timestep, site.subspace, free=free)
         start = run.q[0]
         gap, place = site.surroundings.least(run.q[:: max(1, len(run.q) // _JUDGED)])
         if gap < site.clearance:
@@ -323,7 +323,7 @@ class MissionPlan:
         def rows(timestep: float) -> ProgrammeRows:
             if timestep == site.timestep:
                 return ProgrammeRows(run.lengths)
-            return ProgrammeRows(follow(problem, path, start, timestep, site.subspace, free=free).lengths)
+            return ProgrammeRows(follow_path(problem, path, start, timestep, site.subspace, free=free).lengths)
 
         return run, replace(self._make_piece(gap, place, rows), bound=True)
 

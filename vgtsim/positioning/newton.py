@@ -246,14 +246,14 @@ def condition_numbers(jacobian: ArrayLike) -> Array:
         return np.where(values[..., -1] > 0, values[..., 0] / values[..., -1], inf)
 
 
-def lost_directions(jacobian: ArrayLike, names: tuple[str, ...]) -> tuple[str, ...]:
+def lost_directions(jacobian: ArrayLike, names: tuple[str, ...], limit: float = CONDITION_LIMIT) -> tuple[str, ...]:
     """Goal directions that a configuration cannot follow, from a Jacobian of shape (m, n) and the names of its rows.
 
-    Singular values below the greatest over `CONDITION_LIMIT` are given up; each direction is named by the rows that it
+    Singular values below the greatest over `limit` are given up; each direction is named by the rows that it
     consists of.
     """
     U, values, _ = np.linalg.svd(np.asarray(jacobian, float))
-    rank = int(np.sum(values > values[0] / CONDITION_LIMIT))
+    rank = int(np.sum(values > values[0] / limit))
     return tuple(name_direction(column, names) for column in U[:, rank:].T)
 
 

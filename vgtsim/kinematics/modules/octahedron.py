@@ -28,7 +28,7 @@ from vgtsim.kinematics.closure import (
     triangle_frame,
     triangle_nodes,
 )
-from vgtsim.kinematics.mode_following import follow, worst_direction
+from vgtsim.kinematics.mode_following import follow_mode, worst_direction
 from vgtsim.kinematics.roll_pitch_yaw import rotate_upright
 from vgtsim.kinematics.vectors import cross
 
@@ -146,7 +146,7 @@ def advance(geometry: OctahedronGeometry, longerons: Array, start: tuple[Array, 
         change = Circles(goal.centre - begin.centre, begin.inward, goal.radius - begin.radius)
         square = closure_coefficients(change, np.zeros(3))
         slope = closure_coefficients(goal, geometry.top) - first - square
-        result = follow(first, slope, square, circle_angles(begin, top_nodes(geometry, *start)))
+        result = follow_mode(first, slope, square, circle_angles(begin, top_nodes(geometry, *start)))
         t = result.reached[:, None]
         radius = (1 - t) * begin.radius + t * goal.radius
         centre = (1 - t[..., None]) * begin.centre + t[..., None] * goal.centre
