@@ -134,13 +134,15 @@ def cluster(tmp_path, gate):
     alone = ("--nthreads", "1", "--no-nanny", "--no-dashboard")
     every = (*dask, "worker", "--scheduler-file", told, "--preload", HELD, *alone)
     workers = [subprocess.Popen(every, **quiet, cwd=tmp_path) for _ in range(2)]
-    while not told.exists():
-        assert scheduler.poll() is None
-        time.sleep(0.05)
-    yield json.loads(told.read_text())["address"], workers
-    for process in (*workers, scheduler):
-        process.kill()
-        process.wait()
+    try:
+        while not (told.exists() and told.read_text().endswith("}")):  # the file is there before its text
+            assert scheduler.poll() is None
+            time.sleep(0.05)
+        yield json.loads(told.read_text())["address"], workers
+    finally:
+        for process in (*workers, scheduler):
+            process.kill()
+            process.wait()
 
 
 @pytest.mark.long
