@@ -64,6 +64,12 @@ def test_names_of_functions_have_one_meaning_in_a_room(trees):
     assert [name for name, times in count.items() if times > 1] == []
 
 
+def test_no_file_is_long():
+    """A reader takes in a file of 150 lines, and finds the way in one of 400."""
+    lines = {str(path): len(path.read_text(encoding="utf-8").splitlines()) for path in ROOT.rglob("*.py")}
+    assert [name for name, count in lines.items() if count > 400] == []
+
+
 SHARED = {
     "run": "a command of the command line calls the function of its name",
     "verify": "a command of the command line calls the function of its name",

@@ -181,11 +181,8 @@ class Site:
         """
         given = self.task.motion.start
         try:
-            q = (
-                self.searched_start[0]
-                if given is None
-                else find_start(self.box, self._start_keep, given, self.reduction)
-            )
+            keep = self._start_keep
+            q = self.searched_start[0] if given is None else find_start(self.box, keep, given, self.reduction)
         except DescriptionError as error:
             raise self.scene.error(error.key, error.found, error.allowed) from None
         start = np.array(q)

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from vgtsim.description.mast import Mast
 from vgtsim.description.motion import Bend, StartPosture
-from vgtsim.description.scene import Mast
 from vgtsim.errors import DescriptionError, ReachError, TrussError
 from vgtsim.kinematics import Chain, bend_start, hanging_mount
 from vgtsim.planning import check_site, plan_tour, solve_first_goal

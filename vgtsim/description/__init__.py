@@ -18,6 +18,7 @@ from vgtsim.description.files import (
 )
 from vgtsim.description.judging import CameraName, Cut, Limits
 from vgtsim.description.manipulator import Manipulator
+from vgtsim.description.mast import Feed, Slew
 from vgtsim.description.mission import (
     AddStep,
     CutStep,
@@ -52,7 +53,7 @@ from vgtsim.description.operator import (
 )
 from vgtsim.description.original import find_original
 from vgtsim.description.phases import begins_anew, cut_arm, list_phases, pick_phase
-from vgtsim.description.scene import AllowedContact, Feed, LoadCase, Payload, Scene, SceneFile, Simulation, Slew
+from vgtsim.description.scene import AllowedContact, LoadCase, Payload, Scene, SceneFile, Simulation
 from vgtsim.description.schema import Description, closest
 from vgtsim.description.sections import Cylinder, Material, Tube
 from vgtsim.description.shipped import MODELS, find_file, list_shipped
