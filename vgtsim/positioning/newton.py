@@ -146,29 +146,12 @@ def minimise(
     goals = every if goals is None else goals
     at = evaluate(z.copy(), goals).point if course is None else course.make_room(len(z))  # it is written to
     J, curve, by_length = at.J, at.curve, at.by_length
-    count, rows, learns = len(z), J.shape[1], at.rough.shape[1] > 0
+    rows, learns = J.shape[1], at.rough.shape[1] > 0
     bends = curvature is not None and not learns
-    marks, numbers = _begin(count)
-    ways = Ways(
-        marks=marks,
-        numbers=numbers,
-        z=z,
-        trial=np.empty(z.shape),
-        step=np.empty(z.shape),
-        main=np.empty(z.shape),
-        y=np.empty((count, rows)),
-    )
-    factors = np.empty(curve.shape), np.empty(J.shape), np.empty((count, rows, rows))
+    ways = _begin_ways(z, rows)
+    factors = np.empty(curve.shape), np.empty(J.shape), np.empty((len(z), rows, rows))
     learned, bent = (np.zeros(curve.shape if wanted else (0, *curve.shape[1:])) for wanted in (learns, bends))
-    rules = Rules(
-        tolerance=np.full(rows, how.tolerance),
-        optimality=float(how.optimality),
-        most=int(how.most),
-        turn=_TURN,
-        limit=CONDITION_LIMIT,
-        dear=dear and glance is not None,
-        bends=bends,
-    )
+    rules = _make_rules(how, rows, dear=dear and glance is not None, bends=bends)
     kept = tuple(rules), tuple(ways), tuple(at), factors, (learned, bent)
     which, there = every, at
     while True:
@@ -178,10 +161,10 @@ def minimise(
             pursue(which, goals, course.tables, *kept)
         if not at.inside.all():
             raise ValueError(f"start {int(np.argmin(at.inside))} is outside the strokes")
-        pending = np.flatnonzero(marks[:, descent.WANT])
+        pending = np.flatnonzero(ways.marks[:, descent.WANT])
         if not len(pending):
             return _conclude(at, ways, rules)
-        wants = marks[pending, descent.WANT]
+        wants = ways.marks[pending, descent.WANT]
         want = wants.max()
         which = pending if wants.min() == want else pending[wants == want]
         if want == descent.BEND:
@@ -213,12 +196,25 @@ def _conclude(at: Point, ways: Ways, rules: Rules) -> Solution:
     )
 
 
-def _begin(count: int) -> tuple[Index, Array]:
-    """Marks and numbers of goals that are not begun yet, shape (count, ...), see `descent`."""
-    marks, numbers = np.zeros((count, descent.DONE + 1), np.intp), np.zeros((count, descent.SIZE + 1))
+def _make_rules(how: NewtonSettings, rows: int, *, dear: bool, bends: bool) -> Rules:
+    return Rules(
+        tolerance=np.full(rows, how.tolerance),
+        optimality=float(how.optimality),
+        most=int(how.most),
+        turn=_TURN,
+        limit=CONDITION_LIMIT,
+        dear=dear,
+        bends=bends,
+    )
+
+
+def _begin_ways(z: Array, rows: int) -> Ways:
+    """Ways of goals that are not begun yet, from variables z, shape (B, k), see `descent`."""
+    marks, numbers = np.zeros((len(z), descent.DONE + 1), np.intp), np.zeros((len(z), descent.SIZE + 1))
     marks[:, descent.AGE], marks[:, descent.DEFINITE] = descent.KEPT, 1
     numbers[:, descent.PROMISE] = np.inf
-    return marks, numbers
+    trial, step, main = (np.empty(z.shape) for _ in range(3))
+    return Ways(marks=marks, numbers=numbers, z=z, trial=trial, step=step, main=main, y=np.empty((len(z), rows)))
 
 
 def downhill(W: Array, J: Array, slope: Array) -> Array:
